@@ -1,0 +1,138 @@
+/* dParallelSAPSpace: an exact, deterministic, parallel broad phase for the Open Dynamics Engine.
+ *
+ *     dSpaceID space = dParallelSAPSpaceCreate (0);      // instead of dHashSpaceCreate (0)
+ *
+ * Everything else of a program stays as it is: dSpaceAdd, dSpaceRemove, dSpaceQuery, dSpaceGetGeom,
+ * dSpaceSetCleanup, dSpaceSetSublevel, dSpaceClean, dSpaceCollide, dSpaceCollide2, dSpaceDestroy
+ * and the geom constructors take this space like any other.
+ *
+ * What dSpaceCollide promises:
+ *
+ * - The pairs are those of dSimpleSpace, each once: bounding boxes that overlap as closed intervals
+ *   in dReal, at least one category/collide match, not both geoms on one body, both AABBTest calls
+ *   passed, both geoms enabled and neither zero-sized. This holds for every method, back end and
+ *   number of threads.
+ * - Their order is fixed: ascending by (earlier geom, later geom), where geoms count in the order
+ * in which they were last added to the space. The earlier geom is the callback's first argument.
+ *   dSpaceCollide2 also visits this space's geoms in that order and keeps ODE's order of arguments.
+ * - Bits, bodies and enabled states are read when the collide begins; what the callback changes in
+ *   them is seen by the next collide.
+ * - The callback runs on the calling thread with the space locked. It may throw: the space is left
+ *   unlocked and usable. It may collide any space, this one too.
+ * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
+ * count it in every frame. All other bounds, infinite and inverted ones too, follow the formula
+ * above.
+ * - A sub-space that holds no geom is never reported.
+ *
+ * Threads: different spaces may be used from different threads at the same time; one space is used
+ * by one thread at a time. ODE's own rules for sharing worlds and geoms stay in force.
+ *
+ * Errors: a wrong argument (no space, a space of another kind, a negative count) is an assertion as
+ * in ODE itself, reported through dDebug. What the machine or the build cannot provide is answered
+ * with 0 and leaves the setting as it was.
+ */
+#ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
+#define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
+
+#include <stddef.h>
+
+#include <ode/ode.h>
+
+#if defined(_WIN32) && defined(ODE_PARALLEL_SAP_SHARED)
+#if defined(ODE_PARALLEL_SAP_BUILD)
+#define ODE_PARALLEL_SAP_API __declspec(dllexport)
+#else
+#define ODE_PARALLEL_SAP_API __declspec(dllimport)
+#endif
+#elif defined(__GNUC__)
+#define ODE_PARALLEL_SAP_API __attribute__((visibility("default")))
+#else
+#define ODE_PARALLEL_SAP_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Creates the space, inside `parent` if that is not 0. Like any ODE space it is destroyed by
+ * dSpaceDestroy, which also destroys its geoms unless dSpaceSetCleanup (space, 0) was called. */
+ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
+
+/* 1 if the space was made by dParallelSAPSpaceCreate, else 0. (dGeomGetClass answers
+ * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
+ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
+
+/* Where overlapping pairs are found. */
+enum {
+  dParallelSAPBackendAuto, /* the faster one for the scene */
+  dParallelSAPBackendCPU,
+  dParallelSAPBackendCUDA
+};
+
+/* Returns 1, or 0 and leaves the setting unchanged where the back end is not to be had: not in this
+ * build, or no usable device in this machine. Default: Auto. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetBackend(dSpaceID space, int backend);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetBackend(dSpaceID space);
+
+/* How overlapping pairs are found. All methods find the same pairs in the same order. */
+enum {
+  dParallelSAPMethodAuto,       /* the fastest one for the scene */
+  dParallelSAPMethodSweep,      /* subdivided sweep and prune: time linear in geoms and pairs */
+  dParallelSAPMethodBruteForce, /* all (n*n-n)/2 pairs, in equal parts a thread */
+  dParallelSAPMethodAxisLists   /* sorted end points and overlaps on each axis, then what they share
+                                 */
+};
+
+/* Returns 1, or 0 and leaves the setting unchanged where the method is not to be had. Default:
+ * Auto. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
+
+/* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
+ * what OpenMP would use (processor affinity, OMP_NUM_THREADS). Small scenes use one thread
+ * whatever is set. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
+
+/* The number of GPUs the CUDA back end may use; 0, the default, leaves it to the space. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
+
+/* What the last dSpaceCollide on a space did. Times are wall-clock milliseconds. */
+typedef struct dParallelSAPStats {
+  unsigned long long frames;     /* dSpaceCollide calls on this space so far */
+  size_t geoms;                  /* geoms in the space */
+  size_t moved;                  /* geoms whose AABB was brought up to date */
+  size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space */
+  size_t invalid;                /* geoms left out: a NaN bound */
+  size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
+  unsigned long long candidates; /* pairs the extraction handed to the filter */
+  unsigned long long pairs;      /* pairs reported to the callback */
+  int backend;                   /* what ran: dParallelSAPBackendCPU or dParallelSAPBackendCUDA */
+  int method;                    /* what ran: a dParallelSAPMethod, never Auto */
+  int threads;                   /* threads used by the widest stage */
+  int devices;                   /* GPUs used */
+  double update_ms;              /* AABBs of the geoms that moved */
+  double synchronise_ms;         /* the threads' boxes made one set */
+  double extract_ms;             /* overlapping pairs, in the order of the report */
+  double filter_ms;              /* exact test of borderline pairs, AABBTest calls */
+  double report_ms;              /* the callback, with all that it did */
+  double total_ms;               /* the whole dSpaceCollide */
+  size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
+} dParallelSAPStats;
+
+/* Fills *stats; all zero before the first collide. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
+
+/* Environment variables, read when a space is created, take the place of the defaults above in
+ * programs that set nothing: ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda,
+ * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
+ * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 prints through dMessage, when a space is
+ * destroyed, where its time went. A value that is not understood or not to be had is reported
+ * through dMessage and ignored. */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
