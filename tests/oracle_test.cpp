@@ -1,0 +1,102 @@
+// The oracle itself, held against ODE's own dSimpleSpace.
+#include "support/oracle.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+struct SimpleSpace {
+  dSpaceID id = dSimpleSpaceCreate(nullptr);
+  ~SimpleSpace() { dSpaceDestroy(id); }
+};
+
+}  // namespace
+
+TEST_CASE("The oracle's pairs are those of dSimpleSpace in every scene", "[oracle]") {
+  for (const WorldScene& scene : worldScenes()) {
+    const std::uint64_t seed = seedOr(1);
+    SimpleSpace space;
+    World world(space.id);
+    scene.populate(world, 250, seed);
+    INFO(scene.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    REQUIRE(world.geoms().size() == 250);
+    const Pairs expected = expectedPairs(world.geoms());
+    CHECK(expected.size() > 20);
+    CHECK(difference(asSet(collide(space.id)), expected) == "");
+  }
+}
+
+TEST_CASE("The oracle's pairs are ascending, the earlier geom first", "[oracle]") {
+  SimpleSpace space;
+  World world(space.id);
+  world.addBoxes(denseCube(300, seedOr(2)));
+  const Pairs expected = expectedPairs(world.geoms());
+  CHECK(difference(asSet(expected), expected) == "");
+
+  std::vector<dGeomID> backwards(world.geoms().rbegin(), world.geoms().rend());
+  const Pairs other_way = expectedPairs(backwards);
+  CHECK(difference(asSet(other_way), expected) == "");
+  REQUIRE(!other_way.empty());
+  for (const Pair& pair : other_way) REQUIRE(pair.first > pair.second);
+}
+
+TEST_CASE("The oracle finds the same pairs of bare boxes and of geoms", "[oracle]") {
+  for (const BoxScene& scene : boxScenes()) {
+    const Boxes boxes = scene.make(200, seedOr(3));
+    REQUIRE(boxes.size() == 200);
+    SimpleSpace space;
+    World world(space.id);
+    for (const Box& box : boxes) {
+      world.take(createUserBox(space.id,
+                               {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
+                                static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
+                                static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])}));
+    }
+    // In single precision the geoms' boxes are rounded, and then so must be the bare ones.
+    Boxes rounded = boxes;
+    for (Box& box : rounded) {
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = static_cast<double>(static_cast<dReal>(box.low[axis]));
+        box.high[axis] = static_cast<double>(static_cast<dReal>(box.high[axis]));
+      }
+    }
+    INFO(scene.name);
+    CHECK(difference(expectedPairs(world.geoms()), expectedPairs(rounded)) == "");
+  }
+}
+
+TEST_CASE("Scenes of every size have that many boxes, the same for the same seed", "[oracle]") {
+  for (const BoxScene& scene : boxScenes()) {
+    INFO(scene.name);
+    for (const std::size_t n : {0, 1, 2, 3, 17, 100}) {
+      const Boxes once = scene.make(n, 7), again = scene.make(n, 7);
+      REQUIRE(once.size() == n);
+      for (std::size_t i = 0; i < n; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          REQUIRE(once[i].low[axis] == again[i].low[axis]);
+          REQUIRE(once[i].low[axis] < once[i].high[axis]);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("The oracle keeps out what cannot take part", "[oracle]") {
+  SimpleSpace space;
+  World world(space.id);
+  const dReal nan = dNaN, half = dReal(0.5);
+  world.take(dCreateBox(space.id, 1, 1, 1));
+  world.take(dCreateBox(space.id, 1, 0, 1));
+  world.take(dCreateSphere(space.id, 0));
+  world.take(dCreateCylinder(space.id, 1, 0));
+  world.take(dCreateCapsule(space.id, 0, 1));
+  const dGeomID short_capsule = world.take(dCreateCapsule(space.id, 1, 0));
+  world.take(createUserBox(space.id, {-half, half, nan, half, -half, half}));
+  dGeomDisable(world.take(dCreateBox(space.id, 1, 1, 1)));
+  world.take(reinterpret_cast<dGeomID>(dSimpleSpaceCreate(space.id)));
+  CHECK(difference(expectedPairs(world.geoms()), {{0, number(short_capsule)}}) == "");
+}

@@ -1,0 +1,76 @@
+#include "configurations.h"
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace sap_test {
+namespace {
+
+struct Named {
+  int value;
+  const char* name;
+};
+
+const Named kBackends[] = {{dParallelSAPBackendCPU, "cpu"}, {dParallelSAPBackendCUDA, "cuda"}};
+const Named kMethods[] = {{dParallelSAPMethodAuto, "auto"},
+                          {dParallelSAPMethodSweep, "sweep"},
+                          {dParallelSAPMethodBruteForce, "brute force"},
+                          {dParallelSAPMethodAxisLists, "axis lists"}};
+
+std::string only() {
+  const char* text = std::getenv("ODE_PARALLEL_SAP_TEST_ONLY");
+  return text ? text : "";
+}
+
+void announce(const std::string& what) {
+  std::fprintf(stderr, "SKIPPED: %s is not to be had here; no test covers it\n", what.c_str());
+}
+
+std::vector<Configuration> find() {
+  std::vector<Configuration> found = {{dParallelSAPBackendAuto, dParallelSAPMethodAuto, "auto"}};
+  const Space space;
+  for (const Named& backend : kBackends) {
+    if (!dParallelSAPSpaceSetBackend(space, backend.value)) {
+      announce(std::string("back end ") + backend.name);
+      continue;
+    }
+    for (const Named& method : kMethods) {
+      const std::string name = std::string(backend.name) + ", " + method.name;
+      if (!dParallelSAPSpaceSetMethod(space, method.value)) {
+        announce("method " + name);
+      } else if (name.rfind(only(), 0) == 0) {
+        found.push_back({backend.value, method.value, name});
+      }
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+const std::vector<Configuration>& configurations() {
+  static const std::vector<Configuration> all = find();
+  return all;
+}
+
+bool anyConfigurationAskedFor() {
+  return configurations().size() > 1;
+}
+
+void configure(dSpaceID space, const Configuration& configuration) {
+  if (!dParallelSAPSpaceSetBackend(space, configuration.backend) ||
+      !dParallelSAPSpaceSetMethod(space, configuration.method)) {
+    throw std::runtime_error(configuration.name + " was to be had and is no more");
+  }
+}
+
+Space::Space() : id_(dParallelSAPSpaceCreate(nullptr)) {}
+
+Space::Space(const Configuration& configuration) : Space() {
+  configure(id_, configuration);
+}
+
+}  // namespace sap_test

@@ -1,0 +1,15 @@
+// What a person may turn from outside, by environment variables.
+#pragma once
+
+#include <cstdint>
+
+namespace sap_test {
+
+// ODE_PARALLEL_SAP_TEST_SEED, if set, takes the place of every seed the tests would use.
+std::uint64_t seedOr(std::uint64_t usual);
+
+// ODE_PARALLEL_SAP_TEST_SCALE (a positive number, 1 if not set) multiplies the counts of random
+// work: 0.1 under a sanitizer, 100 for a night. At least 1 is left.
+int scaled(int usual);
+
+}  // namespace sap_test

@@ -1,0 +1,110 @@
+#include "oracle.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "user_box.h"
+
+namespace sap_test {
+namespace {
+
+bool isZeroSized(dGeomID geom) {
+  dVector3 lengths;
+  dReal radius = 1, length = 1;
+  switch (dGeomGetClass(geom)) {
+    case dSphereClass:
+      return dGeomSphereGetRadius(geom) == 0;
+    case dBoxClass:
+      dGeomBoxGetLengths(geom, lengths);
+      return lengths[0] == 0 || lengths[1] == 0 || lengths[2] == 0;
+    case dCapsuleClass:  // without length it is still a sphere
+      dGeomCapsuleGetParams(geom, &radius, &length);
+      return radius == 0;
+    case dCylinderClass:
+      dGeomCylinderGetParams(geom, &radius, &length);
+      return radius == 0 || length == 0;
+    default:
+      return false;
+  }
+}
+
+Bounds boundsOf(dGeomID geom) {
+  Bounds bounds;
+  dGeomGetAABB(geom, bounds.data());
+  return bounds;
+}
+
+bool overlap(const Bounds& a, const Bounds& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a[2 * axis] > b[2 * axis + 1] || a[2 * axis + 1] < b[2 * axis]) return false;
+  }
+  return true;
+}
+
+bool passesAABBTest(dGeomID self, dGeomID other, Bounds bounds_of_other) {
+  if (!isUserBox(self)) return true;
+  const Veto veto = userBoxData(self).veto;
+  return !veto || veto(self, other, bounds_of_other.data()) != 0;
+}
+
+bool bitsMatch(dGeomID a, dGeomID b) {
+  return (dGeomGetCategoryBits(a) & dGeomGetCollideBits(b)) ||
+         (dGeomGetCategoryBits(b) & dGeomGetCollideBits(a));
+}
+
+bool onOneBody(dGeomID a, dGeomID b) {
+  return dGeomGetBody(a) && dGeomGetBody(a) == dGeomGetBody(b);
+}
+
+bool mayTouch(dGeomID a, const Bounds& bounds_a, dGeomID b, const Bounds& bounds_b) {
+  return overlap(bounds_a, bounds_b) && bitsMatch(a, b) && !onOneBody(a, b) &&
+         passesAABBTest(a, b, bounds_b) && passesAABBTest(b, a, bounds_a);
+}
+
+}  // namespace
+
+bool takesPart(dGeomID geom) {
+  if (!dGeomIsEnabled(geom) || isZeroSized(geom)) return false;
+  if (dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0) return false;
+  const Bounds bounds = boundsOf(geom);
+  return std::none_of(bounds.begin(), bounds.end(), [](dReal bound) { return std::isnan(bound); });
+}
+
+bool mayTouch(dGeomID first, dGeomID second) {
+  return mayTouch(first, boundsOf(first), second, boundsOf(second));
+}
+
+Pairs expectedPairs(const std::vector<dGeomID>& in_add_order) {
+  std::vector<dGeomID> geoms;
+  std::vector<Bounds> bounds;
+  for (const dGeomID geom : in_add_order) {
+    if (!takesPart(geom)) continue;
+    geoms.push_back(geom);
+    bounds.push_back(boundsOf(geom));
+  }
+  Pairs pairs;
+  for (std::size_t i = 0; i < geoms.size(); ++i) {
+    for (std::size_t j = i + 1; j < geoms.size(); ++j) {
+      if (overlap(bounds[i], bounds[j]) && mayTouch(geoms[i], bounds[i], geoms[j], bounds[j])) {
+        pairs.emplace_back(number(geoms[i]), number(geoms[j]));
+      }
+    }
+  }
+  return pairs;
+}
+
+Pairs expectedPairs(const Boxes& boxes) {
+  Pairs pairs;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t j = i + 1; j < boxes.size(); ++j) {
+      const Box &a = boxes[i], &b = boxes[j];
+      if (a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] &&
+          b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2]) {
+        pairs.emplace_back(i, j);
+      }
+    }
+  }
+  return pairs;
+}
+
+}  // namespace sap_test

@@ -1,0 +1,28 @@
+// The pairs and the order that dSpaceCollide owes, worked out from ODE's public functions alone:
+// nothing in here knows how the library finds them.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <vector>
+
+#include "recorder.h"
+#include "scenes.h"
+
+namespace sap_test {
+
+// What may stand in a pair at all: enabled, not zero-sized, no NaN bound, not an empty sub-space.
+bool takesPart(dGeomID geom);
+
+// Bits, bodies, closed intervals in dReal and both AABBTest calls; both geoms take part.
+bool mayTouch(dGeomID first, dGeomID second);
+
+// All pairs of the geoms, which are given in the order in which they were last added to their
+// space: ascending by (earlier, later), earlier first. Quadratic. Asks every geom for its AABB,
+// so let the space collide first, or ask about a twin.
+Pairs expectedPairs(const std::vector<dGeomID>& in_add_order);
+
+// The same for bare boxes, numbered by their place: closed intervals only.
+Pairs expectedPairs(const Boxes& boxes);
+
+}  // namespace sap_test

@@ -1,0 +1,39 @@
+// Pairs as the callback receives them, by the numbers that the test gave its geoms.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace sap_test {
+
+// (first argument of the callback, second argument).
+using Pair = std::pair<std::size_t, std::size_t>;
+using Pairs = std::vector<Pair>;
+
+// The number travels in the geom's data pointer.
+void setNumber(dGeomID geom, std::size_t number);
+std::size_t number(dGeomID geom);
+
+// A dNearCallback; `pairs` points to a Pairs, to which the pair is appended.
+void record(void* pairs, dGeomID first, dGeomID second);
+
+Pairs collide(dSpaceID space);
+Pairs collide2(dGeomID first, dGeomID second);
+inline Pairs collide2(dSpaceID first, dGeomID second) {
+  return collide2(reinterpret_cast<dGeomID>(first), second);
+}
+
+// Sorted, arguments as they are.
+Pairs sorted(Pairs pairs);
+// Sorted, the smaller number first in every pair: for spaces that promise no order of arguments.
+Pairs asSet(Pairs pairs);
+
+// Empty if both are the same, else where they begin to differ. For use as
+// REQUIRE(difference(got, expected) == "").
+std::string difference(const Pairs& got, const Pairs& expected);
+
+}  // namespace sap_test
