@@ -1,0 +1,92 @@
+// Uninitialised, cache-line aligned storage that is reused from frame to frame.
+#ifndef ODE_PARALLEL_SAP_BUFFER_H
+#define ODE_PARALLEL_SAP_BUFFER_H
+
+#include <cstddef>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+namespace ode_parallel_sap {
+
+// Grows geometrically and never shrinks by itself. New elements are not written, so that the
+// operating system places their pages near the thread that writes them first.
+template <class T>
+class Buffer {
+  static_assert(std::is_trivially_copyable<T>::value, "elements are moved by memcpy");
+
+ public:
+  Buffer() = default;
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Buffer() { std::free(data_); }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  std::size_t bytes() const { return capacity_ * sizeof(T); }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+
+  // Sets the size; the contents are kept up to the smaller of both sizes.
+  void resize(std::size_t size) {
+    if (size > capacity_) reallocate(size > capacity_ + capacity_ / 2 ? size : capacity_ * 3 / 2);
+    size_ = size;
+  }
+  // Sets the size; the contents are lost if the storage has to grow.
+  void resizeDiscarding(std::size_t size) {
+    if (size > capacity_) size_ = 0;
+    resize(size);
+  }
+  // Room for at least `capacity` elements.
+  void reserve(std::size_t capacity) {
+    if (capacity > capacity_) reallocate(capacity);
+  }
+  void push_back(const T& value) {
+    const T copy = value;
+    resize(size_ + 1);
+    data_[size_ - 1] = copy;
+  }
+  // Gives the storage back.
+  void release() {
+    std::free(data_);
+    data_ = nullptr;
+    size_ = capacity_ = 0;
+  }
+  void swap(Buffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+  }
+
+ private:
+  static constexpr std::size_t alignment = 64;
+
+  void reallocate(std::size_t capacity) {
+    const std::size_t bytes = (capacity * sizeof(T) + alignment - 1) / alignment * alignment;
+    T* data = static_cast<T*>(std::aligned_alloc(alignment, bytes));
+    if (!data) throw std::bad_alloc();
+    if (size_) std::memcpy(static_cast<void*>(data), data_, size_ * sizeof(T));
+    std::free(data_);
+    data_ = data;
+    capacity_ = bytes / sizeof(T);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,71 @@
+#include "cell_tree.h"
+
+#include "parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+std::size_t groupsFor(std::size_t children) {
+  return (children + group_size - 1) / group_size;
+}
+
+// Below this many groups a level is not worth a team.
+constexpr std::size_t least_shared_groups = 256;
+
+}  // namespace
+
+void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, std::size_t count,
+                     int threads) {
+  cell_count_ = groupsFor(count);
+  view_ = {};
+  if (count == 0) return;
+  std::size_t total = 0;
+  for (std::size_t level_groups = cell_count_;; level_groups = groupsFor(level_groups)) {
+    view_.groups[view_.depth++] = static_cast<std::uint32_t>(level_groups);
+    total += level_groups;
+    if (level_groups == 1 && view_.depth > 1) break;
+  }
+  const bool filtered = boxes.filter_bits || boxes.filter_bodies;
+  groups_.resizeDiscarding(total);
+  ids_.resizeDiscarding(cell_count_);
+  if (filtered) filters_.resizeDiscarding(cell_count_);
+  view_.ids = ids_.data();
+  view_.filters = filtered ? filters_.data() : nullptr;
+
+  const Kernels& kernel = kernels();
+  runTeam(cell_count_ < least_shared_groups ? 1 : threads, [&](int thread, int team) {
+    const Range range = partOf(cell_count_, thread, team);
+    kernel.packCells(boxes.boxes.data(), order, count, range.begin, range.end, groups_.data(),
+                     ids_.data());
+    if (filtered) packFilters(boxes, range.begin, range.end);
+  });
+  Group* level = groups_.data();
+  view_.levels[0] = level;
+  for (int depth = 1; depth < view_.depth; ++depth) {
+    const std::size_t children = view_.groups[depth - 1], parents = view_.groups[depth];
+    Group* const next = level + children;
+    runTeam(parents < least_shared_groups ? 1 : threads, [&](int thread, int team) {
+      const Range range = partOf(parents, thread, team);
+      kernel.packBounds(level, children, range.begin, range.end, next);
+    });
+    view_.levels[depth] = level = next;
+  }
+}
+
+void CellTree::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
+  for (std::size_t cell = begin; cell < end; ++cell)
+    for (int lane = 0; lane < group_size; ++lane) {
+      const std::uint32_t slot = ids_[cell].slot[lane];
+      GroupFilter& filter = filters_[cell];
+      filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
+      filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
+      filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
+    }
+}
+
+std::size_t CellTree::bytes() const {
+  return groups_.bytes() + ids_.bytes() + filters_.bytes();
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,37 @@
+// A tree of bounds, sixteen children to a node, over cells of sixteen boxes.
+#ifndef ODE_PARALLEL_SAP_CELL_TREE_H
+#define ODE_PARALLEL_SAP_CELL_TREE_H
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "box_set.h"
+#include "buffer.h"
+#include "simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+class CellTree {
+ public:
+  // Cells of the boxes order[0..count), in that order; order == null stands for 0, 1, 2, ...
+  // `order` must outlive nothing: it is read during the call only.
+  void build(const BoxSet& boxes, const std::uint32_t* order, std::size_t count, int threads);
+  // Valid until the next build.
+  const TreeView& view() const { return view_; }
+  std::size_t cells() const { return cell_count_; }
+  std::size_t bytes() const;
+
+ private:
+  void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
+
+  std::size_t cell_count_ = 0;
+  Buffer<Group> groups_;  // all levels, one after the other
+  Buffer<GroupIds> ids_;
+  Buffer<GroupFilter> filters_;
+  TreeView view_ = {};
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,252 @@
+#include "geom_update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "floating_point.h"
+#include "ode_private.h"
+#include "parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, this many
+// geoms before they are needed.
+constexpr std::size_t block_size = 32;
+// A thread is worth its start from this many geoms on.
+constexpr std::size_t least_geoms_a_thread = 1024;
+
+bool hasGimpact() {
+  static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
+  return has;
+}
+
+// Whether other threads may compute other geoms' AABBs at the same time: not where user code runs,
+// where a sub-space cleans its geoms, or where geoms share caches.
+bool needsCallingThread(const dxGeom* geom) {
+  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
+         (geom->type == dTriMeshClass && hasGimpact());
+}
+
+void cleanGeom(dxGeom* geom) {
+  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+  geom->recomputeAABB();
+  geom->gflags &= ~GEOM_DIRTY;
+}
+
+// The next float down (direction -1) or up (1) if `value` was rounded the other way.
+float roundedOutward(dReal exact, int direction, bool& is_exact) {
+  float value = static_cast<float>(exact);
+  if (static_cast<dReal>(value) == exact) return value;
+  is_exact = false;
+  if ((static_cast<dReal>(value) < exact) == (direction < 0)) return value;
+  std::int32_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
+  bits += direction;
+  bits ^= (bits >> 31) & 0x7fffffff;
+  std::memcpy(&value, &bits, sizeof bits);
+  return value;
+}
+
+constexpr Box inactive_box = {
+    {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
+     std::numeric_limits<float>::quiet_NaN()},
+    {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
+     std::numeric_limits<float>::quiet_NaN()}};
+
+// All bits as 32: a match of the originals is always a match of these.
+std::uint32_t foldBits(unsigned long bits, UpdateFacts& facts) {
+  const std::uint64_t wide = bits;
+  const std::uint32_t low = static_cast<std::uint32_t>(wide), high = wide >> 32;
+  if (high != 0 && ~wide != 0) facts.exact_bits = false;
+  return low | high;
+}
+
+// Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
+constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
+
+void packGeom(const dxGeom* geom, Slot slot, UpdateFacts& facts, std::uintptr_t& some_body,
+              BoxSet& boxes) {
+  Box& box = boxes.boxes[slot];
+  if (!geom || !isEnabled(geom)) {
+    facts.disabled += geom != nullptr;
+    box = inactive_box;
+    return;
+  }
+  if (hasNaN(geom)) {
+    facts.invalid.push_back(slot);
+    box = inactive_box;
+    return;
+  }
+  bool unbounded = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal lower = geom->aabb[2 * axis], upper = geom->aabb[2 * axis + 1];
+    box.lower[axis] = roundedOutward(lower, -1, facts.exact_boxes);
+    box.upper[axis] = roundedOutward(upper, 1, facts.exact_boxes);
+    unbounded = unbounded || lower > upper || std::isinf(lower) || std::isinf(upper);
+  }
+  facts.unbounded += unbounded;
+  facts.user_classes = facts.user_classes || isUserClass(geom);
+
+  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
+  boxes.bits[slot] = {foldBits(geom->category_bits, facts), foldBits(geom->collide_bits, facts)};
+
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body);
+  boxes.bodies[slot] = static_cast<std::uint32_t>(body >> 4);
+  if (body) {
+    facts.filter_bodies = facts.filter_bodies || geom->body_next;
+    if (!some_body) some_body = body;
+    if ((body ^ some_body) & ~body_bits) facts.exact_bodies = false;
+    if (!(body & body_bits)) facts.exact_bodies = false;
+  }
+}
+
+void prefetchGeom(const dxGeom* geom) {
+  if (!geom) return;
+  const char* const bytes = reinterpret_cast<const char*>(geom);
+  for (std::size_t line = 0; line < sizeof(dxGeom); line += 64) __builtin_prefetch(bytes + line);
+}
+
+void prefetchPose(const dxGeom* geom) {
+  if (!geom || !geom->final_posr) return;
+  const char* const bytes = reinterpret_cast<const char*>(geom->final_posr);
+  for (std::size_t line = 0; line < sizeof(dxPosR); line += 64) __builtin_prefetch(bytes + line);
+}
+
+}  // namespace
+
+void UpdateFacts::add(const UpdateFacts& other) {
+  moved += other.moved;
+  disabled += other.disabled;
+  unbounded += other.unbounded;
+  user_classes = user_classes || other.user_classes;
+  exact_bits = exact_bits && other.exact_bits;
+  exact_bodies = exact_bodies && other.exact_bodies;
+  exact_boxes = exact_boxes && other.exact_boxes;
+  filter_bits = filter_bits || other.filter_bits;
+  filter_bodies = filter_bodies || other.filter_bodies;
+  invalid.insert(invalid.end(), other.invalid.begin(), other.invalid.end());
+}
+
+int GeomUpdate::run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes) {
+  const int parts =
+      static_cast<int>(std::min<std::size_t>(threads, slots / least_geoms_a_thread + 1));
+  if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
+  part_count_ = parts;
+  const FloatingPointMode callers_mode = currentMode();
+  int used = 1;
+  runTeam(parts, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    const ScopedMode mode(callers_mode);
+    for (int index = thread; index < parts; index += team) {
+      Part& part = parts_[index];
+      part.facts = UpdateFacts();
+      part.deferred.clear();
+      part.some_body = 0;
+      const Range range = partOf(slots, index, parts);
+      for (std::size_t i = range.begin; i < std::min(range.begin + block_size, range.end); ++i)
+        prefetchGeom(geoms[i]);
+      for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
+        const std::size_t end = std::min(begin + block_size, range.end);
+        for (std::size_t i = end; i < std::min(end + block_size, range.end); ++i)
+          prefetchGeom(geoms[i]);
+        for (std::size_t i = begin; i < end; ++i) prefetchPose(geoms[i]);
+        for (std::size_t i = begin; i < end; ++i) {
+          dxGeom* const geom = geoms[i];
+          if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
+          ++part.facts.moved;
+          if (needsCallingThread(geom))
+            part.deferred.push_back(static_cast<Slot>(i));
+          else
+            cleanGeom(geom);
+        }
+        if (!boxes) continue;
+        const ScopedMode exact(exactMode());
+        for (std::size_t i = begin; i < end; ++i) {
+          const dxGeom* const geom = geoms[i];
+          if (!geom || !(geom->gflags & GEOM_DIRTY))
+            packGeom(geom, static_cast<Slot>(i), part.facts, part.some_body, *boxes);
+        }
+      }
+    }
+  });
+  Part& serial = parts_[parts];
+  serial.facts = UpdateFacts();
+  serial.some_body = 0;
+  for (int index = 0; index < parts; ++index)
+    for (const Slot slot : parts_[index].deferred) {
+      cleanGeom(geoms[slot]);
+      if (!boxes) continue;
+      const ScopedMode exact(exactMode());
+      packGeom(geoms[slot], slot, serial.facts, serial.some_body, *boxes);
+    }
+  return used;
+}
+
+void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads) {
+  run(geoms, slots, threads, nullptr);
+}
+
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes) {
+  boxes.size = slots;
+  boxes.boxes.resizeDiscarding(slots);
+  boxes.bits.resizeDiscarding(slots);
+  boxes.bodies.resizeDiscarding(slots);
+  return run(geoms, slots, threads, &boxes);
+}
+
+const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
+  facts_ = UpdateFacts();
+  std::uintptr_t some_body = 0;
+  for (int index = 0; index <= part_count_; ++index) {
+    const Part& part = parts_[index];
+    facts_.add(part.facts);
+    if (!part.some_body) continue;
+    if (!some_body) some_body = part.some_body;
+    if ((part.some_body ^ some_body) & ~body_bits) facts_.exact_bodies = false;
+  }
+  std::sort(facts_.invalid.begin(), facts_.invalid.end());
+  boxes.exact = std::is_same<dReal, float>::value || facts_.exact_boxes;
+  boxes.filter_bits = facts_.filter_bits;
+  boxes.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
+  return facts_;
+}
+
+bool isUserClass(const dxGeom* geom) {
+  return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
+}
+
+bool isEnabled(const dxGeom* geom) {
+  return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
+         !(IS_SPACE(geom) && static_cast<const dxSpace*>(geom)->count == 0);
+}
+
+bool hasNaN(const dxGeom* geom) {
+  const dReal* const bounds = geom->aabb;
+  bool nan = false;
+  for (int i = 0; i < 6; ++i) nan = nan || bounds[i] != bounds[i];
+  return nan;
+}
+
+bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
+  const dReal *const p = a->aabb, *const q = b->aabb;
+  return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
+         q[4] <= p[5];
+}
+
+bool filtersMatch(const dxGeom* a, const dxGeom* b) {
+  return !(a->body && a->body == b->body) &&
+         ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
+}
+
+bool passesAABBTests(dxGeom* a, dxGeom* b) {
+  return a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,67 @@
+// The update stage: geoms in, boxes out. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_GEOM_UPDATE_H
+#define ODE_PARALLEL_SAP_GEOM_UPDATE_H
+
+#include <cstddef>
+#include <vector>
+
+#include "box_set.h"
+#include "buffer.h"
+
+struct dxGeom;
+
+namespace ode_parallel_sap {
+
+// What the later stages must know of the geoms behind the boxes.
+struct UpdateFacts {
+  std::size_t moved = 0;
+  std::size_t disabled = 0;
+  std::size_t unbounded = 0;
+  bool user_classes = false;  // AABBTest may decide
+  bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
+  bool exact_bodies = true;   // equal body numbers are equal bodies
+  bool exact_boxes = true;    // no float bound was rounded
+  bool filter_bits = false;
+  bool filter_bodies = false;
+  std::vector<Slot> invalid;  // slots of NaN bounds, ascending
+
+  void add(const UpdateFacts& other);
+};
+
+// The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
+// boxes to a part of the storage that is its own; joining the parts then moves no box.
+class GeomUpdate {
+ public:
+  // Brings every dirty geom of geoms[0..slots) up to date (null: an empty slot).
+  void clean(dxGeom* const* geoms, std::size_t slots, int threads);
+  // The same, and fills `boxes`. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes);
+  // The threads' facts made one. Call after pack().
+  const UpdateFacts& synchronise(BoxSet& boxes);
+
+ private:
+  struct alignas(64) Part {
+    UpdateFacts facts;
+    std::vector<Slot> deferred;  // moved geoms that only one thread may touch
+    std::uintptr_t some_body = 0;
+  };
+
+  int run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes);
+
+  std::vector<Part> parts_;
+  int part_count_ = 0;
+  UpdateFacts facts_;
+};
+
+// Both exactly as ODE has them, by pointer: the last word on pairs that boxes cannot decide.
+bool isEnabled(const dxGeom* geom);
+bool boxesOverlap(const dxGeom* a, const dxGeom* b);
+bool filtersMatch(const dxGeom* a, const dxGeom* b);
+bool hasNaN(const dxGeom* geom);
+// Calls both AABBTest functions; true if neither rules the pair out.
+bool passesAABBTests(dxGeom* a, dxGeom* b);
+bool isUserClass(const dxGeom* geom);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,13 @@
+// ODE's private headers, which define dxGeom and dxSpace. Only the files listed in
+// sources_on_ode_internals (CMakeLists.txt) may include this.
+#ifndef ODE_PARALLEL_SAP_ODE_PRIVATE_H
+#define ODE_PARALLEL_SAP_ODE_PRIVATE_H
+
+#include <ode/ode.h>
+
+#include "config.h"
+//
+#include "collision_kernel.h"
+#include "error.h"
+
+#endif

@@ -1,0 +1,114 @@
+#include "pair_order.h"
+
+#include <algorithm>
+
+#include "parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Buckets hold about this many pairs, 32 kB: what fits in the first-level cache.
+constexpr std::size_t bucket_pairs = 4096;
+constexpr std::size_t most_buckets = 2048;
+
+// Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
+bool laterComesAfter(Pair a, Pair b) {
+  return laterOf(a) < laterOf(b);
+}
+
+void sortShortList(Pair* begin, Pair* end) {
+  constexpr std::ptrdiff_t longest_insertion = 24;
+  if (end - begin > longest_insertion) {
+    std::sort(begin, end, laterComesAfter);
+    return;
+  }
+  for (Pair* next = begin + 1; next < end; ++next) {
+    const Pair pair = *next;
+    Pair* hole = next;
+    for (; hole > begin && laterOf(hole[-1]) > laterOf(pair); --hole) *hole = hole[-1];
+    *hole = pair;
+  }
+}
+
+}  // namespace
+
+void PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
+                           Scratch& scratch) {
+  if (count < 2) return;
+  scratch.ends.assign(slots + 1, 0);
+  scratch.pairs.resizeDiscarding(count);
+  std::uint32_t* const ends = scratch.ends.data();
+  for (std::size_t i = 0; i < count; ++i) ++ends[earlierOf(pairs[i]) - first_slot + 1];
+  for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
+  for (std::size_t i = 0; i < count; ++i)
+    scratch.pairs[ends[earlierOf(pairs[i]) - first_slot]++] = pairs[i];
+  for (std::size_t slot = 0, begin = 0; slot < slots; ++slot) {
+    const std::size_t end = ends[slot];
+    if (end - begin > 1) sortShortList(scratch.pairs.data() + begin, scratch.pairs.data() + end);
+    begin = end;
+  }
+  std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
+}
+
+void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+                     PairList& pairs) {
+  std::size_t count = 0;
+  for (const Buffer<Pair>& part : found) count += part.size();
+  pairs.clear(1);
+  Buffer<Pair>& sorted = pairs.parts[0];
+  sorted.resizeDiscarding(count);
+  if (count == 0) return;
+
+  int shift = 0;
+  const std::size_t wanted = std::min(most_buckets, count / bucket_pairs + 1);
+  while ((slots - 1) >> shift >= wanted) ++shift;
+  const std::size_t buckets = ((slots - 1) >> shift) + 1;
+  const std::size_t parts = found.size();
+  const auto bucketOf = [shift](Pair pair) { return std::size_t{earlierOf(pair)} >> shift; };
+
+  positions_.assign(buckets * parts, 0);
+  runTeam(threads, [&](int thread, int team) {
+    for (std::size_t part = thread; part < parts; part += team) {
+      std::size_t* const counts = positions_.data() + buckets * part;
+      for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
+    }
+  });
+  bucket_begin_.resize(buckets + 1);
+  std::size_t position = 0;
+  for (std::size_t bucket = 0; bucket < buckets; ++bucket) {
+    bucket_begin_[bucket] = position;
+    for (std::size_t part = 0; part < parts; ++part) {
+      std::size_t& cell = positions_[buckets * part + bucket];
+      const std::size_t size = cell;
+      cell = position;
+      position += size;
+    }
+  }
+  bucket_begin_[buckets] = position;
+  runTeam(threads, [&](int thread, int team) {
+    for (std::size_t part = thread; part < parts; part += team) {
+      std::size_t* const next = positions_.data() + buckets * part;
+      for (const Pair pair : found[part]) sorted[next[bucketOf(pair)]++] = pair;
+    }
+  });
+  if (scratch_.size() < static_cast<std::size_t>(threads)) scratch_.resize(threads);
+  ChunkQueue queue(buckets, 1);
+  runTeam(threads, [&](int thread, int) {
+    Range range;
+    while (queue.next(range))
+      for (std::size_t bucket = range.begin; bucket < range.end; ++bucket)
+        sortBucket(sorted.data() + bucket_begin_[bucket],
+                   bucket_begin_[bucket + 1] - bucket_begin_[bucket],
+                   static_cast<Slot>(bucket << shift), std::size_t{1} << shift, scratch_[thread]);
+  });
+}
+
+std::size_t PairOrder::bytes() const {
+  std::size_t bytes = (positions_.capacity() + bucket_begin_.capacity()) * sizeof(std::size_t);
+  for (const Scratch& scratch : scratch_)
+    bytes += scratch.pairs.bytes() + scratch.ends.capacity() * sizeof(std::uint32_t);
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

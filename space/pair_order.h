@@ -1,0 +1,41 @@
+// Pairs found in any order by several threads, put in the order of the report.
+#ifndef ODE_PARALLEL_SAP_PAIR_ORDER_H
+#define ODE_PARALLEL_SAP_PAIR_ORDER_H
+
+#include <cstdint>
+#include <vector>
+
+#include "buffer.h"
+#include "pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Two steps: pairs are dealt into buckets of neighbouring earlier slots, then each bucket is sorted
+// by itself while it is in the cache.
+class PairOrder {
+ public:
+  // Leaves the pairs of all `found` buffers in `pairs` as one part, ascending. Slots are below
+  // `slots`.
+  void sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+            PairList& pairs);
+  std::size_t bytes() const;
+
+ private:
+  struct Bucket {
+    std::size_t begin, end;
+  };
+  struct Scratch {
+    std::vector<std::uint32_t> ends;
+    Buffer<Pair> pairs;
+  };
+  void sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
+                  Scratch& scratch);
+
+  std::vector<std::size_t> positions_;
+  std::vector<std::size_t> bucket_begin_;
+  std::vector<Scratch> scratch_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

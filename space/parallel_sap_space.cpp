@@ -1,0 +1,384 @@
+#include "parallel_sap_space.h"
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <utility>
+
+#include "floating_point.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Up to this number of slots a scene is collided pair by pair on the spot.
+constexpr std::size_t smallest_scene = 12;
+// Up to this number of slots testing all pairs is faster than ordering boxes.
+constexpr std::size_t brute_force_scene = 700;
+// A thread is worth its start from this many slots on.
+constexpr std::size_t least_slots_a_thread = 2048;
+constexpr std::size_t most_slots = std::size_t{1} << 28;
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
+// Adds the time from its beginning to its end.
+class Timer {
+ public:
+  explicit Timer(double& ms) : ms_(ms), begin_(Clock::now()) {}
+  ~Timer() { ms_ += milliseconds(begin_, Clock::now()); }
+
+ private:
+  double& ms_;
+  const Clock::time_point begin_;
+};
+
+std::size_t slotIn(const dxGeom* geom) {
+  return reinterpret_cast<std::size_t>(geom->tome_ex) - 1;
+}
+void setSlot(dxGeom* geom, std::size_t slot) {
+  geom->tome_ex = reinterpret_cast<dxGeom**>(slot + 1);
+}
+void clearSlot(dxGeom* geom) {
+  geom->tome_ex = nullptr;
+}
+
+bool overlapExactly(const dxGeom* a, const dxGeom* b) {
+  const ScopedMode mode(exactMode());
+  return boxesOverlap(a, b);
+}
+
+}  // namespace
+
+// Locks the space against changes to its contents, until the scope is left in whatever way.
+class ParallelSAPSpace::Lock {
+ public:
+  explicit Lock(ParallelSAPSpace& space) : space_(space) { ++space_.lock_count; }
+  ~Lock() { --space_.lock_count; }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
+
+ private:
+  ParallelSAPSpace& space_;
+};
+
+ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent)
+    : dxSpace(parent), settings(settingsFromEnvironment()) {
+  // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
+  // this one.
+  type = dSweepAndPruneSpaceClass;
+}
+
+ParallelSAPSpace::~ParallelSAPSpace() {
+  CHECK_NOT_LOCKED(this);
+  if (settings.print_stats && totals_.frames) {
+    const double frames = static_cast<double>(totals_.frames);
+    dMessage(0,
+             "parallel SAP space %p: %llu frames, a frame: %.0f geoms, %.0f pairs, %.3f ms (update "
+             "%.3f, synchronise %.3f, extract %.3f, filter %.3f, report %.3f)",
+             static_cast<void*>(this), totals_.frames, totals_.geoms / frames,
+             totals_.pairs / frames, totals_.total_ms / frames, totals_.update_ms / frames,
+             totals_.synchronise_ms / frames, totals_.extract_ms / frames,
+             totals_.filter_ms / frames, totals_.report_ms / frames);
+  }
+  // The base class's destructor would not reach remove() any more.
+  while (first) {
+    if (cleanup)
+      dGeomDestroy(first);
+    else
+      remove(first);
+  }
+}
+
+void ParallelSAPSpace::add(dxGeom* geom) {
+  CHECK_NOT_LOCKED(this);
+  dAASSERT(geom);
+  dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
+  dUASSERT(geoms_.size() < most_slots, "too many geoms in a parallel SAP space");
+
+  geoms_.push_back(geom);
+  setSlot(geom, geoms_.size() - 1);
+  geom->next = nullptr;
+  geom->tome = tail_;
+  *tail_ = geom;
+  tail_ = &geom->next;
+  geom->parent_space = this;
+  ++count;
+  current_geom = nullptr;
+
+  // A geom that comes clean from elsewhere is new here all the same.
+  geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+  needs_clean_ = true;
+  dGeomMoved(this);
+}
+
+void ParallelSAPSpace::remove(dxGeom* geom) {
+  CHECK_NOT_LOCKED(this);
+  dAASSERT(geom);
+  dUASSERT(geom->parent_space == this, "object is not in this space");
+
+  geoms_[slotIn(geom)] = nullptr;
+  while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
+  clearSlot(geom);
+  if (!reported_invalid_.empty()) reported_invalid_.erase(geom);
+  if (!geom->next) tail_ = geom->tome;
+  dxSpace::remove(geom);
+}
+
+void ParallelSAPSpace::dirty(dxGeom*) {
+  needs_clean_ = true;
+}
+
+// Closes the gaps that removed geoms left, once they are a quarter of all slots.
+void ParallelSAPSpace::closeSlots() {
+  const std::size_t gaps = geoms_.size() - count;
+  if (gaps == 0 || gaps < geoms_.size() / 4) return;
+  std::size_t slot = 0;
+  for (dxGeom* const geom : geoms_) {
+    if (!geom) continue;
+    geoms_[slot] = geom;
+    setSlot(geom, slot++);
+  }
+  geoms_.resize(slot);
+}
+
+void ParallelSAPSpace::cleanGeoms() {
+  if (!needs_clean_) return;
+  const Lock lock(*this);
+  geom_update_.clean(geoms_.data(), geoms_.size(), threadsFor(settings));
+  needs_clean_ = false;
+}
+
+bool ParallelSAPSpace::isSmallest() const {
+  return geoms_.size() <= smallest_scene && settings.method != dParallelSAPMethodSweep;
+}
+
+void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
+  dAASSERT(callback);
+  const Lock lock(*this);
+  struct Nesting {
+    int& depth;
+    explicit Nesting(int& depth) : depth(depth) { ++depth; }
+    ~Nesting() { --depth; }
+  } nesting(nesting_);
+  if (nesting_ == 1) closeSlots();
+
+  ++stats_.frames;
+  stats_.geoms = count;
+  stats_.backend = dParallelSAPBackendCPU;
+  stats_.devices = 0;
+  stats_.update_ms = stats_.synchronise_ms = stats_.extract_ms = stats_.filter_ms =
+      stats_.report_ms = stats_.total_ms = 0;
+  if (isSmallest()) {
+    collideSmallest(data, callback);
+    return;
+  }
+
+  // A collide within the callback finds the members free: what it needs is taken out of them.
+  const Clock::time_point begin = Clock::now();
+  PairList pairs = std::move(pairs_);
+  try {
+    update();
+    synchronise();
+    extract(pairs);
+    filter(pairs);
+  } catch (const std::bad_alloc&) {
+    collideWithoutMemory(data, callback);
+    stats_.total_ms = milliseconds(begin, Clock::now());
+    return;
+  }
+  stats_.pairs = pairs.size();
+  stats_.memory_bytes = memoryBytes(pairs);
+
+  dParallelSAPStats own = stats_;
+  {
+    const Timer timer(own.report_ms);
+    report(pairs, data, callback);
+  }
+  own.total_ms = milliseconds(begin, Clock::now());
+  own.frames = stats_.frames;
+  stats_ = own;
+  countTotals();
+  pairs_ = std::move(pairs);
+}
+
+// The same promises without boxes, lists or clocks: for so few geoms those would take most of the
+// time.
+void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
+  const Clock::time_point begin = timed_ ? Clock::now() : Clock::time_point();
+  dxGeom* active[smallest_scene];
+  std::size_t actives = 0;
+  stats_.moved = stats_.disabled = stats_.invalid = stats_.unbounded = 0;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if (geom->gflags & GEOM_DIRTY) {
+      if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+      geom->recomputeAABB();
+      geom->gflags &= ~GEOM_DIRTY;
+      ++stats_.moved;
+    }
+    if (!isEnabled(geom)) {
+      ++stats_.disabled;
+    } else if (hasNaN(geom)) {
+      ++stats_.invalid;
+      reportInvalid(geom);
+    } else {
+      active[actives++] = geom;
+    }
+  }
+  needs_clean_ = false;
+
+  struct Couple {
+    dxGeom *earlier, *later;
+  };
+  Couple couples[smallest_scene * (smallest_scene - 1) / 2];
+  std::size_t candidates = 0;
+  {
+    const ScopedMode mode(exactMode());
+    for (std::size_t i = 0; i < actives; ++i)
+      for (std::size_t j = i + 1; j < actives; ++j)
+        if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]))
+          couples[candidates++] = {active[i], active[j]};
+  }
+  std::size_t pairs = 0;
+  for (std::size_t i = 0; i < candidates; ++i) {
+    const Couple couple = couples[i];
+    if ((isUserClass(couple.earlier) || isUserClass(couple.later)) &&
+        !passesAABBTests(couple.earlier, couple.later))
+      continue;
+    couples[pairs++] = couple;
+  }
+  stats_.candidates = candidates;
+  stats_.pairs = pairs;
+  stats_.method = dParallelSAPMethodBruteForce;
+  stats_.threads = 1;
+  for (std::size_t i = 0; i < pairs; ++i) callback(data, couples[i].earlier, couples[i].later);
+  if (timed_) {
+    stats_.total_ms = milliseconds(begin, Clock::now());
+    countTotals();
+  }
+}
+
+void ParallelSAPSpace::update() {
+  const Timer timer(stats_.update_ms);
+  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), threadsFor(settings), boxes_);
+  needs_clean_ = false;
+}
+
+void ParallelSAPSpace::synchronise() {
+  const Timer timer(stats_.synchronise_ms);
+  facts_ = &geom_update_.synchronise(boxes_);
+  for (const Slot slot : facts_->invalid) reportInvalid(geoms_[slot]);
+  stats_.moved = facts_->moved;
+  stats_.disabled = facts_->disabled;
+  stats_.invalid = facts_->invalid.size();
+  stats_.unbounded = facts_->unbounded;
+}
+
+void ParallelSAPSpace::extract(PairList& pairs) {
+  const Timer timer(stats_.extract_ms);
+  const std::size_t slots = geoms_.size();
+  int method = settings.method;
+  if (method == dParallelSAPMethodAuto)
+    method = slots <= brute_force_scene ? dParallelSAPMethodBruteForce : dParallelSAPMethodSweep;
+  PairFinder& finder = method == dParallelSAPMethodBruteForce
+                           ? static_cast<PairFinder&>(brute_force_)
+                           : static_cast<PairFinder&>(sweep_);
+  const int threads = static_cast<int>(std::min<std::size_t>(
+      threadsFor(settings), std::max<std::size_t>(1, slots / least_slots_a_thread)));
+  stats_.threads = std::max(stats_.threads, finder.find(boxes_, threads, pairs));
+  stats_.method = method;
+  stats_.candidates = pairs.size();
+}
+
+void ParallelSAPSpace::filter(PairList& pairs) {
+  const Timer timer(stats_.filter_ms);
+  pair_filter_.run(geoms_.data(), *facts_, boxes_.exact, threadsFor(settings), pairs);
+}
+
+void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part) callback(data, geoms_[earlierOf(pair)], geoms_[laterOf(pair)]);
+}
+
+// The last resort: all pairs one by one, which takes time but no memory.
+void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback) {
+  if (!out_of_memory_reported_)
+    dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
+  out_of_memory_reported_ = true;
+  stats_.method = dParallelSAPMethodBruteForce;
+  stats_.threads = 1;
+  stats_.pairs = 0;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if (!(geom->gflags & GEOM_DIRTY)) continue;
+    if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+    geom->recomputeAABB();
+    geom->gflags &= ~GEOM_DIRTY;
+  }
+  for (dxGeom* a = first; a; a = a->next) {
+    if (!isEnabled(a) || hasNaN(a)) continue;
+    for (dxGeom* b = a->next; b; b = b->next) {
+      if (!isEnabled(b) || hasNaN(b)) continue;
+      if (!overlapExactly(a, b) || !filtersMatch(a, b) || !passesAABBTests(a, b)) continue;
+      ++stats_.pairs;
+      callback(data, a, b);
+    }
+  }
+}
+
+void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
+  dAASSERT(geom && callback);
+  const Lock lock(*this);
+  cleanGeoms();
+  geom->recomputeAABB();
+  if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
+  constexpr std::size_t ahead = 8;
+  const std::size_t slots = geoms_.size();
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    if (slot + ahead < slots && geoms_[slot + ahead]) {
+      __builtin_prefetch(&geoms_[slot + ahead]->gflags);
+      __builtin_prefetch(geoms_[slot + ahead]->aabb);
+      __builtin_prefetch(&geoms_[slot + ahead]->collide_bits);
+    }
+    dxGeom* const own = geoms_[slot];
+    if (!own || !isEnabled(own) || hasNaN(own) || !overlapExactly(own, geom)) continue;
+    if (filtersMatch(own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
+  }
+}
+
+void ParallelSAPSpace::reportInvalid(const dxGeom* geom) {
+  if (reported_invalid_.insert(geom).second)
+    dMessage(0, "parallel SAP space: geom %p has a NaN in its AABB and is left out of all pairs",
+             static_cast<const void*>(geom));
+}
+
+void ParallelSAPSpace::countTotals() {
+  totals_.frames += 1;
+  totals_.geoms += stats_.geoms;
+  totals_.pairs += stats_.pairs;
+  totals_.update_ms += stats_.update_ms;
+  totals_.synchronise_ms += stats_.synchronise_ms;
+  totals_.extract_ms += stats_.extract_ms;
+  totals_.filter_ms += stats_.filter_ms;
+  totals_.report_ms += stats_.report_ms;
+  totals_.total_ms += stats_.total_ms;
+}
+
+std::size_t ParallelSAPSpace::memoryBytes(const PairList& pairs) const {
+  return sizeof *this + geoms_.bytes() + boxes_.boxes.bytes() + boxes_.bits.bytes() +
+         boxes_.bodies.bytes() + brute_force_.bytes() + sweep_.bytes() + pairs.bytes();
+}
+
+const dParallelSAPStats& ParallelSAPSpace::stats() {
+  timed_ = true;
+  return stats_;
+}
+
+ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
+  return space && space->type == dSweepAndPruneSpaceClass ? dynamic_cast<ParallelSAPSpace*>(space)
+                                                          : nullptr;
+}
+
+}  // namespace ode_parallel_sap

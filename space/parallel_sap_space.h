@@ -1,0 +1,86 @@
+// The dSpace itself: ODE's side of it, and the pipeline. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
+#define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <unordered_set>
+
+#include "box_set.h"
+#include "brute_force.h"
+#include "buffer.h"
+#include "geom_update.h"
+#include "ode_private.h"
+#include "pair_filter.h"
+#include "pair_list.h"
+#include "settings.h"
+#include "sweep.h"
+
+namespace ode_parallel_sap {
+
+// Geoms sit in slots in the order in which they were added; a removed one leaves its slot empty
+// until the slots are closed up. A geom knows its slot: slot + 1 is kept in dxGeom::tome_ex, a
+// field that ODE leaves to spaces for this.
+//
+// The linked list of the base class holds the geoms in the same order, for ODE's own functions that
+// walk it. Its stock form, dirty geoms first, is needed by the stock spaces' cleanGeoms only: here
+// dirty geoms are found by their flags while the slots are read, and dSpaceCollide2 of two spaces
+// walks in the order of the report.
+class ParallelSAPSpace final : public dxSpace {
+ public:
+  explicit ParallelSAPSpace(dSpaceID parent);
+  ~ParallelSAPSpace();
+
+  void add(dxGeom* geom) override;
+  void remove(dxGeom* geom) override;
+  void dirty(dxGeom* geom) override;
+  void cleanGeoms() override;
+  void collide(void* data, dNearCallback* callback) override;
+  void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
+
+  Settings settings;
+  // Also asks for times from now on, which the smallest scenes do without.
+  const dParallelSAPStats& stats();
+
+ private:
+  class Lock;
+
+  void closeSlots();
+  bool isSmallest() const;
+  void collideSmallest(void* data, dNearCallback* callback);
+  void update();
+  void synchronise();
+  void extract(PairList& pairs);
+  void filter(PairList& pairs);
+  void report(const PairList& pairs, void* data, dNearCallback* callback);
+  void collideWithoutMemory(void* data, dNearCallback* callback);
+  void reportInvalid(const dxGeom* geom);
+  void countTotals();
+  std::size_t memoryBytes(const PairList& pairs) const;
+
+  Buffer<dxGeom*> geoms_;  // by slot
+  dxGeom** tail_ = &first;
+  bool needs_clean_ = false;
+  int nesting_ = 0;  // collides of this space under way
+  std::unordered_set<const dxGeom*> reported_invalid_;
+
+  GeomUpdate geom_update_;
+  BoxSet boxes_;
+  BruteForce brute_force_;
+  Sweep sweep_;
+  PairFilter pair_filter_;
+  PairList pairs_;
+  const UpdateFacts* facts_ = nullptr;
+
+  bool timed_ = false;
+  bool out_of_memory_reported_ = false;
+  dParallelSAPStats stats_ = {};
+  dParallelSAPStats totals_ = {};
+};
+
+// The space behind an id, or null if it is not one of ours.
+ParallelSAPSpace* parallelSAPSpace(dSpaceID space);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,65 @@
+// Keys along a space-filling (Z) curve through a box of centres.
+#ifndef ODE_PARALLEL_SAP_QUANTIZER_H
+#define ODE_PARALLEL_SAP_QUANTIZER_H
+
+#include <cstdint>
+
+#include "box_set.h"
+
+namespace ode_parallel_sap {
+
+// Centre range and mean extents of a number of boxes.
+struct ClassSummary {
+  float low[3], high[3];  // of the centres
+  double extent[3];       // sums
+  std::size_t count;
+
+  void clear();
+  void add(const Box& box);
+  void add(const ClassSummary& other);
+};
+
+// Centres are half sums, scaled so that they cannot overflow.
+inline float centreOf(const Box& box, int axis) {
+  return 0.5f * box.lower[axis] + 0.5f * box.upper[axis];
+}
+
+// Gives each of the `bits` binary digits of a key to one axis: always to the one on which the steps
+// are still the longest in terms of the boxes' mean extent there. A flat or long scene thus spends
+// its digits where it has room, and cells come out in the shape of the boxes.
+class Quantizer {
+ public:
+  static constexpr int max_bits = 24;
+
+  Quantizer(const ClassSummary& summary, int bits, std::uint32_t first_key);
+
+  std::uint32_t keyOf(const Box& box) const {
+    std::uint32_t key = first_key_;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::uint32_t step = stepOf(centreOf(box, axis), axis);
+      key += spread_[axis][0][step & 0xff] | spread_[axis][1][step >> 8 & 0xff] |
+             spread_[axis][2][step >> 16];
+    }
+    return key;
+  }
+  // The number of keys: first_key to first_key + keys() - 1 are in use.
+  std::uint32_t keys() const { return std::uint32_t{1} << bits_; }
+
+ private:
+  std::uint32_t stepOf(float centre, int axis) const {
+    const float step = (centre - origin_[axis]) * scale_[axis];
+    // A comparison that is false for NaN, which inverted boxes around infinity could give.
+    return step > 0 ? step < last_step_[axis] ? static_cast<std::uint32_t>(step)
+                                              : static_cast<std::uint32_t>(last_step_[axis])
+                    : 0;
+  }
+
+  float origin_[3], scale_[3], last_step_[3];
+  int bits_;
+  std::uint32_t first_key_;
+  std::uint32_t spread_[3][3][256];  // axis, byte of the step, value: its digits in the key
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,96 @@
+#include "settings.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace ode_parallel_sap {
+
+namespace {
+
+struct Name {
+  int value;
+  const char* name;
+};
+constexpr Name backends[] = {{dParallelSAPBackendAuto, "auto"},
+                             {dParallelSAPBackendCPU, "cpu"},
+                             {dParallelSAPBackendCUDA, "cuda"}};
+constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
+                            {dParallelSAPMethodSweep, "sweep"},
+                            {dParallelSAPMethodBruteForce, "brute-force"},
+                            {dParallelSAPMethodAxisLists, "axis-lists"}};
+
+template <std::size_t count>
+const char* nameOf(const Name (&names)[count], int value) {
+  for (const Name& name : names)
+    if (name.value == value) return name.name;
+  return "unknown";
+}
+
+template <std::size_t count>
+void readName(const char* variable, const Name (&names)[count], bool (*has)(int), int& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  for (const Name& name : names) {
+    if (std::strcmp(text, name.name) != 0) continue;
+    if (has(name.value))
+      value = name.value;
+    else
+      dMessage(0, "%s=%s is not to be had here and is ignored", variable, text);
+    return;
+  }
+  dMessage(0, "%s=%s is not understood and is ignored", variable, text);
+}
+
+void readCount(const char* variable, int most, int& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  char* end = nullptr;
+  errno = 0;
+  const long count = std::strtol(text, &end, 10);
+  if (*end != '\0' || count < 0 || errno != 0)
+    dMessage(0, "%s=%s is not a count and is ignored", variable, text);
+  else
+    value = static_cast<int>(std::min<long>(count, most));
+}
+
+}  // namespace
+
+bool hasBackend(int backend) {
+  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU;
+}
+
+bool hasMethod(int method) {
+  return method == dParallelSAPMethodAuto || method == dParallelSAPMethodSweep ||
+         method == dParallelSAPMethodBruteForce;
+}
+
+Settings settingsFromEnvironment() {
+  Settings settings;
+  constexpr int most_devices = 1024;
+  readName("ODE_PARALLEL_SAP_BACKEND", backends, hasBackend, settings.backend);
+  readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
+  readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
+  readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
+  int print = 0;
+  readCount("ODE_PARALLEL_SAP_STATS", 1, print);
+  settings.print_stats = print != 0;
+  return settings;
+}
+
+const char* backendName(int backend) {
+  return nameOf(backends, backend);
+}
+const char* methodName(int method) {
+  return nameOf(methods, method);
+}
+
+int threadsFor(const Settings& settings) {
+  return std::max(
+      1, std::min(settings.threads ? settings.threads : omp_get_max_threads(), most_threads));
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,44 @@
+#include "kernels.h"
+
+namespace ode_parallel_sap {
+
+extern const Kernels kernels_portable;
+#if defined(__x86_64__)
+extern const Kernels kernels_sse2, kernels_avx2, kernels_avx512;
+#endif
+
+namespace {
+
+// Best first, null last.
+struct Available {
+  const Kernels* list[5] = {};
+  Available() {
+    int count = 0;
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+      list[count++] = &kernels_avx512;
+    if (__builtin_cpu_supports("avx2")) list[count++] = &kernels_avx2;
+    list[count++] = &kernels_sse2;
+#endif
+    list[count++] = &kernels_portable;
+  }
+};
+
+const Available& available() {
+  static const Available available;
+  return available;
+}
+
+}  // namespace
+
+const Kernels& kernels() {
+  static const Kernels& best = *available().list[0];
+  return best;
+}
+
+const Kernels* const* allKernels() {
+  return available().list;
+}
+
+}  // namespace ode_parallel_sap

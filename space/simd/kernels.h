@@ -1,0 +1,82 @@
+// The inner loops, compiled once for each instruction set and chosen at run time.
+#ifndef ODE_PARALLEL_SAP_SIMD_KERNELS_H
+#define ODE_PARALLEL_SAP_SIMD_KERNELS_H
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ode_parallel_sap {
+
+struct Box;
+struct FilterBits;
+
+constexpr int group_size = 16;
+
+// Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
+// places hold NaN, which overlaps nothing.
+struct alignas(64) Group {
+  float lower[3][group_size];
+  float upper[3][group_size];
+};
+
+// What goes with the sixteen boxes of a cell.
+struct alignas(64) GroupIds {
+  std::uint32_t slot[group_size];
+};
+struct alignas(64) GroupFilter {
+  std::uint32_t category[group_size];
+  std::uint32_t collide[group_size];
+  std::uint32_t body[group_size];
+};
+
+// A tree over cells that are consecutive in memory: levels[0] are the cells themselves, each group
+// of a higher level holds the bounds of sixteen groups of the level below, and the last level is a
+// single group.
+struct TreeView {
+  static constexpr int max_levels = 8;
+  const Group* levels[max_levels];
+  std::uint32_t groups[max_levels];
+  int depth;  // levels in use; 0: no boxes
+  const GroupIds* ids;
+  const GroupFilter* filters;  // null: no pair is filtered
+};
+
+// Where kernels put pairs. `grow` makes room for at least `room` more and updates all three.
+struct PairSink {
+  std::uint64_t* next;
+  std::uint64_t* end;
+  void (*grow)(PairSink& sink, std::size_t room);
+};
+
+struct Kernels {
+  const char* name;
+
+  // Fills cells[i] and ids[i] with the boxes order[16 i] to order[16 i + 15] for i in [begin, end);
+  // places at and beyond `count` in `order` stay empty. order == null stands for 0, 1, 2, ...
+  void (*packCells)(const Box* boxes, const std::uint32_t* order, std::size_t count,
+                    std::size_t begin, std::size_t end, Group* cells, GroupIds* ids);
+  // Group i of `parents` gets the bounds of groups 16 i to 16 i + 15 of `children`, for i in
+  // [begin, end); places at and beyond `count` children stay empty.
+  void (*packBounds)(const Group* children, std::size_t count, std::size_t begin, std::size_t end,
+                     Group* parents);
+  // Pairs between the cells [begin, end) of `tree` and those at or after them in the same tree.
+  void (*selfPairs)(const TreeView& tree, std::size_t begin, std::size_t end, bool exact,
+                    PairSink& sink);
+  // Pairs between the cells [begin, end) of `queries` and all cells of `tree`.
+  void (*crossPairs)(const TreeView& queries, std::size_t begin, std::size_t end,
+                     const TreeView& tree, bool exact, PairSink& sink);
+  // Pairs of the box in place `row` with those in places [begin, end), for cells in slot order, in
+  // ascending order.
+  void (*rowPairs)(const TreeView& cells, std::size_t row, std::size_t begin, std::size_t end,
+                   bool exact, PairSink& sink);
+};
+
+// The best set for this processor.
+const Kernels& kernels();
+
+// Every set this processor can run, for tests; null ends the list.
+const Kernels* const* allKernels();
+
+}  // namespace ode_parallel_sap
+
+#endif

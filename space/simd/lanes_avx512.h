@@ -1,0 +1,61 @@
+// Sixteen lanes as one AVX-512 register (F, DQ, VL).
+#ifndef ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
+#define ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
+
+#include <immintrin.h>
+
+#include <cstdint>
+
+namespace {
+
+struct Lanes {
+  static constexpr const char* name = "avx512";
+
+  static unsigned atLeast(const float* p, float value) {
+    return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);
+  }
+  static unsigned atMost(const float* p, float value) {
+    return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_LE_OQ);
+  }
+  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
+    return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
+  }
+  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
+    return _mm512_cmpeq_epi32_mask(_mm512_load_si512(p),
+                                   _mm512_set1_epi32(static_cast<int>(value)));
+  }
+  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
+                        std::uint64_t* out) {
+    const __m512i own = _mm512_set1_epi32(static_cast<int>(slot));
+    const __m512i other =
+        _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_load_si512(slots));
+    const __m512i earlier = _mm512_min_epu32(own, other);
+    const __m512i later = _mm512_max_epu32(own, other);
+    const int count = __builtin_popcount(mask);
+    _mm512_storeu_si512(out, word(_mm512_castsi512_si256(earlier), _mm512_castsi512_si256(later)));
+    if (count > 8)
+      _mm512_storeu_si512(out + 8, word(_mm512_extracti32x8_epi32(earlier, 1),
+                                        _mm512_extracti32x8_epi32(later, 1)));
+    return count;
+  }
+  static float least(const float* p) {
+    const __m512 v = _mm512_load_ps(p);
+    const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
+    return numbers ? _mm512_mask_reduce_min_ps(numbers, v) : p[0];
+  }
+  static float greatest(const float* p) {
+    const __m512 v = _mm512_load_ps(p);
+    const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
+    return numbers ? _mm512_mask_reduce_max_ps(numbers, v) : p[0];
+  }
+
+ private:
+  static __m512i word(__m256i high, __m256i low) {
+    return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(high), 32),
+                           _mm512_cvtepu32_epi64(low));
+  }
+};
+
+}  // namespace
+
+#endif

@@ -1,0 +1,61 @@
+// Sixteen lanes in plain C++, for processors without one of the other sets.
+#ifndef ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
+#define ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
+
+#include <cstdint>
+
+namespace {
+
+struct Lanes {
+  static constexpr const char* name = "portable";
+
+  // Which of p[0..15] are at least `value`.
+  static unsigned atLeast(const float* p, float value) {
+    unsigned mask = 0;
+    for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] >= value} << i;
+    return mask;
+  }
+  // Which of p[0..15] are at most `value`.
+  static unsigned atMost(const float* p, float value) {
+    unsigned mask = 0;
+    for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] <= value} << i;
+    return mask;
+  }
+  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
+    unsigned mask = 0;
+    for (int i = 0; i < 16; ++i) mask |= unsigned{(p[i] & value) != 0} << i;
+    return mask;
+  }
+  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
+    unsigned mask = 0;
+    for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] == value} << i;
+    return mask;
+  }
+  // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
+  // top of the larger one. Writes at most 16 words; returns the number that count.
+  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
+                        std::uint64_t* out) {
+    int count = 0;
+    for (; mask; mask &= mask - 1) {
+      const std::uint32_t other = slots[__builtin_ctz(mask)];
+      out[count++] =
+          slot < other ? std::uint64_t{slot} << 32 | other : std::uint64_t{other} << 32 | slot;
+    }
+    return count;
+  }
+  static float least(const float* p) {
+    float least = p[0];
+    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
+    return least;
+  }
+  static float greatest(const float* p) {
+    float greatest = p[0];
+    for (int i = 1; i < 16; ++i)
+      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
+    return greatest;
+  }
+};
+
+}  // namespace
+
+#endif

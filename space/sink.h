@@ -1,0 +1,41 @@
+// Lets kernels write pairs into a buffer.
+#ifndef ODE_PARALLEL_SAP_SINK_H
+#define ODE_PARALLEL_SAP_SINK_H
+
+#include "pair_list.h"
+#include "simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+// Appends to `pairs`, which holds what was written once the sink is gone.
+class BufferSink : public PairSink {
+ public:
+  explicit BufferSink(Buffer<Pair>& pairs) : pairs_(pairs) {
+    grow = &BufferSink::growBuffer;
+    point(pairs.size());
+  }
+  ~BufferSink() { pairs_.resize(next - pairs_.data()); }
+  BufferSink(const BufferSink&) = delete;
+  BufferSink& operator=(const BufferSink&) = delete;
+
+ private:
+  void point(std::size_t size) {
+    next = pairs_.data() + size;
+    end = pairs_.data() + pairs_.capacity();
+  }
+  static void growBuffer(PairSink& sink, std::size_t room) {
+    BufferSink& self = static_cast<BufferSink&>(sink);
+    const std::size_t size = self.next - self.pairs_.data();
+    self.pairs_.resize(size);
+    constexpr std::size_t first_capacity = 4096;
+    const std::size_t doubled = self.pairs_.capacity() * 2;
+    self.pairs_.reserve(std::max(std::max(first_capacity, doubled), size + room));
+    self.point(size);
+  }
+
+  Buffer<Pair>& pairs_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,73 @@
+#include "sweep.h"
+
+#include <algorithm>
+
+#include "floating_point.h"
+#include "parallel.h"
+#include "sink.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Cells handed out at a time: enough to make asking cheap, few enough to keep threads level where
+// some cells have many more neighbours than others.
+constexpr std::size_t task_cells = 64;
+
+}  // namespace
+
+// Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
+void Sweep::planTasks() {
+  tasks_.clear();
+  const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
+  for (std::uint32_t queries = 0; queries < classes; ++queries)
+    for (std::uint32_t tree = queries; tree < classes; ++tree) {
+      const std::size_t cells = trees_[queries].cells();
+      if (trees_[tree].cells() == 0) continue;
+      for (std::size_t begin = 0; begin < cells; begin += task_cells)
+        tasks_.push_back({queries, tree, begin, std::min(begin + task_cells, cells)});
+    }
+}
+
+int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  const ScopedMode callers_mode(exactMode());
+  order_.build(boxes, threads);
+  const std::vector<CellOrder::Class>& classes = order_.classes();
+  if (trees_.size() < classes.size()) trees_.resize(classes.size());
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    trees_[i].build(boxes, order_.order() + classes[i].begin, classes[i].end - classes[i].begin,
+                    threads);
+  planTasks();
+
+  if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
+  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  const Kernels& kernel = kernels();
+  ChunkQueue queue(tasks_.size(), 1);
+  int used = 1;
+  runTeam(threads, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    const ScopedMode mode(exactMode());
+    BufferSink sink(found_[thread]);
+    Range range;
+    while (queue.next(range)) {
+      const Task& task = tasks_[range.begin];
+      const TreeView& queries = trees_[task.queries].view();
+      if (task.queries == task.tree)
+        kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
+      else
+        kernel.crossPairs(queries, task.begin, task.end, trees_[task.tree].view(), boxes.exact,
+                          sink);
+    }
+  });
+  pair_order_.sort(found_, boxes.size, threads, pairs);
+  return used;
+}
+
+std::size_t Sweep::bytes() const {
+  std::size_t bytes = order_.bytes() + pair_order_.bytes() + tasks_.capacity() * sizeof(Task);
+  for (const CellTree& tree : trees_) bytes += tree.bytes();
+  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,40 @@
+// Subdivided sweep and prune: the default method.
+#ifndef ODE_PARALLEL_SAP_SWEEP_H
+#define ODE_PARALLEL_SAP_SWEEP_H
+
+#include <vector>
+
+#include "cell_order.h"
+#include "cell_tree.h"
+#include "pair_finder.h"
+#include "pair_order.h"
+
+namespace ode_parallel_sap {
+
+// The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
+// into cells of sixteen. The sweep goes along that order: each cell meets the cells ahead of it
+// whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
+// tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
+// pair of cells, so none is found twice.
+class Sweep : public PairFinder {
+ public:
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  std::size_t bytes() const override;
+
+ private:
+  struct Task {
+    std::uint32_t queries, tree;  // classes; the same one: pairs within it
+    std::size_t begin, end;       // cells of `queries`
+  };
+  void planTasks();
+
+  CellOrder order_;
+  std::vector<CellTree> trees_;  // one a class
+  std::vector<Task> tasks_;
+  std::vector<Buffer<Pair>> found_;  // one a thread
+  PairOrder pair_order_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
