@@ -1,21 +1,96 @@
-# Finds ODE and, for the one source file that derives from dxSpace, the private headers of exactly
-# the same version.
+# Finds ODE, and the private headers of exactly its version for the one source file that derives
+# from dxSpace; then checks that library and headers agree. Sets
+#
+#   PkgConfig::ODE_PARALLEL_SAP_LIBODE   the library and its public headers
+#   ODE_PRIVATE_INCLUDE_DIRS             for #include "config.h", then "collision_kernel.h"
+#   ODE_PARALLEL_SAP_ODE_PREFIX          where ODE was installed to if this build made it, else empty
 include_guard(GLOBAL)
-
+include("${CMAKE_CURRENT_LIST_DIR}/ode_source.cmake")
 find_package(PkgConfig REQUIRED)
-pkg_check_modules(ODE_PARALLEL_SAP_LIBODE REQUIRED IMPORTED_TARGET ode)
-set(ode_version "${ODE_PARALLEL_SAP_LIBODE_VERSION}")
 
-set(ODE_SOURCE_DIR "" CACHE PATH "ODE's source tree, of the version that is linked")
-set(ode_source_dir "${ODE_SOURCE_DIR}")
-if(NOT ode_source_dir)
-  set(ode_source_dir "${PROJECT_SOURCE_DIR}/.ode/ode-${ode_version}")
+# What is built where the system has no ODE and no source tree is named.
+set(ode_default_version 0.16.2)
+
+set(ODE_SOURCE_DIR "" CACHE PATH "ODE's source tree; empty: fetched in the version that is needed")
+set(ODE_PARALLEL_SAP_PRECISION DOUBLE CACHE STRING "Precision of ODE's dReal: DOUBLE or SINGLE")
+set_property(CACHE ODE_PARALLEL_SAP_PRECISION PROPERTY STRINGS DOUBLE SINGLE)
+check_choice(ODE_PARALLEL_SAP_PRECISION DOUBLE SINGLE)
+
+if(NOT DEFINED ODE_PARALLEL_SAP_ODE)
+  pkg_check_modules(ode_of_system QUIET ode)
+  set(choice SOURCE)
+  if(ode_of_system_FOUND)
+    set(choice SYSTEM)
+  endif()
+  set(ODE_PARALLEL_SAP_ODE ${choice} CACHE STRING "SYSTEM: the installed ODE; SOURCE: built from its source")
 endif()
-if(NOT EXISTS "${ode_source_dir}/ode/src/collision_kernel.h")
-  message(FATAL_ERROR "ODE's private headers were not found in ${ode_source_dir}")
+set_property(CACHE ODE_PARALLEL_SAP_ODE PROPERTY STRINGS SYSTEM SOURCE)
+check_choice(ODE_PARALLEL_SAP_ODE SYSTEM SOURCE)
+
+# The source tree: the one the user named, or one of the given version.
+function(choose_ode_source version result)
+  if(ODE_SOURCE_DIR)
+    get_filename_component(directory "${ODE_SOURCE_DIR}" ABSOLUTE BASE_DIR "${CMAKE_SOURCE_DIR}")
+    read_ode_source_version("${directory}" found)
+    if(NOT found)
+      message(FATAL_ERROR "ODE_SOURCE_DIR=${ODE_SOURCE_DIR} is not an ODE source tree: it has no "
+                          "configure.ac and ode/src/collision_kernel.h.")
+    endif()
+  else()
+    get_ode_source(${version} directory)
+    if(NOT directory)
+      message(
+        FATAL_ERROR
+          "The source of ODE ${version}, whose private headers are needed, could be fetched neither from the "
+          "Debian archive nor from upstream's repository (see above). Remedies: unpack that version yourself "
+          "and configure with -DODE_SOURCE_DIR=<directory>; or, for another version than the installed one, "
+          "with -DODE_PARALLEL_SAP_ODE=SOURCE -DODE_SOURCE_DIR=<directory>.")
+    endif()
+  endif()
+  set(${result} "${directory}" PARENT_SCOPE)
+endfunction()
+
+# pkg-config is asked anew by every configure: the answer of another mode or version may be cached.
+macro(find_libode)
+  unset(__pkg_config_checked_ODE_PARALLEL_SAP_LIBODE CACHE)
+  unset(pkgcfg_lib_ODE_PARALLEL_SAP_LIBODE_ode CACHE)
+  pkg_check_modules(ODE_PARALLEL_SAP_LIBODE QUIET IMPORTED_TARGET ode)
+endmacro()
+
+set(ODE_PARALLEL_SAP_ODE_PREFIX "")
+if(ODE_PARALLEL_SAP_ODE STREQUAL "SOURCE")
+  choose_ode_source(${ode_default_version} ode_source_dir)
+  build_ode("${ode_source_dir}" ${ODE_PARALLEL_SAP_PRECISION} ODE_PARALLEL_SAP_ODE_PREFIX)
+  set(pkg_config_path "$ENV{PKG_CONFIG_PATH}")
+  set(ENV{PKG_CONFIG_PATH} "${ODE_PARALLEL_SAP_ODE_PREFIX}/lib/pkgconfig:${pkg_config_path}")
+  find_libode()
+  set(ENV{PKG_CONFIG_PATH} "${pkg_config_path}")
+else()
+  find_libode()
+endif()
+
+if(NOT ODE_PARALLEL_SAP_LIBODE_FOUND)
+  message(FATAL_ERROR "pkg-config finds no ODE. Remedies: install it (Debian: libode-dev), add the directory of its "
+                      "ode.pc to PKG_CONFIG_PATH, or configure with -DODE_PARALLEL_SAP_ODE=SOURCE.")
+endif()
+set(ODE_PARALLEL_SAP_ODE_VERSION "${ODE_PARALLEL_SAP_LIBODE_VERSION}")
+if(NOT ODE_PARALLEL_SAP_ODE_VERSION MATCHES "^0\\.16(\\.|$)")
+  message(FATAL_ERROR "The ODE found is version ${ODE_PARALLEL_SAP_ODE_VERSION}; ode-parallel-sap works with 0.16. Remedies: "
+                      "add the directory of another version's ode.pc to PKG_CONFIG_PATH, or configure with "
+                      "-DODE_PARALLEL_SAP_ODE=SOURCE.")
+endif()
+
+if(ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM")
+  choose_ode_source(${ODE_PARALLEL_SAP_ODE_VERSION} ode_source_dir)
+endif()
+read_ode_source_version("${ode_source_dir}" ode_source_version)
+if(NOT ode_source_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
+  message(FATAL_ERROR "The ODE found is version ${ODE_PARALLEL_SAP_ODE_VERSION}, but ODE_SOURCE_DIR=${ODE_SOURCE_DIR} is "
+                      "version ${ode_source_version}. Remedies: name the source of ${ODE_PARALLEL_SAP_ODE_VERSION}, leave "
+                      "ODE_SOURCE_DIR empty to have it fetched, or build ODE from that source with "
+                      "-DODE_PARALLEL_SAP_ODE=SOURCE.")
 endif()
 
 set(ode_private_dir "${PROJECT_BINARY_DIR}/ode-private")
-configure_file("${CMAKE_CURRENT_LIST_DIR}/config.h.in" "${ode_private_dir}/config.h")
-set(ODE_PRIVATE_INCLUDE_DIRS "${ode_private_dir}" "${ode_source_dir}/ode/src"
-                             "${ode_source_dir}/ou/include")
+set(ODE_PRIVATE_INCLUDE_DIRS "${ode_private_dir}" "${ode_source_dir}/ode/src" "${ode_source_dir}/ou/include")
+include("${CMAKE_CURRENT_LIST_DIR}/check_ode.cmake")

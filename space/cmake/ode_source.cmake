@@ -1,0 +1,152 @@
+# ODE's source trees, and libraries built from them, in a directory that all build directories of
+# this source tree share.
+include_guard(GLOBAL)
+
+set(ode_cmake_dir "${CMAKE_CURRENT_LIST_DIR}")
+
+# The shared directory if it can be written, else one inside the build directory.
+function(find_ode_cache result)
+  set(cache "${PROJECT_SOURCE_DIR}/.ode")
+  execute_process(
+    COMMAND "${CMAKE_COMMAND}" -E make_directory "${cache}"
+    COMMAND "${CMAKE_COMMAND}" -E touch "${cache}/lock"
+    RESULTS_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
+  if(NOT status MATCHES "^0;0$")
+    set(cache "${PROJECT_BINARY_DIR}/.ode")
+    file(MAKE_DIRECTORY "${cache}")
+  endif()
+  set(${result} "${cache}" PARENT_SCOPE)
+endfunction()
+
+# The version of the ODE source tree in a directory; empty if there is none.
+function(read_ode_source_version directory result)
+  set(version "")
+  if(EXISTS "${directory}/ode/src/collision_kernel.h" AND EXISTS "${directory}/configure.ac")
+    file(STRINGS "${directory}/configure.ac" line REGEX "^AC_INIT" LIMIT_COUNT 1)
+    string(REGEX MATCH "[0-9]+\\.[0-9]+(\\.[0-9]+)?" version "${line}")
+  endif()
+  set(${result} "${version}" PARENT_SCOPE)
+endfunction()
+
+# Debian's source package of that version, unpacked into a directory.
+function(fetch_ode_from_debian version directory)
+  message(STATUS "Fetching the source of ODE ${version} from the Debian archive")
+  execute_process(COMMAND sh "${ode_cmake_dir}/fetch_debian_source.sh" ${version} "${directory}.download")
+  file(GLOB tarball "${directory}.download/*.orig.tar.*")
+  if(tarball)
+    file(ARCHIVE_EXTRACT INPUT "${tarball}" DESTINATION "${directory}.download/tree")
+    file(GLOB tree "${directory}.download/tree/*")
+    file(RENAME "${tree}" "${directory}")
+  endif()
+  file(REMOVE_RECURSE "${directory}.download")
+endfunction()
+
+# Upstream's repository at the tag of that version, cloned into a directory.
+function(fetch_ode_from_upstream version directory)
+  find_package(Git QUIET)
+  if(NOT Git_FOUND)
+    message(STATUS "No git to fetch ODE ${version} from upstream with")
+    return()
+  endif()
+  message(STATUS "Fetching the source of ODE ${version} from upstream's repository")
+  execute_process(
+    COMMAND "${CMAKE_COMMAND}" -E env GIT_TERMINAL_PROMPT=0 "${GIT_EXECUTABLE}" -c advice.detachedHead=false
+            clone --quiet --depth 1 --branch ${version} https://bitbucket.org/odedevs/ode.git "${directory}")
+endfunction()
+
+# Sets `result` to a directory with ODE's source of exactly that version: the cached one, or else a
+# newly fetched one. Empty if it is not to be had.
+function(get_ode_source version result)
+  find_ode_cache(cache)
+  set(directory "${cache}/ode-${version}")
+  set(${result} "${directory}" PARENT_SCOPE)
+
+  file(LOCK "${cache}/lock" GUARD FUNCTION TIMEOUT 600)
+  foreach(fetch IN ITEMS nothing fetch_ode_from_debian fetch_ode_from_upstream)
+    if(NOT fetch STREQUAL "nothing")
+      string(RANDOM LENGTH 8 suffix)
+      cmake_language(CALL ${fetch} ${version} "${directory}.${suffix}")
+      read_ode_source_version("${directory}.${suffix}" fetched)
+      if(fetched VERSION_EQUAL version)
+        file(REMOVE_RECURSE "${directory}")
+        file(RENAME "${directory}.${suffix}" "${directory}")
+      endif()
+      file(REMOVE_RECURSE "${directory}.${suffix}")
+    endif()
+    read_ode_source_version("${directory}" found)
+    if(found VERSION_EQUAL version)
+      return()
+    endif()
+  endforeach()
+  set(${result} "" PARENT_SCOPE)
+endfunction()
+
+function(run_or_fail what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+  endif()
+endfunction()
+
+# Builds ODE by its own CMake, shared, with thread-local storage and libccd, and sets `result` to the
+# prefix it was installed to. A source tree out of the cache is built once for each precision,
+# compiler and build type; one that the user named is brought up to date by every configure.
+function(build_ode source precision result)
+  # ODE's own assertions are in Debug builds only.
+  set(type Release)
+  if(CMAKE_BUILD_TYPE STREQUAL "Debug")
+    set(type Debug)
+  endif()
+  set(settings
+      "-DCMAKE_BUILD_TYPE=${type}"
+      "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}"
+      "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
+      "-DCMAKE_INSTALL_LIBDIR=lib"
+      "-DCMAKE_POLICY_VERSION_MINIMUM=3.5"
+      "-DBUILD_SHARED_LIBS=ON"
+      "-DODE_WITH_OU=ON"
+      "-DODE_WITH_LIBCCD=ON"
+      "-DODE_WITH_DEMOS=OFF"
+      "-DODE_WITH_TESTS=OFF")
+  if(precision STREQUAL "DOUBLE")
+    list(APPEND settings "-DODE_DOUBLE_PRECISION=ON")
+  else()
+    list(APPEND settings "-DODE_DOUBLE_PRECISION=OFF")
+  endif()
+  if(CMAKE_TOOLCHAIN_FILE)
+    list(APPEND settings "-DCMAKE_TOOLCHAIN_FILE=${CMAKE_TOOLCHAIN_FILE}")
+  endif()
+
+  read_ode_source_version("${source}" version)
+  find_ode_cache(cache)
+  if("${source}" STREQUAL "${cache}/ode-${version}")
+    set(base "${cache}")
+  else()
+    set(base "${PROJECT_BINARY_DIR}/ode")
+    file(MAKE_DIRECTORY "${base}")
+  endif()
+  string(SHA256 key "${source} ${settings} ${CMAKE_CXX_COMPILER_VERSION}")
+  string(SUBSTRING "${key}" 0 12 key)
+  string(TOLOWER "ode-${version}-${precision}-${CMAKE_CXX_COMPILER_ID}-${type}-${key}" name)
+  set(prefix "${base}/${name}")
+  set(${result} "${prefix}" PARENT_SCOPE)
+
+  file(LOCK "${base}/lock" GUARD FUNCTION TIMEOUT 1200)
+  if(EXISTS "${prefix}/complete" AND base STREQUAL cache)
+    return()
+  endif()
+  message(STATUS "Building ODE ${version}, ${precision} precision, ${type}, in ${prefix}")
+  set(build "${prefix}/build")
+  cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+  if(DEFINED ENV{CMAKE_BUILD_PARALLEL_LEVEL})
+    set(cores "$ENV{CMAKE_BUILD_PARALLEL_LEVEL}")
+  endif()
+  run_or_fail("Configuring ODE ${version}" "${CMAKE_COMMAND}" -S "${source}" -B "${build}" -G "${CMAKE_GENERATOR}"
+              "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" "-DCMAKE_INSTALL_PREFIX=${prefix}" ${settings})
+  run_or_fail("Building ODE ${version}" "${CMAKE_COMMAND}" --build "${build}" --config ${type} --parallel ${cores})
+  run_or_fail("Installing ODE ${version}" "${CMAKE_COMMAND}" --install "${build}" --config ${type})
+  if(base STREQUAL cache)
+    file(REMOVE_RECURSE "${build}")
+  endif()
+  file(TOUCH "${prefix}/complete")
+endfunction()
