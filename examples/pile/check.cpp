@@ -1,0 +1,122 @@
+#include "check.h"
+
+#include <algorithm>
+
+#include "world.h"
+
+namespace pile {
+namespace {
+
+void proxyAABB(dGeomID proxy, dReal aabb[6]) {
+  const dGeomID original = *static_cast<dGeomID*>(dGeomGetClassData(proxy));
+  dGeomGetAABB(original, aabb);
+}
+
+dColliderFn* noCollider(int) {
+  return nullptr;
+}
+
+int proxyClass() {
+  static const dGeomClass proxy = {sizeof(dGeomID), noCollider, proxyAABB, nullptr, nullptr};
+  return dCreateGeomClass(&proxy);
+}
+
+// A pair as one number: the lower index in the upper half.
+std::uint64_t packed(std::uint64_t a, std::uint64_t b) {
+  return std::min(a, b) << 32 | std::max(a, b);
+}
+
+std::uint64_t packed(dGeomID a, dGeomID b) {
+  return packed(World::indexOf(a), World::indexOf(b));
+}
+
+void keepPair(void* data, dGeomID a, dGeomID b) {
+  static_cast<std::vector<std::uint64_t>*>(data)->push_back(packed(a, b));
+}
+
+const char* className(dGeomID geom) {
+  switch (dGeomGetClass(geom)) {
+    case dSphereClass:
+      return "sphere";
+    case dBoxClass:
+      return "box";
+    case dPlaneClass:
+      return "plane";
+    case dTriMeshClass:
+      return "trimesh";
+    default:
+      return "geom";
+  }
+}
+
+}  // namespace
+
+PairCheck::PairCheck(const std::vector<dGeomID>& geoms)
+    : reference_(dHashSpaceCreate(nullptr)), geoms_(geoms) {
+  const int proxy_class = proxyClass();
+  for (dGeomID geom : geoms_) {
+    const dGeomID proxy = dCreateGeom(proxy_class);
+    *static_cast<dGeomID*>(dGeomGetClassData(proxy)) = geom;
+    dGeomSetData(proxy, dGeomGetData(geom));
+    if (const dBodyID body = dGeomGetBody(geom)) dGeomSetBody(proxy, body);
+    dSpaceAdd(reference_, proxy);
+    proxies_.push_back(proxy);
+  }
+}
+
+PairCheck::~PairCheck() {
+  dSpaceDestroy(reference_);
+}
+
+void PairCheck::mirrorState() {
+  for (size_t i = 0; i < geoms_.size(); ++i) {
+    const dGeomID geom = geoms_[i];
+    const dGeomID proxy = proxies_[i];
+    dGeomSetCategoryBits(proxy, dGeomGetCategoryBits(geom));
+    dGeomSetCollideBits(proxy, dGeomGetCollideBits(geom));
+    if (dGeomIsEnabled(geom))
+      dGeomEnable(proxy);
+    else
+      dGeomDisable(proxy);
+    // A body tells its proxies that it moved. A geom without one does not: take its AABB again.
+    if (!dGeomGetBody(proxy)) dGeomSetPosition(proxy, 0, 0, 0);
+  }
+}
+
+std::string PairCheck::describe(std::uint64_t pair) const {
+  const size_t first = pair >> 32;
+  const size_t second = pair & 0xffffffff;
+  return "(" + std::string(className(geoms_[first])) + " " + std::to_string(first) + ", " +
+         className(geoms_[second]) + " " + std::to_string(second) + ")";
+}
+
+std::optional<std::string> PairCheck::compare(const std::vector<Pair>& pairs, bool ordered) {
+  mirrorState();
+  std::vector<std::uint64_t> expected;
+  dSpaceCollide(reference_, &expected, keepPair);
+  std::sort(expected.begin(), expected.end());
+
+  std::vector<std::uint64_t> found;
+  found.reserve(pairs.size());
+  for (const Pair& pair : pairs) found.push_back(packed(pair.first, pair.second));
+  const std::vector<std::uint64_t> reported = found;
+  std::sort(found.begin(), found.end());
+
+  const auto twice = std::adjacent_find(found.begin(), found.end());
+  if (twice != found.end()) return "the pair " + describe(*twice) + " is reported twice";
+  const auto [wanted, had] =
+      std::mismatch(expected.begin(), expected.end(), found.begin(), found.end());
+  const bool missing = wanted != expected.end() && (had == found.end() || *wanted < *had);
+  if (missing) return "the pair " + describe(*wanted) + " is missing";
+  if (had != found.end()) return "the pair " + describe(*had) + " is not one of dHashSpace's";
+  if (!ordered) return std::nullopt;
+
+  for (const Pair& pair : pairs)
+    if (World::indexOf(pair.first) > World::indexOf(pair.second))
+      return "the pair " + describe(packed(pair.first, pair.second)) + " has its later geom first";
+  const auto wrong = std::is_sorted_until(reported.begin(), reported.end());
+  if (wrong != reported.end()) return "the pair " + describe(*wrong) + " is out of order";
+  return std::nullopt;
+}
+
+}  // namespace pile

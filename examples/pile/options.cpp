@@ -1,0 +1,148 @@
+#include "options.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "presets.h"
+
+namespace pile {
+namespace {
+
+const std::map<std::string, SpaceKind> space_names = {{"parallel", SpaceKind::Parallel},
+                                                      {"hash", SpaceKind::Hash},
+                                                      {"sap", SpaceKind::SweepAndPrune},
+                                                      {"quadtree", SpaceKind::QuadTree},
+                                                      {"simple", SpaceKind::Simple}};
+const std::map<std::string, int> method_names = {{"auto", dParallelSAPMethodAuto},
+                                                 {"sweep", dParallelSAPMethodSweep},
+                                                 {"brute-force", dParallelSAPMethodBruteForce},
+                                                 {"axis-lists", dParallelSAPMethodAxisLists}};
+const std::map<std::string, int> backend_names = {{"auto", dParallelSAPBackendAuto},
+                                                  {"cpu", dParallelSAPBackendCPU},
+                                                  {"cuda", dParallelSAPBackendCUDA}};
+
+// dHashSpace numbers the cells of an n x n bit table with an int, 8 cells a number.
+constexpr int hash_space_limit = 131071;
+constexpr int most_bodies = 10000000;
+
+constexpr const char* about =
+    R"(Drops a pile of rigid bodies and shows where the time of a step goes.
+
+A step is four parts, timed apart: the broad phase (dSpaceCollide, whose callback only queues the
+pairs), the narrow phase (dCollide on the queued pairs), the contact joints, the solver
+(dWorldQuickStep).)";
+
+std::string scenesHelp() {
+  std::string text =
+      "Exit codes: 0 all is well; 1 the check found a difference or the pile went\n"
+      "wrong; 2 the options cannot be met.\n\nScenes:\n";
+  for (const Preset& preset : presets())
+    text += std::string("  ") + preset.name +
+            std::string(10 - std::string(preset.name).size(), ' ') + preset.about + "\n";
+  return text;
+}
+
+template <typename Map>
+std::vector<std::string> keys(const Map& map) {
+  std::vector<std::string> names;
+  for (const auto& entry : map) names.push_back(entry.first);
+  return names;
+}
+
+// The words of the command line that stand for something else.
+struct Names {
+  std::string space = "parallel";
+  std::string method;
+  std::string backend;
+  int threads = 0;
+};
+
+void addRunOptions(CLI::App& app, Options& options) {
+  std::vector<std::string> scenes;
+  for (const Preset& preset : presets()) scenes.push_back(preset.name);
+  app.add_option("--scene", options.scene, "What to drop, and onto what")
+      ->check(CLI::IsMember(scenes))
+      ->capture_default_str();
+  const std::string of_scene = " (default: the scene's)";
+  const CLI::Range count(1, std::numeric_limits<int>::max());
+  app.add_option("--bodies", options.bodies, "Number of bodies" + of_scene)
+      ->check(CLI::Range(1, most_bodies));
+  app.add_option("--steps", options.steps, "Number of time steps" + of_scene)->check(count);
+  app.add_option("--dt", options.dt, "Time step in seconds, up to 0.1" + of_scene)
+      ->check(CLI::Range(1e-6, 0.1));
+  app.add_option("--iterations", options.iterations, "Iterations of QuickStep" + of_scene)
+      ->check(count);
+  app.add_option("--contacts", options.contacts, "Most contacts of a pair" + of_scene)
+      ->check(CLI::Range(1, 64));
+  app.add_option("--seed", options.seed, "Seed of the bodies' places, sizes and rotations")
+      ->capture_default_str();
+  app.add_flag("--check", options.check,
+               "Compare every frame's pairs with those of dHashSpace (not timed)");
+  app.add_option("--csv", options.csv, "Write one row a frame to this file");
+}
+
+void addSpaceOptions(CLI::App& app, Names& names) {
+  app.add_option("--space", names.space,
+                 "The broad phase: parallel is dParallelSAPSpace, the others are ODE's")
+      ->check(CLI::IsMember(keys(space_names)))
+      ->capture_default_str();
+  const std::string only = " (parallel space only)";
+  app.add_option("--threads", names.threads,
+                 "Threads of the broad phase, 0: as OpenMP would" + only)
+      ->check(CLI::Range(0, 256));
+  app.add_option("--method", names.method, "How pairs are found" + only)
+      ->check(CLI::IsMember(keys(method_names)));
+  app.add_option("--backend", names.backend, "Where pairs are found" + only)
+      ->check(CLI::IsMember(keys(backend_names)));
+}
+
+void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options) {
+  options.space = space_names.at(names.space);
+  if (app.count("--threads")) options.threads = names.threads;
+  if (app.count("--method")) options.method = method_names.at(names.method);
+  if (app.count("--backend")) options.backend = backend_names.at(names.backend);
+  const bool any = options.threads || options.method || options.backend;
+  if (any && options.space != SpaceKind::Parallel)
+    throw UsageError("--threads, --method and --backend need --space parallel");
+}
+
+void fillFromPreset(Options& options) {
+  const Preset& preset = presetOf(options.scene);
+  if (!options.bodies) options.bodies = preset.bodies;
+  if (!options.steps) options.steps = preset.steps;
+  if (options.dt == 0) options.dt = preset.dt;
+  if (!options.iterations) options.iterations = preset.iterations;
+  if (!options.contacts) options.contacts = preset.contacts;
+}
+
+}  // namespace
+
+std::optional<Options> parseOptions(int argc, char** argv) {
+  CLI::App app{about, "pile"};
+  app.footer(scenesHelp());
+  Options options;
+  Names names;
+  addRunOptions(app, options);
+  addSpaceOptions(app, names);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app.help();
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  takeSpaceOptions(app, names, options);
+  fillFromPreset(options);
+  const bool uses_hash = options.check || options.space == SpaceKind::Hash;
+  if (uses_hash && options.bodies + most_static_geoms > hash_space_limit)
+    throw UsageError("dHashSpace, and so --check, takes at most " +
+                     std::to_string(hash_space_limit - most_static_geoms) + " bodies");
+  return options;
+}
+
+}  // namespace pile

@@ -1,0 +1,43 @@
+#ifndef PILE_OPTIONS_H
+#define PILE_OPTIONS_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+namespace pile {
+
+enum class SpaceKind { Parallel, Hash, SweepAndPrune, QuadTree, Simple };
+
+// What the command line said, with the scene's own values where it said nothing.
+struct Options {
+  std::string scene = "cubes";
+  int bodies = 0;
+  int steps = 0;
+  double dt = 0;       // seconds
+  int iterations = 0;  // of QuickStep
+  int contacts = 0;    // at most this many a pair
+  std::uint64_t seed = 1;
+  SpaceKind space = SpaceKind::Parallel;
+  std::optional<int> threads;  // these three are for the parallel space only
+  std::optional<int> method;
+  std::optional<int> backend;
+  bool check = false;
+  std::string csv;  // empty: none
+};
+
+// Something the user asked for that cannot be done: exit code 2.
+struct UsageError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Reads the command line. Empty if it was a request for help, which has been printed then; throws
+// UsageError if it is wrong.
+std::optional<Options> parseOptions(int argc, char** argv);
+
+}  // namespace pile
+
+#endif

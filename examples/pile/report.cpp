@@ -1,0 +1,154 @@
+#include "report.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "spaces.h"
+
+namespace pile {
+namespace {
+
+std::string grouped(size_t number) {
+  std::string digits = std::to_string(number);
+  for (int i = static_cast<int>(digits.size()) - 3; i > 0; i -= 3)
+    digits.insert(static_cast<size_t>(i), ",");
+  return digits;
+}
+
+std::string grouped(double number) {
+  return grouped(static_cast<size_t>(std::llround(number)));
+}
+
+void printRow(const char* name, double ms, double whole) {
+  std::printf("  %-24s %10.3f  %5.1f %%\n", name, ms, whole > 0 ? 100 * ms / whole : 0.0);
+}
+
+}  // namespace
+
+CsvFile::CsvFile(const std::string& name) : name_(name) {
+  if (name_.empty()) return;
+  file_.open(name_);
+  file_ << "frame,time_s,geoms,pairs,contacts,asleep,update_ms,synchronise_ms,extract_ms,filter_ms,"
+           "report_ms,broad_ms,narrow_ms,joints_ms,solver_ms,step_ms,deepest_m,energy\n";
+  file_.flush();
+  if (!file_) throw UsageError("cannot write the file " + name_);
+}
+
+void CsvFile::add(const Frame& frame, const Motion& motion) {
+  if (name_.empty()) return;
+  file_ << frame.number << ',' << frame.time << ',' << frame.geoms << ',' << frame.pairs << ','
+        << frame.contacts << ',' << motion.asleep << ',';
+  if (frame.stages) {
+    const dParallelSAPStats& s = *frame.stages;
+    file_ << s.update_ms << ',' << s.synchronise_ms << ',' << s.extract_ms << ',' << s.filter_ms
+          << ',' << s.report_ms << ',';
+  } else {
+    file_ << ",,,,,";
+  }
+  file_ << frame.broad_ms << ',' << frame.narrow_ms << ',' << frame.joints_ms << ','
+        << frame.solver_ms << ',' << frame.totalMs() << ',' << frame.deepest << ',' << motion.energy
+        << '\n';
+}
+
+bool CsvFile::finish() {
+  if (name_.empty()) return true;
+  file_.close();
+  return !file_.fail();
+}
+
+ProgressBar::ProgressBar(int steps)
+    : on_terminal_(isatty(STDERR_FILENO) != 0),
+      steps_(steps),
+      start_(Clock::now()),
+      shown_(start_) {}
+
+ProgressBar::~ProgressBar() {
+  if (on_terminal_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressBar::show(const Frame& frame, const Motion& motion) {
+  const Clock::time_point now = Clock::now();
+  if (!on_terminal_ || now - shown_ < std::chrono::milliseconds(100)) return;
+  shown_ = now;
+  constexpr int width = 30;
+  const int filled = static_cast<int>(static_cast<long long>(width) * frame.number / steps_);
+  const double passed = std::chrono::duration<double>(now - start_).count();
+  std::fprintf(stderr, "\r[%s%s] step %d of %d, %zu asleep, %.0f s left \033[K",
+               std::string(static_cast<size_t>(filled), '#').c_str(),
+               std::string(static_cast<size_t>(width - filled), '.').c_str(), frame.number, steps_,
+               motion.asleep, passed / frame.number * (steps_ - frame.number));
+}
+
+void Totals::add(const Frame& frame) {
+  ++frames;
+  simulated = frame.time;
+  geoms += static_cast<double>(frame.geoms);
+  pairs += static_cast<double>(frame.pairs);
+  contacts += static_cast<double>(frame.contacts);
+  broad_ms += frame.broad_ms;
+  narrow_ms += frame.narrow_ms;
+  joints_ms += frame.joints_ms;
+  solver_ms += frame.solver_ms;
+  if (!frame.stages) return;
+  if (!stages) stages.emplace(dParallelSAPStats{});
+  stages->update_ms += frame.stages->update_ms;
+  stages->synchronise_ms += frame.stages->synchronise_ms;
+  stages->extract_ms += frame.stages->extract_ms;
+  stages->filter_ms += frame.stages->filter_ms;
+  stages->report_ms += frame.stages->report_ms;
+  stages->total_ms += frame.stages->total_ms;
+}
+
+void printHeader(const World& world, const Options& options) {
+  std::printf("%s: %s %s", options.scene.c_str(), grouped(world.bodies().size()).c_str(),
+              world.body_name.c_str());
+  if (world.bodyTriangles()) std::printf(" (%s triangles)", grouped(world.bodyTriangles()).c_str());
+  std::printf(" onto %s", world.ground_name.c_str());
+  if (world.staticTriangles())
+    std::printf(" (%s triangles)", grouped(world.staticTriangles()).c_str());
+  std::printf("\n%d steps of %g s, seed %llu\n", options.steps, options.dt,
+              static_cast<unsigned long long>(options.seed));
+  std::fflush(stdout);
+}
+
+void printTimes(const Totals& totals, const World& world) {
+  const double n = totals.frames;
+  const double step =
+      (totals.broad_ms + totals.narrow_ms + totals.joints_ms + totals.solver_ms) / n;
+  std::printf("\n  %-24s %10s  %7s\n", "part", "ms a step", "share");
+  printRow("broad phase", totals.broad_ms / n, step);
+  if (totals.stages) {
+    const dParallelSAPStats& s = *totals.stages;
+    printRow("  update AABBs", s.update_ms / n, step);
+    printRow("  synchronise", s.synchronise_ms / n, step);
+    printRow("  extract pairs", s.extract_ms / n, step);
+    printRow("  filter", s.filter_ms / n, step);
+    printRow("  report", s.report_ms / n, step);
+  }
+  printRow("narrow phase", totals.narrow_ms / n, step);
+  printRow("contact joints", totals.joints_ms / n, step);
+  printRow("solver", totals.solver_ms / n, step);
+  printRow("step", step, step);
+  std::printf("\n%s\n", describeSpace(world.space()).c_str());
+  std::printf("A mean step: %s geoms, %s pairs, %s contacts. %.2f s simulated in %.1f s.\n",
+              grouped(totals.geoms / n).c_str(), grouped(totals.pairs / n).c_str(),
+              grouped(totals.contacts / n).c_str(), totals.simulated, step * n / 1000);
+}
+
+void printMotion(const MotionLog& log, const World& world) {
+  const Motion& last = log.last();
+  const Motion& start = log.start();
+  std::printf(
+      "At the end: %s of %s bodies asleep, %zu fell out of the world, energy %.1f %% of the "
+      "start's.\n",
+      grouped(last.asleep).c_str(), grouped(last.bodies).c_str(), last.fallen,
+      100 * last.energy / start.energy);
+  std::printf("Fastest body %.2f m/s (%.2f ever), centres between %.2f and %.2f m.\n", last.fastest,
+              log.fastestEver(), last.lowest, last.highest);
+  std::printf("Deepest contact %.1f mm (%.1f ever), bodies are about %.0f mm.\n",
+              1000 * log.deepestNow(), 1000 * log.deepestEver(), 1000 * world.body_size);
+}
+
+}  // namespace pile

@@ -1,0 +1,66 @@
+#ifndef PILE_REPORT_H
+#define PILE_REPORT_H
+
+#include <chrono>
+#include <fstream>
+#include <string>
+
+#include "motion.h"
+#include "simulation.h"
+
+namespace pile {
+
+// One row a frame; the columns are explained in the examples' README.
+class CsvFile {
+ public:
+  // No name, no file. Throws UsageError if the file cannot be written.
+  explicit CsvFile(const std::string& name);
+  void add(const Frame& frame, const Motion& motion);
+  // False if something could not be written.
+  bool finish();
+
+ private:
+  std::string name_;
+  std::ofstream file_;
+};
+
+// A bar on standard error while the run lasts, if that is a terminal.
+class ProgressBar {
+ public:
+  explicit ProgressBar(int steps);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+  void show(const Frame& frame, const Motion& motion);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool on_terminal_;
+  int steps_;
+  Clock::time_point start_;
+  Clock::time_point shown_;
+};
+
+// Sums of a run.
+struct Totals {
+  int frames = 0;
+  double simulated = 0;  // seconds
+  double geoms = 0;
+  double pairs = 0;
+  double contacts = 0;
+  double broad_ms = 0;
+  double narrow_ms = 0;
+  double joints_ms = 0;
+  double solver_ms = 0;
+  std::optional<dParallelSAPStats> stages;  // the five stage times and total_ms are sums
+
+  void add(const Frame& frame);
+};
+
+void printHeader(const World& world, const Options& options);
+void printTimes(const Totals& totals, const World& world);
+void printMotion(const MotionLog& log, const World& world);
+
+}  // namespace pile
+
+#endif

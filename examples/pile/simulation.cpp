@@ -1,0 +1,108 @@
+#include "simulation.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "presets.h"
+
+namespace pile {
+namespace {
+
+// Resting contacts keep a little depth, so that they stay in touch instead of coming and going;
+// what is deeper is pushed out, no faster than a body may be without waking its neighbours much.
+constexpr double resting_depth = 0.002;  // metres
+constexpr double push_out_speed = 1.0;   // metres a second
+constexpr double erp = 0.2;
+constexpr double cfm = 1e-5;
+
+// A body sleeps once its mean speed over a tenth of a second or so has been below these for half
+// a second: bodies of about one metre that do not go anywhere, though the solver may jitter them.
+constexpr double sleep_speed = 0.08;     // metres a second
+constexpr double sleep_rotation = 0.15;  // radians a second
+constexpr double sleep_time = 0.5;       // seconds
+constexpr int sleep_samples = 10;
+
+double millisecondsOf(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - start;
+  return passed.count();
+}
+
+void queuePair(void* data, dGeomID first, dGeomID second) {
+  static_cast<std::vector<Pair>*>(data)->push_back({first, second});
+}
+
+void setPhysics(dWorldID world, const Options& options, const Preset& preset) {
+  dWorldSetERP(world, static_cast<dReal>(erp));
+  dWorldSetCFM(world, static_cast<dReal>(cfm));
+  dWorldSetQuickStepNumIterations(world, options.iterations);
+  dWorldSetContactSurfaceLayer(world, static_cast<dReal>(resting_depth));
+  dWorldSetContactMaxCorrectingVel(world, static_cast<dReal>(push_out_speed));
+  dWorldSetLinearDamping(world, static_cast<dReal>(preset.linear_damping));
+  dWorldSetAngularDamping(world, static_cast<dReal>(preset.angular_damping));
+}
+
+void setSleep(dBodyID body) {
+  dBodySetAutoDisableFlag(body, 1);
+  dBodySetAutoDisableLinearThreshold(body, static_cast<dReal>(sleep_speed));
+  dBodySetAutoDisableAngularThreshold(body, static_cast<dReal>(sleep_rotation));
+  dBodySetAutoDisableSteps(body, 0);
+  dBodySetAutoDisableTime(body, static_cast<dReal>(sleep_time));
+  dBodySetAutoDisableAverageSamplesCount(body, sleep_samples);
+}
+
+}  // namespace
+
+Simulation::Simulation(World& world, const Options& options)
+    : world_(world),
+      dt_(options.dt),
+      joints_(dJointGroupCreate(0)),
+      narrow_phase_(options.contacts) {
+  setPhysics(world.ode(), options, presetOf(options.scene));
+  for (dBodyID body : world.bodies()) setSleep(body);
+  dRandSetSeed(static_cast<unsigned long>(options.seed));  // QuickStep shuffles its rows
+  if (options.check) check_.emplace(world.geoms());
+}
+
+Simulation::~Simulation() {
+  dJointGroupDestroy(joints_);
+}
+
+Frame Simulation::step() {
+  Frame frame;
+  frame.number = ++steps_done_;
+  frame.time = steps_done_ * dt_;
+  collide(frame);
+  frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
+  frame.joints_ms = millisecondsOf([&] { createJoints(); });
+  frame.solver_ms = millisecondsOf([&] { dWorldQuickStep(world_.ode(), static_cast<dReal>(dt_)); });
+  frame.joints_ms += millisecondsOf([&] { dJointGroupEmpty(joints_); });
+  frame.contacts = contacts_.size();
+  for (const dContactGeom& contact : contacts_)
+    frame.deepest = std::max(frame.deepest, static_cast<double>(contact.depth));
+  return frame;
+}
+
+void Simulation::collide(Frame& frame) {
+  pairs_.clear();
+  frame.broad_ms = millisecondsOf([&] { dSpaceCollide(world_.space(), &pairs_, queuePair); });
+  frame.geoms = static_cast<size_t>(dSpaceGetNumGeoms(world_.space()));
+  frame.pairs = pairs_.size();
+  const bool ours = dSpaceIsParallelSAP(world_.space()) != 0;
+  if (ours) dParallelSAPSpaceGetStats(world_.space(), &frame.stages.emplace());
+  if (check_) difference_ = check_->compare(pairs_, ours);
+}
+
+void Simulation::createJoints() {
+  dContact contact = {};
+  contact.surface.mode = dContactApprox1;
+  contact.surface.mu = static_cast<dReal>(world_.friction);
+  for (const dContactGeom& geom : contacts_) {
+    contact.geom = geom;
+    const dJointID joint = dJointCreateContact(world_.ode(), joints_, &contact);
+    dJointAttach(joint, dGeomGetBody(geom.g1), dGeomGetBody(geom.g2));
+  }
+}
+
+}  // namespace pile

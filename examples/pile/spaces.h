@@ -1,0 +1,23 @@
+#ifndef PILE_SPACES_H
+#define PILE_SPACES_H
+
+#include <ode/ode.h>
+
+#include <string>
+#include <vector>
+
+#include "options.h"
+
+namespace pile {
+
+// Creates the space that the options ask for, empty, for these geoms (the quad tree needs to know
+// where they are). Throws UsageError where a method or back end is not to be had.
+dSpaceID createSpace(const Options& options, const std::vector<dGeomID>& geoms);
+
+// What a space is, and for ours what its last collide used: "dParallelSAPSpace (sweep, cpu, 2
+// threads)".
+std::string describeSpace(dSpaceID space);
+
+}  // namespace pile
+
+#endif

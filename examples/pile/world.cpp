@@ -1,0 +1,75 @@
+#include "world.h"
+
+#include <cstdint>
+#include <utility>
+
+namespace pile {
+namespace {
+
+size_t triangleCount(dGeomID geom) {
+  if (dGeomGetClass(geom) != dTriMeshClass) return 0;
+  return static_cast<size_t>(dGeomTriMeshGetTriangleCount(geom));
+}
+
+}  // namespace
+
+World::World() {
+  dInitODE2(0);
+  dAllocateODEDataForThread(dAllocateMaskAll);
+  ode_ = dWorldCreate();
+  dWorldSetGravity(ode_, 0, 0, static_cast<dReal>(-9.81));
+}
+
+World::~World() {
+  if (space_) {
+    dSpaceDestroy(space_);
+  } else {
+    for (dGeomID geom : geoms_) dGeomDestroy(geom);
+  }
+  for (const StoredMesh& stored : meshes_) dGeomTriMeshDataDestroy(stored.data);
+  dWorldDestroy(ode_);
+  dCloseODE();
+}
+
+dTriMeshDataID World::addMesh(Mesh mesh) {
+  meshes_.push_back({std::move(mesh), dGeomTriMeshDataCreate()});
+  const StoredMesh& stored = meshes_.back();
+  dGeomTriMeshDataBuildSingle(
+      stored.data, stored.mesh.points.data(), sizeof(Mesh::Point),
+      static_cast<int>(stored.mesh.points.size()), stored.mesh.triangles.data(),
+      static_cast<int>(3 * stored.mesh.triangles.size()), sizeof(Mesh::Triangle));
+  return stored.data;
+}
+
+void World::addGeom(dGeomID geom) {
+  dGeomSetData(geom, reinterpret_cast<void*>(static_cast<std::uintptr_t>(geoms_.size())));
+  geoms_.push_back(geom);
+}
+
+void World::addStatic(dGeomID geom) {
+  addGeom(geom);
+  static_triangles_ += triangleCount(geom);
+}
+
+void World::addBody(dGeomID geom, const dMass& mass, const Pose& pose) {
+  addGeom(geom);
+  body_triangles_ += triangleCount(geom);
+  const dBodyID body = dBodyCreate(ode_);
+  dBodySetMass(body, &mass);
+  dBodySetPosition(body, static_cast<dReal>(pose.position[0]), static_cast<dReal>(pose.position[1]),
+                   static_cast<dReal>(pose.position[2]));
+  dBodySetQuaternion(body, pose.rotation);
+  dGeomSetBody(geom, body);
+  bodies_.push_back(body);
+}
+
+void World::useSpace(dSpaceID space) {
+  space_ = space;
+  for (dGeomID geom : geoms_) dSpaceAdd(space_, geom);
+}
+
+size_t World::indexOf(dGeomID geom) {
+  return static_cast<size_t>(reinterpret_cast<std::uintptr_t>(dGeomGetData(geom)));
+}
+
+}  // namespace pile
