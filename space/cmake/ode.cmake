@@ -54,7 +54,7 @@ endfunction()
 macro(find_libode)
   unset(__pkg_config_checked_ODE_PARALLEL_SAP_LIBODE CACHE)
   unset(pkgcfg_lib_ODE_PARALLEL_SAP_LIBODE_ode CACHE)
-  pkg_check_modules(ODE_PARALLEL_SAP_LIBODE QUIET IMPORTED_TARGET ode)
+  pkg_check_modules(ODE_PARALLEL_SAP_LIBODE QUIET IMPORTED_TARGET GLOBAL ode)
 endmacro()
 
 set(ODE_PARALLEL_SAP_ODE_PREFIX "")
