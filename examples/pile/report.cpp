@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <iomanip>
 
 #include "spaces.h"
 
@@ -48,8 +49,8 @@ void CsvFile::add(const Frame& frame, const Motion& motion) {
     file_ << ",,,,,";
   }
   file_ << frame.broad_ms << ',' << frame.narrow_ms << ',' << frame.joints_ms << ','
-        << frame.solver_ms << ',' << frame.totalMs() << ',' << frame.deepest << ',' << motion.energy
-        << '\n';
+        << frame.solver_ms << ',' << frame.totalMs() << ',' << std::setprecision(17)
+        << frame.deepest << ',' << motion.energy << std::setprecision(6) << '\n';
 }
 
 bool CsvFile::finish() {

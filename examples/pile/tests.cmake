@@ -1,0 +1,60 @@
+# Short runs of pile. What each must print or answer is stated, so that each can fail.
+
+# add_pile_test(<name> <exit code> <text> <options>...)
+# Runs pile and looks at its exit code and for the text in what it prints.
+function(add_pile_test name exit_code text)
+  add_test(
+    NAME "examples.pile.${name}"
+    COMMAND ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>" "-DOPTIONS=${ARGN}" "-DEXIT_CODE=${exit_code}"
+            "-DTEXT=${text}" -P "${CMAKE_CURRENT_SOURCE_DIR}/run_and_compare.cmake")
+  set_tests_properties("examples.pile.${name}" PROPERTIES LABELS examples TIMEOUT 120)
+endfunction()
+
+# Every scene: its full static geometry and few enough bodies, from the fall to the heap. The exit
+# code also says that no body fell through the ground and that no energy came from nowhere.
+set(checked "frames are those of dHashSpace")
+add_pile_test(cubes 0 "${checked}" --scene cubes --bodies 2000 --steps 150 --check)
+add_pile_test(balls 0 "${checked}" --scene balls --bodies 2000 --steps 250 --check)
+add_pile_test(skittles 0 "${checked}" --scene skittles --bodies 40 --steps 250 --check)
+add_pile_test(torus 0 "${checked}" --scene torus --bodies 60 --steps 300 --check)
+add_pile_test(alphabet 0 "${checked}" --scene alphabet --steps 400 --check)
+
+# Every way to find the pairs.
+add_pile_test(sweep 0 "dParallelSAPSpace \\(sweep, cpu" --bodies 3000 --steps 60 --method sweep --check)
+add_pile_test(brute-force 0 "dParallelSAPSpace \\(brute-force, cpu" --bodies 3000 --steps 60 --method brute-force
+              --backend cpu --threads 2 --check)
+add_pile_test(hash 0 "dHashSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space hash --check)
+add_pile_test(quadtree 0 "dQuadTreeSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space quadtree --check)
+add_pile_test(simple 0 "dSimpleSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space simple --check)
+
+# The pairs come in the same order whatever finds them, so the piles are the same to the last bit.
+add_test(
+  NAME examples.pile.same-for-all-methods
+  COMMAND ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>" "-DOPTIONS=--bodies;1500;--steps;200"
+          "-DFIRST=--method;sweep;--threads;2" "-DSECOND=--method;brute-force;--threads;1"
+          "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}" -P "${CMAKE_CURRENT_SOURCE_DIR}/compare_runs.cmake")
+set_tests_properties(examples.pile.same-for-all-methods PROPERTIES LABELS examples TIMEOUT 120)
+
+# dSweepAndPruneSpace reports a plane with every geom, so the check must find a difference.
+add_pile_test(check-can-fail 1 "frame 1: the pair \\(plane 0, trimesh 1\\) is not one of dHashSpace's"
+              --scene alphabet --bodies 30 --steps 10 --space sap --check)
+# A time step far too long: spheres fly through the bowl.
+add_pile_test(fault-can-fail 1 "fell through the ground" --scene balls --bodies 300 --steps 200 --dt 0.1)
+
+# The sizes of the paper's scenes.
+add_pile_test(size-cubes 0 "20,000 boxes onto a terrain of 240 tiles \\(300,000 triangles\\)" --scene cubes --steps 1)
+add_pile_test(size-balls 0 "10,000 spheres onto a bowl \\(600 triangles\\)" --scene balls --steps 1)
+add_pile_test(size-skittles 0 "3,500 skittles \\(70,000,000 triangles\\)" --scene skittles --steps 1)
+add_pile_test(size-torus 0 "1,000 tori \\(2,304,000 triangles\\)" --scene torus --steps 1)
+add_pile_test(size-alphabet 0 "260 letters \\(31,680 triangles\\)" --scene alphabet --steps 1)
+
+add_pile_test(help 0 "alphabet +260 letters" --help)
+add_pile_test(unknown-scene 2 "--scene: marbles not in" --scene marbles)
+add_pile_test(unknown-option 2 "--colour" --colour red)
+add_pile_test(negative-bodies 2 "--bodies: Value -5 not in range" --bodies -5)
+add_pile_test(zero-steps 2 "--steps: Value 0 not in range" --steps 0)
+add_pile_test(negative-dt 2 "--dt: Value -0.01 not in range" --dt -0.01)
+add_pile_test(no-number 2 "--threads" --threads many)
+add_pile_test(unwritable-csv 2 "cannot write the file /no/such/folder/file.csv" --csv /no/such/folder/file.csv)
+add_pile_test(method-elsewhere 2 "need --space parallel" --space hash --method sweep)
+add_pile_test(too-many-to-check 2 "takes at most" --bodies 200000 --check)
