@@ -9,16 +9,16 @@ namespace pile {
 
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> all = {
-      {"cubes", "20,000 boxes onto a terrain of 300,000 triangles", 20000, 200, 0.01, 20, 4, 0.002,
-       0.01, buildCubes},
-      {"balls", "10,000 spheres into a bowl of 600 triangles", 10000, 400, 0.01, 20, 2, 0.002, 0.02,
+      {"cubes", "20,000 boxes onto a terrain of 300,000 triangles", 20000, 200, 0.01, 20, 4, 0.1, 2,
+       buildCubes},
+      {"balls", "10,000 spheres into a bowl of 600 triangles", 10000, 400, 0.01, 20, 2, 0.1, 2,
        buildBalls},
       {"skittles", "3,500 bowling pins of 20,000 triangles each onto a plane", 3500, 100, 0.005, 20,
-       6, 0.002, 0.01, buildSkittles},
-      {"torus", "1,000 tori of 2,304 triangles each onto a plane", 1000, 400, 0.005, 20, 6, 0.002,
-       0.01, buildTorus},
+       6, 0.1, 2, buildSkittles},
+      {"torus", "1,000 tori of 2,304 triangles each onto a plane", 1000, 400, 0.005, 20, 6, 0.1, 2,
+       buildTorus},
       {"alphabet", "260 letters, all different, of 31,680 triangles in all onto a plane", 260, 1000,
-       0.005, 20, 6, 0.002, 0.01, buildAlphabet}};
+       0.005, 20, 6, 0.1, 2, buildAlphabet}};
   return all;
 }
 

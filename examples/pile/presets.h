@@ -14,12 +14,12 @@ struct Preset {
   const char* name;
   const char* about;
   int bodies;
-  int steps;       // about half a minute on two cores
-  double dt;       // seconds
-  int iterations;  // of QuickStep
-  int contacts;    // most of a pair
-  double linear_damping;
-  double angular_damping;  // stands in for rolling friction
+  int steps;               // about half a minute on two cores
+  double dt;               // seconds
+  int iterations;          // of QuickStep
+  int contacts;            // most of a pair
+  double linear_damping;   // rates per second
+  double angular_damping;  // this one stands in for rolling friction
   void (*build)(World& world, int bodies, Random& random);
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "presets.h"
 
@@ -15,12 +16,12 @@ constexpr double push_out_speed = 1.0;   // metres a second
 constexpr double erp = 0.2;
 constexpr double cfm = 1e-5;
 
-// A body sleeps once its mean speed over a tenth of a second or so has been below these for half
-// a second: bodies of about one metre that do not go anywhere, though the solver may jitter them.
+// A body sleeps when its mean velocity over a while has been below these for half a second: bodies
+// of about one metre that go nowhere, though the solver may jitter them.
 constexpr double sleep_speed = 0.08;     // metres a second
 constexpr double sleep_rotation = 0.15;  // radians a second
 constexpr double sleep_time = 0.5;       // seconds
-constexpr int sleep_samples = 10;
+constexpr double sleep_window = 0.2;     // seconds to take the mean over
 
 double millisecondsOf(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -33,23 +34,30 @@ void queuePair(void* data, dGeomID first, dGeomID second) {
   static_cast<std::vector<Pair>*>(data)->push_back({first, second});
 }
 
-void setPhysics(dWorldID world, const Options& options, const Preset& preset) {
+void setWorld(dWorldID world, const Options& options) {
   dWorldSetERP(world, static_cast<dReal>(erp));
   dWorldSetCFM(world, static_cast<dReal>(cfm));
   dWorldSetQuickStepNumIterations(world, options.iterations);
   dWorldSetContactSurfaceLayer(world, static_cast<dReal>(resting_depth));
   dWorldSetContactMaxCorrectingVel(world, static_cast<dReal>(push_out_speed));
-  dWorldSetLinearDamping(world, static_cast<dReal>(preset.linear_damping));
-  dWorldSetAngularDamping(world, static_cast<dReal>(preset.angular_damping));
 }
 
-void setSleep(dBodyID body) {
+// What is lost in one step of a velocity that decays at this rate per second.
+dReal fractionLost(double rate, double dt) {
+  return static_cast<dReal>(1 - std::exp(-rate * dt));
+}
+
+// Bodies have settings of their own: the world's are only the defaults of those created later.
+void setBody(dBodyID body, const Preset& preset, double dt) {
+  dBodySetLinearDamping(body, fractionLost(preset.linear_damping, dt));
+  dBodySetAngularDamping(body, fractionLost(preset.angular_damping, dt));
   dBodySetAutoDisableFlag(body, 1);
   dBodySetAutoDisableLinearThreshold(body, static_cast<dReal>(sleep_speed));
   dBodySetAutoDisableAngularThreshold(body, static_cast<dReal>(sleep_rotation));
   dBodySetAutoDisableSteps(body, 0);
   dBodySetAutoDisableTime(body, static_cast<dReal>(sleep_time));
-  dBodySetAutoDisableAverageSamplesCount(body, sleep_samples);
+  dBodySetAutoDisableAverageSamplesCount(body,
+                                         static_cast<unsigned>(std::lround(sleep_window / dt)) + 1);
 }
 
 }  // namespace
@@ -59,8 +67,8 @@ Simulation::Simulation(World& world, const Options& options)
       dt_(options.dt),
       joints_(dJointGroupCreate(0)),
       narrow_phase_(options.contacts) {
-  setPhysics(world.ode(), options, presetOf(options.scene));
-  for (dBodyID body : world.bodies()) setSleep(body);
+  setWorld(world.ode(), options);
+  for (dBodyID body : world.bodies()) setBody(body, presetOf(options.scene), dt_);
   dRandSetSeed(static_cast<unsigned long>(options.seed));  // QuickStep shuffles its rows
   if (options.check) check_.emplace(world.geoms());
 }
