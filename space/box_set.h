@@ -18,6 +18,10 @@ struct Box {
   float lower[3], upper[3];
 };
 
+inline bool isActive(const Box& box) {
+  return box.lower[0] == box.lower[0];
+}
+
 // ODE's category and collide bits. Two geoms may collide if either's category meets the other's
 // collide bits.
 struct FilterBits {

@@ -42,7 +42,12 @@ int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::uint64_t count = triangle.pairs();
   const int parts =
       static_cast<int>(std::min<std::uint64_t>(threads, count / least_pairs_a_thread + 1));
-  cells_.build(boxes, nullptr, boxes.size, parts);
+  const std::size_t cell_count = (boxes.size + group_size - 1) / group_size;
+  starts_.resizeDiscarding(cell_count + 1);
+  for (std::size_t i = 0; i < cell_count; ++i)
+    starts_[i] = static_cast<std::uint32_t>(i * group_size);
+  starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
+  cells_.build(boxes, nullptr, starts_.data(), cell_count, parts);
   const TreeView& cells = cells_.view();
   const Kernels& kernel = kernels();
   pairs.clear(parts);
@@ -53,15 +58,12 @@ int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
     for (int part = thread; part < parts; part += team) {
       BufferSink sink(pairs.parts[part]);
       const Range range = partOf(count, part, parts);
-      std::uint64_t row = triangle.rowOf(range.begin);
-      for (std::uint64_t pair = range.begin; pair < range.end; ++row) {
-        const std::uint64_t row_begin = triangle.rowBegin(row);
-        const std::uint64_t end = std::min<std::uint64_t>(range.end, triangle.rowBegin(row + 1));
-        const std::uint64_t first_column = row + 1;
-        kernel.rowPairs(cells, row, first_column + (pair - row_begin),
-                        first_column + (end - row_begin), boxes.exact, sink);
-        pair = end;
-      }
+      if (range.begin == range.end) continue;
+      const std::uint64_t first = triangle.rowOf(range.begin), last = triangle.rowOf(range.end - 1);
+      const TrianglePart rows = {boxes.size, first,
+                                 first + 1 + (range.begin - triangle.rowBegin(first)), last,
+                                 last + 1 + (range.end - triangle.rowBegin(last))};
+      kernel.trianglePairs(cells, rows, boxes.exact, sink);
     }
   });
   return used;

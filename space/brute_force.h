@@ -2,6 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_BRUTE_FORCE_H
 #define ODE_PARALLEL_SAP_BRUTE_FORCE_H
 
+#include "buffer.h"
 #include "cell_tree.h"
 #include "pair_finder.h"
 
@@ -15,10 +16,11 @@ namespace ode_parallel_sap {
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override { return cells_.bytes(); }
+  std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
 
  private:
-  CellTree cells_;  // in slot order; only its cells are used
+  Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
+  CellTree cells_;                // in slot order; only its cells are used
 };
 
 }  // namespace ode_parallel_sap

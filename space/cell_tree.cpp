@@ -15,11 +15,11 @@ constexpr std::size_t least_shared_groups = 256;
 
 }  // namespace
 
-void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, std::size_t count,
-                     int threads) {
-  cell_count_ = groupsFor(count);
+void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
+                     std::size_t cells, int threads) {
+  cell_count_ = cells;
   view_ = {};
-  if (count == 0) return;
+  if (cells == 0) return;
   std::size_t total = 0;
   for (std::size_t level_groups = cell_count_;; level_groups = groupsFor(level_groups)) {
     view_.groups[view_.depth++] = static_cast<std::uint32_t>(level_groups);
@@ -36,7 +36,7 @@ void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, std::size_
   const Kernels& kernel = kernels();
   runTeam(cell_count_ < least_shared_groups ? 1 : threads, [&](int thread, int team) {
     const Range range = partOf(cell_count_, thread, team);
-    kernel.packCells(boxes.boxes.data(), order, count, range.begin, range.end, groups_.data(),
+    kernel.packCells(boxes.boxes.data(), order, starts, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);
   });

@@ -14,9 +14,10 @@ namespace ode_parallel_sap {
 
 class CellTree {
  public:
-  // Cells of the boxes order[0..count), in that order; order == null stands for 0, 1, 2, ...
-  // `order` must outlive nothing: it is read during the call only.
-  void build(const BoxSet& boxes, const std::uint32_t* order, std::size_t count, int threads);
+  // Cell i gets the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most; order ==
+  // null stands for 0, 1, 2, ... Both are read during the call only.
+  void build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
+             std::size_t cells, int threads);
   // Valid until the next build.
   const TreeView& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }

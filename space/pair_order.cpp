@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "parallel.h"
+#include "simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -17,18 +18,8 @@ bool laterComesAfter(Pair a, Pair b) {
   return laterOf(a) < laterOf(b);
 }
 
-void sortShortList(Pair* begin, Pair* end) {
-  constexpr std::ptrdiff_t longest_insertion = 24;
-  if (end - begin > longest_insertion) {
-    std::sort(begin, end, laterComesAfter);
-    return;
-  }
-  for (Pair* next = begin + 1; next < end; ++next) {
-    const Pair pair = *next;
-    Pair* hole = next;
-    for (; hole > begin && laterOf(hole[-1]) > laterOf(pair); --hole) *hole = hole[-1];
-    *hole = pair;
-  }
+void sortLong(Pair* begin, Pair* end) {
+  std::sort(begin, end, laterComesAfter);
 }
 
 }  // namespace
@@ -43,12 +34,7 @@ void PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std:
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
   for (std::size_t i = 0; i < count; ++i)
     scratch.pairs[ends[earlierOf(pairs[i]) - first_slot]++] = pairs[i];
-  for (std::size_t slot = 0, begin = 0; slot < slots; ++slot) {
-    const std::size_t end = ends[slot];
-    if (end - begin > 1) sortShortList(scratch.pairs.data() + begin, scratch.pairs.data() + end);
-    begin = end;
-  }
-  std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
+  kernels().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
 }
 
 void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,

@@ -34,8 +34,7 @@ void ClassSummary::add(const ClassSummary& other) {
   count += other.count;
 }
 
-Quantizer::Quantizer(const ClassSummary& summary, int bits, std::uint32_t first_key)
-    : bits_(bits), first_key_(first_key) {
+Quantizer::Quantizer(const ClassSummary& summary, int digits) : digits_(digits) {
   double step[3];  // length of a step in mean extents
   double greatest_extent = 0;
   for (double extent : summary.extent) greatest_extent = std::max(greatest_extent, extent);
@@ -49,7 +48,7 @@ Quantizer::Quantizer(const ClassSummary& summary, int bits, std::uint32_t first_
   }
   int axis_of_digit[max_bits];
   int axis_bits[3] = {0, 0, 0};
-  for (int digit = bits - 1; digit >= 0; --digit) {
+  for (int digit = digits - 1; digit >= 0; --digit) {
     const int axis = static_cast<int>(std::max_element(step, step + 3) - step);
     axis_of_digit[digit] = axis;
     step[axis] /= 2;
@@ -65,7 +64,7 @@ Quantizer::Quantizer(const ClassSummary& summary, int bits, std::uint32_t first_
     last_step_[axis] = static_cast<float>(steps - 1);
 
     std::uint32_t digit_of_bit[max_bits];
-    for (int digit = 0, bit = 0; digit < bits; ++digit)
+    for (int digit = 0, bit = 0; digit < digits; ++digit)
       if (axis_of_digit[digit] == axis) digit_of_bit[bit++] = std::uint32_t{1} << digit;
     for (int byte = 0; byte < 3; ++byte) {
       const int first_bit = 8 * byte;

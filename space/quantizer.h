@@ -24,26 +24,26 @@ inline float centreOf(const Box& box, int axis) {
   return 0.5f * box.lower[axis] + 0.5f * box.upper[axis];
 }
 
-// Gives each of the `bits` binary digits of a key to one axis: always to the one on which the steps
+// Gives each of the binary digits of a key to one axis: always to the one on which the steps
 // are still the longest in terms of the boxes' mean extent there. A flat or long scene thus spends
 // its digits where it has room, and cells come out in the shape of the boxes.
 class Quantizer {
  public:
   static constexpr int max_bits = 24;
 
-  Quantizer(const ClassSummary& summary, int bits, std::uint32_t first_key);
+  Quantizer(const ClassSummary& summary, int digits);
 
   std::uint32_t keyOf(const Box& box) const {
-    std::uint32_t key = first_key_;
+    std::uint32_t key = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const std::uint32_t step = stepOf(centreOf(box, axis), axis);
-      key += spread_[axis][0][step & 0xff] | spread_[axis][1][step >> 8 & 0xff] |
+      key |= spread_[axis][0][step & 0xff] | spread_[axis][1][step >> 8 & 0xff] |
              spread_[axis][2][step >> 16];
     }
     return key;
   }
-  // The number of keys: first_key to first_key + keys() - 1 are in use.
-  std::uint32_t keys() const { return std::uint32_t{1} << bits_; }
+  // Keys are below 2^digits().
+  int digits() const { return digits_; }
 
  private:
   std::uint32_t stepOf(float centre, int axis) const {
@@ -55,8 +55,7 @@ class Quantizer {
   }
 
   float origin_[3], scale_[3], last_step_[3];
-  int bits_;
-  std::uint32_t first_key_;
+  int digits_;
   std::uint32_t spread_[3][3][256];  // axis, byte of the step, value: its digits in the key
 };
 

@@ -35,8 +35,8 @@ int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::vector<CellOrder::Class>& classes = order_.classes();
   if (trees_.size() < classes.size()) trees_.resize(classes.size());
   for (std::size_t i = 0; i < classes.size(); ++i)
-    trees_[i].build(boxes, order_.order() + classes[i].begin, classes[i].end - classes[i].begin,
-                    threads);
+    trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
+                    classes[i].last_cell - classes[i].first_cell, threads);
   planTasks();
 
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);

@@ -48,12 +48,19 @@ struct PairSink {
   void (*grow)(PairSink& sink, std::size_t room);
 };
 
+// A part of the pairs of `places` boxes, in rows.
+struct TrianglePart {
+  std::size_t places;
+  std::size_t first_row, first_column;
+  std::size_t last_row, last_column;
+};
+
 struct Kernels {
   const char* name;
 
-  // Fills cells[i] and ids[i] with the boxes order[16 i] to order[16 i + 15] for i in [begin, end);
-  // places at and beyond `count` in `order` stay empty. order == null stands for 0, 1, 2, ...
-  void (*packCells)(const Box* boxes, const std::uint32_t* order, std::size_t count,
+  // Fills cells[i] and ids[i] with the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen
+  // at most, for i in [begin, end). order == null stands for 0, 1, 2, ...
+  void (*packCells)(const Box* boxes, const std::uint32_t* order, const std::uint32_t* starts,
                     std::size_t begin, std::size_t end, Group* cells, GroupIds* ids);
   // Group i of `parents` gets the bounds of groups 16 i to 16 i + 15 of `children`, for i in
   // [begin, end); places at and beyond `count` children stay empty.
@@ -65,10 +72,16 @@ struct Kernels {
   // Pairs between the cells [begin, end) of `queries` and all cells of `tree`.
   void (*crossPairs)(const TreeView& queries, std::size_t begin, std::size_t end,
                      const TreeView& tree, bool exact, PairSink& sink);
-  // Pairs of the box in place `row` with those in places [begin, end), for cells in slot order, in
-  // ascending order.
-  void (*rowPairs)(const TreeView& cells, std::size_t row, std::size_t begin, std::size_t end,
-                   bool exact, PairSink& sink);
+  // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,
+  // column), row < column < places, from (first_row, first_column) up to but not including
+  // (last_row, last_column), row by row. Ascending.
+  void (*trianglePairs)(const TreeView& cells, const TrianglePart& part, bool exact,
+                        PairSink& sink);
+  // Sorts lists of pairs by their low 31 bits, none twice in a list, from `pairs` to `sorted`: list
+  // i ends at ends[i], where list i + 1 begins. `sortLong` sorts a long list in place.
+  void (*sortLists)(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
+                    std::uint64_t* sorted,
+                    void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
 };
 
 // The best set for this processor.

@@ -15,15 +15,20 @@ using namespace ode_parallel_sap;
 
 constexpr unsigned all_lanes = 0xffff;
 
-// Which boxes of `boxes` overlap box `lane` of `box`, as closed intervals. NaN overlaps nothing.
-// The formula holds for inverted boxes too, and so do bounds made of least and greatest ones.
+// Which of sixteen boxes overlap box `lane` of `box`, as closed intervals. NaN overlaps nothing.
+// The formula holds for inverted boxes too, and so do bounds made of least and greatest ones. The
+// bounds on each axis are `stride` floats apart.
+inline unsigned overlaps(const Group& box, unsigned lane, const float* lower, const float* upper,
+                         std::size_t stride) {
+  return Lanes::atLeast(upper, box.lower[0][lane]) & Lanes::atMost(lower, box.upper[0][lane]) &
+         Lanes::atLeast(upper + stride, box.lower[1][lane]) &
+         Lanes::atMost(lower + stride, box.upper[1][lane]) &
+         Lanes::atLeast(upper + 2 * stride, box.lower[2][lane]) &
+         Lanes::atMost(lower + 2 * stride, box.upper[2][lane]);
+}
+
 inline unsigned overlaps(const Group& box, unsigned lane, const Group& boxes) {
-  return Lanes::atLeast(boxes.upper[0], box.lower[0][lane]) &
-         Lanes::atMost(boxes.lower[0], box.upper[0][lane]) &
-         Lanes::atLeast(boxes.upper[1], box.lower[1][lane]) &
-         Lanes::atMost(boxes.lower[1], box.upper[1][lane]) &
-         Lanes::atLeast(boxes.upper[2], box.lower[2][lane]) &
-         Lanes::atMost(boxes.lower[2], box.upper[2][lane]);
+  return overlaps(box, lane, boxes.lower[0], boxes.upper[0], group_size);
 }
 
 // Two steps toward `direction` (1 up, -1 down) in the order of all floats; NaN beyond infinity.
@@ -48,82 +53,122 @@ inline void shrink(const Group& cell, Group& inner) {
     }
 }
 
-inline unsigned passesFilter(const GroupFilter& filter, unsigned lane, const GroupFilter& others) {
-  const unsigned wanted = Lanes::sharesBits(others.collide, filter.category[lane]) |
-                          Lanes::sharesBits(others.category, filter.collide[lane]);
-  const std::uint32_t body = filter.body[lane];
-  return body ? wanted & ~Lanes::equals(others.body, body) : wanted;
+// Which of sixteen boxes may meet box `lane` by their bits and bodies.
+inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
+                             const std::uint32_t* category, const std::uint32_t* collide,
+                             const std::uint32_t* body) {
+  const unsigned wanted = Lanes::sharesBits(collide, filter.category[lane]) |
+                          Lanes::sharesBits(category, filter.collide[lane]);
+  return filter.body[lane] ? wanted & ~Lanes::equals(body, filter.body[lane]) : wanted;
 }
 
-// One cell as the side whose boxes are taken one by one.
-struct Side {
+inline void markUnsure(std::uint64_t* pair, unsigned hits, unsigned unsure) {
+  for (; hits; hits &= hits - 1, ++pair)
+    if (unsure & hits & (0u - hits)) *pair |= std::uint64_t{1} << 63;
+}
+
+// The cell whose boxes are taken one by one.
+struct Query {
   const Group* boxes;
   const GroupIds* ids;
   const GroupFilter* filter;  // null: no pair is filtered
+  Group inner;                // the boxes shrunk, unless float boxes are exact
+  unsigned count;             // boxes in use; the others are NaN
+  bool exact;
+
+  Query(const TreeView& tree, std::size_t cell, bool exact)
+      : boxes(tree.levels[0] + cell),
+        ids(tree.ids + cell),
+        filter(tree.filters ? tree.filters + cell : nullptr),
+        count(__builtin_popcount(Lanes::atMost(boxes->lower[0], __builtin_inff()))),
+        exact(exact) {
+    if (!exact) shrink(*boxes, inner);
+  }
 };
 
-inline Side sideOf(const TreeView& tree, std::size_t cell) {
-  return {tree.levels[0] + cell, tree.ids + cell, tree.filters ? tree.filters + cell : nullptr};
-}
+// Boxes that the query's bounds reach, gathered so that the query's boxes meet sixteen of them at a
+// time.
+struct Candidates {
+  static constexpr std::size_t capacity = 512;
+  static constexpr std::size_t stride = capacity + group_size;
 
-// Pairs of box `lane` of `a` with the boxes in `candidates` of `b`.
-inline void boxAgainstCell(const Side& a, unsigned lane, const Side& b, unsigned candidates,
-                           bool exact, PairSink& sink) {
-  unsigned hits = overlaps(*a.boxes, lane, *b.boxes) & candidates;
+  alignas(64) float lower[3][stride];
+  alignas(64) float upper[3][stride];
+  alignas(64) std::uint32_t slot[stride];
+  alignas(64) std::uint32_t category[stride], collide[stride], body[stride];
+  std::size_t count = 0;
+
+  bool full() const { return count > capacity - group_size; }
+
+  // Adds the boxes of `cell` in `mask`; at most 16 places are written beyond `count`.
+  void add(const TreeView& tree, std::size_t cell, unsigned mask) {
+    const Group& boxes = tree.levels[0][cell];
+    for (int axis = 0; axis < 3; ++axis) {
+      Lanes::compress(boxes.lower[axis], mask, lower[axis] + count);
+      Lanes::compress(boxes.upper[axis], mask, upper[axis] + count);
+    }
+    Lanes::compress(tree.ids[cell].slot, mask, slot + count);
+    if (tree.filters) {
+      const GroupFilter& filter = tree.filters[cell];
+      Lanes::compress(filter.category, mask, category + count);
+      Lanes::compress(filter.collide, mask, collide + count);
+      Lanes::compress(filter.body, mask, body + count);
+    }
+    count += __builtin_popcount(mask);
+  }
+};
+
+// Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
+inline void boxAgainstSixteen(const Query& query, unsigned lane, unsigned mask, const float* lower,
+                              const float* upper, std::size_t stride, const std::uint32_t* slots,
+                              const std::uint32_t* category, const std::uint32_t* collide,
+                              const std::uint32_t* body, PairSink& sink) {
+  unsigned hits = overlaps(*query.boxes, lane, lower, upper, stride) & mask;
   if (!hits) return;
-  if (a.filter) {
-    hits &= passesFilter(*a.filter, lane, *b.filter);
+  if (query.filter) {
+    hits &= passesFilter(*query.filter, lane, category, collide, body);
     if (!hits) return;
   }
   std::uint64_t* const first = sink.next;
-  sink.next += Lanes::writePairs(b.ids->slot, a.ids->slot[lane], hits, first);
-  if (exact) return;
-  Group inner;
-  for (int axis = 0; axis < 3; ++axis) {
-    inner.lower[axis][0] = twoSteps(a.boxes->lower[axis][lane], 1);
-    inner.upper[axis][0] = twoSteps(a.boxes->upper[axis][lane], -1);
+  sink.next += Lanes::writePairs(slots, query.ids->slot[lane], hits, first);
+  if (query.exact) return;
+  const unsigned unsure = hits & ~overlaps(query.inner, lane, lower, upper, stride);
+  if (unsure) markUnsure(first, hits, unsure);
+}
+
+inline void makeRoom(PairSink& sink, std::size_t room) {
+  if (static_cast<std::size_t>(sink.end - sink.next) < room) sink.grow(sink, room);
+}
+
+// Pairs of the query's boxes with all candidates, which are used up.
+inline void meetCandidates(const Query& query, Candidates& others, PairSink& sink) {
+  if (!others.count) return;
+  const float nan = __builtin_nanf("");
+  for (std::size_t i = 0; i < group_size; ++i) others.lower[0][others.count + i] = nan;
+  for (std::size_t base = 0; base < others.count; base += group_size) {
+    makeRoom(sink, group_size * group_size);
+    for (unsigned lane = 0; lane < query.count; ++lane)
+      boxAgainstSixteen(query, lane, all_lanes, others.lower[0] + base, others.upper[0] + base,
+                        Candidates::stride, others.slot + base, others.category + base,
+                        others.collide + base, others.body + base, sink);
   }
-  const unsigned unsure = hits & ~overlaps(inner, 0, *b.boxes);
-  if (!unsure) return;
-  std::uint64_t* pair = first;
-  for (unsigned rest = hits; rest; rest &= rest - 1, ++pair)
-    if (unsure & rest & (0u - rest)) *pair |= std::uint64_t{1} << 63;
+  others.count = 0;
 }
 
-inline void makeRoom(PairSink& sink) {
-  constexpr std::ptrdiff_t room = group_size * group_size;
-  if (sink.end - sink.next < room) sink.grow(sink, room);
+// Pairs of box `lane` of `query` with those of one cell of `tree` that are in `mask`.
+inline void boxAgainstCell(const Query& query, unsigned lane, unsigned mask, const TreeView& tree,
+                           std::size_t cell, PairSink& sink) {
+  const Group& boxes = tree.levels[0][cell];
+  const GroupFilter* const filter = tree.filters ? tree.filters + cell : nullptr;
+  boxAgainstSixteen(query, lane, mask, boxes.lower[0], boxes.upper[0], group_size,
+                    tree.ids[cell].slot, filter ? filter->category : nullptr,
+                    filter ? filter->collide : nullptr, filter ? filter->body : nullptr, sink);
 }
 
-// Pairs within one cell.
-inline void cellAgainstItself(const Side& cell, bool exact, PairSink& sink) {
-  makeRoom(sink);
-  for (unsigned lane = 0; lane + 1 < group_size; ++lane)
-    boxAgainstCell(cell, lane, cell, all_lanes << (lane + 1) & all_lanes, exact, sink);
-}
-
-// Pairs between two cells: the boxes of either that reach the other's bounds, taken one by one from
-// the side that has fewer of them.
-inline void cellAgainstCell(const TreeView& tree_a, std::size_t a, const TreeView& tree_b,
-                            std::size_t b, bool exact, PairSink& sink) {
-  const Side side_a = sideOf(tree_a, a), side_b = sideOf(tree_b, b);
-  unsigned from_a = overlaps(tree_b.levels[1][b / group_size], b % group_size, *side_a.boxes);
-  if (!from_a) return;
-  unsigned from_b = overlaps(tree_a.levels[1][a / group_size], a % group_size, *side_b.boxes);
-  if (!from_b) return;
-  makeRoom(sink);
-  if (__builtin_popcount(from_a) <= __builtin_popcount(from_b))
-    for (; from_a; from_a &= from_a - 1)
-      boxAgainstCell(side_a, __builtin_ctz(from_a), side_b, from_b, exact, sink);
-  else
-    for (; from_b; from_b &= from_b - 1)
-      boxAgainstCell(side_b, __builtin_ctz(from_b), side_a, from_a, exact, sink);
-}
-
-// Calls visit(cell) for the cells of `tree`, from `first` on, whose bounds overlap box `lane` of
-// `query`.
+// Calls visit(cell, mask) for the cells of `tree`, from `first` on, that have boxes overlapping box
+// `lane` of `query`; `mask` tells which.
 template <class Visit>
-inline void forOverlappingCells(const TreeView& tree, const Group& query, unsigned lane,
+inline void forOverlappingBoxes(const TreeView& tree, const Group& query, unsigned lane,
                                 std::size_t first, Visit visit) {
   struct Node {
     std::uint32_t level, group;
@@ -138,63 +183,84 @@ inline void forOverlappingCells(const TreeView& tree, const Group& query, unsign
     const std::size_t base = std::size_t{node.group} * group_size;
     const std::size_t from = first >> 4 * (node.level - 1);
     if (from > base) mask = from - base < group_size ? mask >> (from - base) << (from - base) : 0;
-    for (; mask; mask &= mask - 1) {
-      const std::uint32_t child = static_cast<std::uint32_t>(base + __builtin_ctz(mask));
-      if (node.level == 1)
-        visit(child);
-      else
-        stack[top++] = {node.level - 1, child};
+    if (node.level == 1) {
+      for (; mask; mask &= mask - 1) {
+        const std::size_t cell = base + __builtin_ctz(mask);
+        visit(cell, overlaps(query, lane, tree.levels[0][cell]));
+      }
+    } else {
+      for (; mask; mask &= mask - 1)
+        stack[top++] = {node.level - 1, static_cast<std::uint32_t>(base + __builtin_ctz(mask))};
     }
   }
 }
 
+// Pairs of the boxes of `query`, cell `cell` of `queries`, with the cells from `first` on of
+// `tree`.
+inline void cellAgainstTree(const Query& query, const TreeView& queries, std::size_t cell,
+                            const TreeView& tree, std::size_t first, Candidates& candidates,
+                            PairSink& sink) {
+  forOverlappingBoxes(tree, queries.levels[1][cell / group_size], cell % group_size, first,
+                      [&](std::size_t other, unsigned mask) {
+                        candidates.add(tree, other, mask);
+                        if (candidates.full()) meetCandidates(query, candidates, sink);
+                      });
+  meetCandidates(query, candidates, sink);
+}
+
 void selfPairs(const TreeView& tree, std::size_t begin, std::size_t end, bool exact,
                PairSink& sink) {
+  Candidates candidates;
   for (std::size_t cell = begin; cell < end; ++cell) {
-    cellAgainstItself(sideOf(tree, cell), exact, sink);
-    forOverlappingCells(
-        tree, tree.levels[1][cell / group_size], cell % group_size, cell + 1,
-        [&](std::size_t other) { cellAgainstCell(tree, cell, tree, other, exact, sink); });
+    const Query query(tree, cell, exact);
+    makeRoom(sink, group_size * group_size);
+    for (unsigned lane = 0; lane + 1 < query.count; ++lane)
+      boxAgainstCell(query, lane, all_lanes << (lane + 1) & all_lanes, tree, cell, sink);
+    cellAgainstTree(query, tree, cell, tree, cell + 1, candidates, sink);
   }
 }
 
 void crossPairs(const TreeView& queries, std::size_t begin, std::size_t end, const TreeView& tree,
                 bool exact, PairSink& sink) {
+  Candidates candidates;
   for (std::size_t cell = begin; cell < end; ++cell)
-    forOverlappingCells(
-        tree, queries.levels[1][cell / group_size], cell % group_size, 0,
-        [&](std::size_t other) { cellAgainstCell(queries, cell, tree, other, exact, sink); });
+    cellAgainstTree(Query(queries, cell, exact), queries, cell, tree, 0, candidates, sink);
 }
 
-void rowPairs(const TreeView& cells, std::size_t row, std::size_t begin, std::size_t end,
-              bool exact, PairSink& sink) {
-  const Side side = sideOf(cells, row / group_size);
-  const unsigned lane = row % group_size;
-  for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
-    unsigned candidates = all_lanes;
-    if (cell == begin / group_size) candidates = candidates << begin % group_size & all_lanes;
-    if (end - cell * group_size < group_size) candidates &= (1u << (end - cell * group_size)) - 1;
-    if (sink.end - sink.next < group_size) sink.grow(sink, group_size);
-    boxAgainstCell(side, lane, sideOf(cells, cell), candidates, exact, sink);
+void trianglePairs(const TreeView& cells, const TrianglePart& part, bool exact, PairSink& sink) {
+  for (std::size_t row = part.first_row; row <= part.last_row;) {
+    const std::size_t query_cell = row / group_size;
+    const Query query(cells, query_cell, exact);
+    for (; row <= part.last_row && row / group_size == query_cell; ++row) {
+      const std::size_t begin = row == part.first_row ? part.first_column : row + 1;
+      const std::size_t end = row == part.last_row ? part.last_column : part.places;
+      makeRoom(sink, end > begin ? end - begin + group_size : 0);
+      for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
+        const std::size_t base = cell * group_size;
+        unsigned mask = all_lanes;
+        if (base < begin) mask = mask << (begin - base) & all_lanes;
+        if (end - base < group_size) mask &= (1u << (end - base)) - 1;
+        boxAgainstCell(query, row % group_size, mask, cells, cell, sink);
+      }
+    }
   }
 }
 
-void packCells(const Box* boxes, const std::uint32_t* order, std::size_t count, std::size_t begin,
-               std::size_t end, Group* cells, GroupIds* ids) {
+void packCells(const Box* boxes, const std::uint32_t* order, const std::uint32_t* starts,
+               std::size_t begin, std::size_t end, Group* cells, GroupIds* ids) {
   const float nan = __builtin_nanf("");
-  for (std::size_t cell = begin; cell < end; ++cell)
-    for (int lane = 0; lane < group_size; ++lane) {
-      const std::size_t place = cell * group_size + lane;
-      const bool used = place < count;
-      const std::uint32_t slot = !used   ? 0
-                                 : order ? order[place]
-                                         : static_cast<std::uint32_t>(place);
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
+    for (std::uint32_t lane = 0; lane < group_size; ++lane) {
+      const bool used = lane < count;
+      const std::uint32_t slot = !used ? 0 : order ? order[start + lane] : start + lane;
       ids[cell].slot[lane] = slot;
       for (int axis = 0; axis < 3; ++axis) {
         cells[cell].lower[axis][lane] = used ? boxes[slot].lower[axis] : nan;
         cells[cell].upper[axis][lane] = used ? boxes[slot].upper[axis] : nan;
       }
     }
+  }
 }
 
 void packBounds(const Group* children, std::size_t count, std::size_t begin, std::size_t end,
@@ -212,8 +278,29 @@ void packBounds(const Group* children, std::size_t count, std::size_t begin, std
     }
 }
 
-constexpr Kernels kernel_table = {Lanes::name, packCells,  packBounds,
-                                  selfPairs,   crossPairs, rowPairs};
+// A pair's place in its list is the number of pairs below it: no comparison decides where to go
+// next, so none can be guessed wrong by the processor.
+void sortLists(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
+               std::uint64_t* sorted, void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
+  alignas(64) std::uint32_t keys[group_size];
+  for (std::size_t list = 0, begin = 0; list < lists; ++list) {
+    const std::size_t end = ends[list], count = end - begin;
+    if (count > group_size) {
+      memcpy(sorted + begin, pairs + begin, count * sizeof *pairs);
+      sortLong(sorted + begin, sorted + end);
+    } else if (count) {
+      for (std::size_t i = 0; i < group_size; ++i) keys[i] = 0x7fffffff;
+      for (std::size_t i = 0; i < count; ++i)
+        keys[i] = static_cast<std::uint32_t>(pairs[begin + i]) & 0x7fffffff;
+      for (std::size_t i = 0; i < count; ++i)
+        sorted[begin + __builtin_popcount(Lanes::below(keys, keys[i]))] = pairs[begin + i];
+    }
+    begin = end;
+  }
+}
+
+constexpr Kernels kernel_table = {Lanes::name, packCells,     packBounds, selfPairs,
+                                  crossPairs,  trianglePairs, sortLists};
 
 }  // namespace
 

@@ -48,10 +48,26 @@ struct Lanes {
                  _mm256_cmpeq_epi32(_mm256_and_si256(load(p + i), v), _mm256_setzero_si256())));
            });
   }
+  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
+    const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
+    return each(
+        [=](int i) { return signs(_mm256_castsi256_ps(_mm256_cmpgt_epi32(v, load(p + i)))); });
+  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
     return each(
         [=](int i) { return signs(_mm256_castsi256_ps(_mm256_cmpeq_epi32(load(p + i), v))); });
+  }
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    static_assert(sizeof(T) == 4, "lanes are words");
+    const auto eight = [](const T* from, unsigned m, T* to) {
+      const __m256i lanes = _mm256_permutevar8x32_epi32(
+          _mm256_load_si256(reinterpret_cast<const __m256i*>(from)), load(compress_order.lanes[m]));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), lanes);
+    };
+    eight(p, mask & 0xff, out);
+    eight(p + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
   }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {

@@ -20,9 +20,20 @@ struct Lanes {
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
   }
+  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
+    return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
+                                   _mm512_set1_epi32(static_cast<int>(value)));
+  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmpeq_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
+  }
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    static_assert(sizeof(T) == 4, "lanes are words");
+    // Compressing to memory directly is far slower than this on some processors.
+    _mm512_storeu_si512(
+        out, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_load_si512(p)));
   }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {

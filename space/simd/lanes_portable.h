@@ -26,10 +26,22 @@ struct Lanes {
     for (int i = 0; i < 16; ++i) mask |= unsigned{(p[i] & value) != 0} << i;
     return mask;
   }
+  // Which of p[0..15] are below `value`; all are below 2^31.
+  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
+    unsigned mask = 0;
+    for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] < value} << i;
+    return mask;
+  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     unsigned mask = 0;
     for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] == value} << i;
     return mask;
+  }
+  // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
+  // number of bits.
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
   }
   // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
   // top of the larger one. Writes at most 16 words; returns the number that count.

@@ -39,12 +39,23 @@ struct Lanes {
              return static_cast<unsigned>(_mm_movemask_ps(_mm_castsi128_ps(none)));
            });
   }
+  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
+    const __m128i v = _mm_set1_epi32(static_cast<int>(value));
+    return each([=](int i) {
+      return static_cast<unsigned>(
+          _mm_movemask_ps(_mm_castsi128_ps(_mm_cmplt_epi32(load(p + i), v))));
+    });
+  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     const __m128i v = _mm_set1_epi32(static_cast<int>(value));
     return each([=](int i) {
       return static_cast<unsigned>(
           _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(load(p + i), v))));
     });
+  }
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
   }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
