@@ -56,6 +56,7 @@ endforeach()
 set(libs "-L\${libdir} -lode-parallel-sap")
 if(is_static)
   string(APPEND libs "${private_libraries}")
+  set(private_libraries "")
 endif()
 
 # A directory of the installation, in terms of the pkg-config file's own.
