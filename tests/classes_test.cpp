@@ -1,0 +1,293 @@
+// Every class of geom takes part as in ODE's own spaces.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/knobs.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+void place(dGeomID geom, double x, double y, double z) {
+  dGeomSetPosition(geom, static_cast<dReal>(x), static_cast<dReal>(y), static_cast<dReal>(z));
+}
+
+// A geom's bounds belong to whoever asked first, so a fresh one is asked.
+bool touchInSimpleSpace(const Shape& first, const Shape& second, double distance) {
+  const dSpaceID space = dSimpleSpaceCreate(nullptr);
+  first.create(space);
+  const dGeomID b = second.create(space);
+  if (second.placeable) place(b, distance, 0, 0);
+  const bool touch = !collide(space).empty();
+  dSpaceDestroy(space);
+  return touch;
+}
+
+}  // namespace
+
+TEST_CASE("Every two classes are a pair exactly when they are in dSimpleSpace", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    int pairs = 0, apart = 0;
+    for (const Shape& first : shapes()) {
+      for (const Shape& second : shapes()) {
+        for (const double distance : {0.0, 0.75, 1.5, 50.0}) {
+          const Space space(configuration);
+          setNumber(first.create(space), 0);
+          const dGeomID b = second.create(space);
+          setNumber(b, 1);
+          if (second.placeable) place(b, distance, 0, 0);
+          const bool expected = touchInSimpleSpace(first, second, distance);
+          INFO(configuration.name << ", " << first.name << " and " << second.name << " at "
+                                  << distance);
+          REQUIRE(difference(collide(space), expected ? Pairs{{0, 1}} : Pairs{}) == "");
+          ++(expected ? pairs : apart);
+        }
+      }
+    }
+    CHECK(pairs > 100);
+    CHECK(apart > 100);
+  }
+}
+
+TEST_CASE("Every class's bounds follow when it moves and turns", "[classes]") {
+  const std::uint64_t seed = seedOr(51);
+  for (const Configuration& configuration : configurations()) {
+    for (const Shape& shape : shapes()) {
+      if (!shape.placeable) continue;
+      Random random(seed);
+      const Space space(configuration);
+      World world(space);
+      for (int i = 0; i < 40; ++i) world.take(shape.create(space));
+      INFO(configuration.name << ", " << shape.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      for (int frame = 0; frame < 6; ++frame) {
+        for (const dGeomID geom : world.geoms()) {
+          if (random.chance(0.4)) continue;
+          place(geom, random.between(0, 4), random.between(0, 4), random.between(0, 4));
+          dMatrix3 rotation;
+          dRFromEulerAngles(rotation, static_cast<dReal>(random.between(-3, 3)),
+                            static_cast<dReal>(random.between(-3, 3)), 0);
+          dGeomSetRotation(geom, rotation);
+        }
+        CAPTURE(frame);
+        const Pairs got = collide(space);
+        REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
+        REQUIRE(!got.empty());
+      }
+    }
+  }
+}
+
+TEST_CASE("Every class follows its body, with and without an offset", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const Shape& shape : shapes()) {
+      if (!shape.placeable || std::string(shape.name) == "user class without AABBTest") continue;
+      INFO(configuration.name << ", " << shape.name);
+      const Space space(configuration);
+      World world(space);
+      const dGeomID carried = world.take(shape.create(space));
+      const dGeomID target = world.take(dCreateSphere(space, 3));
+      const dBodyID body = world.giveBody(carried);
+      dGeomSetPosition(target, 100, 0, 0);
+      CHECK(collide(space).empty());
+      dBodySetPosition(body, 100, 0, 0);
+      CHECK(difference(collide(space), {{0, 1}}) == "");
+      dGeomSetOffsetPosition(carried, 0, 0, 50);
+      CHECK(collide(space).empty());
+      dMatrix3 half_turn;
+      dRFromAxisAndAngle(half_turn, 1, 0, 0, dReal(M_PI));
+      dBodySetPosition(body, 100, 0, 50);
+      CHECK(collide(space).empty());
+      dBodySetRotation(body, half_turn);
+      CHECK(difference(collide(space), {{0, 1}}) == "");
+      dGeomClearOffset(carried);
+      CHECK(collide(space).empty());
+    }
+  }
+}
+
+TEST_CASE("Two geoms of one body are no pair until one leaves it", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    const dGeomID a = world.take(dCreateBox(space, 1, 1, 1));
+    const dGeomID b = world.take(dCreateSphere(space, 1));
+    const dBodyID body = world.giveBody(a);
+    INFO(configuration.name);
+    CHECK(difference(collide(space), {{0, 1}}) == "");
+    dGeomSetBody(b, body);
+    CHECK(collide(space).empty());
+    dGeomSetBody(b, nullptr);  // ODE does not call that a move
+    CHECK(difference(collide(space), {{0, 1}}) == "");
+    dGeomSetBody(b, body);
+    CHECK(collide(space).empty());
+    dBodyDestroy(body);
+    CHECK(difference(collide(space), {{0, 1}}) == "");
+  }
+}
+
+TEST_CASE("A plane pairs with what reaches its half-space", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    world.take(dCreatePlane(space, 0, 0, 1, 0));  // 0: below z = 0
+    for (int i = -2; i <= 2; ++i) place(world.take(dCreateSphere(space, 1)), 10 * i, 0, i);
+    const dGeomID oblique = world.take(dCreatePlane(space, 1, 1, 0, 0));  // 6: everything
+    INFO(configuration.name);
+    CHECK(difference(
+              collide(space),
+              {{0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 6}, {1, 6}, {2, 6}, {3, 6}, {4, 6}, {5, 6}}) ==
+          "");
+    dGeomPlaneSetParams(oblique, -1, 0, 0, 0);  // now x > 0 is inside
+    CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+    CHECK(collide(space).size() == 4 + 1 + 3);
+  }
+}
+
+TEST_CASE("Zero-sized geoms are left out until they grow", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    world.take(dCreateSphere(space, 5));
+    const dGeomID sphere = world.take(dCreateSphere(space, 0));
+    const dGeomID box = world.take(dCreateBox(space, 1, 0, 1));
+    const dGeomID capsule = world.take(dCreateCapsule(space, 0, 1));
+    const dGeomID cylinder = world.take(dCreateCylinder(space, 1, 0));
+    INFO(configuration.name);
+    CHECK(collide(space).empty());
+    dGeomSphereSetRadius(sphere, 1);
+    CHECK(difference(collide(space), {{0, 1}}) == "");
+    dGeomBoxSetLengths(box, 1, 1, 1);
+    dGeomCapsuleSetParams(capsule, 1, 0);
+    dGeomCylinderSetParams(cylinder, 1, 1);
+    CHECK(collide(space).size() == 10);
+    dGeomSphereSetRadius(sphere, 0);
+    CHECK(difference(collide(space), {{0, 2}, {0, 3}, {0, 4}, {2, 3}, {2, 4}, {3, 4}}) == "");
+  }
+}
+
+namespace {
+
+struct Asked {
+  dGeomID self, other;
+  Bounds bounds;
+};
+std::vector<Asked> asked;
+
+int rememberAndReject(dGeomID self, dGeomID other, dReal bounds[6]) {
+  asked.push_back(
+      {self, other, {bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]}});
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("An AABBTest is given the other geom and its bounds, and can refuse a pair",
+          "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const bool user_box_first : {true, false}) {
+      const Space space(configuration);
+      World world(space);
+      const Bounds unit = {0, 1, 0, 1, 0, 1};
+      if (user_box_first) world.take(createUserBox(space, unit, false, rememberAndReject));
+      const dGeomID sphere = world.take(dCreateSphere(space, 1));
+      if (!user_box_first) world.take(createUserBox(space, unit, false, rememberAndReject));
+      asked.clear();
+      INFO(configuration.name);
+      CHECK(collide(space).empty());
+      REQUIRE(asked.size() == 1);
+      CHECK(asked[0].self == world.geoms()[user_box_first ? 0 : 1]);
+      CHECK(asked[0].other == sphere);
+      CHECK(asked[0].bounds == Bounds{-1, 1, -1, 1, -1, 1});
+    }
+  }
+}
+
+TEST_CASE("AABBTest is asked about overlapping geoms only, with matching bits", "[classes]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    const dGeomID judge =
+        world.take(createUserBox(space, {0, 1, 0, 1, 0, 1}, false, rememberAndReject));
+    const dGeomID near = world.take(dCreateSphere(space, 1));
+    place(world.take(dCreateSphere(space, 1)), 9, 0, 0);
+    asked.clear();
+    CHECK(collide(space).empty());
+    REQUIRE(asked.size() == 1);
+    dGeomSetCategoryBits(near, 0);
+    dGeomSetCollideBits(near, 0);
+    asked.clear();
+    CHECK(collide(space).empty());
+    INFO(configuration.name);
+    CHECK(asked.empty());
+    dGeomSetCategoryBits(near, 1);
+    dGeomDisable(judge);
+    CHECK(collide(space).empty());
+    CHECK(asked.empty());
+    dGeomEnable(judge);
+    CHECK(collide(space).empty());
+    CHECK(asked.size() == 1);
+  }
+}
+
+TEST_CASE("Many geoms of user classes give exactly the expected pairs", "[classes]") {
+  const auto parity = [](dGeomID self, dGeomID other, dReal[6]) {
+    return static_cast<int>((number(self) ^ number(other)) & 1);
+  };
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    Random random(seedOr(52));
+    for (std::size_t i = 0; i < 900; ++i) {
+      const dReal half = dReal(0.5);
+      const dGeomID geom =
+          i % 3 ? world.take(createUserBox(space, {-half, half, -half, half, -half, half}, true,
+                                           i % 5 ? nullptr : +parity))
+                : world.take(dCreateSphere(space, half));
+      place(geom, random.between(0, 9), random.between(0, 9), random.between(0, 9));
+    }
+    INFO(configuration.name);
+    const Pairs got = collide(space);
+    CHECK(got.size() > 900);
+    CHECK(difference(got, expectedPairs(world.geoms())) == "");
+  }
+}
+
+TEST_CASE("Rays through a space report what dSimpleSpace reports", "[classes]") {
+  const std::uint64_t seed = seedOr(53);
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    const dSpaceID simple = dSimpleSpaceCreate(nullptr);
+    {
+      World world(space), twin(simple);
+      world.addBoxes(denseCube(1000, seed));
+      twin.addBoxes(denseCube(1000, seed));
+      Random random(seed);
+      const dGeomID ray = dCreateRay(nullptr, 20);
+      setNumber(ray, 5000);
+      std::size_t hits = 0;
+      INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      for (int i = 0; i < 50; ++i) {
+        dGeomRaySet(ray, static_cast<dReal>(random.between(-5, 15)),
+                    static_cast<dReal>(random.between(-5, 15)), -5,
+                    static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()), 5);
+        const Pairs got = collide2(space, ray);
+        hits += got.size();
+        REQUIRE(difference(got, sorted(collide2(simple, ray))) == "");
+        REQUIRE(difference(sorted(collide2(ray, space.geom())),
+                           sorted(collide2(ray, reinterpret_cast<dGeomID>(simple)))) == "");
+      }
+      CHECK(hits > 50);
+      dGeomDestroy(ray);
+    }
+    dSpaceDestroy(simple);
+  }
+}
