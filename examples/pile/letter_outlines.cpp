@@ -188,7 +188,9 @@ Region letterP(double t) {
 
 Region letterR(double t) {
   const double w = 0.68;
-  return {join({{{0, 0}, {t, 0}, {t, 0.4}, {w - 1.2 * t, 0}, {w, 0}}, bowl(-50, 8), {{0, 1}}}),
+  return {join({{{0, 0}, {t, 0}, {t, 0.42}, {0.3, 0.42}, {w - 1.2 * t, 0}, {w, 0}},
+                bowl(-50, 8),
+                {{0, 1}}}),
           bowlHole(t)};
 }
 
