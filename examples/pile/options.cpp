@@ -61,6 +61,18 @@ struct Names {
   int threads = 0;
 };
 
+// CLI::Range takes "nan" for a number in its range.
+std::string timeStepFault(const std::string& text) {
+  double dt = 0;
+  const bool valid = CLI::detail::lexical_cast(text, dt) && dt >= 1e-6 && dt <= 0.1;
+  return valid ? "" : "Value " + text + " not in range 1e-06 to 0.1";
+}
+
+// CLI11 reads "-1" as the largest unsigned number.
+std::string seedFault(const std::string& text) {
+  return text.front() == '-' ? "Value " + text + " is negative" : "";
+}
+
 void addRunOptions(CLI::App& app, Options& options) {
   std::vector<std::string> scenes;
   for (const Preset& preset : presets()) scenes.push_back(preset.name);
@@ -73,12 +85,13 @@ void addRunOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(1, most_bodies));
   app.add_option("--steps", options.steps, "Number of time steps" + of_scene)->check(count);
   app.add_option("--dt", options.dt, "Time step in seconds, up to 0.1" + of_scene)
-      ->check(CLI::Range(1e-6, 0.1));
+      ->check(CLI::Validator(timeStepFault, "FLOAT in [1e-06 - 0.1]"));
   app.add_option("--iterations", options.iterations, "Iterations of QuickStep" + of_scene)
       ->check(count);
   app.add_option("--contacts", options.contacts, "Most contacts of a pair" + of_scene)
       ->check(CLI::Range(1, 64));
   app.add_option("--seed", options.seed, "Seed of the bodies' places, sizes and rotations")
+      ->check(CLI::Validator(seedFault, "UINT"))
       ->capture_default_str();
   app.add_flag("--check", options.check,
                "Compare every frame's pairs with those of dHashSpace (not timed)");
