@@ -1,0 +1,412 @@
+// Settings, statistics, environment variables, wrong arguments.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/ode_errors.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+namespace {
+
+dGeomID asGeom(dSpaceID space) {
+  return reinterpret_cast<dGeomID>(space);
+}
+
+dParallelSAPStats statsOf(dSpaceID space) {
+  dParallelSAPStats stats;
+  dParallelSAPSpaceGetStats(space, &stats);
+  return stats;
+}
+
+// A variable of the environment as long as the scope lasts; value 0: not set.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) {
+      before_ = before;
+      was_set_ = true;
+    }
+    if (value) {
+      setenv(name, value, 1);
+    } else {
+      unsetenv(name);
+    }
+  }
+  ~Variable() {
+    if (was_set_) {
+      setenv(name_.c_str(), before_.c_str(), 1);
+    } else {
+      unsetenv(name_.c_str());
+    }
+  }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  std::string name_, before_;
+  bool was_set_ = false;
+};
+
+// What the person who runs the tests has set must not get into them.
+struct BareEnvironment {
+  Variable backend{"ODE_PARALLEL_SAP_BACKEND", nullptr}, method{"ODE_PARALLEL_SAP_METHOD", nullptr},
+      threads{"ODE_PARALLEL_SAP_THREADS", nullptr}, devices{"ODE_PARALLEL_SAP_DEVICES", nullptr},
+      stats{"ODE_PARALLEL_SAP_STATS", nullptr};
+};
+
+}  // namespace
+
+TEST_CASE("A new space is empty, on automatic, and known as ours", "[api]") {
+  const BareEnvironment bare;
+  const Space space;
+  CHECK(dSpaceIsParallelSAP(space) == 1);
+  CHECK(dSpaceGetNumGeoms(space) == 0);
+  CHECK(dGeomIsSpace(space.geom()));
+  CHECK(dSpaceGetClass(space) == dSweepAndPruneSpaceClass);
+  CHECK(dSpaceGetCleanup(space) == 1);
+  CHECK(dSpaceGetSublevel(space) == 0);
+  CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendAuto);
+  CHECK(dParallelSAPSpaceGetMethod(space) == dParallelSAPMethodAuto);
+  CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
+  CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+  CHECK(collide(space).empty());
+}
+
+TEST_CASE("No ODE space is taken for ours", "[api]") {
+  const dVector3 centre = {0, 0, 0, 0}, extents = {1, 1, 1, 0};
+  for (const dSpaceID space : {dSimpleSpaceCreate(nullptr), dHashSpaceCreate(nullptr),
+                               dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ),
+                               dQuadTreeSpaceCreate(nullptr, centre, extents, 2)}) {
+    CHECK(dSpaceIsParallelSAP(space) == 0);
+    dSpaceDestroy(space);
+  }
+}
+
+TEST_CASE("Settings are answered as they were set", "[api]") {
+  const Space space;
+  for (const int n : {1, 2, 7, 256, 0}) {
+    dParallelSAPSpaceSetNumThreads(space, n);
+    CHECK(dParallelSAPSpaceGetNumThreads(space) == n);
+  }
+  dParallelSAPSpaceSetNumThreads(space, 100000);
+  CHECK(dParallelSAPSpaceGetNumThreads(space) == 256);
+  for (const int n : {1, 2, 8, 0}) {
+    dParallelSAPSpaceSetNumDevices(space, n);
+    CHECK(dParallelSAPSpaceGetNumDevices(space) == n);
+  }
+  dSpaceSetSublevel(space, 3);
+  CHECK(dSpaceGetSublevel(space) == 3);
+}
+
+TEST_CASE("A back end or method is taken with 1, or refused with 0 and nothing changed", "[api]") {
+  const Space space;
+  for (const int start : {dParallelSAPMethodAuto, dParallelSAPMethodSweep}) {
+    for (const int method : {dParallelSAPMethodAuto, dParallelSAPMethodSweep,
+                             dParallelSAPMethodBruteForce, dParallelSAPMethodAxisLists}) {
+      REQUIRE(dParallelSAPSpaceSetMethod(space, start) == 1);
+      const int answer = dParallelSAPSpaceSetMethod(space, method);
+      CAPTURE(method, answer);
+      CHECK((answer == 1 || (answer == 0 && method == dParallelSAPMethodAxisLists)));
+      CHECK(dParallelSAPSpaceGetMethod(space) == (answer ? method : start));
+    }
+  }
+  for (const int start : {dParallelSAPBackendAuto, dParallelSAPBackendCPU}) {
+    for (const int backend :
+         {dParallelSAPBackendAuto, dParallelSAPBackendCPU, dParallelSAPBackendCUDA}) {
+      REQUIRE(dParallelSAPSpaceSetBackend(space, start) == 1);
+      const int answer = dParallelSAPSpaceSetBackend(space, backend);
+      CAPTURE(backend, answer);
+      CHECK((answer == 1 || (answer == 0 && backend == dParallelSAPBackendCUDA)));
+      CHECK(dParallelSAPSpaceGetBackend(space) == (answer ? backend : start));
+    }
+  }
+}
+
+TEST_CASE("What is asked for is what runs", "[api]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const std::size_t n : {3, 1000}) {
+      const Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 1));
+      collide(space);
+      const dParallelSAPStats stats = statsOf(space);
+      INFO(configuration.name << ", " << n << " geoms");
+      if (configuration.backend != dParallelSAPBackendAuto) {
+        CHECK(stats.backend == configuration.backend);
+      }
+      if (configuration.method != dParallelSAPMethodAuto) {
+        CHECK(stats.method == configuration.method);
+      }
+      CHECK(stats.backend != dParallelSAPBackendAuto);
+      CHECK(stats.method != dParallelSAPMethodAuto);
+    }
+  }
+}
+
+TEST_CASE("Statistics are zero before the first collide", "[api]") {
+  const Space space;
+  const dParallelSAPStats stats = statsOf(space);
+  CHECK(stats.frames == 0);
+  CHECK(stats.geoms == 0);
+  CHECK(stats.moved == 0);
+  CHECK(stats.disabled == 0);
+  CHECK(stats.invalid == 0);
+  CHECK(stats.unbounded == 0);
+  CHECK(stats.candidates == 0);
+  CHECK(stats.pairs == 0);
+  CHECK(stats.threads == 0);
+  CHECK(stats.devices == 0);
+  CHECK(stats.total_ms == 0);
+  CHECK(stats.report_ms == 0);
+}
+
+TEST_CASE("Statistics count what happened", "[api]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const std::size_t n : {8, 100, 3000}) {
+      const Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 1));
+      INFO(configuration.name << ", " << n << " geoms");
+      statsOf(space);
+      std::size_t callbacks = collide(space).size();
+      dParallelSAPStats stats = statsOf(space);
+      CHECK(stats.frames == 1);
+      CHECK(stats.geoms == n);
+      CHECK(stats.moved == n);
+      CHECK(stats.disabled == 0);
+      CHECK(stats.unbounded == 0);
+      CHECK(stats.pairs == callbacks);
+      CHECK(stats.candidates >= stats.pairs);
+      CHECK(stats.threads >= 1);
+      const double stages[] = {stats.update_ms, stats.synchronise_ms, stats.extract_ms,
+                               stats.filter_ms, stats.report_ms};
+      double sum = 0;
+      for (const double stage : stages) {
+        CHECK(stage >= 0);
+        CHECK(stats.total_ms >= stage);
+        sum += stage;
+      }
+      CHECK(stats.total_ms > 0);
+      // The stages are parts of the whole; clocks may tick in between.
+      CHECK(sum <= stats.total_ms * 1.001 + 0.001);
+
+      collide(space);
+      stats = statsOf(space);
+      CHECK(stats.frames == 2);
+      CHECK(stats.moved == 0);
+
+      dGeomSetPosition(world.geoms()[1], 0, 0, 0);
+      dGeomSetPosition(world.geoms()[1], 1, 0, 0);
+      dGeomSetPosition(world.geoms()[4], 1, 1, 1);
+      dGeomDisable(world.geoms()[2]);
+      dGeomBoxSetLengths(world.geoms()[3], 0, 1, 1);  // a move, too
+      world.take(asGeom(dSimpleSpaceCreate(space)));
+      world.take(dCreatePlane(space, 0, 0, 1, -1000));
+      callbacks = collide(space).size();
+      stats = statsOf(space);
+      CHECK(stats.geoms == n + 2);
+      CHECK(stats.moved == 5);
+      CHECK(stats.disabled == 3);
+      CHECK(stats.unbounded == 1);
+      CHECK(stats.pairs == callbacks);
+    }
+  }
+}
+
+TEST_CASE("Memory is reported, and in proportion", "[api]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    world.addBoxes(denseCube(5000, 1));
+    const std::size_t pairs = collide(space).size();
+    collide(space);
+    INFO(configuration.name);
+    CHECK(statsOf(space).memory_bytes > 5000 * sizeof(void*));
+    if (configuration.method == dParallelSAPMethodAxisLists) continue;
+    CHECK(statsOf(space).memory_bytes < 5000 * 1000 + pairs * 100);
+  }
+}
+
+TEST_CASE("The environment sets the defaults of new spaces only", "[api]") {
+  const BareEnvironment bare;
+  const Space before;
+  const Variable backend("ODE_PARALLEL_SAP_BACKEND", "cpu");
+  const Variable threads("ODE_PARALLEL_SAP_THREADS", "3");
+  const Variable devices("ODE_PARALLEL_SAP_DEVICES", "2");
+  const Messages messages;
+  for (const auto& [name, value] : {std::make_pair("sweep", int(dParallelSAPMethodSweep)),
+                                    {"brute-force", int(dParallelSAPMethodBruteForce)},
+                                    {"auto", int(dParallelSAPMethodAuto)}}) {
+    const Variable method("ODE_PARALLEL_SAP_METHOD", name);
+    const Space space;
+    CHECK(dParallelSAPSpaceGetMethod(space) == value);
+    CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendCPU);
+    CHECK(dParallelSAPSpaceGetNumThreads(space) == 3);
+    CHECK(dParallelSAPSpaceGetNumDevices(space) == 2);
+    // A program that sets something has the last word.
+    dParallelSAPSpaceSetNumThreads(space, 5);
+    CHECK(dParallelSAPSpaceGetNumThreads(space) == 5);
+  }
+  CHECK(messages.all().empty());
+  CHECK(dParallelSAPSpaceGetBackend(before) == dParallelSAPBackendAuto);
+  CHECK(dParallelSAPSpaceGetNumThreads(before) == 0);
+}
+
+TEST_CASE("Environment variables that make no sense are reported and ignored", "[api]") {
+  const BareEnvironment bare;
+  const char* const nonsense[][2] = {{"ODE_PARALLEL_SAP_BACKEND", "gpu2000"},
+                                     {"ODE_PARALLEL_SAP_METHOD", "Sweep!"},
+                                     {"ODE_PARALLEL_SAP_METHOD", "1"},
+                                     {"ODE_PARALLEL_SAP_THREADS", "many"},
+                                     {"ODE_PARALLEL_SAP_THREADS", "-1"},
+                                     {"ODE_PARALLEL_SAP_THREADS", "2x"},
+                                     {"ODE_PARALLEL_SAP_DEVICES", "1.5"},
+                                     {"ODE_PARALLEL_SAP_THREADS", "99999999999999999999999"}};
+  for (const auto& [name, value] : nonsense) {
+    const Variable variable(name, value);
+    const Messages messages;
+    const Space space;
+    INFO(name << "=" << value);
+    CHECK(messages.all().size() == 1);
+    if (!messages.all().empty()) CHECK(messages.all()[0].find(name) != std::string::npos);
+    CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendAuto);
+    CHECK(dParallelSAPSpaceGetMethod(space) == dParallelSAPMethodAuto);
+    CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
+    CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+  }
+}
+
+TEST_CASE("What is not to be had is reported when the environment asks for it", "[api]") {
+  const BareEnvironment bare;
+  const Space asking;
+  const bool cuda = dParallelSAPSpaceSetBackend(asking, dParallelSAPBackendCUDA);
+  const bool lists = dParallelSAPSpaceSetMethod(asking, dParallelSAPMethodAxisLists);
+  {
+    const Variable variable("ODE_PARALLEL_SAP_BACKEND", "cuda");
+    const Messages messages;
+    const Space space;
+    CHECK(messages.all().empty() == cuda);
+    CHECK(dParallelSAPSpaceGetBackend(space) ==
+          (cuda ? dParallelSAPBackendCUDA : dParallelSAPBackendAuto));
+  }
+  {
+    const Variable variable("ODE_PARALLEL_SAP_METHOD", "axis-lists");
+    const Messages messages;
+    const Space space;
+    CHECK(messages.all().empty() == lists);
+    CHECK(dParallelSAPSpaceGetMethod(space) ==
+          (lists ? dParallelSAPMethodAxisLists : dParallelSAPMethodAuto));
+  }
+}
+
+TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends", "[api]") {
+  const BareEnvironment bare;
+  const auto messagesOf = [](const char* value) {
+    const Variable variable("ODE_PARALLEL_SAP_STATS", value);
+    const Messages messages;
+    {
+      const Space space;
+      World world(space);
+      world.addBoxes(denseCube(100, 1));
+      collide(space);
+      REQUIRE(messages.all().empty());
+    }
+    return messages.all().size();
+  };
+  CHECK(messagesOf("1") == 1);
+  CHECK(messagesOf("0") == 0);
+  CHECK(messagesOf(nullptr) == 0);
+}
+
+TEST_CASE("Wrong arguments are assertions", "[api]") {
+  const Space space;
+  const dSpaceID stock = dHashSpaceCreate(nullptr);
+  const dSpaceID sweep = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
+  dParallelSAPStats stats;
+  for (const dSpaceID wrong : {dSpaceID(nullptr), stock, sweep}) {
+    CHECK_THROWS_AS(dParallelSAPSpaceSetBackend(wrong, dParallelSAPBackendCPU), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetBackend(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetMethod(wrong, dParallelSAPMethodSweep), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetMethod(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetNumThreads(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetNumDevices(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetStats(wrong, &stats), OdeAssertion);
+  }
+  CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(space, -1), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(space, -1), OdeAssertion);
+  CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
+  CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+  CHECK_THROWS_AS(dSpaceCollide(space, nullptr, nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceAdd(space, nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceGetGeom(space, 0), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceGetGeom(space, -1), OdeAssertion);
+  dSpaceDestroy(stock);
+  dSpaceDestroy(sweep);
+}
+
+TEST_CASE("Settings outside the lists change nothing", "[api]") {
+  const Space space;
+  REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep));
+  REQUIRE(dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU));
+  const auto refused = [](auto call) {
+    try {
+      return call() == 0;
+    } catch (const OdeAssertion&) {
+      return true;
+    }
+  };
+  for (const int value : {-1, 4, 99}) {
+    CHECK(refused([&] { return dParallelSAPSpaceSetMethod(space, value); }));
+    CHECK(refused([&] { return dParallelSAPSpaceSetBackend(space, value); }));
+  }
+  CHECK(dParallelSAPSpaceGetMethod(space) == dParallelSAPMethodSweep);
+  CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendCPU);
+}
+
+TEST_CASE("A geom is in one space at most, and removed only from where it is", "[api]") {
+  const Space space, other;
+  const dGeomID inside = dCreateSphere(space, 1), outside = dCreateSphere(nullptr, 1);
+  CHECK(dSpaceQuery(space, inside) == 1);
+  CHECK(dSpaceQuery(other, inside) == 0);
+  CHECK_THROWS_AS(dSpaceAdd(space, inside), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceAdd(other, inside), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceRemove(other, inside), OdeAssertion);
+  CHECK_THROWS_AS(dSpaceRemove(space, outside), OdeAssertion);
+  CHECK(dSpaceGetNumGeoms(space) == 1);
+  CHECK(dSpaceGetNumGeoms(other) == 0);
+  CHECK(dSpaceGetGeom(space, 0) == inside);
+  dGeomDestroy(outside);
+}
+
+TEST_CASE("Geoms are enumerated forwards, backwards and at random", "[api]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(50, 1));
+  for (const bool collided : {false, true}) {
+    if (collided) collide(space);
+    std::vector<dGeomID> forwards, backwards;
+    for (int i = 0; i < 50; ++i) forwards.push_back(dSpaceGetGeom(space, i));
+    for (int i = 49; i >= 0; --i) backwards.push_back(dSpaceGetGeom(space, i));
+    CHECK(forwards == std::vector<dGeomID>(backwards.rbegin(), backwards.rend()));
+    for (const int i : {7, 7, 8, 3, 49, 0, 1, 2, 25}) {
+      CHECK(dSpaceGetGeom(space, i) == forwards[static_cast<std::size_t>(i)]);
+    }
+    std::sort(forwards.begin(), forwards.end());
+    std::vector<dGeomID> all = world.geoms();
+    std::sort(all.begin(), all.end());
+    CHECK(forwards == all);
+  }
+}
