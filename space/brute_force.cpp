@@ -47,7 +47,7 @@ int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
   for (std::size_t i = 0; i < cell_count; ++i)
     starts_[i] = static_cast<std::uint32_t>(i * group_size);
   starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
-  cells_.build(boxes, nullptr, starts_.data(), cell_count, parts);
+  cells_.build(boxes, nullptr, starts_.data(), cell_count, parts, CellTree::Levels::cells_only);
   const TreeView& cells = cells_.view();
   const Kernels& kernel = kernels();
   pairs.clear(parts);

@@ -16,7 +16,7 @@ constexpr std::size_t least_shared_groups = 256;
 }  // namespace
 
 void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
-                     std::size_t cells, int threads) {
+                     std::size_t cells, int threads, Levels levels) {
   cell_count_ = cells;
   view_ = {};
   if (cells == 0) return;
@@ -24,7 +24,7 @@ void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std:
   for (std::size_t level_groups = cell_count_;; level_groups = groupsFor(level_groups)) {
     view_.groups[view_.depth++] = static_cast<std::uint32_t>(level_groups);
     total += level_groups;
-    if (level_groups == 1 && view_.depth > 1) break;
+    if (levels == Levels::cells_only || (level_groups == 1 && view_.depth > 1)) break;
   }
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   groups_.resizeDiscarding(total);

@@ -14,10 +14,12 @@ namespace ode_parallel_sap {
 
 class CellTree {
  public:
+  enum class Levels { cells_only, all };
+
   // Cell i gets the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most; order ==
   // null stands for 0, 1, 2, ... Both are read during the call only.
   void build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
-             std::size_t cells, int threads);
+             std::size_t cells, int threads, Levels levels = Levels::all);
   // Valid until the next build.
   const TreeView& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }

@@ -9,13 +9,14 @@
 #include "floating_point.h"
 #include "ode_private.h"
 #include "parallel.h"
+#include "round_outward.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, this many
-// geoms before they are needed.
+// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
+// a geom's two blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = 32;
 // A thread is worth its start from this many geoms on.
 constexpr std::size_t least_geoms_a_thread = 1024;
@@ -36,21 +37,6 @@ void cleanGeom(dxGeom* geom) {
   if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
   geom->recomputeAABB();
   geom->gflags &= ~GEOM_DIRTY;
-}
-
-// The next float down (direction -1) or up (1) if `value` was rounded the other way.
-float roundedOutward(dReal exact, int direction, bool& is_exact) {
-  float value = static_cast<float>(exact);
-  if (static_cast<dReal>(value) == exact) return value;
-  is_exact = false;
-  if ((static_cast<dReal>(value) < exact) == (direction < 0)) return value;
-  std::int32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
-  bits += direction;
-  bits ^= (bits >> 31) & 0x7fffffff;
-  std::memcpy(&value, &bits, sizeof bits);
-  return value;
 }
 
 constexpr Box inactive_box = {
@@ -78,19 +64,14 @@ void packGeom(const dxGeom* geom, Slot slot, UpdateFacts& facts, std::uintptr_t&
     box = inactive_box;
     return;
   }
-  if (hasNaN(geom)) {
+  const BoundsFacts bounds = roundOutward(geom->aabb, box);
+  if (bounds.nan) {
     facts.invalid.push_back(slot);
     box = inactive_box;
     return;
   }
-  bool unbounded = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal lower = geom->aabb[2 * axis], upper = geom->aabb[2 * axis + 1];
-    box.lower[axis] = roundedOutward(lower, -1, facts.exact_boxes);
-    box.upper[axis] = roundedOutward(upper, 1, facts.exact_boxes);
-    unbounded = unbounded || lower > upper || std::isinf(lower) || std::isinf(upper);
-  }
-  facts.unbounded += unbounded;
+  facts.exact_boxes = facts.exact_boxes && bounds.exact;
+  facts.unbounded += bounds.unbounded;
   facts.user_classes = facts.user_classes || isUserClass(geom);
 
   facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
@@ -107,16 +88,21 @@ void packGeom(const dxGeom* geom, Slot slot, UpdateFacts& facts, std::uintptr_t&
   }
 }
 
-void prefetchGeom(const dxGeom* geom) {
-  if (!geom) return;
-  const char* const bytes = reinterpret_cast<const char*>(geom);
-  for (std::size_t line = 0; line < sizeof(dxGeom); line += 64) __builtin_prefetch(bytes + line);
+void prefetch(const void* object, std::size_t size) {
+  const char* const bytes = static_cast<const char*>(object);
+  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
+  __builtin_prefetch(bytes + size - 1);
 }
 
-void prefetchPose(const dxGeom* geom) {
-  if (!geom || !geom->final_posr) return;
-  const char* const bytes = reinterpret_cast<const char*>(geom->final_posr);
-  for (std::size_t line = 0; line < sizeof(dxPosR); line += 64) __builtin_prefetch(bytes + line);
+void prefetchGeoms(dxGeom* const* geoms, const Range& range) {
+  // The derived classes' sizes follow the base: one line more holds most of them.
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    if (geoms[i]) prefetch(geoms[i], sizeof(dxGeom) + 32);
+}
+
+void prefetchPoses(dxGeom* const* geoms, const Range& range) {
+  for (std::size_t i = range.begin; i < range.end; ++i)
+    if (geoms[i] && geoms[i]->final_posr) prefetch(geoms[i]->final_posr, sizeof(dxPosR));
 }
 
 }  // namespace
@@ -150,13 +136,16 @@ int GeomUpdate::run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet
       part.deferred.clear();
       part.some_body = 0;
       const Range range = partOf(slots, index, parts);
-      for (std::size_t i = range.begin; i < std::min(range.begin + block_size, range.end); ++i)
-        prefetchGeom(geoms[i]);
+      const auto block = [&](std::size_t begin) {
+        return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
+      };
+      prefetchGeoms(geoms, block(range.begin));
+      prefetchPoses(geoms, block(range.begin));
+      prefetchGeoms(geoms, block(range.begin + block_size));
       for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
-        const std::size_t end = std::min(begin + block_size, range.end);
-        for (std::size_t i = end; i < std::min(end + block_size, range.end); ++i)
-          prefetchGeom(geoms[i]);
-        for (std::size_t i = begin; i < end; ++i) prefetchPose(geoms[i]);
+        const std::size_t end = block(begin).end;
+        prefetchGeoms(geoms, block(begin + 2 * block_size));
+        prefetchPoses(geoms, block(begin + block_size));
         for (std::size_t i = begin; i < end; ++i) {
           dxGeom* const geom = geoms[i];
           if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;

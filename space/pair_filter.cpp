@@ -60,7 +60,12 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, bool exact_
   const ExactTest test = {geoms, !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies)};
   for (Buffer<Pair>& part : pairs.parts) {
     std::size_t dropped = 0;
-    if (!exact_boxes || test.every_filter) {
+    if (exact_boxes && !test.every_filter) {
+      // The boxes decided all.
+    } else if (part.size() < least_pairs_a_thread) {
+      const ScopedMode mode(exactMode());
+      dropped += testRange(test, part.data(), {0, part.size()});
+    } else {
       const int team =
           static_cast<int>(std::min<std::size_t>(threads, part.size() / least_pairs_a_thread + 1));
       counts_.assign(team, Count{0});

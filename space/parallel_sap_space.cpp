@@ -25,15 +25,20 @@ double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
 
-// Adds the time from its beginning to its end.
-class Timer {
+// Hands out the time since it was last asked.
+class StageClock {
  public:
-  explicit Timer(double& ms) : ms_(ms), begin_(Clock::now()) {}
-  ~Timer() { ms_ += milliseconds(begin_, Clock::now()); }
+  StageClock() : begin_(Clock::now()), lap_(begin_) {}
+  double lap() {
+    const Clock::time_point before = lap_;
+    lap_ = Clock::now();
+    return milliseconds(before, lap_);
+  }
+  double total() const { return milliseconds(begin_, lap_); }
 
  private:
-  double& ms_;
   const Clock::time_point begin_;
+  Clock::time_point lap_;
 };
 
 std::size_t slotIn(const dxGeom* geom) {
@@ -178,27 +183,30 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   }
 
   // A collide within the callback finds the members free: what it needs is taken out of them.
-  const Clock::time_point begin = Clock::now();
+  StageClock clock;
   PairList pairs = std::move(pairs_);
   try {
     update();
+    stats_.update_ms = clock.lap();
     synchronise();
+    stats_.synchronise_ms = clock.lap();
     extract(pairs);
+    stats_.extract_ms = clock.lap();
     filter(pairs);
+    stats_.filter_ms = clock.lap();
   } catch (const std::bad_alloc&) {
     collideWithoutMemory(data, callback);
-    stats_.total_ms = milliseconds(begin, Clock::now());
+    clock.lap();
+    stats_.total_ms = clock.total();
     return;
   }
   stats_.pairs = pairs.size();
   stats_.memory_bytes = memoryBytes(pairs);
 
   dParallelSAPStats own = stats_;
-  {
-    const Timer timer(own.report_ms);
-    report(pairs, data, callback);
-  }
-  own.total_ms = milliseconds(begin, Clock::now());
+  report(pairs, data, callback);
+  own.report_ms = clock.lap();
+  own.total_ms = clock.total();
   own.frames = stats_.frames;
   stats_ = own;
   countTotals();
@@ -262,13 +270,11 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
 }
 
 void ParallelSAPSpace::update() {
-  const Timer timer(stats_.update_ms);
   stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), threadsFor(settings), boxes_);
   needs_clean_ = false;
 }
 
 void ParallelSAPSpace::synchronise() {
-  const Timer timer(stats_.synchronise_ms);
   facts_ = &geom_update_.synchronise(boxes_);
   for (const Slot slot : facts_->invalid) reportInvalid(geoms_[slot]);
   stats_.moved = facts_->moved;
@@ -278,7 +284,6 @@ void ParallelSAPSpace::synchronise() {
 }
 
 void ParallelSAPSpace::extract(PairList& pairs) {
-  const Timer timer(stats_.extract_ms);
   const std::size_t slots = geoms_.size();
   int method = settings.method;
   if (method == dParallelSAPMethodAuto)
@@ -294,7 +299,6 @@ void ParallelSAPSpace::extract(PairList& pairs) {
 }
 
 void ParallelSAPSpace::filter(PairList& pairs) {
-  const Timer timer(stats_.filter_ms);
   pair_filter_.run(geoms_.data(), *facts_, boxes_.exact, threadsFor(settings), pairs);
 }
 
