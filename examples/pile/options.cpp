@@ -68,8 +68,9 @@ std::string timeStepFault(const std::string& text) {
   return valid ? "" : "Value " + text + " not in range 1e-06 to 0.1";
 }
 
-// CLI11 reads "-1" as the largest unsigned number.
+// CLI11 reads "-1" as the largest unsigned number, and nothing as 0.
 std::string seedFault(const std::string& text) {
+  if (text.empty()) return "Value is empty";
   return text.front() == '-' ? "Value " + text + " is negative" : "";
 }
 
