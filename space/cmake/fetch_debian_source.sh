@@ -24,6 +24,7 @@ chmod 755 "$private"
 mkdir -m 755 "$private/sources" "$private/state" "$private/state/lists" "$private/cache" "$private/download"
 [ "$(id -u)" != 0 ] || chown _apt "$private/download" 2>/dev/null || true
 
+list='' parts=''
 eval "$(apt-config shell list Dir::Etc::sourcelist/f parts Dir::Etc::sourceparts/d)"
 
 # One-line format: each "deb" entry again as "deb-src".
