@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "floating_point.h"
-#include "ode_private.h"
+#include "geom_tests.h"
 #include "parallel.h"
 #include "round_outward.h"
 
@@ -18,7 +18,8 @@ namespace {
 // Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
 // a geom's two blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = 32;
-// A thread is worth its start from this many geoms on.
+// Threads are worth their start from this many geoms on, and each of them from this many.
+constexpr std::size_t least_shared_scene = 4096;
 constexpr std::size_t least_geoms_a_thread = 1024;
 
 bool hasGimpact() {
@@ -31,12 +32,6 @@ bool hasGimpact() {
 bool needsCallingThread(const dxGeom* geom) {
   return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
          (geom->type == dTriMeshClass && hasGimpact());
-}
-
-void cleanGeom(dxGeom* geom) {
-  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
-  geom->recomputeAABB();
-  geom->gflags &= ~GEOM_DIRTY;
 }
 
 constexpr Box inactive_box = {
@@ -122,7 +117,9 @@ void UpdateFacts::add(const UpdateFacts& other) {
 
 int GeomUpdate::run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes) {
   const int parts =
-      static_cast<int>(std::min<std::size_t>(threads, slots / least_geoms_a_thread + 1));
+      slots < least_shared_scene
+          ? 1
+          : static_cast<int>(std::min<std::size_t>(threads, slots / least_geoms_a_thread));
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
   const FloatingPointMode callers_mode = currentMode();
@@ -205,37 +202,6 @@ const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
   return facts_;
-}
-
-bool isUserClass(const dxGeom* geom) {
-  return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
-}
-
-bool isEnabled(const dxGeom* geom) {
-  return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
-         !(IS_SPACE(geom) && static_cast<const dxSpace*>(geom)->count == 0);
-}
-
-bool hasNaN(const dxGeom* geom) {
-  const dReal* const bounds = geom->aabb;
-  bool nan = false;
-  for (int i = 0; i < 6; ++i) nan = nan || bounds[i] != bounds[i];
-  return nan;
-}
-
-bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
-  const dReal *const p = a->aabb, *const q = b->aabb;
-  return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
-         q[4] <= p[5];
-}
-
-bool filtersMatch(const dxGeom* a, const dxGeom* b) {
-  return !(a->body && a->body == b->body) &&
-         ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
-}
-
-bool passesAABBTests(dxGeom* a, dxGeom* b) {
-  return a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0;
 }
 
 }  // namespace ode_parallel_sap

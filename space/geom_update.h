@@ -53,15 +53,6 @@ class GeomUpdate {
   UpdateFacts facts_;
 };
 
-// Both exactly as ODE has them, by pointer: the last word on pairs that boxes cannot decide.
-bool isEnabled(const dxGeom* geom);
-bool boxesOverlap(const dxGeom* a, const dxGeom* b);
-bool filtersMatch(const dxGeom* a, const dxGeom* b);
-bool hasNaN(const dxGeom* geom);
-// Calls both AABBTest functions; true if neither rules the pair out.
-bool passesAABBTests(dxGeom* a, dxGeom* b);
-bool isUserClass(const dxGeom* geom);
-
 }  // namespace ode_parallel_sap
 
 #endif

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "floating_point.h"
+#include "geom_tests.h"
 #include "parallel.h"
 
 namespace ode_parallel_sap {
@@ -39,13 +40,11 @@ std::size_t testRange(const ExactTest& test, Pair* pairs, const Range& range) {
   return dropped;
 }
 
-// AABBTest of all classes but the user's says yes to everything.
 std::size_t callUserTests(dxGeom* const* geoms, Buffer<Pair>& pairs) {
   std::size_t dropped = 0;
   for (Pair& pair : pairs) {
     if (pair == dropped_pair) continue;
-    dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
-    if ((isUserClass(a) || isUserClass(b)) && !passesAABBTests(a, b)) {
+    if (!passesAABBTests(geoms[earlierOf(pair)], geoms[laterOf(pair)])) {
       pair = dropped_pair;
       ++dropped;
     }

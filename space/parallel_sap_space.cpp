@@ -5,18 +5,19 @@
 #include <new>
 #include <utility>
 
-#include "floating_point.h"
+#include "geom_tests.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
 // Up to this number of slots a scene is collided pair by pair on the spot.
-constexpr std::size_t smallest_scene = 12;
+constexpr std::size_t smallest_scene = 40;
 // Up to this number of slots testing all pairs is faster than ordering boxes.
 constexpr std::size_t brute_force_scene = 700;
-// A thread is worth its start from this many slots on.
-constexpr std::size_t least_slots_a_thread = 2048;
+// Threads are worth their start from this many slots on, and each of them from this many.
+constexpr std::size_t least_shared_scene = 4096;
+constexpr std::size_t least_slots_a_thread = 1024;
 constexpr std::size_t most_slots = std::size_t{1} << 28;
 
 using Clock = std::chrono::steady_clock;
@@ -164,19 +165,10 @@ bool ParallelSAPSpace::isSmallest() const {
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
-  struct Nesting {
-    int& depth;
-    explicit Nesting(int& depth) : depth(depth) { ++depth; }
-    ~Nesting() { --depth; }
-  } nesting(nesting_);
-  if (nesting_ == 1) closeSlots();
-
+  // Within a callback of this space the slots stay what they are.
+  if (lock_count == 1) closeSlots();
   ++stats_.frames;
   stats_.geoms = count;
-  stats_.backend = dParallelSAPBackendCPU;
-  stats_.devices = 0;
-  stats_.update_ms = stats_.synchronise_ms = stats_.extract_ms = stats_.filter_ms =
-      stats_.report_ms = stats_.total_ms = 0;
   if (isSmallest()) {
     collideSmallest(data, callback);
     return;
@@ -201,7 +193,6 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
     return;
   }
   stats_.pairs = pairs.size();
-  stats_.memory_bytes = memoryBytes(pairs);
 
   dParallelSAPStats own = stats_;
   report(pairs, data, callback);
@@ -218,58 +209,75 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const Clock::time_point begin = timed_ ? Clock::now() : Clock::time_point();
   dxGeom* active[smallest_scene];
-  std::size_t actives = 0;
-  stats_.moved = stats_.disabled = stats_.invalid = stats_.unbounded = 0;
+  unsigned actives = 0, moved = 0, invalid = 0, unbounded = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if (geom->gflags & GEOM_DIRTY) {
-      if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
-      geom->recomputeAABB();
-      geom->gflags &= ~GEOM_DIRTY;
-      ++stats_.moved;
+      cleanGeom(geom);
+      ++moved;
     }
-    if (!isEnabled(geom)) {
-      ++stats_.disabled;
-    } else if (hasNaN(geom)) {
-      ++stats_.invalid;
-      reportInvalid(geom);
-    } else {
-      active[actives++] = geom;
+    if (!isEnabled(geom)) continue;
+    if (!isPlain(geom)) {
+      if (hasNaN(geom)) {
+        ++invalid;
+        reportInvalid(geom);
+        continue;
+      }
+      unbounded += isUnbounded(geom);
     }
+    active[actives++] = geom;
   }
   needs_clean_ = false;
 
   struct Couple {
-    dxGeom *earlier, *later;
+    std::uint8_t earlier, later;
   };
   Couple couples[smallest_scene * (smallest_scene - 1) / 2];
   std::size_t candidates = 0;
   {
     const ScopedMode mode(exactMode());
-    for (std::size_t i = 0; i < actives; ++i)
-      for (std::size_t j = i + 1; j < actives; ++j)
+    for (unsigned i = 0; i < actives; ++i)
+      for (unsigned j = i + 1; j < actives; ++j)
         if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]))
-          couples[candidates++] = {active[i], active[j]};
+          couples[candidates++] = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j)};
   }
   std::size_t pairs = 0;
-  for (std::size_t i = 0; i < candidates; ++i) {
-    const Couple couple = couples[i];
-    if ((isUserClass(couple.earlier) || isUserClass(couple.later)) &&
-        !passesAABBTests(couple.earlier, couple.later))
-      continue;
-    couples[pairs++] = couple;
-  }
-  stats_.candidates = candidates;
-  stats_.pairs = pairs;
-  stats_.method = dParallelSAPMethodBruteForce;
-  stats_.threads = 1;
-  for (std::size_t i = 0; i < pairs; ++i) callback(data, couples[i].earlier, couples[i].later);
+  for (std::size_t i = 0; i < candidates; ++i)
+    if (passesAABBTests(active[couples[i].earlier], active[couples[i].later]))
+      couples[pairs++] = couples[i];
+
+  const unsigned long long frame = stats_.frames;
+  const auto writeStats = [&] {
+    if (!stats_of_smallest_) {
+      const unsigned long long frames = stats_.frames;
+      stats_ = {};
+      stats_.frames = frames;
+      stats_.backend = dParallelSAPBackendCPU;
+      stats_.method = dParallelSAPMethodBruteForce;
+      stats_.threads = 1;
+      stats_of_smallest_ = true;
+    }
+    stats_.geoms = count;
+    stats_.moved = moved;
+    stats_.disabled = count - actives - invalid;
+    stats_.invalid = invalid;
+    stats_.unbounded = unbounded;
+    stats_.candidates = candidates;
+    stats_.pairs = pairs;
+  };
+  writeStats();
+  for (std::size_t i = 0; i < pairs; ++i)
+    callback(data, active[couples[i].earlier], active[couples[i].later]);
+  if (stats_.frames != frame) writeStats();  // a collide within the callback wrote its own
   if (timed_) {
-    stats_.total_ms = milliseconds(begin, Clock::now());
+    stats_.total_ms = stats_.update_ms = milliseconds(begin, Clock::now());
     countTotals();
   }
 }
 
 void ParallelSAPSpace::update() {
+  stats_of_smallest_ = false;
+  stats_.backend = dParallelSAPBackendCPU;
+  stats_.devices = 0;
   stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), threadsFor(settings), boxes_);
   needs_clean_ = false;
 }
@@ -291,8 +299,10 @@ void ParallelSAPSpace::extract(PairList& pairs) {
   PairFinder& finder = method == dParallelSAPMethodBruteForce
                            ? static_cast<PairFinder&>(brute_force_)
                            : static_cast<PairFinder&>(sweep_);
-  const int threads = static_cast<int>(std::min<std::size_t>(
-      threadsFor(settings), std::max<std::size_t>(1, slots / least_slots_a_thread)));
+  const int threads = slots < least_shared_scene
+                          ? 1
+                          : static_cast<int>(std::min<std::size_t>(threadsFor(settings),
+                                                                   slots / least_slots_a_thread));
   stats_.threads = std::max(stats_.threads, finder.find(boxes_, threads, pairs));
   stats_.method = method;
   stats_.candidates = pairs.size();
@@ -316,10 +326,7 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
   stats_.threads = 1;
   stats_.pairs = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!(geom->gflags & GEOM_DIRTY)) continue;
-    if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
-    geom->recomputeAABB();
-    geom->gflags &= ~GEOM_DIRTY;
+    if (geom->gflags & GEOM_DIRTY) cleanGeom(geom);
   }
   for (dxGeom* a = first; a; a = a->next) {
     if (!isEnabled(a) || hasNaN(a)) continue;
@@ -370,13 +377,14 @@ void ParallelSAPSpace::countTotals() {
   totals_.total_ms += stats_.total_ms;
 }
 
-std::size_t ParallelSAPSpace::memoryBytes(const PairList& pairs) const {
+std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.boxes.bytes() + boxes_.bits.bytes() +
-         boxes_.bodies.bytes() + brute_force_.bytes() + sweep_.bytes() + pairs.bytes();
+         boxes_.bodies.bytes() + brute_force_.bytes() + sweep_.bytes() + pairs_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   timed_ = true;
+  if (stats_.frames) stats_.memory_bytes = memoryBytes();
   return stats_;
 }
 

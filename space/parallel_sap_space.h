@@ -56,12 +56,11 @@ class ParallelSAPSpace final : public dxSpace {
   void collideWithoutMemory(void* data, dNearCallback* callback);
   void reportInvalid(const dxGeom* geom);
   void countTotals();
-  std::size_t memoryBytes(const PairList& pairs) const;
+  std::size_t memoryBytes() const;
 
   Buffer<dxGeom*> geoms_;  // by slot
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
-  int nesting_ = 0;  // collides of this space under way
   std::unordered_set<const dxGeom*> reported_invalid_;
 
   GeomUpdate geom_update_;
@@ -73,6 +72,7 @@ class ParallelSAPSpace final : public dxSpace {
   const UpdateFacts* facts_ = nullptr;
 
   bool timed_ = false;
+  bool stats_of_smallest_ = false;
   bool out_of_memory_reported_ = false;
   dParallelSAPStats stats_ = {};
   dParallelSAPStats totals_ = {};
