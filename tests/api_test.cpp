@@ -351,8 +351,12 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
   CHECK_THROWS_AS(dSpaceCollide(space, nullptr, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dSpaceAdd(space, nullptr), OdeAssertion);
-  CHECK_THROWS_AS(dSpaceGetGeom(space, 0), OdeAssertion);
-  CHECK_THROWS_AS(dSpaceGetGeom(space, -1), OdeAssertion);
+  if (odeHasAssertions()) {
+    CHECK_THROWS_AS(dSpaceGetGeom(space, 0), OdeAssertion);
+    CHECK_THROWS_AS(dSpaceGetGeom(space, -1), OdeAssertion);
+  } else {
+    WARN("SKIPPED: indexes out of range; this ODE was built without assertions");
+  }
   dSpaceDestroy(stock);
   dSpaceDestroy(sweep);
 }

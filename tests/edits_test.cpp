@@ -23,7 +23,7 @@ void editAndCheck(const Configuration& configuration, std::uint64_t seed, int ge
 
 TEST_CASE("A few geoms show the twins' pairs, geoms and answers after any edits", "[edits]") {
   for (const Configuration& configuration : configurations()) {
-    const int rounds = scaled(60);
+    const int rounds = scaled(200);
     for (int round = 0; round < rounds; ++round) {
       editAndCheck(configuration, seedOr(100 + static_cast<std::uint64_t>(round)), 12, 300);
     }
@@ -32,7 +32,7 @@ TEST_CASE("A few geoms show the twins' pairs, geoms and answers after any edits"
 
 TEST_CASE("Many geoms show the twins' pairs, geoms and answers after any edits", "[edits]") {
   for (const Configuration& configuration : configurations()) {
-    const int rounds = scaled(12);
+    const int rounds = scaled(40);
     for (int round = 0; round < rounds; ++round) {
       editAndCheck(configuration, seedOr(200 + static_cast<std::uint64_t>(round)), 120, 300);
     }

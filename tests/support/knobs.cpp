@@ -1,5 +1,6 @@
 #include "knobs.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>

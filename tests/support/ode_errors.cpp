@@ -23,6 +23,18 @@ void throwOdeErrors() {
   dSetErrorHandler(throwAssertion);
 }
 
+bool odeHasAssertions() {
+  const dGeomID geom = dCreateSphere(nullptr, 1);
+  bool has = false;
+  try {
+    dGeomSphereSetRadius(geom, -1);
+  } catch (const OdeAssertion&) {
+    has = true;
+  }
+  dGeomDestroy(geom);
+  return has;
+}
+
 Messages* Messages::listening_ = nullptr;
 
 Messages::Messages() : before_(dGetMessageHandler()) {

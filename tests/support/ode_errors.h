@@ -17,6 +17,10 @@ struct OdeAssertion : std::runtime_error {
 // Makes dDebug and dError throw OdeAssertion instead of ending the program.
 void throwOdeErrors();
 
+// Whether this ODE was built with its assertions. Release builds of its own CMake project have
+// none, and then a wrong call that does not reach the library goes unnoticed.
+bool odeHasAssertions();
+
 // Collects what passes through dMessage during its life; one at a time.
 class Messages {
  public:

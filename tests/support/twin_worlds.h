@@ -58,6 +58,7 @@ class TwinWorlds {
 
   void log(const std::string& call);
   dReal coordinate();
+  dReal height();
   dReal size();
   int pick(bool (*wanted)(const Object&));  // kNone if there is none
   int pickBody();
