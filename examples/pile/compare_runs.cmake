@@ -10,11 +10,11 @@ foreach(run FIRST SECOND)
   file(STRINGS "${file}" rows)
   list(POP_FRONT rows header)
   if(NOT header MATCHES
-     "^frame,time_s,geoms,pairs,contacts,asleep,[a-z_,]*step_ms,deepest_m,energy$")
+     "^frame,time_s,geoms,pairs,contacts,asleep,[a-z_,]*step_ms,deepest_m,fastest_m_s,energy$")
     message(FATAL_ERROR "the columns are not those this script knows: ${header}")
   endif()
-  # Six columns that are the same in every run, ten times, two columns that are the same.
-  list(TRANSFORM rows REPLACE "^([^,]*,[^,]*,[^,]*,[^,]*,[^,]*,[^,]*),.*,([^,]*,[^,]*)$" "\\1,\\2")
+  # Six columns that are the same in every run, ten times, three columns that are the same.
+  list(TRANSFORM rows REPLACE "^([^,]*,[^,]*,[^,]*,[^,]*,[^,]*,[^,]*),.*,([^,]*,[^,]*,[^,]*)$" "\\1,\\2")
   set(rows_${run} "${rows}")
 endforeach()
 list(LENGTH rows_FIRST count)

@@ -31,8 +31,9 @@ void printRow(const char* name, double ms, double whole) {
 CsvFile::CsvFile(const std::string& name) : name_(name) {
   if (name_.empty()) return;
   file_.open(name_);
-  file_ << "frame,time_s,geoms,pairs,contacts,asleep,update_ms,synchronise_ms,extract_ms,filter_ms,"
-           "report_ms,broad_ms,narrow_ms,joints_ms,solver_ms,step_ms,deepest_m,energy\n";
+  file_
+      << "frame,time_s,geoms,pairs,contacts,asleep,update_ms,synchronise_ms,extract_ms,filter_ms,"
+         "report_ms,broad_ms,narrow_ms,joints_ms,solver_ms,step_ms,deepest_m,fastest_m_s,energy\n";
   file_.flush();
   if (!file_) throw UsageError("cannot write the file " + name_);
 }
@@ -50,7 +51,8 @@ void CsvFile::add(const Frame& frame, const Motion& motion) {
   }
   file_ << frame.broad_ms << ',' << frame.narrow_ms << ',' << frame.joints_ms << ','
         << frame.solver_ms << ',' << frame.totalMs() << ',' << std::setprecision(17)
-        << frame.deepest << ',' << motion.energy << std::setprecision(6) << '\n';
+        << frame.deepest << ',' << motion.fastest << ',' << motion.energy << std::setprecision(6)
+        << '\n';
 }
 
 bool CsvFile::finish() {
