@@ -31,13 +31,15 @@ inline unsigned overlaps(const Group& box, unsigned lane, const Group& boxes) {
   return overlaps(box, lane, boxes.lower[0], boxes.upper[0], group_size);
 }
 
-// Two steps toward `direction` (1 up, -1 down) in the order of all floats; NaN beyond infinity.
+// Two steps toward `direction` (1 up, -1 down) in the order of all floats, of which the two zeros
+// are one; NaN beyond infinity.
 inline float twoSteps(float value, int direction) {
   std::int32_t bits;
   memcpy(&bits, &value, sizeof bits);
-  bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
-  bits = static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) + 2u * direction);
-  bits ^= (bits >> 31) & 0x7fffffff;
+  std::int32_t sign = bits >> 31;
+  std::int32_t order = ((bits & 0x7fffffff) ^ sign) - sign + 2 * direction;
+  sign = order >> 31;
+  bits = ((order ^ sign) - sign) | (sign & std::int32_t{-0x7fffffff - 1});
   memcpy(&value, &bits, sizeof bits);
   return value;
 }
