@@ -14,7 +14,7 @@ const std::vector<Preset>& presets() {
        buildCubes},
       {"balls", "10,000 spheres into a bowl of 600 triangles", 10000, 450, 0.01, 20, 2, 0.1, 2,
        buildBalls},
-      {"skittles", "3,500 bowling pins of 20,000 triangles each onto a plane", 3500, 180, 0.005, 20,
+      {"skittles", "3,500 bowling pins of 20,000 triangles each onto a plane", 3500, 200, 0.005, 20,
        6, 0.1, 2, buildSkittles},
       {"torus", "1,000 tori of 2,304 triangles each onto a plane", 1000, 500, 0.005, 20, 6, 0.1, 2,
        buildTorus},
