@@ -14,11 +14,14 @@ using Slot = std::uint32_t;
 
 // An axis-aligned box that contains the exact one. All bounds NaN: a slot that takes part in
 // nothing.
-struct Box {
-  float lower[3], upper[3];
+template <class Real>
+struct BasicBox {
+  Real lower[3], upper[3];
 };
+using Box = BasicBox<float>;
 
-inline bool isActive(const Box& box) {
+template <class Real>
+inline bool isActive(const BasicBox<Real>& box) {
   return box.lower[0] == box.lower[0];
 }
 
@@ -28,17 +31,35 @@ struct FilterBits {
   std::uint32_t category, collide;
 };
 
-// Boxes and filters by slot.
+// Boxes and filters by slot. Boxes are floats, rounded outward, or, in scenes so far from the
+// origin for their size that floats would tell too few of them apart, the exact doubles.
 struct BoxSet {
   std::size_t size = 0;  // slots
-  Buffer<Box> boxes;
+  bool wide = false;     // which of the two is filled
+  Buffer<BasicBox<float>> boxes;
+  Buffer<BasicBox<double>> wide_boxes;
   Buffer<FilterBits> bits;       // read if filter_bits
   Buffer<std::uint32_t> bodies;  // read if filter_bodies; equal and not 0: on the same body
   bool filter_bits = false;
   bool filter_bodies = false;
-  // Whether the float boxes are the exact ones, so that no pair needs the exact test.
+  // Whether the boxes are the exact ones, so that no pair needs the exact test.
   bool exact = false;
+
+  std::size_t bytes() const {
+    return boxes.bytes() + wide_boxes.bytes() + bits.bytes() + bodies.bytes();
+  }
 };
+
+template <class Real>
+const BasicBox<Real>* boxesOf(const BoxSet& boxes);
+template <>
+inline const BasicBox<float>* boxesOf<float>(const BoxSet& boxes) {
+  return boxes.boxes.data();
+}
+template <>
+inline const BasicBox<double>* boxesOf<double>(const BoxSet& boxes) {
+  return boxes.wide_boxes.data();
+}
 
 }  // namespace ode_parallel_sap
 

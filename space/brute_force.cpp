@@ -33,7 +33,8 @@ constexpr std::uint64_t least_pairs_a_thread = 1 << 18;
 
 }  // namespace
 
-int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
+template <class Real>
+int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   if (boxes.size < 2) {
     pairs.clear(1);
     return 1;
@@ -47,9 +48,10 @@ int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
   for (std::size_t i = 0; i < cell_count; ++i)
     starts_[i] = static_cast<std::uint32_t>(i * group_size);
   starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
-  cells_.build(boxes, nullptr, starts_.data(), cell_count, parts, CellTree::Levels::cells_only);
-  const TreeView& cells = cells_.view();
-  const Kernels& kernel = kernels();
+  cells_.build(boxes, nullptr, starts_.data(), cell_count, parts,
+               CellTree<Real>::Levels::cells_only);
+  const TreeView<Real>& cells = cells_.view();
+  const Kernels<Real>& kernel = kernels<Real>();
   pairs.clear(parts);
   int used = 1;
   runTeam(parts, [&](int thread, int team) {
@@ -68,5 +70,8 @@ int BruteForce::find(const BoxSet& boxes, int threads, PairList& pairs) {
   });
   return used;
 }
+
+template class BruteForce<float>;
+template class BruteForce<double>;
 
 }  // namespace ode_parallel_sap

@@ -13,6 +13,7 @@ namespace ode_parallel_sap {
 // ((n^2-n)/2)/c pairs and writes those that overlap to storage of its own, without critical
 // section; in the end the parts are joined by pointer. The pairs are numbered row by row, so that
 // the parts, read one after the other, are in the order of the report already.
+template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
@@ -20,7 +21,7 @@ class BruteForce : public PairFinder {
 
  private:
   Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
-  CellTree cells_;                // in slot order; only its cells are used
+  CellTree<Real> cells_;          // in slot order; only its cells are used
 };
 
 }  // namespace ode_parallel_sap

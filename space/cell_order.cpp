@@ -22,18 +22,19 @@ std::uint32_t slotOf(std::uint64_t record) {
 // Digits for a number of boxes: about two boxes a key when they are spread evenly.
 int digitsFor(std::size_t boxes) {
   int digits = 0;
-  while (digits < Quantizer::max_bits && (boxes >> digits) > 2) ++digits;
+  while (digits < Quantizer<float>::max_bits && (boxes >> digits) > 2) ++digits;
   return digits;
 }
 
 }  // namespace
 
-struct CellOrder::Cutter {
-  const Box* boxes;
+template <class Real>
+struct CellOrder<Real>::Cutter {
+  const BasicBox<Real>* boxes;
   std::uint64_t *records, *scratch;
 
-  ClassSummary summarise(std::size_t begin, std::size_t end) const {
-    ClassSummary summary;
+  ClassSummary<Real> summarise(std::size_t begin, std::size_t end) const {
+    ClassSummary<Real> summary;
     summary.clear();
     for (std::size_t i = begin; i < end; ++i) summary.add(boxes[slotOf(records[i])]);
     return summary;
@@ -42,12 +43,12 @@ struct CellOrder::Cutter {
   // Sorts records that their keys do not tell apart along a curve of their own. Returns its digits;
   // 0 if all centres are the same.
   int sortAnew(std::size_t begin, std::size_t end, int threads) {
-    const ClassSummary summary = summarise(begin, end);
+    const ClassSummary<Real> summary = summarise(begin, end);
     bool spread = false;
     for (int axis = 0; axis < 3; ++axis) spread = spread || summary.high[axis] > summary.low[axis];
     if (!spread) return 0;
     const int digits = digitsFor(summary.count);
-    const Quantizer quantizer(summary, digits);
+    const Quantizer<Real> quantizer(summary, digits);
     runTeam(threads, [&](int thread, int team) {
       const Range range = partOf(end - begin, thread, team);
       for (std::size_t i = begin + range.begin; i < begin + range.end; ++i) {
@@ -102,7 +103,7 @@ struct CellOrder::Cutter {
       starts.push_back(static_cast<std::uint32_t>(begin));
       return;
     }
-    const ClassSummary summary = summarise(begin, end);
+    const ClassSummary<Real> summary = summarise(begin, end);
     int axis = 0;
     for (int other = 1; other < 3; ++other)
       if (summary.high[other] - summary.low[other] > summary.high[axis] - summary.low[axis])
@@ -113,7 +114,7 @@ struct CellOrder::Cutter {
     }
     const std::size_t middle = begin + (end - begin) / 2;
     const auto before = [this, axis](std::uint64_t a, std::uint64_t b) {
-      const float ca = centreOf(boxes[slotOf(a)], axis), cb = centreOf(boxes[slotOf(b)], axis);
+      const Real ca = centreOf(boxes[slotOf(a)], axis), cb = centreOf(boxes[slotOf(b)], axis);
       return ca != cb ? ca < cb : slotOf(a) < slotOf(b);
     };
     std::nth_element(records + begin, records + middle, records + end, before);
@@ -123,13 +124,14 @@ struct CellOrder::Cutter {
 };
 
 // Sorts all records by class, then by key.
-void CellOrder::sortByKey(const BoxSet& boxes, int threads) {
+template <class Real>
+void CellOrder<Real>::sortByKey(const BoxSet& boxes, int threads) {
   quantizers_.clear();
   class_begins_.assign(1, 0);
   std::vector<std::uint64_t> first_keys;
   std::uint64_t keys = 0;
   for (int i = 0; i < size_classes_.count(); ++i) {
-    const ClassSummary& summary = size_classes_.summary(i);
+    const ClassSummary<Real>& summary = size_classes_.summary(i);
     const int digits = size_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count);
     quantizers_.emplace_back(summary, digits);
     first_keys.push_back(keys);
@@ -142,6 +144,7 @@ void CellOrder::sortByKey(const BoxSet& boxes, int threads) {
   order_.resizeDiscarding(count);
   if (count == 0) return;
 
+  const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   // Each part's records go behind those of the parts before it.
   const int parts = threads;
   part_begins_.assign(parts + 1, 0);
@@ -149,8 +152,7 @@ void CellOrder::sortByKey(const BoxSet& boxes, int threads) {
     for (int part = thread; part < parts; part += team) {
       const Range range = partOf(boxes.size, part, parts);
       std::size_t active = 0;
-      for (std::size_t slot = range.begin; slot < range.end; ++slot)
-        active += isActive(boxes.boxes[slot]);
+      for (std::size_t slot = range.begin; slot < range.end; ++slot) active += isActive(box[slot]);
       part_begins_[part + 1] = active;
     }
   });
@@ -160,10 +162,9 @@ void CellOrder::sortByKey(const BoxSet& boxes, int threads) {
       const Range range = partOf(boxes.size, part, parts);
       std::uint64_t* out = records_.data() + part_begins_[part];
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        const Box& box = boxes.boxes[slot];
-        if (!isActive(box)) continue;
-        const int of = size_classes_.of(box);
-        *out++ = (first_keys[of] + quantizers_[of].keyOf(box)) << 32 | slot;
+        if (!isActive(box[slot])) continue;
+        const int of = size_classes_.of(box[slot]);
+        *out++ = (first_keys[of] + quantizers_[of].keyOf(box[slot])) << 32 | slot;
       }
     }
   });
@@ -183,10 +184,11 @@ void CellOrder::sortByKey(const BoxSet& boxes, int threads) {
 
 // Divides a piece into pieces of `most` boxes for single threads. Crowds that are longer even at
 // the last digit are sorted again by all threads.
-void CellOrder::planPieces(const BoxSet& boxes, const Piece& piece, std::size_t most, int threads,
-                           int round) {
+template <class Real>
+void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, std::size_t most,
+                                 int threads, int round) {
   if (piece.begin == piece.end) return;
-  Cutter cutter = {boxes.boxes.data(), records_.data(), scratch_.data()};
+  Cutter cutter = {boxesOf<Real>(boxes), records_.data(), scratch_.data()};
   if (piece.end - piece.begin <= most) {
     pieces_.push_back(piece);
   } else if (piece.digits > 0) {
@@ -202,11 +204,12 @@ void CellOrder::planPieces(const BoxSet& boxes, const Piece& piece, std::size_t 
   }
 }
 
-void CellOrder::cutPieces(const BoxSet& boxes, int threads) {
+template <class Real>
+void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
   if (piece_starts_.size() < pieces_.size()) piece_starts_.resize(pieces_.size());
   ChunkQueue queue(pieces_.size(), 1);
   runTeam(threads, [&](int, int) {
-    Cutter cutter = {boxes.boxes.data(), records_.data(), scratch_.data()};
+    Cutter cutter = {boxesOf<Real>(boxes), records_.data(), scratch_.data()};
     Range range;
     while (queue.next(range)) {
       const Piece& piece = pieces_[range.begin];
@@ -218,7 +221,8 @@ void CellOrder::cutPieces(const BoxSet& boxes, int threads) {
   });
 }
 
-void CellOrder::build(const BoxSet& boxes, int threads) {
+template <class Real>
+void CellOrder<Real>::build(const BoxSet& boxes, int threads) {
   size_classes_.choose(boxes, threads);
   sortByKey(boxes, threads);
 
@@ -248,12 +252,16 @@ void CellOrder::build(const BoxSet& boxes, int threads) {
   starts_.push_back(static_cast<std::uint32_t>(records_.size()));
 }
 
-std::size_t CellOrder::bytes() const {
+template <class Real>
+std::size_t CellOrder<Real>::bytes() const {
   std::size_t bytes = records_.bytes() + scratch_.bytes() + order_.bytes() + starts_.bytes() +
-                      size_classes_.bytes() + quantizers_.capacity() * sizeof(Quantizer) +
+                      size_classes_.bytes() + quantizers_.capacity() * sizeof(Quantizer<Real>) +
                       pieces_.capacity() * sizeof(Piece);
   for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
   return bytes;
 }
+
+template class CellOrder<float>;
+template class CellOrder<double>;
 
 }  // namespace ode_parallel_sap

@@ -20,6 +20,7 @@ namespace ode_parallel_sap {
 // the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
+template <class Real>
 class CellOrder {
  public:
   // Cells [first_cell, last_cell) hold the boxes of one class. Small sizes come first.
@@ -49,8 +50,8 @@ class CellOrder {
                   int round);
   void cutPieces(const BoxSet& boxes, int threads);
 
-  SizeClasses size_classes_;
-  std::vector<Quantizer> quantizers_;  // one a class
+  SizeClasses<Real> size_classes_;
+  std::vector<Quantizer<Real>> quantizers_;  // one a class
   std::vector<std::size_t> class_begins_;
   std::vector<std::size_t> part_begins_;
   Buffer<std::uint64_t> records_, scratch_;  // key above slot

@@ -15,8 +15,10 @@ constexpr std::size_t least_shared_groups = 256;
 
 }  // namespace
 
-void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
-                     std::size_t cells, int threads, Levels levels) {
+template <class Real>
+void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
+                           const std::uint32_t* starts, std::size_t cells, int threads,
+                           Levels levels) {
   cell_count_ = cells;
   view_ = {};
   if (cells == 0) return;
@@ -33,18 +35,18 @@ void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std:
   view_.ids = ids_.data();
   view_.filters = filtered ? filters_.data() : nullptr;
 
-  const Kernels& kernel = kernels();
+  const Kernels<Real>& kernel = kernels<Real>();
   runTeam(cell_count_ < least_shared_groups ? 1 : threads, [&](int thread, int team) {
     const Range range = partOf(cell_count_, thread, team);
-    kernel.packCells(boxes.boxes.data(), order, starts, range.begin, range.end, groups_.data(),
+    kernel.packCells(boxesOf<Real>(boxes), order, starts, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);
   });
-  Group* level = groups_.data();
+  Group<Real>* level = groups_.data();
   view_.levels[0] = level;
   for (int depth = 1; depth < view_.depth; ++depth) {
     const std::size_t children = view_.groups[depth - 1], parents = view_.groups[depth];
-    Group* const next = level + children;
+    Group<Real>* const next = level + children;
     runTeam(parents < least_shared_groups ? 1 : threads, [&](int thread, int team) {
       const Range range = partOf(parents, thread, team);
       kernel.packBounds(level, children, range.begin, range.end, next);
@@ -53,7 +55,8 @@ void CellTree::build(const BoxSet& boxes, const std::uint32_t* order, const std:
   }
 }
 
-void CellTree::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
+template <class Real>
+void CellTree<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
   for (std::size_t cell = begin; cell < end; ++cell)
     for (int lane = 0; lane < group_size; ++lane) {
       const std::uint32_t slot = ids_[cell].slot[lane];
@@ -64,8 +67,12 @@ void CellTree::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t e
     }
 }
 
-std::size_t CellTree::bytes() const {
+template <class Real>
+std::size_t CellTree<Real>::bytes() const {
   return groups_.bytes() + ids_.bytes() + filters_.bytes();
 }
+
+template class CellTree<float>;
+template class CellTree<double>;
 
 }  // namespace ode_parallel_sap

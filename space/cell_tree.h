@@ -12,6 +12,7 @@
 
 namespace ode_parallel_sap {
 
+template <class Real>
 class CellTree {
  public:
   enum class Levels { cells_only, all };
@@ -21,7 +22,7 @@ class CellTree {
   void build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
              std::size_t cells, int threads, Levels levels = Levels::all);
   // Valid until the next build.
-  const TreeView& view() const { return view_; }
+  const TreeView<Real>& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }
   std::size_t bytes() const;
 
@@ -29,10 +30,10 @@ class CellTree {
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
 
   std::size_t cell_count_ = 0;
-  Buffer<Group> groups_;  // all levels, one after the other
+  Buffer<Group<Real>> groups_;  // all levels, one after the other
   Buffer<GroupIds> ids_;
   Buffer<GroupFilter> filters_;
-  TreeView view_ = {};
+  TreeView<Real> view_ = {};
 };
 
 }  // namespace ode_parallel_sap

@@ -34,11 +34,21 @@ bool needsCallingThread(const dxGeom* geom) {
          (geom->type == dTriMeshClass && hasGimpact());
 }
 
-constexpr Box inactive_box = {
-    {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
-     std::numeric_limits<float>::quiet_NaN()},
-    {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
-     std::numeric_limits<float>::quiet_NaN()}};
+// Boxes become doubles from this share of coarse boxes on.
+constexpr std::size_t coarse_share = 32;
+
+template <class Real>
+constexpr BasicBox<Real> inactiveBox() {
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+  return {{nan, nan, nan}, {nan, nan, nan}};
+}
+
+void deactivate(Slot slot, BoxSet& boxes) {
+  if (boxes.wide)
+    boxes.wide_boxes[slot] = inactiveBox<double>();
+  else
+    boxes.boxes[slot] = inactiveBox<float>();
+}
 
 // All bits as 32: a match of the originals is always a match of these.
 std::uint32_t foldBits(unsigned long bits, UpdateFacts& facts) {
@@ -53,18 +63,28 @@ constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
 
 void packGeom(const dxGeom* geom, Slot slot, UpdateFacts& facts, std::uintptr_t& some_body,
               BoxSet& boxes) {
-  Box& box = boxes.boxes[slot];
   if (!geom || !isEnabled(geom)) {
     facts.disabled += geom != nullptr;
-    box = inactive_box;
+    deactivate(slot, boxes);
     return;
   }
+  Box box;
   const BoundsFacts bounds = roundOutward(geom->aabb, box);
   if (bounds.nan) {
     facts.invalid.push_back(slot);
-    box = inactive_box;
+    deactivate(slot, boxes);
     return;
   }
+  if (boxes.wide) {
+    BasicBox<double>& wide = boxes.wide_boxes[slot];
+    for (int axis = 0; axis < 3; ++axis) {
+      wide.lower[axis] = geom->aabb[2 * axis];
+      wide.upper[axis] = geom->aabb[2 * axis + 1];
+    }
+  } else {
+    boxes.boxes[slot] = box;
+  }
+  facts.coarse += bounds.coarse;
   facts.exact_boxes = facts.exact_boxes && bounds.exact;
   facts.unbounded += bounds.unbounded;
   facts.user_classes = facts.user_classes || isUserClass(geom);
@@ -106,6 +126,7 @@ void UpdateFacts::add(const UpdateFacts& other) {
   moved += other.moved;
   disabled += other.disabled;
   unbounded += other.unbounded;
+  coarse += other.coarse;
   user_classes = user_classes || other.user_classes;
   exact_bits = exact_bits && other.exact_bits;
   exact_bodies = exact_bodies && other.exact_bodies;
@@ -181,13 +202,26 @@ void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads) {
 
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes) {
   boxes.size = slots;
-  boxes.boxes.resizeDiscarding(slots);
   boxes.bits.resizeDiscarding(slots);
   boxes.bodies.resizeDiscarding(slots);
-  return run(geoms, slots, threads, &boxes);
+  std::size_t moved = 0;
+  for (;;) {
+    if (boxes.wide)
+      boxes.wide_boxes.resizeDiscarding(slots);
+    else
+      boxes.boxes.resizeDiscarding(slots);
+    const int used = run(geoms, slots, threads, &boxes);
+    mergeFacts();
+    moved += facts_.moved;
+    facts_.moved = moved;
+    const bool wide = facts_.coarse > slots / coarse_share;
+    if (wide == boxes.wide) return used;
+    boxes.wide = wide;
+    (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+  }
 }
 
-const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
+void GeomUpdate::mergeFacts() {
   facts_ = UpdateFacts();
   std::uintptr_t some_body = 0;
   for (int index = 0; index <= part_count_; ++index) {
@@ -198,7 +232,11 @@ const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
     if ((part.some_body ^ some_body) & ~body_bits) facts_.exact_bodies = false;
   }
   std::sort(facts_.invalid.begin(), facts_.invalid.end());
-  boxes.exact = std::is_same<dReal, float>::value || facts_.exact_boxes;
+}
+
+const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
+  facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
+  boxes.exact = facts_.exact_boxes;
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
   return facts_;

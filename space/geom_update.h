@@ -17,6 +17,7 @@ struct UpdateFacts {
   std::size_t moved = 0;
   std::size_t disabled = 0;
   std::size_t unbounded = 0;
+  std::size_t coarse = 0;     // boxes that floats make clearly larger
   bool user_classes = false;  // AABBTest may decide
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
   bool exact_bodies = true;   // equal body numbers are equal bodies
@@ -34,7 +35,8 @@ class GeomUpdate {
  public:
   // Brings every dirty geom of geoms[0..slots) up to date (null: an empty slot).
   void clean(dxGeom* const* geoms, std::size_t slots, int threads);
-  // The same, and fills `boxes`. Returns the number of threads used.
+  // The same, and fills `boxes`, with doubles where floats would be too coarse for the scene.
+  // Returns the number of threads used.
   int pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes);
   // The threads' facts made one. Call after pack().
   const UpdateFacts& synchronise(BoxSet& boxes);
@@ -47,6 +49,7 @@ class GeomUpdate {
   };
 
   int run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes);
+  void mergeFacts();
 
   std::vector<Part> parts_;
   int part_count_ = 0;

@@ -34,7 +34,7 @@ void PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std:
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
   for (std::size_t i = 0; i < count; ++i)
     scratch.pairs[ends[earlierOf(pairs[i]) - first_slot]++] = pairs[i];
-  kernels().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+  kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
 }
 
 void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,

@@ -291,19 +291,25 @@ void ParallelSAPSpace::synchronise() {
   stats_.unbounded = facts_->unbounded;
 }
 
+PairFinder& ParallelSAPSpace::finderFor(int method) {
+  if (method == dParallelSAPMethodBruteForce) {
+    if (boxes_.wide) return wide_brute_force_;
+    return brute_force_;
+  }
+  if (boxes_.wide) return wide_sweep_;
+  return sweep_;
+}
+
 void ParallelSAPSpace::extract(PairList& pairs) {
   const std::size_t slots = geoms_.size();
   int method = settings.method;
   if (method == dParallelSAPMethodAuto)
     method = slots <= brute_force_scene ? dParallelSAPMethodBruteForce : dParallelSAPMethodSweep;
-  PairFinder& finder = method == dParallelSAPMethodBruteForce
-                           ? static_cast<PairFinder&>(brute_force_)
-                           : static_cast<PairFinder&>(sweep_);
   const int threads = slots < least_shared_scene
                           ? 1
                           : static_cast<int>(std::min<std::size_t>(threadsFor(settings),
                                                                    slots / least_slots_a_thread));
-  stats_.threads = std::max(stats_.threads, finder.find(boxes_, threads, pairs));
+  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, threads, pairs));
   stats_.method = method;
   stats_.candidates = pairs.size();
 }
@@ -378,8 +384,8 @@ void ParallelSAPSpace::countTotals() {
 }
 
 std::size_t ParallelSAPSpace::memoryBytes() const {
-  return sizeof *this + geoms_.bytes() + boxes_.boxes.bytes() + boxes_.bits.bytes() +
-         boxes_.bodies.bytes() + brute_force_.bytes() + sweep_.bytes() + pairs_.bytes();
+  return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
+         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + pairs_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

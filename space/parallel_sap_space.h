@@ -50,6 +50,7 @@ class ParallelSAPSpace final : public dxSpace {
   void collideSmallest(void* data, dNearCallback* callback);
   void update();
   void synchronise();
+  PairFinder& finderFor(int method);
   void extract(PairList& pairs);
   void filter(PairList& pairs);
   void report(const PairList& pairs, void* data, dNearCallback* callback);
@@ -65,8 +66,10 @@ class ParallelSAPSpace final : public dxSpace {
 
   GeomUpdate geom_update_;
   BoxSet boxes_;
-  BruteForce brute_force_;
-  Sweep sweep_;
+  BruteForce<float> brute_force_;
+  BruteForce<double> wide_brute_force_;
+  Sweep<float> sweep_;
+  Sweep<double> wide_sweep_;
   PairFilter pair_filter_;
   PairList pairs_;
   const UpdateFacts* facts_ = nullptr;

@@ -6,18 +6,20 @@
 
 namespace ode_parallel_sap {
 
-void ClassSummary::clear() {
+template <class Real>
+void ClassSummary<Real>::clear() {
   for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = std::numeric_limits<float>::infinity();
-    high[axis] = -std::numeric_limits<float>::infinity();
+    low[axis] = std::numeric_limits<Real>::infinity();
+    high[axis] = -std::numeric_limits<Real>::infinity();
     extent[axis] = 0;
   }
   count = 0;
 }
 
-void ClassSummary::add(const Box& box) {
+template <class Real>
+void ClassSummary<Real>::add(const BasicBox<Real>& box) {
   for (int axis = 0; axis < 3; ++axis) {
-    const float centre = centreOf(box, axis);
+    const Real centre = centreOf(box, axis);
     low[axis] = std::min(low[axis], centre);
     high[axis] = std::max(high[axis], centre);
     extent[axis] += box.upper[axis] - box.lower[axis];
@@ -25,7 +27,8 @@ void ClassSummary::add(const Box& box) {
   ++count;
 }
 
-void ClassSummary::add(const ClassSummary& other) {
+template <class Real>
+void ClassSummary<Real>::add(const ClassSummary<Real>& other) {
   for (int axis = 0; axis < 3; ++axis) {
     low[axis] = std::min(low[axis], other.low[axis]);
     high[axis] = std::max(high[axis], other.high[axis]);
@@ -34,7 +37,8 @@ void ClassSummary::add(const ClassSummary& other) {
   count += other.count;
 }
 
-Quantizer::Quantizer(const ClassSummary& summary, int digits) : digits_(digits) {
+template <class Real>
+Quantizer<Real>::Quantizer(const ClassSummary<Real>& summary, int digits) : digits_(digits) {
   double step[3];  // length of a step in mean extents
   double greatest_extent = 0;
   for (double extent : summary.extent) greatest_extent = std::max(greatest_extent, extent);
@@ -60,8 +64,8 @@ Quantizer::Quantizer(const ClassSummary& summary, int digits) : digits_(digits) 
     origin_[axis] = summary.low[axis];
     // A range too small to divide by is left as one step.
     const double scale = range > 0 ? steps / range : 0;
-    scale_[axis] = scale < std::numeric_limits<float>::max() ? static_cast<float>(scale) : 0;
-    last_step_[axis] = static_cast<float>(steps - 1);
+    scale_[axis] = scale < std::numeric_limits<Real>::max() ? static_cast<Real>(scale) : 0;
+    last_step_[axis] = static_cast<Real>(steps - 1);
 
     std::uint32_t digit_of_bit[max_bits];
     for (int digit = 0, bit = 0; digit < digits; ++digit)
@@ -77,5 +81,10 @@ Quantizer::Quantizer(const ClassSummary& summary, int digits) : digits_(digits) 
     }
   }
 }
+
+template struct ClassSummary<float>;
+template struct ClassSummary<double>;
+template class Quantizer<float>;
+template class Quantizer<double>;
 
 }  // namespace ode_parallel_sap

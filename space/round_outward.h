@@ -2,6 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_ROUND_OUTWARD_H
 #define ODE_PARALLEL_SAP_ROUND_OUTWARD_H
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -19,7 +20,12 @@ struct BoundsFacts {
   bool exact;      // no bound had to be rounded
   bool nan;        // at least one bound is NaN; the box is of no use then
   bool unbounded;  // an infinite bound, or a lower one above its upper one
+  bool coarse;  // so small for its distance from the origin that rounding makes it clearly larger
 };
+
+// Rounding moves a bound by up to 2^-23 of its magnitude: both together by a thirtieth or more of
+// the extent of a box whose extent is below this part of its magnitude.
+constexpr double coarse_extent = 1.0 / (1 << 18);
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not
 // inside the exact one. Which way a bound is rounded is a toss of a coin, so nothing here branches
@@ -29,8 +35,10 @@ template <class Real>
 inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
   constexpr Real most = std::numeric_limits<Real>::max();
   bool exact = true, nan = false, unbounded = false;
+  Real extent = 0, magnitude = 0;
   for (int axis = 0; axis < 3; ++axis) {
     unbounded |= bounds[2 * axis] > bounds[2 * axis + 1];
+    extent = std::max(extent, bounds[2 * axis + 1] - bounds[2 * axis]);
     for (int side = 0; side < 2; ++side) {
       const Real bound = bounds[2 * axis + side], up = side ? bound : -bound;
       float value = static_cast<float>(up);
@@ -38,6 +46,7 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
       exact &= back == up;
       nan |= up != up;
       unbounded |= std::fabs(up) > most;
+      magnitude = std::max(magnitude, std::fabs(up));
       std::int32_t bits;
       std::memcpy(&bits, &value, sizeof bits);
       bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
@@ -47,7 +56,8 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
       (side ? box.upper : box.lower)[axis] = side ? value : -value;
     }
   }
-  return {exact, nan, unbounded};
+  const bool coarse = !exact && extent < magnitude * static_cast<Real>(coarse_extent);
+  return {exact, nan, unbounded, coarse};
 }
 
 #if defined(__SSE2__)
@@ -57,6 +67,7 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   const __m128d flip_lower = _mm_set_pd(0.0, -0.0), sign = _mm_set1_pd(-0.0);
   const __m128d most = _mm_set1_pd(std::numeric_limits<double>::max());
   __m128d inexact = _mm_setzero_pd(), nan = inexact, unbounded = inexact;
+  __m128d extent = inexact, magnitude = inexact;  // in the low half, in both
   __m128 value[3], too_small[3];
   for (int axis = 0; axis < 3; ++axis) {
     const __m128d bound = _mm_loadu_pd(bounds + 2 * axis), up = _mm_xor_pd(bound, flip_lower);
@@ -66,6 +77,8 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
     inexact = _mm_or_pd(inexact, _mm_cmpneq_pd(back, up));
     nan = _mm_or_pd(nan, _mm_cmpunord_pd(up, up));
     unbounded = _mm_or_pd(unbounded, _mm_cmpgt_pd(_mm_andnot_pd(sign, up), most));
+    magnitude = _mm_max_pd(magnitude, _mm_andnot_pd(sign, up));
+    extent = _mm_max_sd(extent, _mm_sub_sd(_mm_shuffle_pd(bound, bound, 1), bound));
     // In the low half only: lower above upper.
     unbounded = _mm_or_pd(
         unbounded,
@@ -86,8 +99,11 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(0, 0, 2, 0)));
   _mm_storeu_ps(bounds_of_box + 3, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 1)));
   std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
-  return {_mm_movemask_pd(inexact) == 0, _mm_movemask_pd(nan) != 0,
-          _mm_movemask_pd(unbounded) != 0};
+  const double largest =
+      _mm_cvtsd_f64(_mm_max_sd(magnitude, _mm_shuffle_pd(magnitude, magnitude, 1)));
+  const bool exact = _mm_movemask_pd(inexact) == 0;
+  return {exact, _mm_movemask_pd(nan) != 0, _mm_movemask_pd(unbounded) != 0,
+          !exact && _mm_cvtsd_f64(extent) < largest * coarse_extent};
 }
 #endif
 

@@ -31,9 +31,11 @@ int octaveOf(float extent) {
 }  // namespace
 
 // The octave of the greatest extent, and for each axis whether the extent there is far shorter.
-unsigned SizeClasses::binOf(const Box& box) {
+template <class Real>
+unsigned SizeClasses<Real>::binOf(const BasicBox<Real>& box) {
   int octave[3];
-  for (int axis = 0; axis < 3; ++axis) octave[axis] = octaveOf(box.upper[axis] - box.lower[axis]);
+  for (int axis = 0; axis < 3; ++axis)
+    octave[axis] = octaveOf(static_cast<float>(box.upper[axis] - box.lower[axis]));
   const int greatest = std::max({octave[0], octave[1], octave[2]});
   if (greatest == unbounded_octave) return unbounded_octave * shapes;
   unsigned shape = 0;
@@ -43,7 +45,9 @@ unsigned SizeClasses::binOf(const Box& box) {
 }
 
 // Takes the fullest run of octaves as a window, then the fullest of the rest, and so on.
-std::vector<SizeClasses::Window> SizeClasses::chooseWindows(const Histogram& histogram) {
+template <class Real>
+std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows(
+    const Histogram& histogram) {
   std::array<std::size_t, octaves> counts = {};
   std::size_t all = 0;
   for (int bin = 0; bin < bins; ++bin) counts[bin / shapes] += histogram[bin];
@@ -81,7 +85,8 @@ std::vector<SizeClasses::Window> SizeClasses::chooseWindows(const Histogram& his
 }
 
 // Splits windows by shape where a shape is common.
-SizeClasses::Table SizeClasses::chooseTable(const Histogram& histogram) {
+template <class Real>
+typename SizeClasses<Real>::Table SizeClasses<Real>::chooseTable(const Histogram& histogram) {
   const std::vector<Window> windows = chooseWindows(histogram);
   Table table;
   table.fill(no_class);
@@ -119,7 +124,8 @@ SizeClasses::Table SizeClasses::chooseTable(const Histogram& histogram) {
 
 // Counts bins, and summarises classes by the last frame's table. Where the counts call for another
 // table, the summaries are made again.
-void SizeClasses::choose(const BoxSet& boxes, int threads) {
+template <class Real>
+void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   for (int attempt = 0;; ++attempt) {
     int parts = 1;
@@ -127,10 +133,10 @@ void SizeClasses::choose(const BoxSet& boxes, int threads) {
       if (thread == 0) parts = team;
       Survey& own = surveys_[thread];
       own.histogram.fill(0);
-      for (ClassSummary& summary : own.classes) summary.clear();
+      for (ClassSummary<Real>& summary : own.classes) summary.clear();
       const Range range = partOf(boxes.size, thread, team);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        const Box& box = boxes.boxes[slot];
+        const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
         if (!isActive(box)) continue;
         const unsigned bin = binOf(box);
         ++own.histogram[bin];
@@ -151,5 +157,8 @@ void SizeClasses::choose(const BoxSet& boxes, int threads) {
     table_ = table;
   }
 }
+
+template class SizeClasses<float>;
+template class SizeClasses<double>;
 
 }  // namespace ode_parallel_sap

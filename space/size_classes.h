@@ -12,6 +12,7 @@
 
 namespace ode_parallel_sap {
 
+template <class Real>
 class SizeClasses {
  public:
   static constexpr int most = 24;
@@ -21,10 +22,10 @@ class SizeClasses {
 
   // Small sizes first; the last one may be that of unbounded boxes.
   int count() const { return count_; }
-  const ClassSummary& summary(int index) const { return total_.classes[index]; }
+  const ClassSummary<Real>& summary(int index) const { return total_.classes[index]; }
   bool isUnbounded(int index) const { return has_unbounded_ && index == count_ - 1; }
   // The class of a box that is not NaN.
-  int of(const Box& box) const { return table_[binOf(box)]; }
+  int of(const BasicBox<Real>& box) const { return table_[binOf(box)]; }
   std::size_t bytes() const { return surveys_.capacity() * sizeof(Survey); }
 
  private:
@@ -36,7 +37,7 @@ class SizeClasses {
 
   struct alignas(64) Survey {
     Histogram histogram;
-    std::array<ClassSummary, most> classes;
+    std::array<ClassSummary<Real>, most> classes;
   };
   // Consecutive octaves whose boxes share classes.
   struct Window {
@@ -44,7 +45,7 @@ class SizeClasses {
     std::size_t count;
   };
 
-  static unsigned binOf(const Box& box);
+  static unsigned binOf(const BasicBox<Real>& box);
   static std::vector<Window> chooseWindows(const Histogram& histogram);
   Table chooseTable(const Histogram& histogram);
 

@@ -17,7 +17,8 @@ constexpr std::size_t task_cells = 64;
 }  // namespace
 
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
-void Sweep::planTasks() {
+template <class Real>
+void Sweep<Real>::planTasks() {
   tasks_.clear();
   const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
   for (std::uint32_t queries = 0; queries < classes; ++queries)
@@ -29,10 +30,11 @@ void Sweep::planTasks() {
     }
 }
 
-int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
+template <class Real>
+int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode callers_mode(exactMode());
   order_.build(boxes, threads);
-  const std::vector<CellOrder::Class>& classes = order_.classes();
+  const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
   if (trees_.size() < classes.size()) trees_.resize(classes.size());
   for (std::size_t i = 0; i < classes.size(); ++i)
     trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
@@ -41,7 +43,7 @@ int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
 
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  const Kernels& kernel = kernels();
+  const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
   int used = 1;
   runTeam(threads, [&](int thread, int team) {
@@ -51,7 +53,7 @@ int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
     Range range;
     while (queue.next(range)) {
       const Task& task = tasks_[range.begin];
-      const TreeView& queries = trees_[task.queries].view();
+      const TreeView<Real>& queries = trees_[task.queries].view();
       if (task.queries == task.tree)
         kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
       else
@@ -63,11 +65,15 @@ int Sweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
   return used;
 }
 
-std::size_t Sweep::bytes() const {
+template <class Real>
+std::size_t Sweep<Real>::bytes() const {
   std::size_t bytes = order_.bytes() + pair_order_.bytes() + tasks_.capacity() * sizeof(Task);
-  for (const CellTree& tree : trees_) bytes += tree.bytes();
+  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
   for (const Buffer<Pair>& found : found_) bytes += found.bytes();
   return bytes;
 }
+
+template class Sweep<float>;
+template class Sweep<double>;
 
 }  // namespace ode_parallel_sap

@@ -16,6 +16,7 @@ namespace ode_parallel_sap {
 // whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
 // tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
 // pair of cells, so none is found twice.
+template <class Real>
 class Sweep : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
@@ -28,8 +29,8 @@ class Sweep : public PairFinder {
   };
   void planTasks();
 
-  CellOrder order_;
-  std::vector<CellTree> trees_;  // one a class
+  CellOrder<Real> order_;
+  std::vector<CellTree<Real>> trees_;  // one a class
   std::vector<Task> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread
   PairOrder pair_order_;

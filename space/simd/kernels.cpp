@@ -2,16 +2,16 @@
 
 namespace ode_parallel_sap {
 
-extern const Kernels kernels_portable;
+extern const KernelSet kernels_portable;
 #if defined(__x86_64__)
-extern const Kernels kernels_sse2, kernels_avx2, kernels_avx512;
+extern const KernelSet kernels_sse2, kernels_avx2, kernels_avx512;
 #endif
 
 namespace {
 
 // Best first, null last.
 struct Available {
-  const Kernels* list[5] = {};
+  const KernelSet* list[5] = {};
   Available() {
     int count = 0;
 #if defined(__x86_64__)
@@ -32,12 +32,12 @@ const Available& available() {
 
 }  // namespace
 
-const Kernels& kernels() {
-  static const Kernels& best = *available().list[0];
+const KernelSet& kernelSet() {
+  static const KernelSet& best = *available().list[0];
   return best;
 }
 
-const Kernels* const* allKernels() {
+const KernelSet* const* allKernelSets() {
   return available().list;
 }
 

@@ -7,16 +7,17 @@
 
 namespace ode_parallel_sap {
 
-struct Box;
-struct FilterBits;
+template <class Real>
+struct BasicBox;
 
 constexpr int group_size = 16;
 
 // Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
 // places hold NaN, which overlaps nothing.
+template <class Real>
 struct alignas(64) Group {
-  float lower[3][group_size];
-  float upper[3][group_size];
+  Real lower[3][group_size];
+  Real upper[3][group_size];
 };
 
 // What goes with the sixteen boxes of a cell.
@@ -32,9 +33,10 @@ struct alignas(64) GroupFilter {
 // A tree over cells that are consecutive in memory: levels[0] are the cells themselves, each group
 // of a higher level holds the bounds of sixteen groups of the level below, and the last level is a
 // single group.
+template <class Real>
 struct TreeView {
   static constexpr int max_levels = 8;
-  const Group* levels[max_levels];
+  const Group<Real>* levels[max_levels];
   std::uint32_t groups[max_levels];
   int depth;  // levels in use; 0: no boxes
   const GroupIds* ids;
@@ -55,28 +57,36 @@ struct TrianglePart {
   std::size_t last_row, last_column;
 };
 
+// Each for boxes of floats and of doubles.
+template <class Real>
 struct Kernels {
-  const char* name;
-
   // Fills cells[i] and ids[i] with the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen
   // at most, for i in [begin, end). order == null stands for 0, 1, 2, ...
-  void (*packCells)(const Box* boxes, const std::uint32_t* order, const std::uint32_t* starts,
-                    std::size_t begin, std::size_t end, Group* cells, GroupIds* ids);
+  void (*packCells)(const BasicBox<Real>* boxes, const std::uint32_t* order,
+                    const std::uint32_t* starts, std::size_t begin, std::size_t end,
+                    Group<Real>* cells, GroupIds* ids);
   // Group i of `parents` gets the bounds of groups 16 i to 16 i + 15 of `children`, for i in
   // [begin, end); places at and beyond `count` children stay empty.
-  void (*packBounds)(const Group* children, std::size_t count, std::size_t begin, std::size_t end,
-                     Group* parents);
+  void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
+                     std::size_t end, Group<Real>* parents);
   // Pairs between the cells [begin, end) of `tree` and those at or after them in the same tree.
-  void (*selfPairs)(const TreeView& tree, std::size_t begin, std::size_t end, bool exact,
+  void (*selfPairs)(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
                     PairSink& sink);
   // Pairs between the cells [begin, end) of `queries` and all cells of `tree`.
-  void (*crossPairs)(const TreeView& queries, std::size_t begin, std::size_t end,
-                     const TreeView& tree, bool exact, PairSink& sink);
+  void (*crossPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                     const TreeView<Real>& tree, bool exact, PairSink& sink);
   // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,
   // column), row < column < places, from (first_row, first_column) up to but not including
   // (last_row, last_column), row by row. Ascending.
-  void (*trianglePairs)(const TreeView& cells, const TrianglePart& part, bool exact,
+  void (*trianglePairs)(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                         PairSink& sink);
+};
+
+// All that one instruction set has.
+struct KernelSet {
+  const char* name;
+  Kernels<float> narrow;
+  Kernels<double> wide;
   // Sorts lists of pairs by their low 31 bits, none twice in a list, from `pairs` to `sorted`: list
   // i ends at ends[i], where list i + 1 begins. `sortLong` sorts a long list in place.
   void (*sortLists)(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
@@ -85,10 +95,21 @@ struct Kernels {
 };
 
 // The best set for this processor.
-const Kernels& kernels();
+const KernelSet& kernelSet();
 
-// Every set this processor can run, for tests; null ends the list.
-const Kernels* const* allKernels();
+template <class Real>
+const Kernels<Real>& kernels();
+template <>
+inline const Kernels<float>& kernels<float>() {
+  return kernelSet().narrow;
+}
+template <>
+inline const Kernels<double>& kernels<double>() {
+  return kernelSet().wide;
+}
+
+// Every set this processor can run, best first, for tests; null ends the list.
+const KernelSet* const* allKernelSets();
 
 }  // namespace ode_parallel_sap
 

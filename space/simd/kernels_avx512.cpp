@@ -4,7 +4,7 @@
 
 namespace ode_parallel_sap {
 
-extern const Kernels kernels_avx512;
-const Kernels kernels_avx512 = kernel_table;
+extern const KernelSet kernels_avx512;
+const KernelSet kernels_avx512 = kernel_set;
 
 }  // namespace ode_parallel_sap

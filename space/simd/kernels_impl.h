@@ -17,9 +17,10 @@ constexpr unsigned all_lanes = 0xffff;
 
 // Which of sixteen boxes overlap box `lane` of `box`, as closed intervals. NaN overlaps nothing.
 // The formula holds for inverted boxes too, and so do bounds made of least and greatest ones. The
-// bounds on each axis are `stride` floats apart.
-inline unsigned overlaps(const Group& box, unsigned lane, const float* lower, const float* upper,
-                         std::size_t stride) {
+// bounds on each axis are `stride` numbers apart.
+template <class Real>
+inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Real* lower,
+                         const Real* upper, std::size_t stride) {
   return Lanes::atLeast(upper, box.lower[0][lane]) & Lanes::atMost(lower, box.upper[0][lane]) &
          Lanes::atLeast(upper + stride, box.lower[1][lane]) &
          Lanes::atMost(lower + stride, box.upper[1][lane]) &
@@ -27,7 +28,8 @@ inline unsigned overlaps(const Group& box, unsigned lane, const float* lower, co
          Lanes::atMost(lower + 2 * stride, box.upper[2][lane]);
 }
 
-inline unsigned overlaps(const Group& box, unsigned lane, const Group& boxes) {
+template <class Real>
+inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
   return overlaps(box, lane, boxes.lower[0], boxes.upper[0], group_size);
 }
 
@@ -47,13 +49,16 @@ inline float twoSteps(float value, int direction) {
 // The boxes of a cell, shrunk so far that a shrunk box can only overlap another box's float bounds
 // if the exact boxes overlap: an exact bound is less than one step inside its float bound, for
 // both.
-inline void shrink(const Group& cell, Group& inner) {
+inline void shrink(const Group<float>& cell, Group<float>& inner) {
   for (int axis = 0; axis < 3; ++axis)
     for (int i = 0; i < group_size; ++i) {
       inner.lower[axis][i] = twoSteps(cell.lower[axis][i], 1);
       inner.upper[axis][i] = twoSteps(cell.upper[axis][i], -1);
     }
 }
+
+// Boxes of doubles are always exact.
+inline void shrink(const Group<double>&, Group<double>&) {}
 
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
 inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
@@ -70,19 +75,21 @@ inline void markUnsure(std::uint64_t* pair, unsigned hits, unsigned unsure) {
 }
 
 // The cell whose boxes are taken one by one.
+template <class Real>
 struct Query {
-  const Group* boxes;
+  const Group<Real>* boxes;
   const GroupIds* ids;
   const GroupFilter* filter;  // null: no pair is filtered
-  Group inner;                // the boxes shrunk, unless float boxes are exact
+  Group<Real> inner;          // the boxes shrunk, unless they are exact
   unsigned count;             // boxes in use; the others are NaN
   bool exact;
 
-  Query(const TreeView& tree, std::size_t cell, bool exact)
+  Query(const TreeView<Real>& tree, std::size_t cell, bool exact)
       : boxes(tree.levels[0] + cell),
         ids(tree.ids + cell),
         filter(tree.filters ? tree.filters + cell : nullptr),
-        count(__builtin_popcount(Lanes::atMost(boxes->lower[0], __builtin_inff()))),
+        count(__builtin_popcount(
+            Lanes::atMost(boxes->lower[0], static_cast<Real>(__builtin_inff())))),
         exact(exact) {
     if (!exact) shrink(*boxes, inner);
   }
@@ -90,12 +97,13 @@ struct Query {
 
 // Boxes that the query's bounds reach, gathered so that the query's boxes meet sixteen of them at a
 // time.
+template <class Real>
 struct Candidates {
-  static constexpr std::size_t capacity = 512;
+  static constexpr std::size_t capacity = 2048 / sizeof(Real);
   static constexpr std::size_t stride = capacity + group_size;
 
-  alignas(64) float lower[3][stride];
-  alignas(64) float upper[3][stride];
+  alignas(64) Real lower[3][stride];
+  alignas(64) Real upper[3][stride];
   alignas(64) std::uint32_t slot[stride];
   alignas(64) std::uint32_t category[stride], collide[stride], body[stride];
   std::size_t count = 0;
@@ -103,8 +111,8 @@ struct Candidates {
   bool full() const { return count > capacity - group_size; }
 
   // Adds the boxes of `cell` in `mask`; at most 16 places are written beyond `count`.
-  void add(const TreeView& tree, std::size_t cell, unsigned mask) {
-    const Group& boxes = tree.levels[0][cell];
+  void add(const TreeView<Real>& tree, std::size_t cell, unsigned mask) {
+    const Group<Real>& boxes = tree.levels[0][cell];
     for (int axis = 0; axis < 3; ++axis) {
       Lanes::compress(boxes.lower[axis], mask, lower[axis] + count);
       Lanes::compress(boxes.upper[axis], mask, upper[axis] + count);
@@ -121,10 +129,12 @@ struct Candidates {
 };
 
 // Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
-inline void boxAgainstSixteen(const Query& query, unsigned lane, unsigned mask, const float* lower,
-                              const float* upper, std::size_t stride, const std::uint32_t* slots,
-                              const std::uint32_t* category, const std::uint32_t* collide,
-                              const std::uint32_t* body, PairSink& sink) {
+template <class Real>
+inline void boxAgainstSixteen(const Query<Real>& query, unsigned lane, unsigned mask,
+                              const Real* lower, const Real* upper, std::size_t stride,
+                              const std::uint32_t* slots, const std::uint32_t* category,
+                              const std::uint32_t* collide, const std::uint32_t* body,
+                              PairSink& sink) {
   unsigned hits = overlaps(*query.boxes, lane, lower, upper, stride) & mask;
   if (!hits) return;
   if (query.filter) {
@@ -133,7 +143,7 @@ inline void boxAgainstSixteen(const Query& query, unsigned lane, unsigned mask, 
   }
   std::uint64_t* const first = sink.next;
   sink.next += Lanes::writePairs(slots, query.ids->slot[lane], hits, first);
-  if (query.exact) return;
+  if (sizeof(Real) > sizeof(float) || query.exact) return;
   const unsigned unsure = hits & ~overlaps(query.inner, lane, lower, upper, stride);
   if (unsure) markUnsure(first, hits, unsure);
 }
@@ -143,24 +153,26 @@ inline void makeRoom(PairSink& sink, std::size_t room) {
 }
 
 // Pairs of the query's boxes with all candidates, which are used up.
-inline void meetCandidates(const Query& query, Candidates& others, PairSink& sink) {
+template <class Real>
+inline void meetCandidates(const Query<Real>& query, Candidates<Real>& others, PairSink& sink) {
   if (!others.count) return;
-  const float nan = __builtin_nanf("");
+  const Real nan = static_cast<Real>(__builtin_nanf(""));
   for (std::size_t i = 0; i < group_size; ++i) others.lower[0][others.count + i] = nan;
   for (std::size_t base = 0; base < others.count; base += group_size) {
     makeRoom(sink, group_size * group_size);
     for (unsigned lane = 0; lane < query.count; ++lane)
       boxAgainstSixteen(query, lane, all_lanes, others.lower[0] + base, others.upper[0] + base,
-                        Candidates::stride, others.slot + base, others.category + base,
+                        Candidates<Real>::stride, others.slot + base, others.category + base,
                         others.collide + base, others.body + base, sink);
   }
   others.count = 0;
 }
 
 // Pairs of box `lane` of `query` with those of one cell of `tree` that are in `mask`.
-inline void boxAgainstCell(const Query& query, unsigned lane, unsigned mask, const TreeView& tree,
-                           std::size_t cell, PairSink& sink) {
-  const Group& boxes = tree.levels[0][cell];
+template <class Real>
+inline void boxAgainstCell(const Query<Real>& query, unsigned lane, unsigned mask,
+                           const TreeView<Real>& tree, std::size_t cell, PairSink& sink) {
+  const Group<Real>& boxes = tree.levels[0][cell];
   const GroupFilter* const filter = tree.filters ? tree.filters + cell : nullptr;
   boxAgainstSixteen(query, lane, mask, boxes.lower[0], boxes.upper[0], group_size,
                     tree.ids[cell].slot, filter ? filter->category : nullptr,
@@ -169,14 +181,14 @@ inline void boxAgainstCell(const Query& query, unsigned lane, unsigned mask, con
 
 // Calls visit(cell, mask) for the cells of `tree`, from `first` on, that have boxes overlapping box
 // `lane` of `query`; `mask` tells which.
-template <class Visit>
-inline void forOverlappingBoxes(const TreeView& tree, const Group& query, unsigned lane,
+template <class Real, class Visit>
+inline void forOverlappingBoxes(const TreeView<Real>& tree, const Group<Real>& query, unsigned lane,
                                 std::size_t first, Visit visit) {
   struct Node {
     std::uint32_t level, group;
   };
   // A node leaves at most 15 siblings a level behind on the stack.
-  Node stack[TreeView::max_levels * group_size];
+  Node stack[TreeView<Real>::max_levels * group_size];
   int top = 0;
   stack[top++] = {static_cast<std::uint32_t>(tree.depth - 1), 0};
   while (top) {
@@ -199,9 +211,10 @@ inline void forOverlappingBoxes(const TreeView& tree, const Group& query, unsign
 
 // Pairs of the boxes of `query`, cell `cell` of `queries`, with the cells from `first` on of
 // `tree`.
-inline void cellAgainstTree(const Query& query, const TreeView& queries, std::size_t cell,
-                            const TreeView& tree, std::size_t first, Candidates& candidates,
-                            PairSink& sink) {
+template <class Real>
+inline void cellAgainstTree(const Query<Real>& query, const TreeView<Real>& queries,
+                            std::size_t cell, const TreeView<Real>& tree, std::size_t first,
+                            Candidates<Real>& candidates, PairSink& sink) {
   forOverlappingBoxes(tree, queries.levels[1][cell / group_size], cell % group_size, first,
                       [&](std::size_t other, unsigned mask) {
                         candidates.add(tree, other, mask);
@@ -210,11 +223,12 @@ inline void cellAgainstTree(const Query& query, const TreeView& queries, std::si
   meetCandidates(query, candidates, sink);
 }
 
-void selfPairs(const TreeView& tree, std::size_t begin, std::size_t end, bool exact,
+template <class Real>
+void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
                PairSink& sink) {
-  Candidates candidates;
+  Candidates<Real> candidates;
   for (std::size_t cell = begin; cell < end; ++cell) {
-    const Query query(tree, cell, exact);
+    const Query<Real> query(tree, cell, exact);
     makeRoom(sink, group_size * group_size);
     for (unsigned lane = 0; lane + 1 < query.count; ++lane)
       boxAgainstCell(query, lane, all_lanes << (lane + 1) & all_lanes, tree, cell, sink);
@@ -222,17 +236,20 @@ void selfPairs(const TreeView& tree, std::size_t begin, std::size_t end, bool ex
   }
 }
 
-void crossPairs(const TreeView& queries, std::size_t begin, std::size_t end, const TreeView& tree,
-                bool exact, PairSink& sink) {
-  Candidates candidates;
+template <class Real>
+void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                const TreeView<Real>& tree, bool exact, PairSink& sink) {
+  Candidates<Real> candidates;
   for (std::size_t cell = begin; cell < end; ++cell)
-    cellAgainstTree(Query(queries, cell, exact), queries, cell, tree, 0, candidates, sink);
+    cellAgainstTree(Query<Real>(queries, cell, exact), queries, cell, tree, 0, candidates, sink);
 }
 
-void trianglePairs(const TreeView& cells, const TrianglePart& part, bool exact, PairSink& sink) {
+template <class Real>
+void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
+                   PairSink& sink) {
   for (std::size_t row = part.first_row; row <= part.last_row;) {
     const std::size_t query_cell = row / group_size;
-    const Query query(cells, query_cell, exact);
+    const Query<Real> query(cells, query_cell, exact);
     for (; row <= part.last_row && row / group_size == query_cell; ++row) {
       const std::size_t begin = row == part.first_row ? part.first_column : row + 1;
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
@@ -248,9 +265,10 @@ void trianglePairs(const TreeView& cells, const TrianglePart& part, bool exact, 
   }
 }
 
-void packCells(const Box* boxes, const std::uint32_t* order, const std::uint32_t* starts,
-               std::size_t begin, std::size_t end, Group* cells, GroupIds* ids) {
-  const float nan = __builtin_nanf("");
+template <class Real>
+void packCells(const BasicBox<Real>* boxes, const std::uint32_t* order, const std::uint32_t* starts,
+               std::size_t begin, std::size_t end, Group<Real>* cells, GroupIds* ids) {
+  const Real nan = static_cast<Real>(__builtin_nanf(""));
   for (std::size_t cell = begin; cell < end; ++cell) {
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
@@ -265,9 +283,10 @@ void packCells(const Box* boxes, const std::uint32_t* order, const std::uint32_t
   }
 }
 
-void packBounds(const Group* children, std::size_t count, std::size_t begin, std::size_t end,
-                Group* parents) {
-  const float nan = __builtin_nanf("");
+template <class Real>
+void packBounds(const Group<Real>* children, std::size_t count, std::size_t begin, std::size_t end,
+                Group<Real>* parents) {
+  const Real nan = static_cast<Real>(__builtin_nanf(""));
   for (std::size_t parent = begin; parent < end; ++parent)
     for (int lane = 0; lane < group_size; ++lane) {
       const std::size_t child = parent * group_size + lane;
@@ -301,8 +320,14 @@ void sortLists(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_
   }
 }
 
-constexpr Kernels kernel_table = {Lanes::name, packCells,     packBounds, selfPairs,
-                                  crossPairs,  trianglePairs, sortLists};
+template <class Real>
+constexpr Kernels<Real> kernelsFor() {
+  return {packCells<Real>, packBounds<Real>, selfPairs<Real>, crossPairs<Real>,
+          trianglePairs<Real>};
+}
+
+constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
+                                  sortLists};
 
 }  // namespace
 

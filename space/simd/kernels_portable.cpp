@@ -4,7 +4,7 @@
 
 namespace ode_parallel_sap {
 
-extern const Kernels kernels_portable;
-const Kernels kernels_portable = kernel_table;
+extern const KernelSet kernels_portable;
+const KernelSet kernels_portable = kernel_set;
 
 }  // namespace ode_parallel_sap

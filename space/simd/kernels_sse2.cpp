@@ -4,7 +4,7 @@
 
 namespace ode_parallel_sap {
 
-extern const Kernels kernels_sse2;
-const Kernels kernels_sse2 = kernel_table;
+extern const KernelSet kernels_sse2;
+const KernelSet kernels_sse2 = kernel_set;
 
 }  // namespace ode_parallel_sap

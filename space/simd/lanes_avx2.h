@@ -41,6 +41,24 @@ struct Lanes {
     const __m256 v = _mm256_set1_ps(value);
     return each([=](int i) { return signs(_mm256_cmp_ps(_mm256_load_ps(p + i), v, _CMP_LE_OQ)); });
   }
+  static unsigned atLeast(const double* p, double value) {
+    const __m256d v = _mm256_set1_pd(value);
+    unsigned mask = 0;
+    for (int i = 0; i < 16; i += 4)
+      mask |= static_cast<unsigned>(
+                  _mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_GE_OQ)))
+              << i;
+    return mask;
+  }
+  static unsigned atMost(const double* p, double value) {
+    const __m256d v = _mm256_set1_pd(value);
+    unsigned mask = 0;
+    for (int i = 0; i < 16; i += 4)
+      mask |= static_cast<unsigned>(
+                  _mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_LE_OQ)))
+              << i;
+    return mask;
+  }
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
     return 0xffff ^ each([=](int i) {
@@ -69,6 +87,9 @@ struct Lanes {
     eight(p, mask & 0xff, out);
     eight(p + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
   }
+  static void compress(const double* p, unsigned mask, double* out) {
+    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
+  }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const int low = writeEight(slots, slot, mask & 0xff, out);
@@ -88,6 +109,19 @@ struct Lanes {
     v = max(v, _mm256_permute_ps(v, 0x4e));
     v = max(v, _mm256_permute_ps(v, 0xb1));
     return _mm256_cvtss_f32(v);
+  }
+
+  // Doubles are rare: these are left to the compiler.
+  static double least(const double* p) {
+    double least = p[0];
+    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
+    return least;
+  }
+  static double greatest(const double* p) {
+    double greatest = p[0];
+    for (int i = 1; i < 16; ++i)
+      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
+    return greatest;
   }
 
  private:

@@ -17,6 +17,16 @@ struct Lanes {
   static unsigned atMost(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_LE_OQ);
   }
+  static unsigned atLeast(const double* p, double value) {
+    const __m512d v = _mm512_set1_pd(value);
+    return _mm512_cmp_pd_mask(_mm512_load_pd(p), v, _CMP_GE_OQ) |
+           _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_GE_OQ) << 8;
+  }
+  static unsigned atMost(const double* p, double value) {
+    const __m512d v = _mm512_set1_pd(value);
+    return _mm512_cmp_pd_mask(_mm512_load_pd(p), v, _CMP_LE_OQ) |
+           _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_LE_OQ) << 8;
+  }
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
   }
@@ -34,6 +44,13 @@ struct Lanes {
     // Compressing to memory directly is far slower than this on some processors.
     _mm512_storeu_si512(
         out, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_load_si512(p)));
+  }
+  static void compress(const double* p, unsigned mask, double* out) {
+    const __mmask8 low = static_cast<__mmask8>(mask & 0xff),
+                   high = static_cast<__mmask8>(mask >> 8);
+    _mm512_storeu_pd(out, _mm512_maskz_compress_pd(low, _mm512_load_pd(p)));
+    _mm512_storeu_pd(out + __builtin_popcount(low),
+                     _mm512_maskz_compress_pd(high, _mm512_load_pd(p + 8)));
   }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
@@ -58,6 +75,19 @@ struct Lanes {
     const __m512 v = _mm512_load_ps(p);
     const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
     return numbers ? _mm512_mask_reduce_max_ps(numbers, v) : p[0];
+  }
+
+  // Doubles are rare: these are left to the compiler.
+  static double least(const double* p) {
+    double least = p[0];
+    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
+    return least;
+  }
+  static double greatest(const double* p) {
+    double greatest = p[0];
+    for (int i = 1; i < 16; ++i)
+      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
+    return greatest;
   }
 
  private:

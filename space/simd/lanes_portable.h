@@ -10,13 +10,15 @@ struct Lanes {
   static constexpr const char* name = "portable";
 
   // Which of p[0..15] are at least `value`.
-  static unsigned atLeast(const float* p, float value) {
+  template <class Real>
+  static unsigned atLeast(const Real* p, Real value) {
     unsigned mask = 0;
     for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] >= value} << i;
     return mask;
   }
   // Which of p[0..15] are at most `value`.
-  static unsigned atMost(const float* p, float value) {
+  template <class Real>
+  static unsigned atMost(const Real* p, Real value) {
     unsigned mask = 0;
     for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] <= value} << i;
     return mask;
@@ -55,13 +57,15 @@ struct Lanes {
     }
     return count;
   }
-  static float least(const float* p) {
-    float least = p[0];
+  template <class Real>
+  static Real least(const Real* p) {
+    Real least = p[0];
     for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
     return least;
   }
-  static float greatest(const float* p) {
-    float greatest = p[0];
+  template <class Real>
+  static Real greatest(const Real* p) {
+    Real greatest = p[0];
     for (int i = 1; i < 16; ++i)
       greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
     return greatest;

@@ -31,6 +31,20 @@ struct Lanes {
       return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(_mm_load_ps(p + i), v)));
     });
   }
+  static unsigned atLeast(const double* p, double value) {
+    const __m128d v = _mm_set1_pd(value);
+    unsigned mask = 0;
+    for (int i = 0; i < 16; i += 2)
+      mask |= static_cast<unsigned>(_mm_movemask_pd(_mm_cmpge_pd(_mm_load_pd(p + i), v))) << i;
+    return mask;
+  }
+  static unsigned atMost(const double* p, double value) {
+    const __m128d v = _mm_set1_pd(value);
+    unsigned mask = 0;
+    for (int i = 0; i < 16; i += 2)
+      mask |= static_cast<unsigned>(_mm_movemask_pd(_mm_cmple_pd(_mm_load_pd(p + i), v))) << i;
+    return mask;
+  }
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m128i v = _mm_set1_epi32(static_cast<int>(value));
     return 0xffff ^ each([=](int i) {
@@ -81,6 +95,19 @@ struct Lanes {
     v = max(v, _mm_movehl_ps(v, v));
     v = max(v, _mm_shuffle_ps(v, v, 1));
     return _mm_cvtss_f32(v);
+  }
+
+  // Doubles are rare: these are left to the compiler.
+  static double least(const double* p) {
+    double least = p[0];
+    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
+    return least;
+  }
+  static double greatest(const double* p) {
+    double greatest = p[0];
+    for (int i = 1; i < 16; ++i)
+      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
+    return greatest;
   }
 
  private:
