@@ -54,6 +54,8 @@ Dir::State::status "$(apt-config shell status Dir::State::status/f | sed "s/^sta
 Dir::Cache "$private/cache";
 Acquire::Languages "none";
 Acquire::Retries "2";
+Acquire::http::Timeout "30";
+Acquire::https::Timeout "30";
 EOF
 apt="apt-get -c $private/apt.conf -qq"
 

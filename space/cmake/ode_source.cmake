@@ -31,7 +31,7 @@ endfunction()
 # Debian's source package of that version, unpacked into a directory.
 function(fetch_ode_from_debian version directory)
   message(STATUS "Fetching the source of ODE ${version} from the Debian archive")
-  execute_process(COMMAND sh "${ode_cmake_dir}/fetch_debian_source.sh" ${version} "${directory}.download")
+  execute_process(COMMAND sh "${ode_cmake_dir}/fetch_debian_source.sh" ${version} "${directory}.download" TIMEOUT 600)
   file(GLOB tarball "${directory}.download/*.orig.tar.*")
   if(tarball)
     file(ARCHIVE_EXTRACT INPUT "${tarball}" DESTINATION "${directory}.download/tree")
@@ -51,7 +51,8 @@ function(fetch_ode_from_upstream version directory)
   message(STATUS "Fetching the source of ODE ${version} from upstream's repository")
   execute_process(
     COMMAND "${CMAKE_COMMAND}" -E env GIT_TERMINAL_PROMPT=0 "${GIT_EXECUTABLE}" -c advice.detachedHead=false
-            clone --quiet --depth 1 --branch ${version} https://bitbucket.org/odedevs/ode.git "${directory}")
+            clone --quiet --depth 1 --branch ${version} https://bitbucket.org/odedevs/ode.git "${directory}"
+    TIMEOUT 600)
 endfunction()
 
 # Sets `result` to a directory with ODE's source of exactly that version: the cached one, or else a
