@@ -12,6 +12,14 @@ namespace {
 // Up to this length a crowd with equal keys is halved along its widest axis, beyond it another
 // curve is laid.
 constexpr std::size_t longest_halved = 512;
+// What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
+// spare, and enough pieces to keep all threads busy.
+constexpr std::size_t most_piece_boxes = 8192;
+constexpr std::size_t pieces_a_thread = 16;
+// Buckets for dealing: their open cache lines stay within the second-level cache.
+constexpr int most_bucket_digits = 11;
+constexpr std::uint32_t no_key = ~std::uint32_t{0};
+
 // Each round divides a crowd by its own range: this many only if the boxes differ by next to
 // nothing.
 constexpr int most_rounds = 16;
@@ -60,7 +68,14 @@ struct CellOrder<Real>::Cutter {
     return digits;
   }
 
-  // The first record of a piece with the top one of its digits set.
+  // Sorts a piece by its digits, on one thread.
+  void sortPiece(const Piece& piece) {
+    const std::size_t count = piece.end - piece.begin;
+    if (count > group_size)
+      radixSort(records + piece.begin, scratch + piece.begin, count, 32, piece.digits, 1);
+  }
+
+  // The first record of a sorted piece with the top one of its digits set.
   std::size_t cutOf(const Piece& piece) const {
     const std::uint64_t bit = std::uint64_t{1} << (32 + piece.digits - 1);
     std::size_t low = piece.begin, high = piece.end;
@@ -123,82 +138,107 @@ struct CellOrder<Real>::Cutter {
   }
 };
 
-// Sorts all records by class, then by key.
+// Gives every box a key: its class's first one plus its place on the class's curve.
 template <class Real>
-void CellOrder<Real>::sortByKey(const BoxSet& boxes, int threads) {
+void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
+  const int classes = size_classes_.count();
   quantizers_.clear();
-  class_begins_.assign(1, 0);
-  std::vector<std::uint64_t> first_keys;
-  std::uint64_t keys = 0;
-  for (int i = 0; i < size_classes_.count(); ++i) {
+  std::uint64_t all = 0;
+  for (int i = 0; i < classes; ++i) {
     const ClassSummary<Real>& summary = size_classes_.summary(i);
-    const int digits = size_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count);
-    quantizers_.emplace_back(summary, digits);
-    first_keys.push_back(keys);
-    keys += std::uint64_t{1} << digits;
-    class_begins_.push_back(class_begins_.back() + summary.count);
+    quantizers_.emplace_back(summary, size_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count));
+    all += std::uint64_t{1} << quantizers_.back().digits();
   }
-  const std::size_t count = class_begins_.back();
-  records_.resizeDiscarding(count);
-  scratch_.resizeDiscarding(count);
-  order_.resizeDiscarding(count);
-  if (count == 0) return;
+  for (bucket_shift_ = 0; all >> bucket_shift_ > std::uint64_t{1} << most_bucket_digits;)
+    ++bucket_shift_;
+  // No bucket is shared by two classes.
+  first_keys_.clear();
+  buckets_ = 0;
+  for (int i = 0; i < classes; ++i) {
+    first_keys_.push_back(static_cast<std::uint32_t>(buckets_ << bucket_shift_));
+    const std::uint64_t keys = std::uint64_t{1} << quantizers_[i].digits();
+    buckets_ += (keys + (std::uint64_t{1} << bucket_shift_) - 1) >> bucket_shift_;
+  }
+  first_keys_.push_back(static_cast<std::uint32_t>(buckets_ << bucket_shift_));
 
+  keys_.resizeDiscarding(boxes.size);
+  positions_.resizeDiscarding(buckets_ * threads);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  // Each part's records go behind those of the parts before it.
-  const int parts = threads;
-  part_begins_.assign(parts + 1, 0);
-  runTeam(parts, [&](int thread, int team) {
-    for (int part = thread; part < parts; part += team) {
-      const Range range = partOf(boxes.size, part, parts);
-      std::size_t active = 0;
-      for (std::size_t slot = range.begin; slot < range.end; ++slot) active += isActive(box[slot]);
-      part_begins_[part + 1] = active;
-    }
-  });
-  for (int part = 0; part < parts; ++part) part_begins_[part + 1] += part_begins_[part];
-  runTeam(parts, [&](int thread, int team) {
-    for (int part = thread; part < parts; part += team) {
-      const Range range = partOf(boxes.size, part, parts);
-      std::uint64_t* out = records_.data() + part_begins_[part];
+  runTeam(threads, [&](int thread, int team) {
+    for (int part = thread; part < threads; part += team) {
+      std::uint32_t* const counts = positions_.data() + buckets_ * part;
+      std::fill(counts, counts + buckets_, 0);
+      const Range range = partOf(boxes.size, part, threads);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        if (!isActive(box[slot])) continue;
+        if (!isActive(box[slot])) {
+          keys_[slot] = no_key;
+          continue;
+        }
         const int of = size_classes_.of(box[slot]);
-        *out++ = (first_keys[of] + quantizers_[of].keyOf(box[slot])) << 32 | slot;
+        const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
+        keys_[slot] = key;
+        ++counts[key >> bucket_shift_];
       }
     }
   });
-  int key_bits = 0;
-  while ((keys - 1) >> key_bits) ++key_bits;
-  radixSort(records_.data(), scratch_.data(), count, 32, key_bits, threads);
-
-  // A class's own keys begin at 0 again, so that their digits are those of the curve.
-  if (size_classes_.count() > 1)
-    for (int i = 1; i < size_classes_.count(); ++i)
-      runTeam(threads, [&](int thread, int team) {
-        const Range range = partOf(class_begins_[i + 1] - class_begins_[i], thread, team);
-        for (std::size_t k = range.begin; k < range.end; ++k)
-          records_[class_begins_[i] + k] -= first_keys[i] << 32;
-      });
 }
 
-// Divides a piece into pieces of `most` boxes for single threads. Crowds that are longer even at
-// the last digit are sorted again by all threads.
+// Puts the records of each bucket in a row. Within a bucket they keep the order of their slots.
 template <class Real>
-void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, std::size_t most,
-                                 int threads, int round) {
+void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads) {
+  bucket_ends_.resizeDiscarding(buckets_);
+  std::uint32_t position = 0;
+  for (std::size_t bucket = 0; bucket < buckets_; ++bucket) {
+    for (int part = 0; part < threads; ++part) {
+      std::uint32_t& cell = positions_[buckets_ * part + bucket];
+      const std::uint32_t count = cell;
+      cell = position;
+      position += count;
+    }
+    bucket_ends_[bucket] = position;
+  }
+  records_.resizeDiscarding(position);
+  scratch_.resizeDiscarding(position);
+  order_.resizeDiscarding(position);
+  const int classes = size_classes_.count();
+  runTeam(threads, [&](int thread, int team) {
+    for (int part = thread; part < threads; part += team) {
+      std::uint32_t* const next = positions_.data() + buckets_ * part;
+      const Range range = partOf(boxes.size, part, threads);
+      for (std::size_t slot = range.begin; slot < range.end; ++slot) {
+        const std::uint32_t key = keys_[slot];
+        if (key == no_key) continue;
+        std::uint32_t first_key = 0;
+        for (int of = 1; of < classes && first_keys_[of] <= key; ++of) first_key = first_keys_[of];
+        records_[next[key >> bucket_shift_]++] = std::uint64_t{key - first_key} << 32 | slot;
+      }
+    }
+  });
+}
+
+// Divides a piece into pieces of `most` boxes for single threads, as far as the digits go that are
+// sorted already. Crowds that are longer than that are sorted by all threads.
+template <class Real>
+void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits,
+                                 std::size_t most, int threads, int round) {
   if (piece.begin == piece.end) return;
   Cutter cutter = {boxesOf<Real>(boxes), records_.data(), scratch_.data()};
-  if (piece.end - piece.begin <= most) {
+  const std::size_t count = piece.end - piece.begin;
+  if (count <= most) {
     pieces_.push_back(piece);
-  } else if (piece.digits > 0) {
+  } else if (sorted_digits > 0) {
     const std::size_t middle = cutter.cutOf(piece);
-    planPieces(boxes, {piece.begin, middle, piece.digits - 1}, most, threads, round);
-    planPieces(boxes, {middle, piece.end, piece.digits - 1}, most, threads, round);
+    for (const Piece& half :
+         {Piece{piece.begin, middle, piece.digits - 1}, Piece{middle, piece.end, piece.digits - 1}})
+      planPieces(boxes, half, sorted_digits - 1, most, threads, round);
+  } else if (piece.digits > 0) {
+    radixSort(records_.data() + piece.begin, scratch_.data() + piece.begin, count, 32, piece.digits,
+              threads);
+    planPieces(boxes, piece, piece.digits, most, threads, round);
   } else {
     const int digits = round < most_rounds ? cutter.sortAnew(piece.begin, piece.end, threads) : 0;
     if (digits)
-      planPieces(boxes, {piece.begin, piece.end, digits}, most, threads, round + 1);
+      planPieces(boxes, {piece.begin, piece.end, digits}, digits, most, threads, round + 1);
     else
       pieces_.push_back(piece);
   }
@@ -215,6 +255,7 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
       const Piece& piece = pieces_[range.begin];
       Buffer<std::uint32_t>& starts = piece_starts_[range.begin];
       starts.resizeDiscarding(0);
+      cutter.sortPiece(piece);
       cutter.cut(piece, 0, starts);
       for (std::size_t i = piece.begin; i < piece.end; ++i) order_[i] = slotOf(records_[i]);
     }
@@ -224,17 +265,23 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
 template <class Real>
 void CellOrder<Real>::build(const BoxSet& boxes, int threads) {
   size_classes_.choose(boxes, threads);
-  sortByKey(boxes, threads);
+  assignKeys(boxes, threads);
+  dealIntoBuckets(boxes, threads);
 
   pieces_.clear();
   classes_.clear();
   std::vector<std::size_t> first_pieces;
-  constexpr std::size_t pieces_a_thread = 16;
-  const std::size_t most = std::max(records_.size() / (pieces_a_thread * threads), longest_halved);
+  const std::size_t most = std::max(
+      std::min(records_.size() / (pieces_a_thread * threads), most_piece_boxes), longest_halved);
   for (int i = 0; i < size_classes_.count(); ++i) {
     first_pieces.push_back(pieces_.size());
-    planPieces(boxes, {class_begins_[i], class_begins_[i + 1], quantizers_[i].digits()}, most,
-               threads, 0);
+    const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;
+    const std::size_t last_bucket = (first_keys_[i + 1] >> bucket_shift_) - 1;
+    const int digits = quantizers_[i].digits();
+    planPieces(
+        boxes,
+        {first_bucket ? bucket_ends_[first_bucket - 1] : 0, bucket_ends_[last_bucket], digits},
+        std::max(0, digits - bucket_shift_), most, threads, 0);
   }
   first_pieces.push_back(pieces_.size());
   cutPieces(boxes, threads);
@@ -254,8 +301,9 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads) {
 
 template <class Real>
 std::size_t CellOrder<Real>::bytes() const {
-  std::size_t bytes = records_.bytes() + scratch_.bytes() + order_.bytes() + starts_.bytes() +
-                      size_classes_.bytes() + quantizers_.capacity() * sizeof(Quantizer<Real>) +
+  std::size_t bytes = keys_.bytes() + positions_.bytes() + bucket_ends_.bytes() + records_.bytes() +
+                      scratch_.bytes() + order_.bytes() + starts_.bytes() + size_classes_.bytes() +
+                      quantizers_.capacity() * sizeof(Quantizer<Real>) +
                       pieces_.capacity() * sizeof(Piece);
   for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
   return bytes;

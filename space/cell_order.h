@@ -38,23 +38,30 @@ class CellOrder {
   std::size_t bytes() const;
 
  private:
-  // Records [begin, end), alike in all digits of their keys above the lowest `digits`.
+  // Records [begin, end), alike in all digits of their keys above the lowest `digits`. Those may be
+  // in any order.
   struct Piece {
     std::size_t begin, end;
     int digits;
   };
   struct Cutter;
 
-  void sortByKey(const BoxSet& boxes, int threads);
-  void planPieces(const BoxSet& boxes, const Piece& piece, std::size_t most, int threads,
-                  int round);
+  void assignKeys(const BoxSet& boxes, int threads);
+  void dealIntoBuckets(const BoxSet& boxes, int threads);
+  void planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits, std::size_t most,
+                  int threads, int round);
   void cutPieces(const BoxSet& boxes, int threads);
 
   SizeClasses<Real> size_classes_;
   std::vector<Quantizer<Real>> quantizers_;  // one a class
-  std::vector<std::size_t> class_begins_;
-  std::vector<std::size_t> part_begins_;
-  Buffer<std::uint64_t> records_, scratch_;  // key above slot
+  // The classes' keys follow each other; a bucket is what a key's upper digits name.
+  std::vector<std::uint32_t> first_keys_;
+  int bucket_shift_ = 0;
+  std::size_t buckets_ = 0;
+  Buffer<std::uint32_t> keys_;       // by slot
+  Buffer<std::uint32_t> positions_;  // of the buckets, for each part of the slots
+  Buffer<std::uint32_t> bucket_ends_;
+  Buffer<std::uint64_t> records_, scratch_;  // key within its class, above slot
   std::vector<Piece> pieces_;                // in order
   std::vector<Buffer<std::uint32_t>> piece_starts_;
   std::vector<Class> classes_;

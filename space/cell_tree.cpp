@@ -36,23 +36,27 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
   view_.filters = filtered ? filters_.data() : nullptr;
 
   const Kernels<Real>& kernel = kernels<Real>();
+  Group<Real>* level = groups_.data();
+  for (int depth = 0; depth < view_.depth; ++depth) {
+    view_.levels[depth] = level;
+    level += view_.groups[depth];
+  }
+  const auto levelOf = [&](int depth) {
+    return groups_.data() + (view_.levels[depth] - groups_.data());
+  };
+  // Whole parents to a thread, so that each makes the bounds of its own cells at once.
   runTeam(cell_count_ < least_shared_groups ? 1 : threads, [&](int thread, int team) {
-    const Range range = partOf(cell_count_, thread, team);
+    const Range range = partOf(cell_count_, thread, team, group_size);
     kernel.packCells(boxesOf<Real>(boxes), order, starts, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);
+    if (view_.depth > 1)
+      kernel.packBounds(groups_.data(), cell_count_, range.begin / group_size, groupsFor(range.end),
+                        levelOf(1));
   });
-  Group<Real>* level = groups_.data();
-  view_.levels[0] = level;
-  for (int depth = 1; depth < view_.depth; ++depth) {
-    const std::size_t children = view_.groups[depth - 1], parents = view_.groups[depth];
-    Group<Real>* const next = level + children;
-    runTeam(parents < least_shared_groups ? 1 : threads, [&](int thread, int team) {
-      const Range range = partOf(parents, thread, team);
-      kernel.packBounds(level, children, range.begin, range.end, next);
-    });
-    view_.levels[depth] = level = next;
-  }
+  for (int depth = 2; depth < view_.depth; ++depth)
+    kernel.packBounds(levelOf(depth - 1), view_.groups[depth - 1], 0, view_.groups[depth],
+                      levelOf(depth));
 }
 
 template <class Real>

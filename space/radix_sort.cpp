@@ -46,16 +46,40 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   });
 }
 
+// The same on one thread, with counters small enough to be cleared for a few hundred records.
+void sortAlone(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
+               int bits) {
+  constexpr int digit_bits_alone = 8;
+  std::uint32_t next[1 << digit_bits_alone];
+  const int passes = (bits + digit_bits_alone - 1) / digit_bits_alone;
+  std::uint64_t *from = records, *to = scratch;
+  for (int pass = 0, done = 0; pass < passes; ++pass) {
+    const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
+    const int shift = low_bit + done;
+    const std::size_t digits = std::size_t{1} << digit_bits;
+    std::fill(next, next + digits, 0);
+    for (std::size_t i = 0; i < count; ++i) ++next[from[i] >> shift & (digits - 1)];
+    std::uint32_t position = 0;
+    for (std::size_t digit = 0; digit < digits; ++digit) {
+      const std::uint32_t size = next[digit];
+      next[digit] = position;
+      position += size;
+    }
+    for (std::size_t i = 0; i < count; ++i) to[next[from[i] >> shift & (digits - 1)]++] = from[i];
+    std::swap(from, to);
+    done += digit_bits;
+  }
+  if (from != records) std::memcpy(records, from, count * sizeof *records);
+}
+
 }  // namespace
 
 void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
                int bits, int threads) {
   if (count < 2 || bits <= 0) return;
-  if (count < 256) {
-    const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-    std::stable_sort(records, records + count, [=](std::uint64_t a, std::uint64_t b) {
-      return (a >> low_bit & mask) < (b >> low_bit & mask);
-    });
+  constexpr std::size_t least_shared = 16384;
+  if (threads == 1 || count < least_shared) {
+    sortAlone(records, scratch, count, low_bit, bits);
     return;
   }
   const int passes = (bits + max_digit_bits - 1) / max_digit_bits;
