@@ -16,7 +16,7 @@ for tool in apt-get apt-config dpkg-query; do
   command -v "$tool" >/dev/null || { say "no $tool: not a Debian system"; exit 1; }
 done
 
-# In TMPDIR or /tmp and readable by all: apt, run by root, downloads as the user _apt.
+# Readable by all: apt, run by root, downloads as the user _apt.
 private=$(mktemp -d)
 trap 'rm -rf "$private"' EXIT
 trap 'exit 1' HUP INT TERM
