@@ -68,6 +68,9 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       kernel.trianglePairs(cells, rows, boxes.exact, sink);
     }
   });
+  for (std::size_t part = 0; part < pairs.parts.size(); ++part)
+    if (!boxes.exact && pairs.parts[part].size())
+      pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
   return used;
 }
 

@@ -1,6 +1,7 @@
 #include "pair_filter.h"
 
 #include <algorithm>
+#include <atomic>
 
 #include "floating_point.h"
 #include "geom_tests.h"
@@ -8,15 +9,8 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-constexpr Pair dropped_pair = ~Pair{0};
-// A thread is worth its start from this many pairs on.
-constexpr std::size_t least_pairs_a_thread = 16384;
-constexpr std::size_t chunk_pairs = 4096;
-
 // Whether the geoms decide otherwise than the boxes did.
-struct ExactTest {
+struct PairFilter::ExactTest {
   dxGeom* const* geoms;
   bool every_filter;  // the filter bits or bodies beside the boxes do not decide
 
@@ -25,20 +19,17 @@ struct ExactTest {
     const dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
     return (isUnsure(pair) && !boxesOverlap(a, b)) || (every_filter && !filtersMatch(a, b));
   }
+
+  // Replaces what it drops, and returns how many.
+  std::size_t run(Pair* begin, Pair* end) const;
 };
 
-std::size_t testRange(const ExactTest& test, Pair* pairs, const Range& range) {
-  std::size_t dropped = 0;
-  for (std::size_t i = range.begin; i < range.end; ++i) {
-    if (test.drops(pairs[i])) {
-      pairs[i] = dropped_pair;
-      ++dropped;
-    } else {
-      pairs[i] &= ~unsure_bit;
-    }
-  }
-  return dropped;
-}
+namespace {
+
+constexpr Pair dropped_pair = ~Pair{0};
+// A thread is worth its start from this many pairs on.
+constexpr std::size_t least_pairs_a_thread = 16384;
+constexpr std::size_t chunk_pairs = 4096;
 
 std::size_t callUserTests(dxGeom* const* geoms, Buffer<Pair>& pairs) {
   std::size_t dropped = 0;
@@ -54,31 +45,54 @@ std::size_t callUserTests(dxGeom* const* geoms, Buffer<Pair>& pairs) {
 
 }  // namespace
 
-void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, bool exact_boxes, int threads,
-                     PairList& pairs) {
-  const ExactTest test = {geoms, !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies)};
-  for (Buffer<Pair>& part : pairs.parts) {
-    std::size_t dropped = 0;
-    if (exact_boxes && !test.every_filter) {
-      // The boxes decided all.
-    } else if (part.size() < least_pairs_a_thread) {
-      const ScopedMode mode(exactMode());
-      dropped += testRange(test, part.data(), {0, part.size()});
-    } else {
-      const int team =
-          static_cast<int>(std::min<std::size_t>(threads, part.size() / least_pairs_a_thread + 1));
-      counts_.assign(team, Count{0});
-      ChunkQueue queue(part.size(), chunk_pairs);
-      runTeam(team, [&](int thread, int) {
-        const ScopedMode mode(exactMode());
-        Range range;
-        while (queue.next(range)) counts_[thread].dropped += testRange(test, part.data(), range);
-      });
-      for (const Count& count : counts_) dropped += count.dropped;
-    }
-    if (facts.user_classes) dropped += callUserTests(geoms, part);
-    if (dropped) part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
+std::size_t PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
+  std::size_t dropped = 0;
+  for (Pair* pair = begin; pair < end; ++pair) {
+    const bool drop = drops(*pair);
+    *pair = drop ? dropped_pair : *pair & ~unsure_bit;
+    dropped += drop;
   }
+  return dropped;
+}
+
+void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs) {
+  const ExactTest test = {geoms, !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies)};
+  if (test.every_filter) {
+    pairs.unsure.clear();
+    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
+      pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
+  }
+  std::size_t dropped = testStretches(test, threads, pairs);
+  if (facts.user_classes)
+    for (Buffer<Pair>& part : pairs.parts) dropped += callUserTests(geoms, part);
+  if (!dropped) return;
+  for (Buffer<Pair>& part : pairs.parts)
+    part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
+}
+
+// Stretches are cut into chunks of like size, which threads take as they come.
+std::size_t PairFilter::testStretches(const ExactTest& test, int threads, PairList& pairs) {
+  chunks_.clear();
+  std::size_t count = 0;
+  for (const PairList::Stretch& stretch : pairs.unsure) {
+    count += stretch.end - stretch.begin;
+    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += chunk_pairs)
+      chunks_.push_back({stretch.part, begin, std::min(begin + chunk_pairs, stretch.end)});
+  }
+  const int team =
+      static_cast<int>(std::min<std::size_t>(threads, count / least_pairs_a_thread + 1));
+  std::atomic<std::size_t> dropped{0};
+  ChunkQueue queue(chunks_.size(), 1);
+  runTeam(team, [&](int, int) {
+    const ScopedMode mode(exactMode());
+    Range range;
+    while (queue.next(range)) {
+      const PairList::Stretch& chunk = chunks_[range.begin];
+      Pair* const part = pairs.parts[chunk.part].data();
+      dropped += test.run(part + chunk.begin, part + chunk.end);
+    }
+  });
+  return dropped;
 }
 
 }  // namespace ode_parallel_sap

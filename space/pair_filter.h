@@ -14,14 +14,13 @@ class PairFilter {
   // Drops the pairs that ODE's exact formula excludes; the others stay in order, unsure_bit
   // cleared. Pairs are tested by up to `threads` threads, AABBTest functions are called on the
   // calling thread. The geoms behind all slots in `pairs` are clean and without NaN.
-  void run(dxGeom* const* geoms, const UpdateFacts& facts, bool exact_boxes, int threads,
-           PairList& pairs);
+  void run(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs);
 
  private:
-  struct alignas(64) Count {
-    std::size_t dropped;
-  };
-  std::vector<Count> counts_;
+  struct ExactTest;
+  std::size_t testStretches(const ExactTest& test, int threads, PairList& pairs);
+
+  std::vector<PairList::Stretch> chunks_;
 };
 
 }  // namespace ode_parallel_sap

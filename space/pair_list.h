@@ -33,7 +33,13 @@ constexpr bool isUnsure(Pair pair) {
 // The pairs of one frame, in the order of the report when read part after part. Threads write parts
 // of their own, so that joining them moves no pair.
 struct PairList {
+  // Pairs [begin, end) of a part.
+  struct Stretch {
+    std::size_t part, begin, end;
+  };
+
   std::vector<Buffer<Pair>> parts;
+  std::vector<Stretch> unsure;  // every unsure pair is in one of these; in no particular order
 
   std::size_t size() const {
     std::size_t pairs = 0;
@@ -49,6 +55,7 @@ struct PairList {
   void clear(std::size_t count) {
     if (parts.size() < count) parts.resize(count);
     for (Buffer<Pair>& part : parts) part.resizeDiscarding(0);
+    unsure.clear();
   }
 };
 

@@ -24,17 +24,22 @@ void sortLong(Pair* begin, Pair* end) {
 
 }  // namespace
 
-void PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
+bool PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
                            Scratch& scratch) {
-  if (count < 2) return;
+  if (count == 0) return false;
   scratch.ends.assign(slots + 1, 0);
   scratch.pairs.resizeDiscarding(count);
   std::uint32_t* const ends = scratch.ends.data();
-  for (std::size_t i = 0; i < count; ++i) ++ends[earlierOf(pairs[i]) - first_slot + 1];
+  Pair all = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    ++ends[earlierOf(pairs[i]) - first_slot + 1];
+    all |= pairs[i];
+  }
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
   for (std::size_t i = 0; i < count; ++i)
     scratch.pairs[ends[earlierOf(pairs[i]) - first_slot]++] = pairs[i];
   kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+  return isUnsure(all);
 }
 
 void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
@@ -79,15 +84,20 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
     }
   });
   if (scratch_.size() < static_cast<std::size_t>(threads)) scratch_.resize(threads);
+  for (Scratch& scratch : scratch_) scratch.unsure.clear();
   ChunkQueue queue(buckets, 1);
   runTeam(threads, [&](int thread, int) {
     Range range;
-    while (queue.next(range))
-      for (std::size_t bucket = range.begin; bucket < range.end; ++bucket)
-        sortBucket(sorted.data() + bucket_begin_[bucket],
-                   bucket_begin_[bucket + 1] - bucket_begin_[bucket],
-                   static_cast<Slot>(bucket << shift), std::size_t{1} << shift, scratch_[thread]);
+    while (queue.next(range)) {
+      const std::size_t bucket = range.begin;
+      const std::size_t begin = bucket_begin_[bucket], end = bucket_begin_[bucket + 1];
+      if (sortBucket(sorted.data() + begin, end - begin, static_cast<Slot>(bucket << shift),
+                     std::size_t{1} << shift, scratch_[thread]))
+        scratch_[thread].unsure.push_back({0, begin, end});
+    }
   });
+  for (const Scratch& scratch : scratch_)
+    pairs.unsure.insert(pairs.unsure.end(), scratch.unsure.begin(), scratch.unsure.end());
 }
 
 std::size_t PairOrder::bytes() const {

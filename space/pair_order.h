@@ -21,14 +21,13 @@ class PairOrder {
   std::size_t bytes() const;
 
  private:
-  struct Bucket {
-    std::size_t begin, end;
-  };
-  struct Scratch {
+  struct alignas(64) Scratch {
     std::vector<std::uint32_t> ends;
     Buffer<Pair> pairs;
+    std::vector<PairList::Stretch> unsure;
   };
-  void sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
+  // Returns whether one of the pairs is unsure.
+  bool sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
                   Scratch& scratch);
 
   std::vector<std::size_t> positions_;

@@ -315,7 +315,7 @@ void ParallelSAPSpace::extract(PairList& pairs) {
 }
 
 void ParallelSAPSpace::filter(PairList& pairs) {
-  pair_filter_.run(geoms_.data(), *facts_, boxes_.exact, threadsFor(settings), pairs);
+  pair_filter_.run(geoms_.data(), *facts_, threadsFor(settings), pairs);
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {
