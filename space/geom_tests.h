@@ -3,6 +3,7 @@
 #ifndef ODE_PARALLEL_SAP_GEOM_TESTS_H
 #define ODE_PARALLEL_SAP_GEOM_TESTS_H
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -37,8 +38,8 @@ inline bool isUnbounded(const dxGeom* geom) {
   const dReal* const bounds = geom->aabb;
   bool unbounded = false;
   for (int axis = 0; axis < 3; ++axis)
-    unbounded |= (bounds[2 * axis] > bounds[2 * axis + 1]) | (std::fabs(bounds[2 * axis]) > most) |
-                 (std::fabs(bounds[2 * axis + 1]) > most);
+    unbounded = unbounded || bounds[2 * axis] > bounds[2 * axis + 1] ||
+                std::fabs(bounds[2 * axis]) > most || std::fabs(bounds[2 * axis + 1]) > most;
   return unbounded;
 }
 
@@ -53,8 +54,9 @@ inline bool isPlain(const dxGeom* geom) {
   // As integers, negative numbers, infinities and NaN are above all others.
   const dReal* const bounds = geom->aabb;
   const Bits infinity = bitsOf(std::numeric_limits<dReal>::infinity());
-  return (bitsOf(bounds[1] - bounds[0]) < infinity) & (bitsOf(bounds[3] - bounds[2]) < infinity) &
-         (bitsOf(bounds[5] - bounds[4]) < infinity);
+  const Bits most = std::max(std::max(bitsOf(bounds[1] - bounds[0]), bitsOf(bounds[3] - bounds[2])),
+                             bitsOf(bounds[5] - bounds[4]));
+  return most < infinity;
 }
 
 // Needs exactMode(): flushed denormals would compare as equal.

@@ -18,9 +18,6 @@ namespace {
 // Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
 // a geom's two blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = 32;
-// Threads are worth their start from this many geoms on, and each of them from this many.
-constexpr std::size_t least_shared_scene = 4096;
-constexpr std::size_t least_geoms_a_thread = 1024;
 
 bool hasGimpact() {
   static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
@@ -137,10 +134,7 @@ void UpdateFacts::add(const UpdateFacts& other) {
 }
 
 int GeomUpdate::run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes) {
-  const int parts =
-      slots < least_shared_scene
-          ? 1
-          : static_cast<int>(std::min<std::size_t>(threads, slots / least_geoms_a_thread));
+  const int parts = threads;
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
   const FloatingPointMode callers_mode = currentMode();

@@ -154,8 +154,22 @@ void ParallelSAPSpace::closeSlots() {
 void ParallelSAPSpace::cleanGeoms() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  geom_update_.clean(geoms_.data(), geoms_.size(), threadsFor(settings));
+  geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame());
   needs_clean_ = false;
+}
+
+// The most threads that are worth their start for this number of geoms.
+int ParallelSAPSpace::threadsForScene() const {
+  const std::size_t slots = geoms_.size();
+  if (slots < least_shared_scene) return 1;
+  return static_cast<int>(
+      std::min<std::size_t>(threadsFor(settings), slots / least_slots_a_thread));
+}
+
+// A number that the user set is taken as it is.
+int ParallelSAPSpace::threadsForFrame() const {
+  const int threads = threadsForScene();
+  return settings.threads == 0 ? team_choice_.threads(threads) : threads;
 }
 
 bool ParallelSAPSpace::isSmallest() const {
@@ -178,6 +192,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   StageClock clock;
   PairList pairs = std::move(pairs_);
   try {
+    frame_threads_ = threadsForFrame();
     update();
     stats_.update_ms = clock.lap();
     synchronise();
@@ -193,6 +208,8 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
     return;
   }
   stats_.pairs = pairs.size();
+  if (settings.threads == 0 && threadsForScene() > 1)
+    team_choice_.learn(stats_.threads, geoms_.size(), clock.total());
 
   dParallelSAPStats own = stats_;
   report(pairs, data, callback);
@@ -278,7 +295,7 @@ void ParallelSAPSpace::update() {
   stats_of_smallest_ = false;
   stats_.backend = dParallelSAPBackendCPU;
   stats_.devices = 0;
-  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), threadsFor(settings), boxes_);
+  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), frame_threads_, boxes_);
   needs_clean_ = false;
 }
 
@@ -305,17 +322,13 @@ void ParallelSAPSpace::extract(PairList& pairs) {
   int method = settings.method;
   if (method == dParallelSAPMethodAuto)
     method = slots <= brute_force_scene ? dParallelSAPMethodBruteForce : dParallelSAPMethodSweep;
-  const int threads = slots < least_shared_scene
-                          ? 1
-                          : static_cast<int>(std::min<std::size_t>(threadsFor(settings),
-                                                                   slots / least_slots_a_thread));
-  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, threads, pairs));
+  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
   stats_.method = method;
   stats_.candidates = pairs.size();
 }
 
 void ParallelSAPSpace::filter(PairList& pairs) {
-  pair_filter_.run(geoms_.data(), *facts_, threadsFor(settings), pairs);
+  pair_filter_.run(geoms_.data(), *facts_, frame_threads_, pairs);
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {

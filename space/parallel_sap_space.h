@@ -15,6 +15,7 @@
 #include "pair_list.h"
 #include "settings.h"
 #include "sweep.h"
+#include "team_choice.h"
 
 namespace ode_parallel_sap {
 
@@ -46,6 +47,8 @@ class ParallelSAPSpace final : public dxSpace {
   class Lock;
 
   void closeSlots();
+  int threadsForScene() const;
+  int threadsForFrame() const;
   bool isSmallest() const;
   void collideSmallest(void* data, dNearCallback* callback);
   void update();
@@ -64,6 +67,8 @@ class ParallelSAPSpace final : public dxSpace {
   bool needs_clean_ = false;
   std::unordered_set<const dxGeom*> reported_invalid_;
 
+  TeamChoice team_choice_;
+  int frame_threads_ = 1;
   GeomUpdate geom_update_;
   BoxSet boxes_;
   BruteForce<float> brute_force_;
