@@ -1,0 +1,334 @@
+#include "bench_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pile_recording.h"
+#include "random.h"
+#include "scenes.h"
+
+namespace bench {
+
+using sap_test::Random;
+
+Extent extentOf(const Boxes& boxes) {
+  Extent extent;
+  for (int axis = 0; axis < 3; ++axis) {
+    extent.low[axis] = std::numeric_limits<double>::infinity();
+    extent.high[axis] = -extent.low[axis];
+    for (const CentredBox& box : boxes) {
+      extent.low[axis] = std::min<double>(extent.low[axis], box.low(axis));
+      extent.high[axis] = std::max<double>(extent.high[axis], box.high(axis));
+    }
+  }
+  return extent;
+}
+
+namespace {
+
+constexpr std::size_t any_number = std::numeric_limits<std::size_t>::max();
+
+CentredBox centred(const sap_test::Box& box) {
+  CentredBox centred;
+  for (int axis = 0; axis < 3; ++axis) {
+    centred.centre[axis] = static_cast<dReal>((box.low[axis] + box.high[axis]) / 2);
+    centred.half[axis] = static_cast<dReal>((box.high[axis] - box.low[axis]) / 2);
+  }
+  return centred;
+}
+
+Boxes centred(const sap_test::Boxes& boxes) {
+  Boxes all;
+  all.reserve(boxes.size());
+  for (const sap_test::Box& box : boxes) all.push_back(centred(box));
+  return all;
+}
+
+CentredBox cube(double x, double y, double z, double half) {
+  const dReal h = static_cast<dReal>(half);
+  return {{static_cast<dReal>(x), static_cast<dReal>(y), static_cast<dReal>(z)}, {h, h, h}};
+}
+
+// How far there and back: 0, 1, ... 8, 7, ... -8, -7, ... 0, 1, ...
+int swing(int frame) {
+  const int phase = (frame + 8) % 32;
+  return phase <= 16 ? phase - 8 : 24 - phase;
+}
+
+// Every box goes back and forth around its place, in each frame by up to a tenth of its width along
+// each axis, so that the distribution stays what it is.
+class SwingingScene : public MovingScene {
+ public:
+  SwingingScene(Boxes places, std::uint64_t seed) : places_(std::move(places)) {
+    Random random(seed ^ 0x5377696e67u);
+    velocities_.resize(places_.size());
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis)
+        velocities_[i][axis] = static_cast<float>(places_[i].half[axis] * random.between(-0.2, 0.2));
+    boxes_ = places_;
+  }
+
+  void advance() override {
+    const int way = swing(++frame_);
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis)
+        boxes_[i].centre[axis] =
+            places_[i].centre[axis] + static_cast<dReal>(velocities_[i][axis]) * way;
+  }
+
+ private:
+  struct Velocity {
+    float axis[3];
+    float& operator[](int i) { return axis[i]; }
+  };
+  const Boxes places_;
+  std::vector<Velocity> velocities_;
+  int frame_ = 0;
+};
+
+// All boxes move together, by a distance that rounds nothing: what touches goes on touching.
+class ShiftingScene : public MovingScene {
+ public:
+  explicit ShiftingScene(Boxes places) : places_(std::move(places)) { boxes_ = places_; }
+
+  void advance() override {
+    const dReal way = static_cast<dReal>(swing(++frame_)) / 64;
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      for (dReal *to = boxes_[i].centre, *at = const_cast<dReal*>(places_[i].centre),
+                 *end = at + 3;
+           at != end; ++at, ++to)
+        *to = *at + way;
+  }
+
+ private:
+  const Boxes places_;
+  int frame_ = 0;
+};
+
+// The scenes of Broadmark (Serpa and Rodrigues: Broadmark, a testing framework for broad-phase
+// collision detection algorithms, 2020): free bodies in a cube that they fill to a tenth, started
+// inside a ball, thrown back by the walls. They do not hinder one another.
+class BroadmarkScene : public MovingScene {
+ public:
+  enum Motion { Brownian, FreeFall, Gravity };
+
+  BroadmarkScene(std::size_t n, std::uint64_t seed, Motion motion, bool assorted)
+      : motion_(motion), random_(seed) {
+    side_ = std::cbrt(static_cast<double>(n) / 0.1);
+    velocities_.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      boxes_.push_back(inBall());
+      if (assorted) resize(boxes_.back());
+      for (double& v : velocities_[i].axis) v = anySpeed();
+    }
+  }
+
+  void advance() override {
+    ++frame_;
+    if (motion_ == Brownian) disturb();
+    const double turn = 0.02 * frame_;
+    const double g = motion_ == Brownian ? 0 : 4 * 9.81;
+    const double pull[3] = {motion_ == Gravity ? g * std::sin(turn) : 0,
+                            motion_ == Gravity ? g * std::sin(turn / 3) * std::cos(turn) : 0,
+                            motion_ == Gravity ? -g * std::cos(turn / 3) * std::cos(turn) : -g};
+    for (std::size_t i = 0; i < boxes_.size(); ++i)
+      for (int axis = 0; axis < 3; ++axis) step(i, axis, pull[axis]);
+  }
+
+ private:
+  static constexpr double dt = 1.0 / 60;
+
+  struct Velocity {
+    double axis[3];
+  };
+
+  CentredBox inBall() {
+    for (;;) {
+      double p[3], r = 0;
+      for (double& x : p) {
+        x = random_.between(-0.45, 0.45);
+        r += x * x;
+      }
+      if (r <= 0.45 * 0.45) return cube(p[0] * side_, p[1] * side_, p[2] * side_, 0.5);
+    }
+  }
+
+  // Widths from 0.5 to 2, every tenth a bar of eight times its width.
+  void resize(CentredBox& box) {
+    for (dReal& half : box.half) half = static_cast<dReal>(random_.between(0.25, 1));
+    if (random_.chance(0.1)) box.half[random_.below(3)] *= 8;
+  }
+
+  double anySpeed() { return random_.between(-0.75, 0.75) * side_ / std::sqrt(3.0); }
+
+  void disturb() {
+    for (std::size_t i = 0; i < boxes_.size() / 100; ++i)
+      for (double& v : velocities_[random_.below(boxes_.size())].axis) v = anySpeed();
+  }
+
+  void step(std::size_t i, int axis, double pull) {
+    double& v = velocities_[i].axis[axis];
+    v += pull * dt;
+    double x = static_cast<double>(boxes_[i].centre[axis]) + v * dt;
+    const double wall = side_ / 2;
+    if (x > wall || x < -wall) {
+      x = std::clamp(2 * std::copysign(wall, x) - x, -wall, wall);
+      v = -v;
+    }
+    boxes_[i].centre[axis] = static_cast<dReal>(x);
+  }
+
+  const Motion motion_;
+  Random random_;
+  double side_;
+  std::vector<Velocity> velocities_;
+  int frame_ = 0;
+};
+
+// Frames of a recorded pile there and back; as many copies side by side as n bodies need.
+class PileScene : public MovingScene {
+ public:
+  PileScene(std::shared_ptr<const BoxRecording> recording, std::size_t n)
+      : recording_(std::move(recording)) {
+    const Extent extent = extentOf(recording_->frames.front());
+    const std::size_t copies = (n - 1) / bodies() + 1;
+    columns_ = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(copies))));
+    for (int axis = 0; axis < 2; ++axis) width_[axis] = extent.high[axis] - extent.low[axis] + 1;
+    boxes_.resize(n);
+    show(0);
+  }
+
+  void advance() override {
+    const int last = static_cast<int>(recording_->frames.size()) - 1;
+    const int phase = ++frame_ % (2 * last);
+    show(static_cast<std::size_t>(phase <= last ? phase : 2 * last - phase));
+  }
+
+ private:
+  std::size_t bodies() const { return recording_->frames.front().size(); }
+
+  void show(std::size_t frame) {
+    const Boxes& shown = recording_->frames[frame];
+    for (std::size_t i = 0; i < boxes_.size(); ++i) {
+      const std::size_t copy = i / bodies();
+      boxes_[i] = shown[i % bodies()];
+      boxes_[i].centre[0] += static_cast<dReal>(width_[0] * static_cast<double>(copy % columns_));
+      boxes_[i].centre[1] += static_cast<dReal>(width_[1] * static_cast<double>(copy / columns_));
+    }
+  }
+
+  std::shared_ptr<const BoxRecording> recording_;
+  std::size_t columns_;
+  double width_[2];
+  int frame_ = 0;
+};
+
+// Bars of 1 x 1 x 20 along each of the axes, about 4.5 pairs each whatever n is.
+Boxes thinBars(std::size_t n, std::uint64_t seed) {
+  Random random(seed);
+  const double side = 4.1 * std::cbrt(static_cast<double>(n));
+  Boxes boxes;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = random.between(0, side), y = random.between(0, side);
+    boxes.push_back(cube(x, y, random.between(0, side), 0.5));
+    boxes.back().half[random.below(3)] = 10;
+  }
+  return boxes;
+}
+
+// Log-uniform sizes from 1 down to 10^-decades, about 4.5 pairs each.
+Boxes logSizes(std::size_t n, double decades, std::uint64_t seed) {
+  Random random(seed);
+  // n boxes of sizes s in a volume V make n^2 / 2 E[(s + t)^3] / V pairs; E[(s + t)^3] is
+  // 2 E[s^3] + 6 E[s^2] E[s], for log-uniform s about (2 / 3 + 3 / L) / L with L = ln 10^decades.
+  const double l = decades * std::log(10.0);
+  const double side = std::cbrt(static_cast<double>(n) * (2.0 / 3 + 3 / l) / l / 9);
+  Boxes boxes;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double size = std::pow(10, -decades * random.unit());
+    const double x = random.between(0, side), y = random.between(0, side);
+    boxes.push_back(cube(x, y, random.between(0, side), size / 2));
+  }
+  return boxes;
+}
+
+// Two dense cubes so far apart that float coordinates tell nothing inside them.
+Boxes distantClusters(std::size_t n, std::uint64_t seed) {
+  Boxes boxes = centred(sap_test::denseCube(n / 2, seed));
+  for (CentredBox& box : boxes) box.centre[0] += static_cast<dReal>(1e12);
+  for (const CentredBox& box : centred(sap_test::denseCube(n - n / 2, seed + 1)))
+    boxes.push_back(box);
+  Random random(seed + 2);
+  for (std::size_t i = n; i > 1; --i) std::swap(boxes[i - 1], boxes[random.below(i)]);
+  return boxes;
+}
+
+template <class Make>
+SceneKind swinging(const char* name, const char* about, std::size_t most, Make make) {
+  return {name, about, most, [make](std::size_t n, std::uint64_t seed) {
+            return std::make_unique<SwingingScene>(make(n, seed), seed);
+          }};
+}
+
+SceneKind broadmark(const char* name, const char* about, BroadmarkScene::Motion motion,
+                    bool assorted) {
+  return {name, about, any_number, [=](std::size_t n, std::uint64_t seed) {
+            return std::make_unique<BroadmarkScene>(n, seed, motion, assorted);
+          }};
+}
+
+SceneKind ofTests(const sap_test::BoxScene& scene) {
+  std::string name = scene.name;
+  std::replace(name.begin(), name.end(), ' ', '-');
+  const auto make = scene.make;
+  std::size_t most = any_number;
+  if (make == sap_test::onePlace) most = 3000;
+  if (make == sap_test::longBars) most = 100000;
+  const bool touching = make == sap_test::touchingLattice || make == sap_test::onePlace;
+  return {name, "of the tests", most,
+          [=](std::size_t n, std::uint64_t seed) -> std::unique_ptr<MovingScene> {
+            if (touching) return std::make_unique<ShiftingScene>(centred(make(n, seed)));
+            return std::make_unique<SwingingScene>(centred(make(n, seed)), seed);
+          }};
+}
+
+void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
+  for (const char* name : {"cubes", "balls", "skittles"}) {
+    const std::string path = directory + "/" + name + ".pile";
+    if (!pileExists(path)) continue;
+    // Read when first used, and kept.
+    auto recording = std::make_shared<std::shared_ptr<const BoxRecording>>();
+    kinds.push_back({std::string("pile-") + name, "recorded from examples/pile, copies side by side",
+                     any_number, [=](std::size_t n, std::uint64_t) {
+                       if (!*recording) *recording = readPile(path);
+                       return std::make_unique<PileScene>(*recording, n);
+                     }});
+  }
+}
+
+}  // namespace
+
+std::vector<SceneKind> sceneKinds(const std::string& piles) {
+  std::vector<SceneKind> kinds;
+  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) kinds.push_back(ofTests(scene));
+  kinds.push_back(swinging("log-sizes-2", "sizes over two decades", any_number,
+                           [](std::size_t n, std::uint64_t seed) { return logSizes(n, 2, seed); }));
+  kinds.push_back(swinging("log-sizes-4", "sizes over four decades", any_number,
+                           [](std::size_t n, std::uint64_t seed) { return logSizes(n, 4, seed); }));
+  kinds.push_back(swinging("log-sizes-6", "sizes over six decades", any_number,
+                           [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
+  kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
+  kinds.push_back(swinging("distant-clusters", "two dense cubes 1e12 apart", any_number,
+                           distantClusters));
+  kinds.push_back(broadmark("brownian", "Broadmark: hundredth of the velocities new a frame",
+                            BroadmarkScene::Brownian, false));
+  kinds.push_back(broadmark("brownian-assorted", "Broadmark: sizes 0.5 to 2, a tenth long bars",
+                            BroadmarkScene::Brownian, true));
+  kinds.push_back(broadmark("free-fall", "Broadmark: 4 g downwards", BroadmarkScene::FreeFall, false));
+  kinds.push_back(broadmark("gravity", "Broadmark: 4 g in a direction that turns",
+                            BroadmarkScene::Gravity, false));
+  addPiles(kinds, piles);
+  return kinds;
+}
+
+}  // namespace bench

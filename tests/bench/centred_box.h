@@ -1,0 +1,32 @@
+// A box by centre and half lengths, as ODE keeps it, so that every library sees the very bounds that
+// ODE computes from it.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <vector>
+
+namespace bench {
+
+struct CentredBox {
+  dReal centre[3], half[3];
+
+  dReal low(int axis) const { return centre[axis] - half[axis]; }
+  dReal high(int axis) const { return centre[axis] + half[axis]; }
+
+  // Closed intervals, as in ODE.
+  bool overlaps(const CentredBox& other) const {
+    for (int axis = 0; axis < 3; ++axis)
+      if (low(axis) > other.high(axis) || other.low(axis) > high(axis)) return false;
+    return true;
+  }
+};
+using Boxes = std::vector<CentredBox>;
+
+// The extent of all boxes.
+struct Extent {
+  double low[3], high[3];
+};
+Extent extentOf(const Boxes& boxes);
+
+}  // namespace bench

@@ -1,0 +1,100 @@
+#include "csv.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "machine.h"
+
+namespace bench {
+namespace {
+
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string result = "\"";
+  for (char c : text) {
+    if (c == '"') result += '"';
+    result += c;
+  }
+  return result + '"';
+}
+
+}  // namespace
+
+Row& Row::add(const char* column, const std::string& value) {
+  cells_.emplace_back(column, value);
+  return *this;
+}
+
+Row& Row::add(const char* column, std::size_t value) { return add(column, std::to_string(value)); }
+
+Row& Row::add(const char* column, int value) { return add(column, std::to_string(value)); }
+
+Row& Row::add(const char* column, double value) {
+  if (std::isnan(value)) return add(column, std::string());
+  char text[32];
+  std::snprintf(text, sizeof text, "%.5g", value);
+  return add(column, std::string(text));
+}
+
+Row& Row::addMachine() {
+  const Machine& m = machine();
+  return add("cpu", m.cpu)
+      .add("cores", m.cores)
+      .add("gpu", m.gpu)
+      .add("driver", m.driver)
+      .add("compiler", m.compiler)
+      .add("flags", m.flags)
+      .add("commit", m.commit)
+      .add("date", m.date);
+}
+
+std::string Row::names() const {
+  std::string line;
+  for (const auto& [name, value] : cells_) line += (line.empty() ? "" : ",") + name;
+  return line;
+}
+
+std::string Row::values() const {
+  std::string line;
+  for (const auto& cell : cells_) {
+    if (&cell != &cells_.front()) line += ',';
+    line += quoted(cell.second);
+  }
+  return line;
+}
+
+Csv::Csv(const std::string& path, bool append) {
+  if (path.empty()) return;
+  file_ = std::fopen(path.c_str(), append ? "a" : "w");
+  if (!file_) throw std::runtime_error("cannot write " + path);
+  std::fseek(file_, 0, SEEK_END);
+  needs_names_ = std::ftell(file_) == 0;
+}
+
+Csv::~Csv() {
+  if (file_) std::fclose(file_);
+}
+
+void Csv::write(const Row& row) {
+  if (!file_) return;
+  if (needs_names_) std::fprintf(file_, "%s\n", row.names().c_str());
+  needs_names_ = false;
+  std::fprintf(file_, "%s\n", row.values().c_str());
+  std::fflush(file_);
+  if (std::ferror(file_)) throw std::runtime_error("the CSV file cannot be written");
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::size_t middle = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle),
+                   values.end());
+  if (values.size() % 2 == 1) return values[middle];
+  const double below =
+      *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle));
+  return (below + values[middle]) / 2;
+}
+
+}  // namespace bench

@@ -1,0 +1,45 @@
+// One row a cell. Columns are named where they are filled, once, in order.
+#pragma once
+
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bench {
+
+class Row {
+ public:
+  Row& add(const char* column, const std::string& value);
+  Row& add(const char* column, std::size_t value);
+  Row& add(const char* column, int value);
+  // Four digits; nothing for NaN.
+  Row& add(const char* column, double value);
+  // CPU, GPU, compiler, commit, date: the last columns of every file.
+  Row& addMachine();
+
+  std::string names() const;
+  std::string values() const;
+
+ private:
+  std::vector<std::pair<std::string, std::string>> cells_;
+};
+
+// Rows with the same columns, each on disk as soon as it is written.
+class Csv {
+ public:
+  // No file if the path is empty. Throws std::runtime_error.
+  Csv(const std::string& path, bool append);
+  ~Csv();
+  Csv(const Csv&) = delete;
+  Csv& operator=(const Csv&) = delete;
+  void write(const Row& row);
+
+ private:
+  std::FILE* file_ = nullptr;
+  bool needs_names_ = true;
+};
+
+double median(std::vector<double> values);  // NaN if there is none
+
+}  // namespace bench

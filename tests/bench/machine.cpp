@@ -1,0 +1,103 @@
+#include "machine.h"
+
+#include <dirent.h>
+#include <malloc.h>
+#include <sched.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <ctime>
+#include <fstream>
+
+#include "commit.h"
+
+namespace bench {
+namespace {
+
+// What follows the colon of the first line that begins with `key`.
+std::string valueIn(const std::string& path, const std::string& key) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.compare(0, key.size(), key) != 0) continue;
+    const std::size_t at = line.find_first_not_of(" \t", line.find(':') + 1);
+    return at == std::string::npos ? "" : line.substr(at);
+  }
+  return "";
+}
+
+// All GPUs of one model: "2 x NVIDIA H200".
+std::string gpus() {
+  DIR* directory = opendir("/proc/driver/nvidia/gpus");
+  if (!directory) return "";
+  int count = 0;
+  std::string model;
+  while (const dirent* entry = readdir(directory)) {
+    if (entry->d_name[0] == '.') continue;
+    ++count;
+    model = valueIn(std::string("/proc/driver/nvidia/gpus/") + entry->d_name + "/information",
+                    "Model");
+  }
+  closedir(directory);
+  return count > 0 ? std::to_string(count) + " x " + model : "";
+}
+
+// The first word of digits and dots: 580.159.03.
+std::string driver() {
+  std::ifstream file("/proc/driver/nvidia/version");
+  for (std::string word; file >> word;)
+    if (std::isdigit(static_cast<unsigned char>(word[0])) && word.find('.') != std::string::npos)
+      return word;
+  return "";
+}
+
+int usableCores() {
+  cpu_set_t set;
+  return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d", std::gmtime(&now));
+  return text;
+}
+
+std::size_t kibibytes(const char* key) {
+  const std::string value = valueIn("/proc/self/status", key);
+  return value.empty() ? 0 : std::stoull(value);
+}
+
+}  // namespace
+
+const Machine& machine() {
+  static const Machine machine = {valueIn("/proc/cpuinfo", "model name"),
+                                  usableCores(),
+                                  gpus(),
+                                  driver(),
+                                  BENCH_COMPILER,
+                                  BENCH_FLAGS,
+                                  BENCH_COMMIT,
+                                  today()};
+  return machine;
+}
+
+std::size_t residentBytes() {
+  std::size_t pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+std::size_t peakResidentBytes() {
+  return std::max(1024 * kibibytes("VmHWM"), residentBytes());
+}
+
+void resetPeak() {
+  std::ofstream("/proc/self/clear_refs") << "5\n";
+}
+
+void trimHeap() {
+  malloc_trim(0);
+}
+
+}  // namespace bench

@@ -1,0 +1,414 @@
+// Who finds the overlapping pairs of moving boxes in what time? One cell is a scene, a number of
+// boxes, a peer and a number of threads; the peers of a scene and size run in turn.
+#include <benchmark/benchmark.h>
+#include <ode/ode.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include "bench_scenes.h"
+#include "csv.h"
+#include "machine.h"
+#include "options.h"
+#include "pair_check.h"
+#include "peer.h"
+#include "stopwatch.h"
+
+namespace bench {
+namespace {
+
+constexpr int frames_before_check = 3;
+constexpr int frames_in_store = 32;  // of a batch: one period of the swinging scenes
+
+// One scene at one size with one number of threads: what its cells share.
+struct Stage {
+  const SceneKind& scene;
+  std::size_t n;
+  int threads;
+  bool has_expected = false;
+  PairSet expected{};  // in the frame that is checked
+};
+
+// What was measured in a cell, over all its turns.
+struct Cell {
+  Stage& stage;
+  const PeerKind& kind;
+  std::vector<double> times{};  // ms
+  std::map<std::string, std::vector<double>> stage_times{};
+  std::size_t pairs = 0, extra = 0;
+  double move_ms = not_known;
+  double held_bytes = not_known, peak_bytes = not_known;
+  Account account{};
+  std::string status = "ok";
+  int turns_done = 0;
+
+  std::string name() const {
+    return stage.scene.name + "/" + std::to_string(stage.n) + "/" + kind.name + "/threads:" +
+           std::to_string(stage.threads);
+  }
+  bool failed() const { return status != "ok"; }
+};
+
+// Times of one find by peer and scene, to foretell that of the next size.
+class Forecast {
+ public:
+  void learn(const Cell& cell) {
+    if (!cell.times.empty()) last_[key(cell)] = {cell.stage.n, median(cell.times)};
+  }
+
+  // Seconds, if time grows with the square of the size at worst; 0 if nothing is known.
+  double seconds(const Cell& cell) const {
+    const auto known = last_.find(key(cell));
+    if (known == last_.end()) return 0;
+    const double growth =
+        static_cast<double>(cell.stage.n) / static_cast<double>(known->second.first);
+    return known->second.second / 1000 * std::max(1.0, growth * growth);
+  }
+
+ private:
+  static std::string key(const Cell& cell) { return cell.stage.scene.name + "/" + cell.kind.name; }
+  std::map<std::string, std::pair<std::size_t, double>> last_;
+};
+
+// A peer in action: it exists from the first call of Google Benchmark for a turn until the last.
+class Turn {
+ public:
+  explicit Turn(Cell& cell) : cell_(cell), scene_(makeScene(cell)) {
+    peer_ = cell.kind.create(cell.stage.threads);
+    peer_->create(scene_->boxes());
+    if (options().batch > 0) measureMoving();
+    trimHeap();
+    resetPeak();
+    resident_before_ = residentBytes();
+    peer_->enter();
+    for (int i = 0; i < frames_before_check; ++i) findNext();
+    rememberMemory();
+    if (cell.turns_done == 0) check();
+    if (options().batch > 0) storeFrames();
+  }
+
+  // Milliseconds of one find.
+  double findNext() {
+    advance();
+    const Stopwatch clock;
+    pairs_ = peer_->find();
+    return clock.milliseconds();
+  }
+
+  // Milliseconds of a frame, moving included, as the mean of a batch.
+  double findBatch() {
+    const int count = options().batch;
+    const Stopwatch clock;
+    for (int i = 0; i < count; ++i) {
+      if (!options().still) peer_->move(frames_[static_cast<std::size_t>(i) % frames_.size()]);
+      benchmark::DoNotOptimize(pairs_ = peer_->find());
+    }
+    return clock.milliseconds() / count;
+  }
+
+  void sample(double milliseconds) {
+    cell_.times.push_back(milliseconds);
+    cell_.pairs = pairs_;
+    cell_.account = peer_->account();
+    const Stages& stages = cell_.account.stages;
+    cell_.stage_times["update"].push_back(stages.update);
+    cell_.stage_times["synchronise"].push_back(stages.synchronise);
+    cell_.stage_times["extract"].push_back(stages.extract);
+    cell_.stage_times["filter"].push_back(stages.filter);
+    cell_.stage_times["report"].push_back(stages.report);
+  }
+
+ private:
+  static std::unique_ptr<MovingScene> makeScene(const Cell& cell) {
+    return cell.stage.scene.make(cell.stage.n, options().seed);
+  }
+
+  void advance() {
+    if (options().still) return;
+    scene_->advance();
+    peer_->move(scene_->boxes());
+  }
+
+  void storeFrames() {
+    for (int i = 0; i < frames_in_store; ++i) {
+      scene_->advance();
+      frames_.push_back(scene_->boxes());
+    }
+  }
+
+  // The same calls while the user's objects are in no structure yet.
+  void measureMoving() {
+    if (options().still) {
+      cell_.move_ms = 0;
+      return;
+    }
+    std::vector<double> times;
+    for (int round = 0; round < 20; ++round) {
+      const Stopwatch clock;
+      for (int i = 0; i < options().batch; ++i) peer_->move(scene_->boxes());
+      times.push_back(clock.milliseconds() / options().batch);
+    }
+    cell_.move_ms = median(times);
+  }
+
+  void rememberMemory() {
+    const auto above = [&](std::size_t bytes) {
+      return bytes > resident_before_ ? static_cast<double>(bytes - resident_before_) : 0.0;
+    };
+    cell_.held_bytes = above(residentBytes());
+    cell_.peak_bytes = above(peakResidentBytes());
+  }
+
+  void check() {
+    advance();
+    Stage& stage = cell_.stage;
+    if (!stage.has_expected) stage.expected = overlapping(scene_->boxes());
+    stage.has_expected = true;
+    const Reported reported = reportedBy(*peer_, scene_->boxes());
+    cell_.extra = reported.extra;
+    const std::string fault = faultOf(reported, stage.expected, !cell_.kind.superset.empty());
+    if (!fault.empty()) cell_.status = fault;
+  }
+
+  Cell& cell_;
+  std::unique_ptr<MovingScene> scene_;
+  std::unique_ptr<Peer> peer_;
+  std::vector<Boxes> frames_;
+  std::size_t resident_before_ = 0;
+  std::size_t pairs_ = 0;
+};
+
+Row rowOf(const Cell& cell) {
+  const auto stage = [&](const char* name) {
+    const auto found = cell.stage_times.find(name);
+    return found == cell.stage_times.end() ? not_known : median(found->second);
+  };
+  const double total = median(cell.times);
+  const double least =
+      cell.times.empty() ? not_known : *std::min_element(cell.times.begin(), cell.times.end());
+  const Account& account = cell.account;
+  const bool ran = !cell.times.empty();
+  Row row;
+  row.add("scene", cell.stage.scene.name)
+      .add("n", cell.stage.n)
+      .add("peer", cell.kind.name)
+      .add("library", cell.kind.library)
+      .add("threads", cell.stage.threads)
+      .add("moving", options().still ? 0 : 1)
+      .add("status", cell.status)
+      .add("samples", cell.times.size())
+      .add("median_ms", total)
+      .add("min_ms", least)
+      .add("move_ms", cell.move_ms)
+      .add("pairs", cell.stage.expected.count)
+      .add("extra_pairs", cell.extra)
+      .add("ns_per_pair", ran && cell.stage.expected.count > 0
+                              ? 1e6 * total / static_cast<double>(cell.stage.expected.count)
+                              : not_known)
+      .add("update_ms", stage("update"))
+      .add("synchronise_ms", stage("synchronise"))
+      .add("extract_ms", stage("extract"))
+      .add("filter_ms", stage("filter"))
+      .add("report_ms", stage("report"))
+      .add("held_bytes", cell.held_bytes)
+      .add("peak_bytes", cell.peak_bytes)
+      .add("own_bytes", account.own_bytes)
+      .add("method", account.method)
+      .add("backend", account.backend)
+      .add("threads_used", ran ? std::to_string(account.threads) : std::string())
+      .add("devices_used", ran ? std::to_string(account.devices) : std::string())
+      .addMachine();
+  return row;
+}
+
+// Runs cells through Google Benchmark and writes their rows.
+class Runner {
+ public:
+  explicit Runner(Csv& csv) : csv_(csv) {}
+
+  void registerTurn(Cell& cell) {
+    benchmark::RegisterBenchmark(cell.name().c_str(),
+                                 [this, &cell](benchmark::State& state) { run(cell, state); })
+        ->UseManualTime()
+        ->Unit(benchmark::kMillisecond)
+        ->MinTime(options().budget / options().rounds);
+  }
+
+  // Called when Google Benchmark is through with a turn of a cell.
+  void finishTurn() {
+    if (!cell_) return;
+    turn_.reset();
+    trimHeap();
+    ++cell_->turns_done;
+    if (cell_->turns_done == options().rounds) {
+      forecast_.learn(*cell_);
+      csv_.write(rowOf(*cell_));
+      failures_ += cell_->status.rfind("wrong", 0) == 0;
+    }
+    cell_ = nullptr;
+  }
+
+  int failures() const { return failures_; }
+
+ private:
+  void run(Cell& cell, benchmark::State& state) {
+    cell_ = &cell;
+    if (!turn_ && !cell.failed()) begin(cell);
+    if (cell.failed()) {
+      state.SkipWithError(cell.status.c_str());
+      return;
+    }
+    for (auto _ : state) {
+      const double milliseconds =
+          options().batch > 0 ? turn_->findBatch() - cell.move_ms : turn_->findNext();
+      turn_->sample(milliseconds);
+      state.SetIterationTime(std::max(milliseconds, 0.0) / 1000 * std::max(options().batch, 1));
+    }
+    report(cell, state);
+  }
+
+  void begin(Cell& cell) {
+    const double seconds = forecast_.seconds(cell);
+    if (seconds > options().limit) {
+      cell.status = "left out: might take " + std::to_string(std::lround(seconds)) + " s";
+      return;
+    }
+    try {
+      turn_ = std::make_unique<Turn>(cell);
+    } catch (const std::exception& error) {
+      cell.status = std::string("failed: ") + error.what();
+    }
+  }
+
+  static void report(const Cell& cell, benchmark::State& state) {
+    state.counters["median_ms"] = median(cell.times);
+    state.counters["pairs"] = static_cast<double>(cell.stage.expected.count);
+    state.counters["extra"] = static_cast<double>(cell.extra);
+    for (const auto& [name, times] : cell.stage_times) {
+      const double value = median(times);
+      if (!std::isnan(value)) state.counters[name] = value;
+    }
+  }
+
+  Csv& csv_;
+  Forecast forecast_;
+  Cell* cell_ = nullptr;
+  std::unique_ptr<Turn> turn_;
+  int failures_ = 0;
+};
+
+// Prints as Google Benchmark does, and tells the runner when a turn is over.
+class Reporter : public benchmark::ConsoleReporter {
+ public:
+  explicit Reporter(Runner& runner) : ConsoleReporter(OO_None), runner_(runner) {}
+
+  void ReportRuns(const std::vector<Run>& runs) override {
+    ConsoleReporter::ReportRuns(runs);
+    GetOutputStream().flush();
+    runner_.finishTurn();
+  }
+
+ private:
+  Runner& runner_;
+};
+
+std::vector<SceneKind> chosenScenes() {
+  std::vector<SceneKind> all = sceneKinds(options().piles), chosen;
+  for (const std::string& name : options().scenes) {
+    if (name == "all") return all;
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const SceneKind& s) { return s.name == name; });
+    if (found == all.end()) throw std::invalid_argument("no scene " + name + "; see --list");
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+// Those asked for, which must exist; without a wish those that are to be had, ours with its own
+// choice of method only.
+std::vector<PeerKind> chosenPeers() {
+  std::vector<PeerKind> chosen;
+  const std::set<std::string> wished(options().peers.begin(), options().peers.end());
+  std::set<std::string> known;
+  for (const PeerKind& kind : peerKinds()) {
+    known.insert(kind.name);
+    const bool variant = kind.name.find(':') != std::string::npos;
+    if (wished.empty() ? variant : !wished.count(kind.name)) continue;
+    if (kind.create(1))
+      chosen.push_back(kind);
+    else if (wished.count(kind.name))
+      std::fprintf(stderr, "pair-benchmark: %s is not to be had here\n", kind.name.c_str());
+  }
+  for (const std::string& name : wished)
+    if (!known.count(name)) throw std::invalid_argument("no peer " + name + "; see --list");
+  return chosen;
+}
+
+void printList() {
+  std::printf("Scenes\n");
+  for (const SceneKind& scene : sceneKinds(options().piles))
+    std::printf("  %-22s %s\n", scene.name.c_str(), scene.about.c_str());
+  std::printf("Peers\n");
+  for (const PeerKind& kind : peerKinds())
+    std::printf("  %-30s %s%s%s%s\n", kind.name.c_str(), kind.library.c_str(),
+                kind.create(1) ? "" : " (not to be had here)", kind.superset.empty() ? "" : "; ",
+                kind.superset.c_str());
+}
+
+int run(int argc, char** argv) {
+  const std::vector<SceneKind> scenes = chosenScenes();
+  const std::vector<PeerKind> peers = chosenPeers();
+  Csv csv(options().csv, options().append);
+  Runner runner(csv);
+  std::vector<std::unique_ptr<Stage>> stages;
+  std::vector<std::unique_ptr<Cell>> cells;
+  std::sort(options().sizes.begin(), options().sizes.end());
+  for (const SceneKind& scene : scenes) {
+    for (std::size_t n : options().sizes) {
+      if (n > scene.most) continue;
+      for (int threads : options().threads) {
+        stages.push_back(std::make_unique<Stage>(Stage{scene, n, threads}));
+        const std::size_t first = cells.size();
+        for (const PeerKind& kind : peers) {
+          if (n > kind.most || (threads != options().threads.front() && !kind.takes_threads))
+            continue;
+          cells.push_back(std::make_unique<Cell>(Cell{*stages.back(), kind}));
+        }
+        for (int round = 0; round < options().rounds; ++round)
+          for (std::size_t i = first; i < cells.size(); ++i) runner.registerTurn(*cells[i]);
+      }
+    }
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  Reporter reporter(runner);
+  benchmark::RunSpecifiedBenchmarks(&reporter);
+  if (runner.failures() == 0) return 0;
+  std::fprintf(stderr, "pair-benchmark: %d cells found wrong pairs\n", runner.failures());
+  return 1;
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv) {
+  bench::parseOptions(argc, argv);
+  dInitODE2(0);
+  int result = 0;
+  try {
+    if (bench::options().list)
+      bench::printList();
+    else
+      result = bench::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pair-benchmark: %s\n", error.what());
+    result = 2;
+  }
+  dCloseODE();
+  return result;
+}

@@ -1,0 +1,104 @@
+// FCL's collision managers, in double precision. They keep their structure from frame to frame.
+#include <fcl/broadphase/broadphase_SaP.h>
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+#include <fcl/config.h>
+#include <fcl/geometry/shape/box.h>
+
+#include "../peer.h"
+#include "../stopwatch.h"
+
+namespace bench {
+namespace {
+
+bool count(fcl::CollisionObjectd*, fcl::CollisionObjectd*, void* data) {
+  ++*static_cast<std::size_t*>(data);
+  return false;  // go on
+}
+
+std::size_t numberOf(const fcl::CollisionObjectd* object) {
+  return reinterpret_cast<std::size_t>(object->getUserData());
+}
+
+bool tell(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
+  (*static_cast<const PairVisitor*>(data))(numberOf(a), numberOf(b));
+  return false;
+}
+
+template <class Manager>
+class FclPeer : public Peer {
+ public:
+  void create(const Boxes& boxes) override {
+    for (const CentredBox& box : boxes) {
+      auto shape = std::make_shared<fcl::Boxd>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
+      objects_.push_back(std::make_unique<fcl::CollisionObjectd>(shape));
+      objects_.back()->setUserData(reinterpret_cast<void*>(objects_.size() - 1));
+      pointers_.push_back(objects_.back().get());
+    }
+    move(boxes);
+    for (const auto& object : objects_) object->computeAABB();
+  }
+
+  void enter() override {
+    manager_.registerObjects(pointers_);
+    manager_.setup();
+  }
+
+  void move(const Boxes& boxes) override {
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+      const dReal* centre = boxes[i].centre;
+      objects_[i]->setTranslation(fcl::Vector3d(centre[0], centre[1], centre[2]));
+    }
+  }
+
+  std::size_t find() override {
+    std::size_t pairs = 0;
+    const Stopwatch clock;
+    update();
+    update_ms_ = clock.milliseconds();
+    manager_.collide(&pairs, count);
+    extract_ms_ = clock.milliseconds() - update_ms_;
+    return pairs;
+  }
+
+  void visit(const PairVisitor& visitor) override {
+    update();
+    manager_.collide(const_cast<PairVisitor*>(&visitor), tell);
+  }
+
+  Account account() const override {
+    Account account;
+    account.stages.update = update_ms_;
+    account.stages.extract = extract_ms_;
+    return account;
+  }
+
+ private:
+  void update() {
+    for (const auto& object : objects_) object->computeAABB();
+    manager_.update();
+  }
+
+  std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
+  std::vector<fcl::CollisionObjectd*> pointers_;
+  Manager manager_;
+  double update_ms_ = 0, extract_ms_ = 0;
+};
+
+template <class Manager>
+PeerKind kind(const char* name, std::size_t most) {
+  PeerKind kind;
+  kind.name = name;
+  kind.library = "FCL " FCL_VERSION;
+  kind.most = most;
+  kind.create = [](int) { return std::make_unique<FclPeer<Manager>>(); };
+  return kind;
+}
+
+}  // namespace
+
+void addFclPeers(std::vector<PeerKind>& kinds) {
+  kinds.push_back(kind<fcl::DynamicAABBTreeCollisionManagerd>("fcl-tree", 2000000));
+  kinds.push_back(kind<fcl::SaPCollisionManagerd>("fcl-sap", 200000));
+}
+
+}  // namespace bench
