@@ -18,6 +18,8 @@ constexpr std::size_t brute_force_scene = 700;
 // Threads are worth their start from this many slots on, and each of them from this many.
 constexpr std::size_t least_shared_scene = 4096;
 constexpr std::size_t least_slots_a_thread = 1024;
+// Where all pairs are tested there is more to do.
+constexpr std::size_t least_shared_brute_force = 1024;
 constexpr std::size_t most_slots = std::size_t{1} << 28;
 
 using Clock = std::chrono::steady_clock;
@@ -161,6 +163,8 @@ void ParallelSAPSpace::cleanGeoms() {
 // The most threads that are worth their start for this number of geoms.
 int ParallelSAPSpace::threadsForScene() const {
   const std::size_t slots = geoms_.size();
+  if (settings.method == dParallelSAPMethodBruteForce && slots >= least_shared_brute_force)
+    return threadsFor(settings);
   if (slots < least_shared_scene) return 1;
   return static_cast<int>(
       std::min<std::size_t>(threadsFor(settings), slots / least_slots_a_thread));

@@ -1,5 +1,7 @@
 #include "kernels.h"
 
+#include <atomic>
+
 namespace ode_parallel_sap {
 
 extern const KernelSet kernels_portable;
@@ -30,11 +32,19 @@ const Available& available() {
   return available;
 }
 
+std::atomic<const KernelSet*>& chosenSet() {
+  static std::atomic<const KernelSet*> chosen{available().list[0]};
+  return chosen;
+}
+
 }  // namespace
 
 const KernelSet& kernelSet() {
-  static const KernelSet& best = *available().list[0];
-  return best;
+  return *chosenSet().load(std::memory_order_relaxed);
+}
+
+void chooseKernelSet(const KernelSet& set) {
+  chosenSet().store(&set, std::memory_order_relaxed);
 }
 
 const KernelSet* const* allKernelSets() {

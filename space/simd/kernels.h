@@ -94,8 +94,11 @@ struct KernelSet {
                     void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
 };
 
-// The best set for this processor.
+// The set in use: the best one for this processor unless another was chosen.
 const KernelSet& kernelSet();
+
+// For tests and comparisons, while no frame is under way.
+void chooseKernelSet(const KernelSet& set);
 
 template <class Real>
 const Kernels<Real>& kernels();
@@ -108,7 +111,7 @@ inline const Kernels<double>& kernels<double>() {
   return kernelSet().wide;
 }
 
-// Every set this processor can run, best first, for tests; null ends the list.
+// Every set this processor can run, best first; null ends the list.
 const KernelSet* const* allKernelSets();
 
 }  // namespace ode_parallel_sap

@@ -1,0 +1,232 @@
+// The parts that find pairs in plain arrays, with every instruction set this processor has: what
+// the tests through the public interface cannot choose.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "brute_force.h"
+#include "pair_order.h"
+#include "parallel.h"
+#include "radix_sort.h"
+#include "round_outward.h"
+#include "simd/kernels.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+#include "support/scenes.h"
+#include "sweep.h"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+// Boxes, filters and their pairs by the formula, in the order of the report.
+struct Case {
+  BoxSet boxes;
+  std::vector<Pair> exact, possible;  // by the exact bounds; by the boxes
+};
+
+bool overlap(const double* a, const double* b) {
+  return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
+         b[4] <= a[5];
+}
+
+Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered) {
+  const std::size_t n = scene.size();
+  Case made;
+  BoxSet& boxes = made.boxes;
+  boxes.size = n;
+  boxes.wide = wide;
+  boxes.boxes.resize(n);
+  boxes.wide_boxes.resize(n);
+  boxes.bits.resize(n);
+  boxes.bodies.resize(n);
+  boxes.filter_bits = boxes.filter_bodies = filtered;
+  boxes.exact = true;
+  std::vector<std::vector<double>> bounds(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[i].push_back(scene[i].low[axis]);
+      bounds[i].push_back(scene[i].high[axis]);
+      boxes.wide_boxes[i].lower[axis] = scene[i].low[axis];
+      boxes.wide_boxes[i].upper[axis] = scene[i].high[axis];
+    }
+    boxes.exact = roundOutward<double>(bounds[i].data(), boxes.boxes[i]).exact && boxes.exact;
+    boxes.bits[i] = {1u << i % 3, 1u << i % 2 | 4};
+    boxes.bodies[i] = i % 5 == 0 ? static_cast<std::uint32_t>(1 + i % 4) : 0;
+  }
+  boxes.exact = boxes.exact || wide;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j) {
+      const FilterBits a = boxes.bits[i], b = boxes.bits[j];
+      if (filtered && !(a.category & b.collide) && !(b.category & a.collide)) continue;
+      if (filtered && boxes.bodies[i] && boxes.bodies[i] == boxes.bodies[j]) continue;
+      if (overlap(bounds[i].data(), bounds[j].data()))
+        made.exact.push_back(makePair(static_cast<Slot>(i), static_cast<Slot>(j)));
+    }
+  return made;
+}
+
+std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list) {
+  finder.find(boxes, threads, list);
+  std::vector<Pair> all;
+  for (const Buffer<Pair>& part : list.parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+// Every pair owed is there; those beyond it are unsure; all are ascending.
+void check(const std::vector<Pair>& got, const Case& wanted) {
+  std::vector<Pair> plain, sure;
+  for (const Pair pair : got) {
+    plain.push_back(pair & ~unsure_bit);
+    if (!isUnsure(pair)) sure.push_back(pair);
+  }
+  REQUIRE(std::adjacent_find(plain.begin(), plain.end(), std::greater_equal<Pair>()) ==
+          plain.end());
+  REQUIRE(std::includes(plain.begin(), plain.end(), wanted.exact.begin(), wanted.exact.end()));
+  REQUIRE(std::includes(wanted.exact.begin(), wanted.exact.end(), sure.begin(), sure.end()));
+}
+
+void checkUnsureStretches(const PairList& list) {
+  std::size_t covered = 0, all = 0;
+  for (const PairList::Stretch& stretch : list.unsure)
+    covered += std::count_if(list.parts[stretch.part].begin() + stretch.begin,
+                             list.parts[stretch.part].begin() + stretch.end, isUnsure);
+  for (const Buffer<Pair>& part : list.parts)
+    all += std::count_if(part.begin(), part.end(), isUnsure);
+  REQUIRE(covered == all);
+}
+
+}  // namespace
+
+TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles") {
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    for (const sap_test::BoxScene& scene : sap_test::boxScenes())
+      for (const bool wide : {false, true})
+        for (const bool filtered : {false, true}) {
+          INFO((*set)->name << ", " << scene.name << (wide ? ", doubles" : ", floats")
+                            << (filtered ? ", filtered" : ""));
+          const Case wanted = makeCase(scene.make(701, seed), wide, filtered);
+          Sweep<float> sweep;
+          Sweep<double> wide_sweep;
+          BruteForce<float> brute_force;
+          BruteForce<double> wide_brute_force;
+          PairFinder& first = wide ? static_cast<PairFinder&>(wide_sweep) : sweep;
+          PairFinder& second = wide ? static_cast<PairFinder&>(wide_brute_force) : brute_force;
+          PairList swept, tested;
+          const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
+          check(pairs, wanted);
+          checkUnsureStretches(swept);
+          check(found(second, wanted.boxes, 3, tested), wanted);
+          checkUnsureStretches(tested);
+        }
+  }
+  chooseKernelSet(best);
+}
+
+TEST_CASE("Crowds that no key tells apart are still cut into cells") {
+  // Exponentially nested crowds: each a millionth of the last one's size.
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  std::vector<sap_test::Box> scene;
+  double size = 1;
+  for (int level = 0; level < 5; ++level, size *= 1e-6)
+    for (int i = 0; i < 700; ++i) {
+      sap_test::Box box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = size * random.unit();
+        box.high[axis] = box.low[axis] + size * 0.05;
+      }
+      scene.push_back(box);
+    }
+  for (const bool wide : {false, true}) {
+    const Case wanted = makeCase(scene, wide, false);
+    PairList list;
+    Sweep<float> sweep;
+    Sweep<double> wide_sweep;
+    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
+          wanted);
+  }
+}
+
+TEST_CASE("Radix sort agrees with a stable sort, for any count, digits and threads") {
+  sap_test::Random random(sap_test::seedOr(1));
+  for (const std::size_t count : {0, 1, 2, 31, 257, 5000, 40000})
+    for (const int bits : {1, 5, 8, 9, 17, 24})
+      for (const int threads : {1, 3}) {
+        INFO(count << " records, " << bits << " bits, " << threads << " threads");
+        std::vector<std::uint64_t> records(count), scratch(count);
+        for (std::uint64_t& record : records) record = random.bits();
+        std::vector<std::uint64_t> wanted = records;
+        const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+        std::stable_sort(wanted.begin(), wanted.end(), [=](std::uint64_t a, std::uint64_t b) {
+          return (a >> 32 & mask) < (b >> 32 & mask);
+        });
+        radixSort(records.data(), scratch.data(), count, 32, bits, threads);
+        REQUIRE(records == wanted);
+      }
+}
+
+TEST_CASE("Rounding outward is the nearest float that is not inside, for any bits") {
+  sap_test::Random random(sap_test::seedOr(1));
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, 3.4028234e38, 3.5e38,
+                            1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
+  const float highest = std::numeric_limits<float>::infinity();
+  for (int round = 0; round < 200000; ++round) {
+    double bounds[6];
+    for (double& bound : bounds) {
+      const std::uint64_t bits = random.bits();
+      if (bits % 4 == 0)
+        bound = special[bits / 4 % (sizeof special / sizeof *special)];
+      else
+        std::memcpy(&bound, &bits, sizeof bound);
+      if (bound != bound) bound = 1;
+    }
+    Box box;
+    const BoundsFacts facts = roundOutward<double>(bounds, box);
+    REQUIRE(!facts.nan);
+    bool exact = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
+      CAPTURE(lower, upper, box.lower[axis], box.upper[axis]);
+      REQUIRE(static_cast<double>(box.lower[axis]) <= lower);
+      REQUIRE(static_cast<double>(box.upper[axis]) >= upper);
+      if (box.lower[axis] < highest)
+        REQUIRE((box.lower[axis] == lower || std::nextafter(box.lower[axis], highest) > lower));
+      if (box.upper[axis] > -highest)
+        REQUIRE((box.upper[axis] == upper || std::nextafter(box.upper[axis], -highest) < upper));
+      exact = exact && box.lower[axis] == lower && box.upper[axis] == upper;
+    }
+    REQUIRE(facts.exact == exact);
+  }
+}
+
+TEST_CASE("Parts of a range cover it once, in order") {
+  for (const std::size_t count : {0, 1, 7, 16, 1000, 1001})
+    for (const int parts : {1, 2, 3, 16})
+      for (const std::size_t step : {1, 16}) {
+        std::size_t next = 0;
+        for (int part = 0; part < parts; ++part) {
+          const Range range = partOf(count, part, parts, step);
+          REQUIRE(range.begin == next);
+          REQUIRE(range.end >= range.begin);
+          REQUIRE((range.begin % step == 0 || range.begin == count));
+          next = range.end;
+        }
+        REQUIRE(next == count);
+      }
+}
+
+TEST_CASE("An exception of any thread reaches the caller, once all are done") {
+  for (const int threads : {1, 4})
+    REQUIRE_THROWS_AS(runTeam(threads, [](int, int) { throw std::bad_alloc(); }), std::bad_alloc);
+}
