@@ -64,7 +64,8 @@ class SwingingScene : public MovingScene {
     velocities_.resize(places_.size());
     for (std::size_t i = 0; i < places_.size(); ++i)
       for (int axis = 0; axis < 3; ++axis)
-        velocities_[i][axis] = static_cast<float>(places_[i].half[axis] * random.between(-0.2, 0.2));
+        velocities_[i][axis] =
+            static_cast<float>(places_[i].half[axis] * random.between(-0.2, 0.2));
     boxes_ = places_;
   }
 
@@ -94,8 +95,7 @@ class ShiftingScene : public MovingScene {
   void advance() override {
     const dReal way = static_cast<dReal>(swing(++frame_)) / 64;
     for (std::size_t i = 0; i < places_.size(); ++i)
-      for (dReal *to = boxes_[i].centre, *at = const_cast<dReal*>(places_[i].centre),
-                 *end = at + 3;
+      for (dReal *to = boxes_[i].centre, *at = const_cast<dReal*>(places_[i].centre), *end = at + 3;
            at != end; ++at, ++to)
         *to = *at + way;
   }
@@ -298,8 +298,9 @@ void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
     if (!pileExists(path)) continue;
     // Read when first used, and kept.
     auto recording = std::make_shared<std::shared_ptr<const BoxRecording>>();
-    kinds.push_back({std::string("pile-") + name, "recorded from examples/pile, copies side by side",
-                     any_number, [=](std::size_t n, std::uint64_t) {
+    kinds.push_back({std::string("pile-") + name,
+                     "recorded from examples/pile, copies side by side", any_number,
+                     [=](std::size_t n, std::uint64_t) {
                        if (!*recording) *recording = readPile(path);
                        return std::make_unique<PileScene>(*recording, n);
                      }});
@@ -318,13 +319,14 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
   kinds.push_back(swinging("log-sizes-6", "sizes over six decades", any_number,
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
   kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
-  kinds.push_back(swinging("distant-clusters", "two dense cubes 1e12 apart", any_number,
-                           distantClusters));
+  kinds.push_back(
+      swinging("distant-clusters", "two dense cubes 1e12 apart", any_number, distantClusters));
   kinds.push_back(broadmark("brownian", "Broadmark: hundredth of the velocities new a frame",
                             BroadmarkScene::Brownian, false));
   kinds.push_back(broadmark("brownian-assorted", "Broadmark: sizes 0.5 to 2, a tenth long bars",
                             BroadmarkScene::Brownian, true));
-  kinds.push_back(broadmark("free-fall", "Broadmark: 4 g downwards", BroadmarkScene::FreeFall, false));
+  kinds.push_back(
+      broadmark("free-fall", "Broadmark: 4 g downwards", BroadmarkScene::FreeFall, false));
   kinds.push_back(broadmark("gravity", "Broadmark: 4 g in a direction that turns",
                             BroadmarkScene::Gravity, false));
   addPiles(kinds, piles);

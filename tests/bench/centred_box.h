@@ -1,5 +1,5 @@
-// A box by centre and half lengths, as ODE keeps it, so that every library sees the very bounds that
-// ODE computes from it.
+// A box by centre and half lengths, as ODE keeps it, so that every library sees the very bounds
+// that ODE computes from it.
 #pragma once
 
 #include <ode/ode.h>

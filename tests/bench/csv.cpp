@@ -27,9 +27,13 @@ Row& Row::add(const char* column, const std::string& value) {
   return *this;
 }
 
-Row& Row::add(const char* column, std::size_t value) { return add(column, std::to_string(value)); }
+Row& Row::add(const char* column, std::size_t value) {
+  return add(column, std::to_string(value));
+}
 
-Row& Row::add(const char* column, int value) { return add(column, std::to_string(value)); }
+Row& Row::add(const char* column, int value) {
+  return add(column, std::to_string(value));
+}
 
 Row& Row::add(const char* column, double value) {
   if (std::isnan(value)) return add(column, std::string());

@@ -35,8 +35,8 @@ std::string gpus() {
   while (const dirent* entry = readdir(directory)) {
     if (entry->d_name[0] == '.') continue;
     ++count;
-    model = valueIn(std::string("/proc/driver/nvidia/gpus/") + entry->d_name + "/information",
-                    "Model");
+    model =
+        valueIn(std::string("/proc/driver/nvidia/gpus/") + entry->d_name + "/information", "Model");
   }
   closedir(directory);
   return count > 0 ? std::to_string(count) + " x " + model : "";

@@ -68,7 +68,8 @@ Setters setters(Options& o) {
       {"--budget", [&](const std::string& v) { o.budget = numberIn(v, 0); }},
       {"--limit", [&](const std::string& v) { o.limit = numberIn(v, 0); }},
       {"--rounds", [&](const std::string& v) { o.rounds = static_cast<int>(numberIn(v, 1)); }},
-      {"--seed", [&](const std::string& v) { o.seed = static_cast<std::uint64_t>(numberIn(v, 0)); }},
+      {"--seed",
+       [&](const std::string& v) { o.seed = static_cast<std::uint64_t>(numberIn(v, 0)); }},
       {"--csv", [&](const std::string& v) { o.csv = v; }},
       {"--piles", [&](const std::string& v) { o.piles = v; }},
   };

@@ -12,16 +12,16 @@ struct Options {
   std::vector<std::string> peers;  // empty: all
   std::vector<std::size_t> sizes{1000, 10000, 100000};
   std::vector<int> threads{1};
-  int devices = 0;             // GPUs for the back ends that use some; 0: their own choice
-  int batch = 0;               // frames in one clock reading; 0: each find has its own
-  bool still = false;          // nothing moves
-  double budget = 1;           // seconds of timed work in a cell
-  double limit = 60;           // seconds that one find may take
-  int rounds = 2;              // times each peer of a cell has its turn
+  int devices = 0;     // GPUs for the back ends that use some; 0: their own choice
+  int batch = 0;       // frames in one clock reading; 0: each find has its own
+  bool still = false;  // nothing moves
+  double budget = 1;   // seconds of timed work in a cell
+  double limit = 60;   // seconds that one find may take
+  int rounds = 2;      // times each peer of a cell has its turn
   std::uint64_t seed = 1;
   std::string csv;
   bool append = false;
-  std::string piles;           // the directory of recorded piles
+  std::string piles;  // the directory of recorded piles
   bool list = false;
 };
 

@@ -48,8 +48,8 @@ struct Cell {
   int turns_done = 0;
 
   std::string name() const {
-    return stage.scene.name + "/" + std::to_string(stage.n) + "/" + kind.name + "/threads:" +
-           std::to_string(stage.threads);
+    return stage.scene.name + "/" + std::to_string(stage.n) + "/" + kind.name +
+           "/threads:" + std::to_string(stage.threads);
   }
   bool failed() const { return status != "ok"; }
 };

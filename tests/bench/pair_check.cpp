@@ -70,7 +70,8 @@ PairSet overlapping(const Boxes& boxes) {
             [&](std::size_t a, std::size_t b) { return boxes[a].low(0) < boxes[b].low(0); });
   const auto slabOf = [&](dReal y) {
     return static_cast<std::size_t>(std::upper_bound(borders.begin(), borders.end(), y) -
-                                    borders.begin()) - 1;
+                                    borders.begin()) -
+           1;
   };
   std::vector<std::vector<std::size_t>> members(borders.size() - 1);
   for (std::size_t i : by_x)

@@ -61,9 +61,8 @@ class CgalPeer : public Peer {
   }
 
   void visit(const PairVisitor& visitor) override {
-    intersect<CGAL::Sequential_tag>(boxes_, [&](const NumberedBox& a, const NumberedBox& b) {
-      visitor(a.id(), b.id());
-    });
+    intersect<CGAL::Sequential_tag>(
+        boxes_, [&](const NumberedBox& a, const NumberedBox& b) { visitor(a.id(), b.id()); });
   }
 
  protected:

@@ -18,8 +18,8 @@ void boundsOf(const RTCBoundsFunctionArguments* arguments) {
   *arguments->bounds_o = bounds[arguments->primID];
 }
 
-// Called by several threads at once, each time with up to some dozen collisions. A pair comes in one
-// order or both; the other order and a box with itself are dropped by their numbers.
+// Called by several threads at once, each time with up to some dozen collisions. A pair comes in
+// one order or both; the other order and a box with itself are dropped by their numbers.
 void countCollisions(void* data, RTCCollision* collisions, unsigned count) {
   std::size_t pairs = 0;
   for (unsigned i = 0; i < count; ++i) pairs += collisions[i].primID0 < collisions[i].primID1;

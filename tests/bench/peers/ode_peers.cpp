@@ -31,7 +31,8 @@ class QuadTreePeer : public OdeSpacePeer {
       half[axis] = static_cast<dReal>((extent.high[axis] - extent.low[axis]) / 2 * 1.1);
     }
     const double leaves = static_cast<double>(count) / 4;
-    const int depth = static_cast<int>(std::lround(std::log(std::max(leaves, 1.0)) / std::log(4.0)));
+    const int depth =
+        static_cast<int>(std::lround(std::log(std::max(leaves, 1.0)) / std::log(4.0)));
     return dQuadTreeSpaceCreate(nullptr, centre, half, std::clamp(depth, 1, 8));
   }
 };

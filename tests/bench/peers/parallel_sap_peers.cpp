@@ -1,4 +1,5 @@
-// The space of this project: a whole dSpaceCollide, with each method and back end that is to be had.
+// The space of this project: a whole dSpaceCollide, with each method and back end that is to be
+// had.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include "../options.h"

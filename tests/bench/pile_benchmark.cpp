@@ -1,0 +1,288 @@
+// The paper's two steps, AABB update and overlap, on the piles of examples/pile with all their
+// geoms (boxes, spheres and meshes on bodies, and the ground), method by method and thread by
+// thread. The bodies are put where they were recorded, so every method is shown the same frames.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "csv.h"
+#include "pile_recording.h"
+#include "presets.h"
+#include "world.h"
+
+namespace bench {
+namespace {
+
+struct Wishes {
+  std::string piles = ".", csv;
+  std::vector<std::string> scenes{"cubes", "balls", "skittles"};
+  std::vector<std::string> methods{"brute-force", "sweep"};
+  std::vector<int> threads{1, 2};
+  int rounds = 3;        // turns of each method and number of threads
+  double seconds = 0.3;  // of collides in a turn
+};
+
+struct Method {
+  const char* name;
+  int backend, method;
+};
+constexpr Method methods[] = {
+    {"brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
+    {"sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
+    {"axis-lists", dParallelSAPBackendCPU, dParallelSAPMethodAxisLists},
+    {"cuda", dParallelSAPBackendCUDA, dParallelSAPMethodAuto},
+    {"cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
+};
+
+const Method& methodOf(const std::string& name) {
+  for (const Method& method : methods)
+    if (name == method.name) return method;
+  throw std::invalid_argument("no method " + name);
+}
+
+void count(void* data, dGeomID, dGeomID) {
+  ++*static_cast<std::size_t*>(data);
+}
+
+// One method with one number of threads on one scene, over all turns.
+struct Cell {
+  const Method& method;
+  int threads;
+  std::vector<dParallelSAPStats> samples{};
+};
+
+class Pile {
+ public:
+  Pile(const std::string& scene, const std::string& directory)
+      : recording_(readPileWithPoses(directory + "/" + scene + ".pile")) {
+    const pile::Preset& preset = pile::presetOf(scene);
+    pile::Random random(1);
+    preset.build(world_, preset.bodies, random);
+    if (world_.bodies().size() != recording_.poses.front().size())
+      throw std::runtime_error(scene + ": another number of bodies than recorded; record it anew");
+    space_ = dParallelSAPSpaceCreate(nullptr);
+    world_.useSpace(space_);
+    show(0);
+    expected_ = countAllPairs();
+  }
+
+  // False where back end or method is not to be had.
+  bool use(const Cell& cell) {
+    if (!dParallelSAPSpaceSetBackend(space_, cell.method.backend) ||
+        !dParallelSAPSpaceSetMethod(space_, cell.method.method))
+      return false;
+    dParallelSAPSpaceSetNumThreads(space_, cell.threads);
+    return true;
+  }
+
+  void check() {
+    show(0);
+    const std::size_t pairs = collide().pairs;
+    if (pairs != expected_)
+      throw std::runtime_error("wrong: " + std::to_string(pairs) + " pairs instead of " +
+                               std::to_string(expected_));
+  }
+
+  dParallelSAPStats next() {
+    const int last = static_cast<int>(recording_.poses.size()) - 1;
+    const int phase = ++frame_ % (2 * last);
+    show(static_cast<std::size_t>(phase <= last ? phase : 2 * last - phase));
+    return collide();
+  }
+
+  std::size_t geoms() const { return world_.geoms().size(); }
+  std::size_t bodies() const { return world_.bodies().size(); }
+
+ private:
+  void show(std::size_t frame) {
+    for (std::size_t i = 0; i < world_.bodies().size(); ++i) {
+      const BodyPose& pose = recording_.poses[frame][i];
+      dBodySetPosition(world_.bodies()[i], pose.position[0], pose.position[1], pose.position[2]);
+      dBodySetQuaternion(world_.bodies()[i], pose.rotation);
+    }
+  }
+
+  dParallelSAPStats collide() {
+    std::size_t pairs = 0;
+    dSpaceCollide(space_, &pairs, count);
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space_, &stats);
+    if (pairs != stats.pairs) throw std::runtime_error("the statistics miscount the pairs");
+    return stats;
+  }
+
+  // All of them, by the bounds that ODE tells.
+  std::size_t countAllPairs() const {
+    struct Bounds {
+      dReal value[6];
+    };
+    std::vector<Bounds> all(geoms());
+    for (std::size_t i = 0; i < all.size(); ++i) dGeomGetAABB(world_.geoms()[i], all[i].value);
+    std::size_t pairs = 0;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      for (std::size_t j = i + 1; j < all.size(); ++j) {
+        const dReal *a = all[i].value, *b = all[j].value;
+        pairs += a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
+                 b[4] <= a[5];
+      }
+    return pairs;
+  }
+
+  pile::World world_;
+  PileRecording recording_;
+  dSpaceID space_;
+  std::size_t expected_ = 0;
+  int frame_ = 0;
+};
+
+void takeTurn(Pile& pile, Cell& cell, double seconds) {
+  if (!pile.use(cell)) return;
+  pile.check();
+  pile.next();  // what the method still has to allocate
+  double spent = 0;
+  for (int i = 0; i < 3 || spent < 1000 * seconds; ++i) {
+    cell.samples.push_back(pile.next());
+    spent += cell.samples.back().total_ms;
+  }
+}
+
+double medianOf(const Cell& cell, double dParallelSAPStats::*stage) {
+  std::vector<double> values;
+  for (const dParallelSAPStats& stats : cell.samples) values.push_back(stats.*stage);
+  return median(values);
+}
+
+double leastOf(const Cell& cell, double dParallelSAPStats::*stage) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const dParallelSAPStats& stats : cell.samples) least = std::min(least, stats.*stage);
+  return least;
+}
+
+Row rowOf(const Pile& pile, const std::string& scene, const Cell& cell) {
+  const dParallelSAPStats& last = cell.samples.back();
+  Row row;
+  row.add("scene", scene)
+      .add("bodies", pile.bodies())
+      .add("geoms", pile.geoms())
+      .add("method", std::string(cell.method.name))
+      .add("threads", cell.threads)
+      .add("threads_used", last.threads)
+      .add("devices_used", last.devices)
+      .add("samples", cell.samples.size())
+      .add("pairs", static_cast<std::size_t>(last.pairs))
+      .add("update_ms", medianOf(cell, &dParallelSAPStats::update_ms))
+      .add("synchronise_ms", medianOf(cell, &dParallelSAPStats::synchronise_ms))
+      .add("overlap_ms", medianOf(cell, &dParallelSAPStats::extract_ms))
+      .add("filter_ms", medianOf(cell, &dParallelSAPStats::filter_ms))
+      .add("report_ms", medianOf(cell, &dParallelSAPStats::report_ms))
+      .add("total_ms", medianOf(cell, &dParallelSAPStats::total_ms))
+      .add("min_update_ms", leastOf(cell, &dParallelSAPStats::update_ms))
+      .add("min_overlap_ms", leastOf(cell, &dParallelSAPStats::extract_ms))
+      .add("min_total_ms", leastOf(cell, &dParallelSAPStats::total_ms))
+      .addMachine();
+  return row;
+}
+
+void run(const Wishes& wishes) {
+  Csv csv(wishes.csv, false);
+  std::printf("%-10s %-16s %7s %7s %12s %12s %12s\n", "scene", "method", "threads", "frames",
+              "update ms", "overlap ms", "total ms");
+  for (const std::string& scene : wishes.scenes) {
+    Pile pile(scene, wishes.piles);
+    std::vector<Cell> cells;
+    for (const std::string& method : wishes.methods)
+      for (int threads : wishes.threads) cells.push_back(Cell{methodOf(method), threads});
+    for (int round = 0; round < wishes.rounds; ++round)
+      for (Cell& cell : cells) takeTurn(pile, cell, wishes.seconds);
+    for (const Cell& cell : cells) {
+      if (cell.samples.empty()) {
+        std::printf("%-10s %-16s is not to be had here\n", scene.c_str(), cell.method.name);
+        continue;
+      }
+      std::printf("%-10s %-16s %7d %7zu %12.4f %12.4f %12.4f\n", scene.c_str(), cell.method.name,
+                  cell.threads, cell.samples.size(), medianOf(cell, &dParallelSAPStats::update_ms),
+                  medianOf(cell, &dParallelSAPStats::extract_ms),
+                  medianOf(cell, &dParallelSAPStats::total_ms));
+      csv.write(rowOf(pile, scene, cell));
+    }
+  }
+}
+
+const char usage[] =
+    R"(pile-benchmark: AABB update and overlap time on recorded piles
+
+  --piles=directory   where record-piles wrote; default: beside the program
+  --scenes=a,b,...    default cubes,balls,skittles
+  --methods=a,b,...   brute-force, sweep (the default), axis-lists, cuda, cuda-axis-lists
+  --threads=t,t,...   default 1,2
+  --rounds=r          turns of each method and number of threads; default 3
+  --seconds=s         of collides in a turn; default 0.3
+  --csv=file
+)";
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (char c : text) {
+    if (c == ',')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+Wishes parse(int argc, char** argv) {
+  Wishes wishes;
+  const std::string program = argv[0];
+  if (program.find('/') != std::string::npos) wishes.piles = program.substr(0, program.rfind('/'));
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::size_t equals = argument.find('=');
+    const std::string name = argument.substr(0, equals);
+    const std::string value = equals == std::string::npos ? "" : argument.substr(equals + 1);
+    if (name == "--help") {
+      std::fputs(usage, stdout);
+      std::exit(0);
+    }
+    if (value.empty()) throw std::invalid_argument(argument + ": no such option; see --help");
+    if (name == "--piles")
+      wishes.piles = value;
+    else if (name == "--scenes")
+      wishes.scenes = split(value);
+    else if (name == "--methods")
+      wishes.methods = split(value);
+    else if (name == "--rounds")
+      wishes.rounds = std::stoi(value);
+    else if (name == "--seconds")
+      wishes.seconds = std::stod(value);
+    else if (name == "--csv")
+      wishes.csv = value;
+    else if (name == "--threads") {
+      wishes.threads.clear();
+      for (const std::string& part : split(value)) wishes.threads.push_back(std::stoi(part));
+    } else
+      throw std::invalid_argument(argument + ": no such option; see --help");
+  }
+  return wishes;
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv) {
+  try {
+    bench::run(bench::parse(argc, argv));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pile-benchmark: %s\n", error.what());
+    return 1;
+  }
+}
