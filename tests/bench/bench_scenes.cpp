@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "pile_recording.h"
 #include "random.h"
@@ -93,7 +94,7 @@ class ShiftingScene : public MovingScene {
   explicit ShiftingScene(Boxes places) : places_(std::move(places)) { boxes_ = places_; }
 
   void advance() override {
-    const dReal way = static_cast<dReal>(swing(++frame_)) / 64;
+    const dReal way = static_cast<dReal>(swing(++frame_)) / 16;
     for (std::size_t i = 0; i < places_.size(); ++i)
       for (dReal *to = boxes_[i].centre, *at = const_cast<dReal*>(places_[i].centre), *end = at + 3;
            at != end; ++at, ++to)
@@ -185,15 +186,27 @@ class BroadmarkScene : public MovingScene {
   int frame_ = 0;
 };
 
-// Frames of a recorded pile there and back; as many copies side by side as n bodies need.
+// Frames of a recorded pile there and back: the bodies in its middle if n is smaller, copies side
+// by side if n is larger, in an order that says nothing about where they are.
 class PileScene : public MovingScene {
  public:
-  PileScene(std::shared_ptr<const BoxRecording> recording, std::size_t n)
+  PileScene(std::shared_ptr<const BoxRecording> recording, std::size_t n, std::uint64_t seed)
       : recording_(std::move(recording)) {
     const Extent extent = extentOf(recording_->frames.front());
-    const std::size_t copies = (n - 1) / bodies() + 1;
-    columns_ = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(copies))));
-    for (int axis = 0; axis < 2; ++axis) width_[axis] = extent.high[axis] - extent.low[axis] + 1;
+    const std::vector<std::size_t> from_middle = bodiesFromMiddle(extent);
+    const std::size_t bodies = from_middle.size();
+    const double copies = std::ceil(static_cast<double>(n) / static_cast<double>(bodies));
+    const std::size_t columns = static_cast<std::size_t>(std::ceil(std::sqrt(copies)));
+    const double width = extent.high[0] - extent.low[0] + 1,
+                 depth = extent.high[1] - extent.low[1] + 1;
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t copy = i / bodies;
+      places_.push_back({from_middle[i % bodies],
+                         static_cast<dReal>(width * static_cast<double>(copy % columns)),
+                         static_cast<dReal>(depth * static_cast<double>(copy / columns))});
+    }
+    Random random(seed);
+    for (std::size_t i = n; i > 1; --i) std::swap(places_[i - 1], places_[random.below(i)]);
     boxes_.resize(n);
     show(0);
   }
@@ -205,21 +218,36 @@ class PileScene : public MovingScene {
   }
 
  private:
-  std::size_t bodies() const { return recording_->frames.front().size(); }
+  struct Place {
+    std::size_t body;
+    dReal x, y;  // of the copy
+  };
+
+  std::vector<std::size_t> bodiesFromMiddle(const Extent& extent) const {
+    const Boxes& boxes = recording_->frames.front();
+    const auto distance = [&](std::size_t body) {
+      const double x = boxes[body].centre[0] - (extent.low[0] + extent.high[0]) / 2,
+                   y = boxes[body].centre[1] - (extent.low[1] + extent.high[1]) / 2;
+      return x * x + y * y;
+    };
+    std::vector<std::size_t> bodies(boxes.size());
+    std::iota(bodies.begin(), bodies.end(), std::size_t{0});
+    std::sort(bodies.begin(), bodies.end(),
+              [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+    return bodies;
+  }
 
   void show(std::size_t frame) {
     const Boxes& shown = recording_->frames[frame];
     for (std::size_t i = 0; i < boxes_.size(); ++i) {
-      const std::size_t copy = i / bodies();
-      boxes_[i] = shown[i % bodies()];
-      boxes_[i].centre[0] += static_cast<dReal>(width_[0] * static_cast<double>(copy % columns_));
-      boxes_[i].centre[1] += static_cast<dReal>(width_[1] * static_cast<double>(copy / columns_));
+      boxes_[i] = shown[places_[i].body];
+      boxes_[i].centre[0] += places_[i].x;
+      boxes_[i].centre[1] += places_[i].y;
     }
   }
 
-  std::shared_ptr<const BoxRecording> recording_;
-  std::size_t columns_;
-  double width_[2];
+  const std::shared_ptr<const BoxRecording> recording_;
+  std::vector<Place> places_;
   int frame_ = 0;
 };
 
@@ -302,7 +330,7 @@ void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
                      "recorded from examples/pile, copies side by side", any_number,
                      [=](std::size_t n, std::uint64_t) {
                        if (!*recording) *recording = readPile(path);
-                       return std::make_unique<PileScene>(*recording, n);
+                       return std::make_unique<PileScene>(*recording, n, seed);
                      }});
   }
 }

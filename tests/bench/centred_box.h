@@ -14,6 +14,11 @@ struct CentredBox {
   dReal low(int axis) const { return centre[axis] - half[axis]; }
   dReal high(int axis) const { return centre[axis] + half[axis]; }
 
+  // Bounds of a body that turns change their size.
+  bool sameSizeAs(const CentredBox& other) const {
+    return half[0] == other.half[0] && half[1] == other.half[1] && half[2] == other.half[2];
+  }
+
   // Closed intervals, as in ODE.
   bool overlaps(const CentredBox& other) const {
     for (int axis = 0; axis < 3; ++axis)

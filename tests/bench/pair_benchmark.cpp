@@ -79,6 +79,8 @@ class Forecast {
 class Turn {
  public:
   explicit Turn(Cell& cell) : cell_(cell), scene_(makeScene(cell)) {
+    const std::string refusal = cell.kind.refuses(scene_->boxes());
+    if (!refusal.empty()) throw std::runtime_error(refusal);
     peer_ = cell.kind.create(cell.stage.threads);
     peer_->create(scene_->boxes());
     if (options().batch > 0) measureMoving();
@@ -248,12 +250,13 @@ class Runner {
     if (cell_->turns_done == options().rounds) {
       forecast_.learn(*cell_);
       csv_.write(rowOf(*cell_));
-      failures_ += cell_->status.rfind("wrong", 0) == 0;
+      if (cell_->status.rfind("wrong", 0) == 0) wrong_.push_back(*cell_);
     }
     cell_ = nullptr;
   }
 
-  int failures() const { return failures_; }
+  // Those that found other pairs than they should have.
+  const std::vector<Cell>& wrong() const { return wrong_; }
 
  private:
   void run(Cell& cell, benchmark::State& state) {
@@ -281,7 +284,7 @@ class Runner {
     try {
       turn_ = std::make_unique<Turn>(cell);
     } catch (const std::exception& error) {
-      cell.status = std::string("failed: ") + error.what();
+      cell.status = std::string("left out: ") + error.what();
     }
   }
 
@@ -299,7 +302,7 @@ class Runner {
   Forecast forecast_;
   Cell* cell_ = nullptr;
   std::unique_ptr<Turn> turn_;
-  int failures_ = 0;
+  std::vector<Cell> wrong_;
 };
 
 // Prints as Google Benchmark does, and tells the runner when a turn is over.
@@ -388,9 +391,13 @@ int run(int argc, char** argv) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   Reporter reporter(runner);
   benchmark::RunSpecifiedBenchmarks(&reporter);
-  if (runner.failures() == 0) return 0;
-  std::fprintf(stderr, "pair-benchmark: %d cells found wrong pairs\n", runner.failures());
-  return 1;
+  // What another library finds or misses is its own affair, and a finding; it was not timed.
+  bool ours = false;
+  for (const Cell& cell : runner.wrong()) {
+    std::fprintf(stderr, "pair-benchmark: %s: %s\n", cell.name().c_str(), cell.status.c_str());
+    ours = ours || cell.kind.name.rfind("parallel-sap", 0) == 0;
+  }
+  return ours ? 1 : 0;
 }
 
 }  // namespace

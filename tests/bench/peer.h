@@ -68,6 +68,8 @@ struct PeerKind {
   std::size_t most = std::numeric_limits<std::size_t>::max();
   // Why more pairs than the exact ones may be reported; empty: it reports exactly these.
   std::string superset;
+  // Why it must not be shown these boxes, which would end the program; empty if it may.
+  std::function<std::string(const Boxes& boxes)> refuses = [](const Boxes&) { return ""; };
   // Empty where it is not to be had on this machine.
   std::function<std::unique_ptr<Peer>(int threads)> create;
 };

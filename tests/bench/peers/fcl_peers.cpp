@@ -29,8 +29,9 @@ class FclPeer : public Peer {
  public:
   void create(const Boxes& boxes) override {
     for (const CentredBox& box : boxes) {
-      auto shape = std::make_shared<fcl::Boxd>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
-      objects_.push_back(std::make_unique<fcl::CollisionObjectd>(shape));
+      shapes_.push_back(
+          std::make_shared<fcl::Boxd>(2 * box.half[0], 2 * box.half[1], 2 * box.half[2]));
+      objects_.push_back(std::make_unique<fcl::CollisionObjectd>(shapes_.back()));
       objects_.back()->setUserData(reinterpret_cast<void*>(objects_.size() - 1));
       pointers_.push_back(objects_.back().get());
     }
@@ -45,7 +46,12 @@ class FclPeer : public Peer {
 
   void move(const Boxes& boxes) override {
     for (std::size_t i = 0; i < objects_.size(); ++i) {
-      const dReal* centre = boxes[i].centre;
+      const dReal *centre = boxes[i].centre, *half = boxes[i].half;
+      const fcl::Vector3d side(2 * half[0], 2 * half[1], 2 * half[2]);
+      if (shapes_[i]->side != side) {
+        shapes_[i]->side = side;
+        shapes_[i]->computeLocalAABB();
+      }
       objects_[i]->setTranslation(fcl::Vector3d(centre[0], centre[1], centre[2]));
     }
   }
@@ -78,6 +84,7 @@ class FclPeer : public Peer {
     manager_.update();
   }
 
+  std::vector<std::shared_ptr<fcl::Boxd>> shapes_;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
   std::vector<fcl::CollisionObjectd*> pointers_;
   Manager manager_;

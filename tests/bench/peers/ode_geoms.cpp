@@ -35,6 +35,7 @@ void OdeSpacePeer::create(const Boxes& boxes) {
     dGeomSetPosition(geom, box.centre[0], box.centre[1], box.centre[2]);
     geoms_.push_back(geom);
   }
+  shown_ = boxes;
 }
 
 void OdeSpacePeer::enter() {
@@ -44,8 +45,12 @@ void OdeSpacePeer::enter() {
 
 void OdeSpacePeer::move(const Boxes& boxes) {
   for (std::size_t i = 0; i < geoms_.size(); ++i) {
-    const dReal* centre = boxes[i].centre;
-    dGeomSetPosition(geoms_[i], centre[0], centre[1], centre[2]);
+    const CentredBox& box = boxes[i];
+    if (!box.sameSizeAs(shown_[i])) {
+      dGeomBoxSetLengths(geoms_[i], 2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
+      shown_[i] = box;
+    }
+    dGeomSetPosition(geoms_[i], box.centre[0], box.centre[1], box.centre[2]);
   }
 }
 

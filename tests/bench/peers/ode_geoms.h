@@ -27,6 +27,7 @@ class OdeSpacePeer : public Peer {
 
  private:
   std::vector<dGeomID> geoms_;
+  Boxes shown_;  // for their sizes
   Extent extent_;
 };
 

@@ -52,6 +52,13 @@ PeerKind kind(const char* name, std::size_t most) {
 void addOdePeers(std::vector<PeerKind>& kinds) {
   // The hash space keeps a table of n * n bits, whose size overflows an int at 131,072 geoms.
   kinds.push_back(kind<HashPeer>("dHashSpace", 120000));
+  kinds.back().refuses = [](const Boxes& boxes) -> std::string {
+    const Extent extent = extentOf(boxes);
+    for (int axis = 0; axis < 3; ++axis)
+      if (std::max(-extent.low[axis], extent.high[axis]) > 1e8)
+        return "its cells' numbers overflow, which ends the program";
+    return "";
+  };
   kinds.push_back(kind<SweepAndPrunePeer>("dSweepAndPruneSpace", 1000000));
   kinds.back().superset = "float bounds on one axis";
   kinds.push_back(kind<QuadTreePeer>("dQuadTreeSpace", 300000));
