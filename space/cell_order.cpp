@@ -27,10 +27,13 @@ constexpr int most_rounds = 16;
 std::uint32_t slotOf(std::uint64_t record) {
   return static_cast<std::uint32_t>(record);
 }
-// Digits for a number of boxes: about two boxes a key when they are spread evenly.
+// Digits for a number of boxes: about two boxes a key where the boxes are spread evenly, and five
+// digits more, which tell the boxes of a place apart that is thirty times as crowded.
 int digitsFor(std::size_t boxes) {
+  constexpr int digits_for_crowds = 5;
   int digits = 0;
-  while (digits < Quantizer<float>::max_bits && (boxes >> digits) > 2) ++digits;
+  while (digits < Quantizer<float>::max_bits && (boxes << digits_for_crowds >> digits) > 2)
+    ++digits;
   return digits;
 }
 

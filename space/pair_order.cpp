@@ -9,8 +9,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Buckets hold about this many pairs, 32 kB: what fits in the first-level cache.
-constexpr std::size_t bucket_pairs = 4096;
+// Buckets hold about this many pairs, 64 kB: small beside the second-level cache.
+constexpr std::size_t bucket_pairs = 8192;
 constexpr std::size_t most_buckets = 2048;
 
 // Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.

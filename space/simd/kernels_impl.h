@@ -15,22 +15,19 @@ using namespace ode_parallel_sap;
 
 constexpr unsigned all_lanes = 0xffff;
 
-// Which of sixteen boxes overlap box `lane` of `box`, as closed intervals. NaN overlaps nothing.
-// The formula holds for inverted boxes too, and so do bounds made of least and greatest ones. The
-// bounds on each axis are `stride` numbers apart.
 template <class Real>
-inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Real* lower,
-                         const Real* upper, std::size_t stride) {
-  return Lanes::atLeast(upper, box.lower[0][lane]) & Lanes::atMost(lower, box.upper[0][lane]) &
-         Lanes::atLeast(upper + stride, box.lower[1][lane]) &
-         Lanes::atMost(lower + stride, box.upper[1][lane]) &
-         Lanes::atLeast(upper + 2 * stride, box.lower[2][lane]) &
-         Lanes::atMost(lower + 2 * stride, box.upper[2][lane]);
-}
+using Row = Lanes::Row<Real>;
 
 template <class Real>
+inline Row<Real> rowOf(const Group<Real>& boxes) {
+  return Row<Real>(boxes.lower[0], boxes.upper[0], group_size);
+}
+
+// Which of sixteen boxes overlap box `lane` of `box`. NaN overlaps nothing. The formula holds for
+// inverted boxes too, and so do bounds made of least and greatest ones.
+template <class Real>
 inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
-  return overlaps(box, lane, boxes.lower[0], boxes.upper[0], group_size);
+  return rowOf(boxes).overlapping(box, lane);
 }
 
 // Two steps toward `direction` (1 up, -1 down) in the order of all floats, of which the two zeros
@@ -128,23 +125,25 @@ struct Candidates {
   }
 };
 
+// What goes with the boxes of a row; without filters the last three are null.
+struct RowIds {
+  const std::uint32_t *slot, *category, *collide, *body;
+};
+
 // Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
 template <class Real>
-inline void boxAgainstSixteen(const Query<Real>& query, unsigned lane, unsigned mask,
-                              const Real* lower, const Real* upper, std::size_t stride,
-                              const std::uint32_t* slots, const std::uint32_t* category,
-                              const std::uint32_t* collide, const std::uint32_t* body,
-                              PairSink& sink) {
-  unsigned hits = overlaps(*query.boxes, lane, lower, upper, stride) & mask;
+inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask,
+                          const Row<Real>& row, const RowIds& ids, PairSink& sink) {
+  unsigned hits = row.overlapping(*query.boxes, lane) & mask;
   if (!hits) return;
   if (query.filter) {
-    hits &= passesFilter(*query.filter, lane, category, collide, body);
+    hits &= passesFilter(*query.filter, lane, ids.category, ids.collide, ids.body);
     if (!hits) return;
   }
   std::uint64_t* const first = sink.next;
-  sink.next += Lanes::writePairs(slots, query.ids->slot[lane], hits, first);
+  sink.next += Lanes::writePairs(ids.slot, query.ids->slot[lane], hits, first);
   if (sizeof(Real) > sizeof(float) || query.exact) return;
-  const unsigned unsure = hits & ~overlaps(query.inner, lane, lower, upper, stride);
+  const unsigned unsure = hits & ~row.overlapping(query.inner, lane);
   if (unsure) markUnsure(first, hits, unsure);
 }
 
@@ -160,29 +159,68 @@ inline void meetCandidates(const Query<Real>& query, Candidates<Real>& others, P
   for (std::size_t i = 0; i < group_size; ++i) others.lower[0][others.count + i] = nan;
   for (std::size_t base = 0; base < others.count; base += group_size) {
     makeRoom(sink, group_size * group_size);
+    const Row<Real> row(others.lower[0] + base, others.upper[0] + base, Candidates<Real>::stride);
+    const RowIds ids = {others.slot + base, others.category + base, others.collide + base,
+                        others.body + base};
     for (unsigned lane = 0; lane < query.count; ++lane)
-      boxAgainstSixteen(query, lane, all_lanes, others.lower[0] + base, others.upper[0] + base,
-                        Candidates<Real>::stride, others.slot + base, others.category + base,
-                        others.collide + base, others.body + base, sink);
+      boxAgainstRow(query, lane, all_lanes, row, ids, sink);
   }
   others.count = 0;
 }
 
-// Pairs of box `lane` of `query` with those of one cell of `tree` that are in `mask`.
 template <class Real>
-inline void boxAgainstCell(const Query<Real>& query, unsigned lane, unsigned mask,
-                           const TreeView<Real>& tree, std::size_t cell, PairSink& sink) {
-  const Group<Real>& boxes = tree.levels[0][cell];
-  const GroupFilter* const filter = tree.filters ? tree.filters + cell : nullptr;
-  boxAgainstSixteen(query, lane, mask, boxes.lower[0], boxes.upper[0], group_size,
-                    tree.ids[cell].slot, filter ? filter->category : nullptr,
-                    filter ? filter->collide : nullptr, filter ? filter->body : nullptr, sink);
+inline RowIds idsOf(const TreeView<Real>& tree, std::size_t cell) {
+  if (!tree.filters) return {tree.ids[cell].slot, nullptr, nullptr, nullptr};
+  const GroupFilter& filter = tree.filters[cell];
+  return {tree.ids[cell].slot, filter.category, filter.collide, filter.body};
 }
 
-// Calls visit(cell, mask) for the cells of `tree`, from `first` on, that have boxes overlapping box
-// `lane` of `query`; `mask` tells which.
+// Cells, gathered in the same way: their bounds and numbers.
+template <class Real>
+struct CellCandidates {
+  static constexpr std::size_t capacity = 2048 / sizeof(Real);
+  static constexpr std::size_t stride = capacity + group_size;
+
+  alignas(64) Real lower[3][stride];
+  alignas(64) Real upper[3][stride];
+  alignas(64) std::uint32_t cell[stride];
+  alignas(64) std::uint32_t chosen[stride];
+  std::size_t count = 0;
+
+  bool full() const { return count > capacity - group_size; }
+
+  // Adds the cells in `mask` of the sixteen whose bounds are `bounds` and whose numbers are
+  // `cells`.
+  void add(const Group<Real>& bounds, const std::uint32_t* cells, unsigned mask) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Lanes::compress(bounds.lower[axis], mask, lower[axis] + count);
+      Lanes::compress(bounds.upper[axis], mask, upper[axis] + count);
+    }
+    Lanes::compress(cells, mask, cell + count);
+    count += __builtin_popcount(mask);
+  }
+
+  // Puts the cells from `first` on whose bounds overlap box `lane` of `box` into chosen[], and
+  // returns their number.
+  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
+    for (int i = 0; i < group_size; ++i)
+      lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
+    std::size_t number = 0;
+    for (std::size_t base = 0; base < count; base += group_size) {
+      const unsigned mask =
+          Row<Real>(lower[0] + base, upper[0] + base, stride).overlapping(box, lane) &
+          ~Lanes::below(cell + base, first);
+      Lanes::compress(cell + base, mask, chosen + number);
+      number += __builtin_popcount(mask);
+    }
+    return number;
+  }
+};
+
+// Calls visit(node, mask) for the nodes just above the cells of `tree`, from that of cell `first`
+// on: `mask` tells which of its sixteen cells have bounds that overlap box `lane` of `box`.
 template <class Real, class Visit>
-inline void forOverlappingBoxes(const TreeView<Real>& tree, const Group<Real>& query, unsigned lane,
+inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
                                 std::size_t first, Visit visit) {
   struct Node {
     std::uint32_t level, group;
@@ -193,55 +231,97 @@ inline void forOverlappingBoxes(const TreeView<Real>& tree, const Group<Real>& q
   stack[top++] = {static_cast<std::uint32_t>(tree.depth - 1), 0};
   while (top) {
     const Node node = stack[--top];
-    unsigned mask = overlaps(query, lane, tree.levels[node.level][node.group]);
+    unsigned mask = overlaps(box, lane, tree.levels[node.level][node.group]);
+    if (node.level == 1) {
+      if (mask) visit(node.group, mask);
+      continue;
+    }
     const std::size_t base = std::size_t{node.group} * group_size;
     const std::size_t from = first >> 4 * (node.level - 1);
     if (from > base) mask = from - base < group_size ? mask >> (from - base) << (from - base) : 0;
-    if (node.level == 1) {
-      for (; mask; mask &= mask - 1) {
-        const std::size_t cell = base + __builtin_ctz(mask);
-        visit(cell, overlaps(query, lane, tree.levels[0][cell]));
-      }
-    } else {
-      for (; mask; mask &= mask - 1)
-        stack[top++] = {node.level - 1, static_cast<std::uint32_t>(base + __builtin_ctz(mask))};
-    }
+    for (; mask; mask &= mask - 1)
+      stack[top++] = {node.level - 1, static_cast<std::uint32_t>(base + __builtin_ctz(mask))};
   }
 }
 
-// Pairs of the boxes of `query`, cell `cell` of `queries`, with the cells from `first` on of
-// `tree`.
+// Where a thread gathers.
 template <class Real>
-inline void cellAgainstTree(const Query<Real>& query, const TreeView<Real>& queries,
-                            std::size_t cell, const TreeView<Real>& tree, std::size_t first,
-                            Candidates<Real>& candidates, PairSink& sink) {
-  forOverlappingBoxes(tree, queries.levels[1][cell / group_size], cell % group_size, first,
-                      [&](std::size_t other, unsigned mask) {
-                        candidates.add(tree, other, mask);
-                        if (candidates.full()) meetCandidates(query, candidates, sink);
-                      });
-  meetCandidates(query, candidates, sink);
+struct Workplace {
+  CellCandidates<Real> cells;
+  Candidates<Real> boxes;
+};
+
+// Pairs of the cells [begin, end) of `queries`, which are all below one node, with the gathered
+// cells of `tree`; with those after the cell itself only, if `forward`. Uses the gathered cells up.
+template <class Real>
+inline void meetCells(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                      const TreeView<Real>& tree, bool forward, bool exact, Workplace<Real>& work,
+                      PairSink& sink) {
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const Group<Real>& bounds = queries.levels[1][cell / group_size];
+    const unsigned lane = cell % group_size;
+    const std::size_t others =
+        work.cells.choose(bounds, lane, forward ? static_cast<std::uint32_t>(cell + 1) : 0);
+    if (!others) continue;
+    const Query<Real> query(queries, cell, exact);
+    for (std::size_t i = 0; i < others; ++i) {
+      const std::size_t other = work.cells.chosen[i];
+      work.boxes.add(tree, other, overlaps(bounds, lane, tree.levels[0][other]));
+      if (work.boxes.full()) meetCandidates(query, work.boxes, sink);
+    }
+    meetCandidates(query, work.boxes, sink);
+  }
+  work.cells.count = 0;
+}
+
+// Pairs of the cells [begin, end) of `queries` with those of `tree`. The tree is walked once for
+// all cells below one node, then each of them chooses among what was found.
+template <class Real>
+inline void cellsAgainstTree(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                             const TreeView<Real>& tree, bool forward, bool exact, PairSink& sink) {
+  Workplace<Real> work;
+  alignas(64) std::uint32_t numbers[group_size];
+  while (begin < end) {
+    const std::size_t node = begin / group_size;
+    const std::size_t node_end = (node + 1) * group_size, stop = node_end < end ? node_end : end;
+    // The bounds of all cells below the node.
+    Group<Real> bounds;
+    const Group<Real>& cells = queries.levels[1][node];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
+      bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
+    }
+    forOverlappingNodes(tree, bounds, 0, forward ? begin : 0,
+                        [&](std::uint32_t group, unsigned mask) {
+                          for (std::uint32_t i = 0; i < group_size; ++i)
+                            numbers[i] = group * group_size + i;
+                          work.cells.add(tree.levels[1][group], numbers, mask);
+                          if (work.cells.full())
+                            meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+                        });
+    meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+    begin = stop;
+  }
 }
 
 template <class Real>
 void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
                PairSink& sink) {
-  Candidates<Real> candidates;
   for (std::size_t cell = begin; cell < end; ++cell) {
     const Query<Real> query(tree, cell, exact);
     makeRoom(sink, group_size * group_size);
+    const Row<Real> row = rowOf(tree.levels[0][cell]);
+    const RowIds ids = idsOf(tree, cell);
     for (unsigned lane = 0; lane + 1 < query.count; ++lane)
-      boxAgainstCell(query, lane, all_lanes << (lane + 1) & all_lanes, tree, cell, sink);
-    cellAgainstTree(query, tree, cell, tree, cell + 1, candidates, sink);
+      boxAgainstRow(query, lane, all_lanes << (lane + 1) & all_lanes, row, ids, sink);
   }
+  cellsAgainstTree(tree, begin, end, tree, true, exact, sink);
 }
 
 template <class Real>
 void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                 const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  Candidates<Real> candidates;
-  for (std::size_t cell = begin; cell < end; ++cell)
-    cellAgainstTree(Query<Real>(queries, cell, exact), queries, cell, tree, 0, candidates, sink);
+  cellsAgainstTree(queries, begin, end, tree, false, exact, sink);
 }
 
 template <class Real>
@@ -259,7 +339,8 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
         unsigned mask = all_lanes;
         if (base < begin) mask = mask << (begin - base) & all_lanes;
         if (end - base < group_size) mask &= (1u << (end - base)) - 1;
-        boxAgainstCell(query, row % group_size, mask, cells, cell, sink);
+        boxAgainstRow(query, row % group_size, mask, rowOf(cells.levels[0][cell]),
+                      idsOf(cells, cell), sink);
       }
     }
   }

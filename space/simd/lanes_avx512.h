@@ -4,6 +4,7 @@
 
 #include <immintrin.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace {
@@ -27,6 +28,9 @@ struct Lanes {
     return _mm512_cmp_pd_mask(_mm512_load_pd(p), v, _CMP_LE_OQ) |
            _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_LE_OQ) << 8;
   }
+  template <class Real>
+  struct Row;
+
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
   }
@@ -94,6 +98,48 @@ struct Lanes {
   static __m512i word(__m256i high, __m256i low) {
     return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(high), 32),
                            _mm512_cvtepu32_epi64(low));
+  }
+};
+
+// Sixteen boxes in registers.
+template <>
+struct Lanes::Row<float> {
+  __m512 lower[3], upper[3];
+
+  Row(const float* lowers, const float* uppers, std::size_t stride) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = _mm512_load_ps(lowers + axis * stride);
+      upper[axis] = _mm512_load_ps(uppers + axis * stride);
+    }
+  }
+  // Which of them overlap a box, as closed intervals.
+  template <class BoxGroup>
+  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+    __mmask16 mask = 0xffff;
+    for (int axis = 0; axis < 3; ++axis) {
+      mask = _mm512_mask_cmp_ps_mask(mask, upper[axis], _mm512_set1_ps(box.lower[axis][lane]),
+                                     _CMP_GE_OQ);
+      mask = _mm512_mask_cmp_ps_mask(mask, lower[axis], _mm512_set1_ps(box.upper[axis][lane]),
+                                     _CMP_LE_OQ);
+    }
+    return mask;
+  }
+};
+
+template <>
+struct Lanes::Row<double> {
+  const double *lower, *upper;
+  std::size_t stride;
+
+  Row(const double* lower, const double* upper, std::size_t stride)
+      : lower(lower), upper(upper), stride(stride) {}
+  template <class BoxGroup>
+  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+    unsigned mask = 0xffff;
+    for (int axis = 0; axis < 3; ++axis)
+      mask &= atLeast(upper + axis * stride, box.lower[axis][lane]) &
+              atMost(lower + axis * stride, box.upper[axis][lane]);
+    return mask;
   }
 };
 

@@ -2,6 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
 #define ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
 
+#include <cstddef>
 #include <cstdint>
 
 namespace {
@@ -23,6 +24,25 @@ struct Lanes {
     for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] <= value} << i;
     return mask;
   }
+  // Sixteen boxes made ready to be tested against many.
+  template <class Real>
+  struct Row {
+    const Real *lower, *upper;
+    std::size_t stride;
+
+    Row(const Real* lower, const Real* upper, std::size_t stride)
+        : lower(lower), upper(upper), stride(stride) {}
+    // Which of them overlap a box, as closed intervals.
+    template <class BoxGroup>
+    unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+      return atLeast(upper, box.lower[0][lane]) & atMost(lower, box.upper[0][lane]) &
+             atLeast(upper + stride, box.lower[1][lane]) &
+             atMost(lower + stride, box.upper[1][lane]) &
+             atLeast(upper + 2 * stride, box.lower[2][lane]) &
+             atMost(lower + 2 * stride, box.upper[2][lane]);
+    }
+  };
+
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     unsigned mask = 0;
     for (int i = 0; i < 16; ++i) mask |= unsigned{(p[i] & value) != 0} << i;

@@ -4,6 +4,7 @@
 
 #include <emmintrin.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace {
@@ -45,6 +46,25 @@ struct Lanes {
       mask |= static_cast<unsigned>(_mm_movemask_pd(_mm_cmple_pd(_mm_load_pd(p + i), v))) << i;
     return mask;
   }
+  // Sixteen boxes made ready to be tested against many.
+  template <class Real>
+  struct Row {
+    const Real *lower, *upper;
+    std::size_t stride;
+
+    Row(const Real* lower, const Real* upper, std::size_t stride)
+        : lower(lower), upper(upper), stride(stride) {}
+    // Which of them overlap a box, as closed intervals.
+    template <class BoxGroup>
+    unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+      return atLeast(upper, box.lower[0][lane]) & atMost(lower, box.upper[0][lane]) &
+             atLeast(upper + stride, box.lower[1][lane]) &
+             atMost(lower + stride, box.upper[1][lane]) &
+             atLeast(upper + 2 * stride, box.lower[2][lane]) &
+             atMost(lower + 2 * stride, box.upper[2][lane]);
+    }
+  };
+
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m128i v = _mm_set1_epi32(static_cast<int>(value));
     return 0xffff ^ each([=](int i) {
