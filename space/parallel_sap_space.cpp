@@ -78,6 +78,7 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent)
   // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
   // this one.
   type = dSweepAndPruneSpaceClass;
+  timed_ = settings.print_stats;
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {

@@ -89,7 +89,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
- * what OpenMP would use (processor affinity, OMP_NUM_THREADS). Small scenes use one thread
+ * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
+ * is slower, which happens where other programs hold the cores. Small scenes use one thread
  * whatever is set. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
@@ -121,7 +122,8 @@ typedef struct dParallelSAPStats {
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
 } dParallelSAPStats;
 
-/* Fills *stats; all zero before the first collide. */
+/* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before
+ * this has been called once; the clock would be a good part of what it measures. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* Environment variables, read when a space is created, take the place of the defaults above in
