@@ -328,7 +328,7 @@ void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
     auto recording = std::make_shared<std::shared_ptr<const BoxRecording>>();
     kinds.push_back({std::string("pile-") + name,
                      "recorded from examples/pile, copies side by side", any_number,
-                     [=](std::size_t n, std::uint64_t) {
+                     [=](std::size_t n, std::uint64_t seed) {
                        if (!*recording) *recording = readPile(path);
                        return std::make_unique<PileScene>(*recording, n, seed);
                      }});

@@ -1,0 +1,62 @@
+"""Reads the CSV files of a run; shared by plot.py and table.py."""
+import csv
+import os
+
+
+def number(text):
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        return None
+
+
+def read(directory, study):
+    """The rows of a study, numbers as floats, empty cells as None; [] if it was not run."""
+    path = os.path.join(directory, study + ".csv")
+    if not os.path.exists(path):
+        return []
+    rows = []
+    with open(path, newline="") as file:
+        for row in csv.DictReader(file):
+            # Columns added to a file by a later version would shift silently.
+            if None in row or None in row.values():
+                raise SystemExit("%s: a row with another number of columns" % path)
+            rows.append({key: (number(value) if number(value) is not None else (value or None))
+                         for key, value in row.items()})
+    return rows
+
+
+def timed(rows, **wanted):
+    """Rows that were timed and have these values."""
+    return [row for row in rows if row.get("status", "ok") == "ok" and
+            (row.get("median_ms") is not None or row.get("total_ms") is not None) and
+            all(row[key] == value for key, value in wanted.items())]
+
+
+def values(rows, column):
+    """The distinct values of a column, in the order in which they come."""
+    return list(dict.fromkeys(row[column] for row in rows))
+
+
+def one(rows, **wanted):
+    found = timed(rows, **wanted)
+    return found[0] if found else None
+
+
+# Peers that are other libraries, not ODE's.
+LIBRARIES = ("embree", "cgal", "cgal-parallel", "bullet-dbvt", "bullet-axis-sweep", "fcl-tree", "fcl-sap")
+ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpace")
+OURS = "parallel-sap"
+
+
+def best(rows, scene, n, threads, peers):
+    """The quickest of the peers with up to so many threads: not all of them take a number."""
+    found = [row for row in timed(rows, scene=scene, n=n) if row["peer"] in peers and row["threads"] <= threads]
+    return min(found, key=lambda row: row["median_ms"], default=None)
+
+
+def machine(rows):
+    row = rows[0]
+    gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row["gpu"] else ""
+    return "%s, %d cores%s; %s %s; commit %s, %s" % (
+        row["cpu"], row["cores"], gpu, row["compiler"], row["flags"], row["commit"], row["date"])

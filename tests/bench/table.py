@@ -1,0 +1,245 @@
+#!/usr/bin/env python3
+"""Prints the tables of a results directory as markdown, or puts them into a file:
+
+    tests/bench/table.py DIR              all tables
+    tests/bench/table.py DIR peers small  some
+    tests/bench/table.py DIR --write FILE replaces what stands in FILE between the lines
+                                          <!-- table NAME DIR --> and <!-- end -->, DIR being the
+                                          directory's last part
+"""
+import argparse
+import os
+import re
+import sys
+
+from results import LIBRARIES, ODE_SPACES, OURS, best, machine, one, read, timed, values
+
+
+def shown(value, suffix=""):
+    """Three digits."""
+    if value is None:
+        return "–"
+    text = "%.3g" % value if abs(value) < 1000 else "{:,.0f}".format(value)
+    return text + suffix
+
+
+def count(value):
+    return "{:,.0f}".format(value)
+
+
+def markdown(head, rows, notes=()):
+    lines = ["| " + " | ".join(head) + " |", "| " + " | ".join(["---"] + ["---:"] * (len(head) - 1)) + " |"]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines + [""] + list(notes)) + "\n"
+
+
+def peers(directory):
+    """Milliseconds of every peer on the dense cube."""
+    rows = read(directory, "peers")
+    scene = "dense-cube"
+    sizes = values(timed(rows, scene=scene), "n")
+    lines = []
+    for peer in values([row for row in rows if row["scene"] == scene], "peer"):
+        for threads in values([row for row in rows if row["peer"] == peer], "threads"):
+            cells = [one(rows, scene=scene, peer=peer, threads=threads, n=n) for n in sizes]
+            if any(cells):
+                lines.append(["%s, %d thread%s" % (peer, threads, "s" if threads > 1 else "")] +
+                             [shown(cell and cell["median_ms"]) for cell in cells])
+    return markdown(["ms a frame, dense cube"] + [count(n) + " boxes" for n in sizes], lines, [machine(rows)])
+
+
+def distributions(directory):
+    """How many times longer the best library, and the best and the sweep-and-prune space of ODE, take."""
+    rows = read(directory, "peers")
+    most = max(values(rows, "threads"))
+    lines = []
+    for scene in values(rows, "scene"):
+        for n in values([row for row in rows if row["scene"] == scene], "n"):
+            for threads in sorted({1, most}):
+                ours = one(rows, scene=scene, n=n, peer=OURS, threads=threads)
+                if not ours:
+                    continue
+                library = best(rows, scene, n, threads, LIBRARIES)
+                def times(row):
+                    return shown(row and row["median_ms"] / ours["median_ms"], "×") if row else "–"
+                lines.append([scene, count(n), "%d" % threads, shown(ours["median_ms"]),
+                              shown(ours["ns_per_pair"]), times(library), library["peer"] if library else "–",
+                              times(one(rows, scene=scene, n=n, peer="dHashSpace", threads=1)),
+                              times(one(rows, scene=scene, n=n, peer="dSweepAndPruneSpace", threads=1))])
+    return markdown(["scene", "boxes", "threads", "ms", "ns a pair", "best library", "which", "dHashSpace",
+                     "dSweepAndPruneSpace"], lines, [machine(rows)])
+
+
+def not_timed(directory):
+    """What found wrong pairs or was left out, and why."""
+    rows = read(directory, "peers")
+    lines = [[row["scene"], count(row["n"]), row["peer"], row["status"]] for row in rows if row["status"] != "ok"]
+    return markdown(["scene", "boxes", "peer", "why"], lines, [machine(rows)])
+
+
+def supersets(directory):
+    rows = read(directory, "peers")
+    lines = [[row["scene"], count(row["n"]), row["peer"], count(row["pairs"]), count(row["extra_pairs"])]
+             for row in timed(rows, threads=1) if row["extra_pairs"]]
+    return markdown(["scene", "boxes", "peer", "pairs", "pairs too many"], lines, [machine(rows)])
+
+
+def small(directory):
+    """Ours against the best space of ODE, all moving and none."""
+    rows = read(directory, "small")
+    lines = []
+    for moving in values(rows, "moving"):
+        for scene in values(rows, "scene"):
+            some = [row for row in rows if row["moving"] == moving and row["scene"] == scene]
+            cells = []
+            for n in values(some, "n"):
+                ours, other = one(some, n=n, peer=OURS), best(some, scene, n, 1, ODE_SPACES)
+                cells.append(shown(other["median_ms"] / ours["median_ms"], "×") if ours and other else "–")
+            lines.append(["%s, %s" % (scene, "moving" if moving else "still")] + cells)
+    return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
+
+
+def scaling(directory):
+    rows = read(directory, "scaling")
+    lines = []
+    for peer in values(rows, "peer"):
+        some = timed(rows, peer=peer)
+        first = one(some, threads=1)
+        for row in some:
+            extract = row["extract_ms"] and first["extract_ms"] / row["extract_ms"]
+            lines.append([peer, count(row["n"]), "%d" % row["threads"], shown(row["median_ms"]),
+                          shown(first["median_ms"] / row["median_ms"], "×"), shown(row["extract_ms"]),
+                          shown(extract, "×" if extract else "")])
+    return markdown(["dense cube", "boxes", "threads", "ms", "speed-up", "extraction ms", "speed-up"], lines,
+                    [machine(rows)])
+
+
+def cost(directory):
+    rows = read(directory, "cost")
+    small_n, large_n = sorted(values(rows, "n"))
+    lines = []
+    for scene in values(rows, "scene"):
+        for threads in values(rows, "threads"):
+            few, many = (one(rows, scene=scene, threads=threads, n=n) for n in (small_n, large_n))
+            if few and many:
+                lines.append([scene, "%d" % threads, shown(few["ns_per_pair"]), shown(many["ns_per_pair"]),
+                              shown(many["ns_per_pair"] / few["ns_per_pair"]),
+                              shown(few["median_ms"] * 1e6 / (few["n"] + few["pairs"])),
+                              shown(many["median_ms"] * 1e6 / (many["n"] + many["pairs"]))])
+    return markdown(["scene", "threads", "ns a pair, " + count(small_n), count(large_n), "ratio",
+                     "ns a box or pair, " + count(small_n), count(large_n)], lines, [machine(rows)])
+
+
+def memory(directory):
+    rows = read(directory, "memory")
+    lines = []
+    for row in timed(rows):
+        allowed = 150 * row["n"] + 16 * row["pairs"]
+        lines.append([row["scene"], count(row["n"]), row["peer"], shown(row["held_bytes"] / row["n"]),
+                      shown(row["peak_bytes"] / row["n"]), shown(row["own_bytes"] and row["own_bytes"] / row["n"]),
+                      shown(allowed / row["n"])])
+    return markdown(["scene", "boxes", "peer", "bytes a box held", "at most", "by its own account",
+                     "150 + 16 a pair"], lines, [machine(rows)])
+
+
+def stage_table(rows, stage):
+    lines = []
+    scenes = values(rows, "scene")
+    for method in values(rows, "method"):
+        for threads in values(rows, "threads"):
+            cells = [one(rows, scene=scene, method=method, threads=threads) for scene in scenes]
+            lines.append(["%s, %d thread%s" % (method, threads, "s" if threads > 1 else "")] +
+                         [shown(cell and cell[stage]) for cell in cells])
+    return [scenes, lines]
+
+
+def paper_update(directory):
+    rows = read(directory, "paper")
+    scenes, lines = stage_table(rows, "update_ms")
+    return markdown(["ms, AABB update (figure 5)"] + scenes, lines, [machine(rows)])
+
+
+def paper_overlap(directory):
+    rows = read(directory, "paper")
+    scenes, lines = stage_table(rows, "overlap_ms")
+    return markdown(["ms, overlapping pairs (figure 7)"] + scenes, lines, [machine(rows)])
+
+
+def paper_speedup(directory):
+    rows = read(directory, "paper")
+    lines = []
+    for row in timed(rows):
+        first = one(rows, scene=row["scene"], method=row["method"], threads=1)
+        lines.append([row["scene"], row["method"], "%d" % row["threads"]] +
+                     [shown(first[stage] / row[stage], "×") for stage in ("update_ms", "overlap_ms", "total_ms")])
+    return markdown(["scene", "method", "threads", "update", "overlap", "whole collide (figure 9)"], lines,
+                    [machine(rows)])
+
+
+def persistent(directory):
+    rows = read(directory, "persistent")
+    lines = [[row["scene"], row["peer"], "%d" % row["threads"], shown(row["median_ms"]), row["status"]]
+             for row in rows]
+    return markdown(["scene", "peer", "threads", "ms", "status"], lines, [machine(rows)])
+
+
+def oversubscription(directory):
+    rows = read(directory, "oversubscription")
+    lines = [[row["method"], "%d" % row["threads"], shown(row["update_ms"]), shown(row["overlap_ms"]),
+              shown(row["total_ms"])] for row in rows]
+    return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
+
+
+TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
+          "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
+          "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
+          "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
+          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription")}
+
+
+def make(name, directory):
+    table, study = TABLES[name]
+    return table(directory) if read(directory, study) else None
+
+
+def write(path, directory):
+    label = os.path.basename(os.path.normpath(directory))
+    with open(path) as file:
+        text = file.read()
+    marker = re.compile(r"(<!-- table (\S+) " + re.escape(label) + r" -->\n).*?(<!-- end -->)", re.S)
+
+    def replace(match):
+        table = make(match.group(2), directory)
+        if table is None:
+            sys.exit("%s: no results for the table %s" % (directory, match.group(2)))
+        return match.group(1) + "\n" + table + "\n" + match.group(3)
+
+    text, number = marker.subn(replace, text)
+    if number == 0:
+        sys.exit("%s: no line <!-- table NAME %s -->" % (path, label))
+    with open(path, "w") as file:
+        file.write(text)
+    print("%s: %d tables" % (path, number))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("directory")
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=", ".join(TABLES))
+    parser.add_argument("--write", metavar="FILE")
+    options = parser.parse_args()
+    for name in options.tables:
+        if name not in TABLES:
+            parser.error("no table " + name)
+    if options.write:
+        return write(options.write, options.directory)
+    for name in options.tables or TABLES:
+        table = make(name, options.directory)
+        if table:
+            print("## %s\n\n%s" % (name, table))
+        elif options.tables:
+            sys.exit("%s: no results for the table %s" % (options.directory, name))
+
+
+if __name__ == "__main__":
+    main()
