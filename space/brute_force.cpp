@@ -39,6 +39,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
     pairs.clear(1);
     return 1;
   }
+  const ScopedMode mode(exactMode());
   const Triangle triangle = {boxes.size};
   const std::uint64_t count = triangle.pairs();
   const int parts =
@@ -56,7 +57,6 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   int used = 1;
   runTeam(parts, [&](int thread, int team) {
     if (thread == 0) used = team;
-    const ScopedMode mode(exactMode());
     for (int part = thread; part < parts; part += team) {
       BufferSink sink(pairs.parts[part]);
       const Range range = partOf(count, part, parts);

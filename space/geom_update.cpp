@@ -31,8 +31,11 @@ bool needsCallingThread(const dxGeom* geom) {
          (geom->type == dTriMeshClass && hasGimpact());
 }
 
-// Boxes become doubles from this share of coarse boxes on.
-constexpr std::size_t coarse_share = 32;
+// Coarse boxes may all overlap each other: boxes become doubles once those pairs could be more than
+// the boxes, and floats again when they would be far fewer.
+bool needsDoubles(std::size_t coarse, std::size_t slots, bool wide) {
+  return coarse * coarse / 2 > (wide ? slots / 4 : slots);
+}
 
 template <class Real>
 constexpr BasicBox<Real> inactiveBox() {
@@ -137,11 +140,9 @@ int GeomUpdate::run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet
   const int parts = threads;
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
-  const FloatingPointMode callers_mode = currentMode();
   int used = 1;
   runTeam(parts, [&](int thread, int team) {
     if (thread == 0) used = team;
-    const ScopedMode mode(callers_mode);
     for (int index = thread; index < parts; index += team) {
       Part& part = parts_[index];
       part.facts = UpdateFacts();
@@ -208,7 +209,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSe
     mergeFacts();
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = facts_.coarse > slots / coarse_share;
+    const bool wide = needsDoubles(facts_.coarse, slots, boxes.wide);
     if (wide == boxes.wide) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
@@ -228,11 +229,24 @@ void GeomUpdate::mergeFacts() {
   std::sort(facts_.invalid.begin(), facts_.invalid.end());
 }
 
-const UpdateFacts& GeomUpdate::synchronise(BoxSet& boxes) {
+// Where addresses are too far apart for 32 of their bits to tell them apart.
+void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
+  body_numbers_.clear();
+  for (std::size_t slot = 0; slot < boxes.size; ++slot) {
+    const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
+    boxes.bodies[slot] =
+        body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
+                   .first->second
+             : 0;
+  }
+}
+
+const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
+  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
   facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
   boxes.exact = facts_.exact_boxes;
   boxes.filter_bits = facts_.filter_bits;
-  boxes.filter_bodies = facts_.filter_bodies && facts_.exact_bodies;
+  boxes.filter_bodies = facts_.filter_bodies;
   return facts_;
 }
 

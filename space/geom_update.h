@@ -3,11 +3,13 @@
 #define ODE_PARALLEL_SAP_GEOM_UPDATE_H
 
 #include <cstddef>
+#include <unordered_map>
 #include <vector>
 
 #include "box_set.h"
 #include "buffer.h"
 
+struct dxBody;
 struct dxGeom;
 
 namespace ode_parallel_sap {
@@ -20,7 +22,7 @@ struct UpdateFacts {
   std::size_t coarse = 0;     // boxes that floats make clearly larger
   bool user_classes = false;  // AABBTest may decide
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
-  bool exact_bodies = true;   // equal body numbers are equal bodies
+  bool exact_bodies = true;   // 32 bits of the bodies' addresses tell them apart
   bool exact_boxes = true;    // no float bound was rounded
   bool filter_bits = false;
   bool filter_bodies = false;
@@ -39,7 +41,7 @@ class GeomUpdate {
   // Returns the number of threads used.
   int pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes);
   // The threads' facts made one. Call after pack().
-  const UpdateFacts& synchronise(BoxSet& boxes);
+  const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
 
  private:
   struct alignas(64) Part {
@@ -50,10 +52,12 @@ class GeomUpdate {
 
   int run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes);
   void mergeFacts();
+  void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
 
   std::vector<Part> parts_;
   int part_count_ = 0;
   UpdateFacts facts_;
+  std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 
 }  // namespace ode_parallel_sap

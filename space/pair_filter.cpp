@@ -12,7 +12,7 @@ namespace ode_parallel_sap {
 // Whether the geoms decide otherwise than the boxes did.
 struct PairFilter::ExactTest {
   dxGeom* const* geoms;
-  bool every_filter;  // the filter bits or bodies beside the boxes do not decide
+  bool every_filter;  // the filter bits beside the boxes do not decide
 
   bool drops(Pair pair) const {
     if (!isUnsure(pair) && !every_filter) return false;
@@ -56,7 +56,7 @@ std::size_t PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
 }
 
 void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs) {
-  const ExactTest test = {geoms, !facts.exact_bits || (facts.filter_bodies && !facts.exact_bodies)};
+  const ExactTest test = {geoms, !facts.exact_bits};
   if (test.every_filter) {
     pairs.unsure.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
@@ -81,10 +81,10 @@ std::size_t PairFilter::testStretches(const ExactTest& test, int threads, PairLi
   }
   const int team =
       static_cast<int>(std::min<std::size_t>(threads, count / least_pairs_a_thread + 1));
+  const ScopedMode mode(exactMode());
   std::atomic<std::size_t> dropped{0};
   ChunkQueue queue(chunks_.size(), 1);
   runTeam(team, [&](int, int) {
-    const ScopedMode mode(exactMode());
     Range range;
     while (queue.next(range)) {
       const PairList::Stretch& chunk = chunks_[range.begin];

@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <exception>
 
+#include "floating_point.h"
+
 namespace ode_parallel_sap {
 
 // A range of indices, half open.
@@ -28,17 +30,21 @@ inline Range partOf(std::size_t count, int part, int parts, std::size_t step = 1
 }
 
 // Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer)
-// and returns when all are done. The first exception of any thread is thrown again on the caller's.
+// and returns when all are done. All run in the calling thread's floating-point mode: OpenMP's
+// threads would otherwise keep the one they were born with. The first exception of any thread is
+// thrown again on the caller's.
 template <class Work>
 void runTeam(int threads, Work&& work) {
   if (threads <= 1) {
     work(0, 1);
     return;
   }
+  const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;
 #pragma omp parallel num_threads(threads)
   {
+    const ScopedMode callers_mode(mode);
     try {
       work(omp_get_thread_num(), omp_get_num_threads());
     } catch (...) {

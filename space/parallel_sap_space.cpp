@@ -108,6 +108,8 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
   dUASSERT(geoms_.size() < most_slots, "too many geoms in a parallel SAP space");
 
+  constexpr std::size_t least_gaps = 64;
+  if (geoms_.size() - count >= std::max<std::size_t>(least_gaps, count)) closeSlots();
   geoms_.push_back(geom);
   setSlot(geom, geoms_.size() - 1);
   geom->next = nullptr;
@@ -287,17 +289,22 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
     stats_.pairs = pairs;
   };
   writeStats();
+  const Clock::time_point found = timed_ ? Clock::now() : begin;
   for (std::size_t i = 0; i < pairs; ++i)
     callback(data, active[couples[i].earlier], active[couples[i].later]);
   if (stats_.frames != frame) writeStats();  // a collide within the callback wrote its own
   if (timed_) {
-    stats_.total_ms = stats_.update_ms = milliseconds(begin, Clock::now());
+    const Clock::time_point end = Clock::now();
+    stats_.extract_ms = milliseconds(begin, found);
+    stats_.report_ms = milliseconds(found, end);
+    stats_.total_ms = milliseconds(begin, end);
     countTotals();
   }
 }
 
 void ParallelSAPSpace::update() {
   stats_of_smallest_ = false;
+  stats_.report_ms = stats_.total_ms = 0;  // should the callback throw
   stats_.backend = dParallelSAPBackendCPU;
   stats_.devices = 0;
   stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), frame_threads_, boxes_);
@@ -305,7 +312,7 @@ void ParallelSAPSpace::update() {
 }
 
 void ParallelSAPSpace::synchronise() {
-  facts_ = &geom_update_.synchronise(boxes_);
+  facts_ = &geom_update_.synchronise(geoms_.data(), boxes_);
   for (const Slot slot : facts_->invalid) reportInvalid(geoms_[slot]);
   stats_.moved = facts_->moved;
   stats_.disabled = facts_->disabled;

@@ -41,14 +41,15 @@ template <class Real>
 Quantizer<Real>::Quantizer(const ClassSummary<Real>& summary, int digits) : digits_(digits) {
   double step[3];  // length of a step in mean extents
   double greatest_extent = 0;
-  for (double extent : summary.extent) greatest_extent = std::max(greatest_extent, extent);
+  for (double extent : summary.extent)
+    if (std::isfinite(extent)) greatest_extent = std::max(greatest_extent, extent);
   for (int axis = 0; axis < 3; ++axis) {
     const double range = static_cast<double>(summary.high[axis]) - summary.low[axis];
     // Extents of nothing are taken as a small part of the largest, or as one where all are nothing.
     const double extent = greatest_extent > 0
                               ? std::max(summary.extent[axis], greatest_extent / 1024)
                               : static_cast<double>(summary.count);
-    step[axis] = std::isfinite(range) && range > 0 ? range / extent : 0;
+    step[axis] = std::isfinite(range) && std::isfinite(extent) && range > 0 ? range / extent : 0;
   }
   int axis_of_digit[max_bits];
   int axis_bits[3] = {0, 0, 0};

@@ -20,10 +20,11 @@ struct ClassSummary {
   void add(const ClassSummary& other);
 };
 
-// Centres are half sums, scaled so that they cannot overflow.
+// Half sums, scaled so that they cannot overflow. Infinite on both sides: 0, so that all compare.
 template <class Real>
 inline Real centreOf(const BasicBox<Real>& box, int axis) {
-  return Real(0.5) * box.lower[axis] + Real(0.5) * box.upper[axis];
+  const Real centre = Real(0.5) * box.lower[axis] + Real(0.5) * box.upper[axis];
+  return centre == centre ? centre : 0;
 }
 
 // Gives each of the binary digits of a key to one axis: always to the one on which the steps

@@ -23,9 +23,9 @@ struct BoundsFacts {
   bool coarse;  // so small for its distance from the origin that rounding makes it clearly larger
 };
 
-// Rounding moves a bound by up to 2^-23 of its magnitude: both together by a thirtieth or more of
-// the extent of a box whose extent is below this part of its magnitude.
-constexpr double coarse_extent = 1.0 / (1 << 18);
+// A box is coarse if rounding lets it grow by more than this part of its largest extent: far from
+// the origin for its size, beyond the range of floats or below their smallest steps.
+constexpr double coarse_growth = 1.0 / 32;
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not
 // inside the exact one. Which way a bound is rounded is a toss of a coin, so nothing here branches
@@ -35,7 +35,7 @@ template <class Real>
 inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
   constexpr Real most = std::numeric_limits<Real>::max();
   bool exact = true, nan = false, unbounded = false;
-  Real extent = 0, magnitude = 0;
+  Real extent = 0, growth[3];
   for (int axis = 0; axis < 3; ++axis) {
     unbounded |= bounds[2 * axis] > bounds[2 * axis + 1];
     extent = std::max(extent, bounds[2 * axis + 1] - bounds[2 * axis]);
@@ -46,7 +46,6 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
       exact &= back == up;
       nan |= up != up;
       unbounded |= std::fabs(up) > most;
-      magnitude = std::max(magnitude, std::fabs(up));
       std::int32_t bits;
       std::memcpy(&bits, &value, sizeof bits);
       bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
@@ -55,8 +54,13 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
       std::memcpy(&value, &bits, sizeof bits);
       (side ? box.upper : box.lower)[axis] = side ? value : -value;
     }
+    growth[axis] = (static_cast<Real>(box.upper[axis]) - static_cast<Real>(box.lower[axis])) -
+                   (bounds[2 * axis + 1] - bounds[2 * axis]);
   }
-  const bool coarse = !exact && extent < magnitude * static_cast<Real>(coarse_extent);
+  // False where a bound is infinite, and the growth with it NaN.
+  bool coarse = false;
+  for (int axis = 0; axis < 3; ++axis)
+    coarse |= growth[axis] > extent * static_cast<Real>(coarse_growth);
   return {exact, nan, unbounded, coarse};
 }
 
@@ -67,7 +71,7 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   const __m128d flip_lower = _mm_set_pd(0.0, -0.0), sign = _mm_set1_pd(-0.0);
   const __m128d most = _mm_set1_pd(std::numeric_limits<double>::max());
   __m128d inexact = _mm_setzero_pd(), nan = inexact, unbounded = inexact;
-  __m128d extent = inexact, magnitude = inexact;  // in the low half, in both
+  __m128d extents[3];  // in the low half
   __m128 value[3], too_small[3];
   for (int axis = 0; axis < 3; ++axis) {
     const __m128d bound = _mm_loadu_pd(bounds + 2 * axis), up = _mm_xor_pd(bound, flip_lower);
@@ -77,8 +81,7 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
     inexact = _mm_or_pd(inexact, _mm_cmpneq_pd(back, up));
     nan = _mm_or_pd(nan, _mm_cmpunord_pd(up, up));
     unbounded = _mm_or_pd(unbounded, _mm_cmpgt_pd(_mm_andnot_pd(sign, up), most));
-    magnitude = _mm_max_pd(magnitude, _mm_andnot_pd(sign, up));
-    extent = _mm_max_sd(extent, _mm_sub_sd(_mm_shuffle_pd(bound, bound, 1), bound));
+    extents[axis] = _mm_sub_sd(_mm_shuffle_pd(bound, bound, 1), bound);
     // In the low half only: lower above upper.
     unbounded = _mm_or_pd(
         unbounded,
@@ -99,11 +102,17 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(0, 0, 2, 0)));
   _mm_storeu_ps(bounds_of_box + 3, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 1)));
   std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
-  const double largest =
-      _mm_cvtsd_f64(_mm_max_sd(magnitude, _mm_shuffle_pd(magnitude, magnitude, 1)));
   const bool exact = _mm_movemask_pd(inexact) == 0;
-  return {exact, _mm_movemask_pd(nan) != 0, _mm_movemask_pd(unbounded) != 0,
-          !exact && _mm_cvtsd_f64(extent) < largest * coarse_extent};
+  // The largest extent, and the growth on each axis: NaN, and so not coarse, where a bound is
+  // infinite.
+  const double limit =
+      coarse_growth * _mm_cvtsd_f64(_mm_max_sd(extents[0], _mm_max_sd(extents[1], extents[2])));
+  bool coarse = false;
+  for (int axis = 0; axis < 3; ++axis)
+    coarse |= (static_cast<double>(box.upper[axis]) - static_cast<double>(box.lower[axis])) -
+                  _mm_cvtsd_f64(extents[axis]) >
+              limit;
+  return {exact, _mm_movemask_pd(nan) != 0, _mm_movemask_pd(unbounded) != 0, coarse};
 }
 #endif
 

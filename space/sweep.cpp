@@ -32,7 +32,7 @@ void Sweep<Real>::planTasks() {
 
 template <class Real>
 int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
-  const ScopedMode callers_mode(exactMode());
+  const ScopedMode mode(exactMode());
   order_.build(boxes, threads);
   const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
   if (trees_.size() < classes.size()) trees_.resize(classes.size());
@@ -48,7 +48,6 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   int used = 1;
   runTeam(threads, [&](int thread, int team) {
     if (thread == 0) used = team;
-    const ScopedMode mode(exactMode());
     BufferSink sink(found_[thread]);
     Range range;
     while (queue.next(range)) {

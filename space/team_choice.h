@@ -9,9 +9,9 @@ namespace ode_parallel_sap {
 
 // A team waits for its slowest thread. Where other programs hold the cores, a thread may not run
 // for some milliseconds, and a frame that one thread would finish in two takes a hundred. So the
-// first frame is done alone, for comparison; when frames with a team take longer than that for each
-// geom, the next ones are done alone, and the team is tried again later, at longer and longer
-// intervals while it does not pay.
+// first two frames are done alone, the second one for comparison; when frames with a team take
+// longer than that for each geom, the next ones are done alone, and the team is tried again later,
+// at longer and longer intervals while it does not pay.
 class TeamChoice {
  public:
   // The threads for the next frame, of `wanted`.
@@ -40,7 +40,7 @@ class TeamChoice {
   static constexpr int shortest_interval = 16, longest_interval = 1024;  // frames
 
   double alone_cost_ = 0;  // ms a geom
-  int alone_for_ = 1;      // frames still to be done alone
+  int alone_for_ = 2;      // frames still to be done alone
   int bad_frames_ = 0;     // in a row
   int interval_ = shortest_interval;
 };

@@ -17,6 +17,8 @@
  *   dSpaceCollide2 also visits this space's geoms in that order and keeps ODE's order of arguments.
  * - Bits, bodies and enabled states are read when the collide begins; what the callback changes in
  *   them is seen by the next collide.
+ *   (Where there is no memory for the list of pairs, they are tested and reported one by one, and
+ *   such changes take effect at once.)
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
