@@ -1,0 +1,214 @@
+#include "cells.h"
+//
+#include <thrust/iterator/counting_iterator.h>
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_select.cuh>
+
+#include "crowds.h"
+#include "primitives.cuh"
+
+namespace ode_parallel_sap {
+namespace device {
+
+namespace {
+
+constexpr int cut_threads = 256;
+constexpr int pack_threads = fan_out * 32;
+constexpr int level_threads = 1024;
+constexpr std::size_t most_blocks = 132 * 16;
+
+__device__ inline int highestDigit(std::uint32_t bits) {
+  return 31 - __clz(static_cast<int>(bits));
+}
+__device__ inline int highestDigit(std::uint64_t bits) {
+  return 63 - __clzll(static_cast<long long>(bits));
+}
+
+// How many of the keys from `at` on, in steps of `way`, share the digits from `shift` on with it;
+// most_counted at most. The keys are sorted, so those that do are in a row. `room` keys can be read
+// in that direction, `at` included.
+constexpr int most_counted = cell_size;
+template <class Key>
+__device__ int alikeFrom(const Key* at, int way, int room, int shift) {
+  const Key wanted = *at >> shift;
+  int low = 1, high = min(room, most_counted);  // low are alike for certain
+  while (low < high) {
+    const int middle = (low + high + 1) / 2;
+    if (at[way * (middle - 1)] >> shift == wanted)
+      low = middle;
+    else
+      high = middle - 1;
+  }
+  return low;
+}
+
+// One thread a place: whether a cell begins there. Keys are read within [0, plan->active) only.
+template <class Key>
+__global__ void __launch_bounds__(cut_threads)
+    cutKernel(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags) {
+  constexpr int class_shift = sizeof(Key) * 8 - class_digits;
+  const std::uint32_t active = plan->active;
+  const std::size_t i = blockIdx.x * std::size_t{cut_threads} + threadIdx.x;
+  if (i >= count) return;
+  bool cut = false;
+  if (i < active) {
+    const Key own = keys[i];
+    const Key before = i ? keys[i - 1] : ~own;
+    const Key differ = own ^ before;
+    const int room_ahead = static_cast<int>(min(active - i, std::size_t{cell_size}));
+    const int room_behind = static_cast<int>(min(i, std::size_t{cell_size}));
+    if (i == 0 || differ >> class_shift) {
+      cut = true;
+    } else if (differ) {
+      // The block of space that holds both is cut here unless it fits into a cell as a whole. The
+      // keys of one class share the class's digits, so no block reaches across.
+      const int shift = highestDigit(differ) + 1;
+      cut = alikeFrom(keys + i - 1, -1, room_behind, shift) +
+                alikeFrom(keys + i, 1, room_ahead, shift) >
+            cell_size;
+    } else if (alikeFrom(keys + i - 1, -1, room_behind, 0) + alikeFrom(keys + i, 1, room_ahead, 0) >
+               cell_size) {
+      std::size_t low = 0, high = i;  // the first place with this key
+      while (low < high) {
+        const std::size_t middle = low + (high - low) / 2;
+        if (keys[middle] < own)
+          low = middle + 1;
+        else
+          high = middle;
+      }
+      cut = (i - low) % cell_size == 0;
+      if (i - low == crowd_size) plan->counters.crowded = 1;
+    }
+  }
+  flags[i] = cut;
+}
+
+// One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
+// starts are ascending and the last cell ends there; slots are below the number of boxes.
+__global__ void __launch_bounds__(pack_threads)
+    packKernel(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
+               const ScenePlan* plan, Record* sorted, Record* cells, Record* parents) {
+  __shared__ Record bounds[fan_out];
+  const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
+  const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  for (std::uint32_t parent = blockIdx.x; parent * fan_out < cell_count; parent += gridDim.x) {
+    const std::uint32_t cell = parent * fan_out + warp;
+    if (cell < cell_count) {
+      const std::uint32_t start = starts[cell];
+      const std::uint32_t end = cell + 1 < cell_count ? starts[cell + 1] : active;
+      const bool used = lane < end - start;
+      Record box = {};
+      if (used) {
+        const std::uint32_t slot = slots[start + lane];
+        box = loadBox(boxes, slot);
+        box.low.w = __uint_as_float(slot);
+        sorted[start + lane] = box;
+      }
+      Record all = warpBounds(box, used);
+      all.low.w = __uint_as_float(start);
+      all.high.w = __uint_as_float(end - start);
+      if (lane == 0) cells[cell] = bounds[warp] = all;
+    }
+    __syncthreads();
+    if (warp == 0) {
+      const bool used = parent * fan_out + lane < cell_count;
+      const Record all = warpBounds(bounds[lane], used);
+      if (lane == 0) parents[parent] = all;
+    }
+    __syncthreads();
+  }
+}
+
+struct Levels {
+  Record* at[most_levels];
+};
+
+// One block, one warp a node: the levels above the first. Records are read below the number of
+// their level only.
+__global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* plan, Levels levels) {
+  const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  std::uint32_t children = (plan->counters.cells + fan_out - 1) / fan_out;
+  for (int level = 2; level < most_levels && children > fan_out; ++level) {
+    const std::uint32_t nodes = (children + fan_out - 1) / fan_out;
+    for (std::uint32_t node = warp; node < nodes; node += level_threads / 32) {
+      const std::uint32_t child = node * fan_out + lane;
+      const bool used = child < children;
+      const Record own = used ? levels.at[level - 1][child] : Record{};
+      const Record all = warpBounds(own, used);
+      if (lane == 0) levels.at[level][node] = all;
+    }
+    __syncthreads();
+    children = nodes;
+  }
+}
+
+template <class Key>
+void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  constexpr int bits = sizeof(Key) * 8;
+  cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
+  cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, key_buffers, slot_buffers,
+                                             static_cast<std::int64_t>(count), 0, bits, stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(scratch.data(), bytes, key_buffers, slot_buffers,
+                                             static_cast<std::int64_t>(count), 0, bits, stream));
+  if (key_buffers.Current() != keys.current) keys.swap();
+  if (slot_buffers.Current() != slots.current) slots.swap();
+}
+
+}  // namespace
+
+TreeLayout::TreeLayout(std::size_t most) : records(0) {
+  for (int level = 0; level < most_levels; ++level) {
+    begin[level] = records;
+    records += most;
+    most = (most + fan_out - 1) / fan_out;
+  }
+}
+
+void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  sortPairs(keys, slots, count, scratch, stream);
+}
+
+void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  sortPairs(keys, slots, count, scratch, stream);
+}
+
+template <class Key>
+void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
+              std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  launch("cut cells", cutKernel<Key>, (count + cut_threads - 1) / cut_threads, cut_threads, stream,
+         keys, count, plan, flags);
+  const thrust::counting_iterator<std::uint32_t> places(0);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceSelect::Flagged(nullptr, bytes, places, flags, starts,
+                                        &plan->counters.cells, static_cast<std::int64_t>(count),
+                                        stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceSelect::Flagged(scratch.data(), bytes, places, flags, starts,
+                                        &plan->counters.cells, static_cast<std::int64_t>(count),
+                                        stream));
+}
+template void cutCells(const std::uint32_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
+                       DeviceBuffer<char>&, cudaStream_t);
+template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
+                       DeviceBuffer<char>&, cudaStream_t);
+
+void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
+               std::size_t count, const ScenePlan* plan, Record* sorted, Record* tree,
+               const TreeLayout& layout, cudaStream_t stream) {
+  // About what one cell in two thirds of its size makes; the blocks take further nodes in strides.
+  launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
+         pack_threads, stream, boxes, slots, starts, plan, sorted, tree + layout.begin[0],
+         tree + layout.begin[1]);
+  Levels levels;
+  for (int level = 0; level < most_levels; ++level) levels.at[level] = tree + layout.begin[level];
+  launch("build levels", levelKernel, 1, level_threads, stream, plan, levels);
+}
+
+}  // namespace device
+}  // namespace ode_parallel_sap

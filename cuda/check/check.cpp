@@ -1,0 +1,39 @@
+// Checks the CUDA sweep against the CPU's and times it, on plain boxes.
+#include "check.h"
+
+#include <omp.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+int main(int count, char** arguments) {
+  using namespace cuda_check;
+  const char* const what = count > 1 ? arguments[1] : "all";
+  const int threads = count > 2 ? std::atoi(arguments[2]) : omp_get_max_threads();
+  std::string why;
+  if (!ode_parallel_sap::cudaAvailable(&why)) {
+    std::printf("skipped: %s\n", why.c_str());
+    return 77;
+  }
+  bool good = true;
+  if (!std::strcmp(what, "small")) {
+    good = compareAll(5000, threads);
+  } else if (!std::strcmp(what, "compare")) {
+    good = compareAll(1000000, threads);
+  } else if (!std::strcmp(what, "faults")) {
+    good = checkFaults(threads) && checkSharing(threads);
+  } else if (!std::strcmp(what, "quick")) {
+    good = timeAll(true, threads);
+  } else if (!std::strcmp(what, "time")) {
+    good = timeAll(false, threads);
+  } else if (!std::strcmp(what, "all")) {
+    good = compareAll(1000000, threads) && checkFaults(threads) && checkSharing(threads) &&
+           timeAll(false, threads);
+  } else {
+    std::printf("usage: %s [all|compare|small|faults|quick|time] [threads]\n", arguments[0]);
+    return 2;
+  }
+  std::printf(good ? "all good\n" : "FAILED\n");
+  return good ? 0 : 1;
+}

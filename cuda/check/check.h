@@ -1,0 +1,31 @@
+// The parts of the check program. Each returns whether all went well.
+#ifndef ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
+#define ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
+
+#include <cstddef>
+#include <string>
+
+#include "../../space/box_set.h"
+#include "../../space/pair_list.h"
+#include "../cuda_sweep.h"
+
+namespace cuda_check {
+
+// Whether two lists hold the same pairs in the same order, marks included, and every unsure pair is
+// in a stretch. Prints the first difference.
+bool samePairs(const std::string& what, const ode_parallel_sap::PairList& expected,
+               const ode_parallel_sap::PairList& found);
+
+// Each scene at each size up to `most` against the CPU.
+bool compareAll(std::size_t most, int threads);
+// Every CUDA call of a frame fails once.
+bool checkFaults(int threads);
+// Two finders on two threads; many finders one after the other.
+bool checkSharing(int threads);
+
+// Medians, as CSV lines and a table.
+bool timeAll(bool quick, int threads);
+
+}  // namespace cuda_check
+
+#endif

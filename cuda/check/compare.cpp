@@ -1,0 +1,98 @@
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <vector>
+
+#include "../../space/sweep.h"
+#include "check.h"
+#include "scenes.h"
+
+namespace cuda_check {
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+std::vector<Pair> joined(const PairList& pairs) {
+  std::vector<Pair> all;
+  for (const Buffer<Pair>& part : pairs.parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+bool stretchesCover(const PairList& pairs) {
+  std::size_t unsure = 0, covered = 0;
+  for (const Buffer<Pair>& part : pairs.parts)
+    unsure += std::count_if(part.begin(), part.end(), isUnsure);
+  for (const PairList::Stretch& stretch : pairs.unsure)
+    covered += std::count_if(pairs.parts[stretch.part].begin() + stretch.begin,
+                             pairs.parts[stretch.part].begin() + stretch.end, isUnsure);
+  return unsure == covered;
+}
+
+}  // namespace
+
+bool samePairs(const std::string& what, const PairList& expected_list, const PairList& found_list) {
+  const std::vector<Pair> expected = joined(expected_list), found = joined(found_list);
+  if (expected == found) {
+    if (stretchesCover(found_list)) return true;
+    std::printf("FAILED %s: an unsure pair is in no stretch, or in two\n", what.c_str());
+    return false;
+  }
+  const std::size_t at =
+      std::mismatch(expected.begin(), expected.begin() + std::min(expected.size(), found.size()),
+                    found.begin())
+          .first -
+      expected.begin();
+  std::printf("FAILED %s: %zu pairs expected, %zu found, different from %zu on:", what.c_str(),
+              expected.size(), found.size(), at);
+  for (std::size_t i = at; i < at + 3; ++i) {
+    if (i < expected.size())
+      std::printf(" expected %u-%u%s", earlierOf(expected[i]), laterOf(expected[i]),
+                  isUnsure(expected[i]) ? "?" : "");
+    if (i < found.size())
+      std::printf(" found %u-%u%s", earlierOf(found[i]), laterOf(found[i]),
+                  isUnsure(found[i]) ? "?" : "");
+  }
+  std::printf("\n");
+  return false;
+}
+
+bool compareAll(std::size_t most, int threads) {
+  const std::size_t sizes[] = {0, 1, 2, 3, 31, 32, 33, 63, 65, 257, 1234, 5000, 100003, 1000000};
+  // One finder for all: buffers of all sizes are met again.
+  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  Sweep<float> cpu;
+  BoxSet boxes;
+  PairList expected, found;
+  bool good = true;
+  for (const Scene& scene : scenes()) {
+    std::size_t pairs = 0, unsure = 0, checked = 0;
+    for (const std::size_t size : sizes) {
+      if (size > std::min(most, scene.most)) continue;
+      for (const std::uint64_t seed : {1, 2}) {
+        if (seed == 2 && size > 200000) continue;
+        scene.fill(size, seed, boxes);
+        cpu.find(boxes, threads, expected);
+        const std::string what =
+            scene.name + ", " + std::to_string(size) + " boxes, seed " + std::to_string(seed);
+        try {
+          device->find(boxes, threads, found);
+        } catch (const std::exception& failure) {
+          std::printf("FAILED %s: %s\n", what.c_str(), failure.what());
+          return false;
+        }
+        good = samePairs(what, expected, found) && good;
+        pairs += expected.size();
+        for (const Buffer<Pair>& part : expected.parts)
+          unsure += std::count_if(part.begin(), part.end(), isUnsure);
+        ++checked;
+      }
+    }
+    std::printf("%-10s %2zu runs, %zu pairs, %zu of them unsure: %s\n", scene.name.c_str(), checked,
+                pairs, unsure, good ? "same" : "DIFFERENT");
+    std::fflush(stdout);
+  }
+  return good;
+}
+
+}  // namespace cuda_check

@@ -1,0 +1,71 @@
+#include <cuda_runtime_api.h>
+
+#include <cstdio>
+#include <thread>
+
+#include "../../space/sweep.h"
+#include "check.h"
+#include "scenes.h"
+
+namespace cuda_check {
+
+using namespace ode_parallel_sap;
+
+bool checkFaults(int threads) {
+  BoxSet boxes;
+  sceneOf("filtered").fill(30000, 3, boxes);
+  Sweep<float> cpu;
+  PairList expected, found;
+  cpu.find(boxes, threads, expected);
+  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  unsigned long long call = 1;
+  for (;; ++call) {
+    bool failed = false;
+    failCudaCall(call);
+    try {
+      device->find(boxes, threads, found);
+    } catch (const DeviceFailure& failure) {
+      failed = true;
+      if (call % 40 == 1) std::printf("call %llu: %s\n", call, failure.what());
+    }
+    failCudaCall(0);
+    if (!failed) break;
+  }
+  device->find(boxes, threads, found);
+  std::printf("faults: %llu calls failed in turn\n", call - 1);
+  return samePairs("after faults", expected, found) && call > 40;
+}
+
+bool checkSharing(int threads) {
+  bool good[2] = {true, true};
+  std::thread users[2];
+  for (int user = 0; user < 2; ++user)
+    users[user] = std::thread([&, user] {
+      Sweep<float> cpu;
+      BoxSet boxes;
+      PairList expected, found;
+      const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+      for (int frame = 0; frame < 20; ++frame) {
+        sceneOf(frame % 2 ? "bars" : "cube").fill(5000 + 1000 * frame, frame + 100 * user, boxes);
+        cpu.find(boxes, 2, expected);
+        device->find(boxes, 2, found);
+        good[user] = samePairs("two at once", expected, found) && good[user];
+      }
+    });
+  for (std::thread& user : users) user.join();
+
+  BoxSet boxes;
+  PairList found;
+  sceneOf("cube").fill(20000, 1, boxes);
+  std::size_t before = 0, after = 0, all = 0;
+  for (int round = 0; round < 200; ++round) {
+    if (round == 5) cudaMemGetInfo(&before, &all);
+    makeCudaSweep()->find(boxes, threads, found);
+  }
+  cudaMemGetInfo(&after, &all);
+  std::printf("sharing: two at once %s; 200 finders: %zu bytes less free\n",
+              good[0] && good[1] ? "same" : "DIFFERENT", before > after ? before - after : 0);
+  return good[0] && good[1] && after + (4 << 20) >= before;
+}
+
+}  // namespace cuda_check

@@ -1,0 +1,25 @@
+// Boxes in all the distributions that a broad phase may meet.
+#ifndef ODE_PARALLEL_SAP_CUDA_CHECK_SCENES_H
+#define ODE_PARALLEL_SAP_CUDA_CHECK_SCENES_H
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "../../space/box_set.h"
+
+namespace cuda_check {
+
+struct Scene {
+  std::string name;
+  std::size_t most;  // boxes up to which the number of pairs is sensible
+  void (*fill)(std::size_t n, std::uint64_t seed, ode_parallel_sap::BoxSet& boxes);
+};
+
+const std::vector<Scene>& scenes();
+const Scene& sceneOf(const std::string& name);
+
+}  // namespace cuda_check
+
+#endif

@@ -1,0 +1,408 @@
+#include "cuda_sweep.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "cells.h"
+#include "classify.h"
+#include "crowds.h"
+#include "device.h"
+#include "download.h"
+#include "lists.h"
+#include "search.h"
+#include "upload.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+using namespace device;
+
+// Places for pairs before anything is known of the scene, a box; later what the last frame needed
+// and a part more.
+constexpr std::size_t first_pairs_a_box = 8;
+constexpr std::size_t least_pairs = 1 << 16;
+
+// Each round divides crowds by their own range: this many only if boxes differ by next to nothing.
+constexpr int most_rounds = 16;
+
+using Clock = std::chrono::steady_clock;
+
+// The stages of CudaStageTimes on the device, by the event that ends each.
+enum Stage {
+  Start,
+  Uploaded,
+  Classified,
+  Sorted,
+  Packed,
+  Searched,
+  Scanned,
+  Scattered,
+  Listed,
+  stages
+};
+
+// Everything that lives on the device. The streams come last, so that they are the first to go:
+// they wait for what is under way, and nothing is freed while it is in use.
+struct Context {
+  explicit Context(int device) {
+    CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+    for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
+  }
+
+  int processors = 0;
+  DeviceBuffer<float> boxes;
+  DeviceBuffer<FilterBits> bits;
+  DeviceBuffer<std::uint32_t> bodies;
+  DeviceBuffer<ScenePlan> plan;
+  DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
+  DeviceBuffer<std::uint64_t> long_keys[2];
+  DeviceBuffer<std::uint8_t> flags;
+  DeviceBuffer<char> sorted, tree;  // records
+  DeviceBuffer<std::uint32_t> counts;
+  DeviceBuffer<unsigned long long> ends, block_begins, segments;
+  DeviceBuffer<std::uint8_t> short_counts;
+  DeviceBuffer<std::uint32_t> long_slots;
+  DeviceBuffer<Found> found;
+  DeviceBuffer<std::uint32_t> lists, sorted_lists;
+  DeviceBuffer<char> scratch;
+
+  PinnedBuffer<Counters> host_counters;
+  PinnedBuffer<unsigned long long> host_begins;
+  PinnedBuffer<std::uint8_t> host_short_counts;
+  PinnedBuffer<std::uint32_t> host_counts;
+
+  Upload upload;
+  Download download;
+  std::vector<std::unique_ptr<Event>> stage_events, ready;
+  Event piece_here, filters_here, summarised, result_here, long_lists_sorted;
+  Stream compute, up, down;
+
+  std::size_t hostBytes() const {
+    return host_counters.bytes() + host_begins.bytes() + host_short_counts.bytes() +
+           host_counts.bytes() + upload.bytes() + download.bytes();
+  }
+  std::size_t deviceBytes() const {
+    return boxes.bytes() + bits.bytes() + bodies.bytes() + plan.bytes() + keys[0].bytes() +
+           keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
+           long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
+           tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() + segments.bytes() +
+           short_counts.bytes() + long_slots.bytes() + found.bytes() + lists.bytes() +
+           sorted_lists.bytes() + scratch.bytes();
+  }
+  Record* sortedRecords() { return reinterpret_cast<Record*>(sorted.data()); }
+  Record* treeRecords() { return reinterpret_cast<Record*>(tree.data()); }
+};
+
+class CudaSweep final : public CudaPairFinder {
+ public:
+  explicit CudaSweep(int device) : device_(device) {}
+  ~CudaSweep() override { releaseContext(); }
+
+  bool takes(const BoxSet& boxes) const override { return !boxes.wide; }
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  std::size_t bytes() const override { return context_ ? context_->hostBytes() : 0; }
+  std::size_t deviceBytes() const override { return context_ ? context_->deviceBytes() : 0; }
+  void measure(bool on) override { measuring_ = on; }
+  const CudaStageTimes& times() const override { return times_; }
+
+ private:
+  void reserve(std::size_t slots);
+  void reservePairs(std::size_t pairs);
+  void sendBoxes(const BoxSet& boxes, int threads);
+  void sendFilters(const BoxSet& boxes, int threads);
+  void buildCells(std::size_t slots);
+  bool divideCrowds(std::size_t slots, int round);
+  void search(const BoxSet& boxes, bool ignore_crowds);
+  bool findAll(const BoxSet& boxes);
+  void sortLists(std::size_t slots, std::size_t total);
+  void fetchPairs(const BoxSet& boxes, int threads, PairList& pairs);
+  void mark(Stage stage);
+  void readTimes(Clock::time_point sent, Clock::time_point known, Clock::time_point done);
+  void releaseContext();
+
+  const int device_;
+  std::unique_ptr<Context> context_;
+  std::size_t pairs_expected_ = 0;
+  Pong<std::uint32_t> keys_ = {}, slots_ = {};
+  Pong<std::uint64_t> long_keys_ = {};
+  int used_ = 1;
+  bool measuring_ = false;
+  CudaStageTimes times_;
+};
+
+void CudaSweep::releaseContext() {
+  if (!context_) return;
+  try {
+    const ScopedDevice device(device_);
+    context_.reset();
+  } catch (...) {
+    context_.reset();
+  }
+}
+
+int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  if (!takes(boxes)) throw DeviceFailure("boxes of doubles are not for the device");
+  used_ = 1;
+  times_ = {};
+  if (boxes.size < 2) {
+    pairs.clear(1);
+    return 1;
+  }
+  try {
+    const ScopedDevice device(device_);
+    cudaGetLastError();  // not ours
+    if (!context_) context_ = std::make_unique<Context>(device_);
+    reserve(boxes.size);
+    mark(Start);
+    sendBoxes(boxes, threads);
+    const Clock::time_point sent = Clock::now();
+    mark(Uploaded);
+    assignKeys(context_->boxes.data(), boxes.size, context_->plan.data(), keys_.current,
+               slots_.current, context_->compute);
+    mark(Classified);
+    sortByKey(keys_, slots_, boxes.size, context_->scratch, context_->compute);
+    mark(Sorted);
+    cutCells(keys_.current, boxes.size, context_->plan.data(), context_->flags.data(),
+             context_->starts.data(), context_->scratch, context_->compute);
+    buildCells(boxes.size);
+    sendFilters(boxes, threads);
+    bool ignore_crowds = false;
+    for (int round = 0;;) {
+      mark(Packed);
+      search(boxes, ignore_crowds);
+      if (findAll(boxes)) break;
+      if (context_->host_counters[0].crowded && !ignore_crowds)
+        ignore_crowds = round == most_rounds || !divideCrowds(boxes.size, round++);
+    }
+    const Clock::time_point known = Clock::now();
+    fetchPairs(boxes, threads, pairs);
+    if (measuring_) readTimes(sent, known, Clock::now());
+  } catch (...) {
+    // Nothing may be left under way, and nothing is known of the state of what is there.
+    releaseContext();
+    throw;
+  }
+  return used_;
+}
+
+void CudaSweep::reserve(std::size_t slots) {
+  Context& c = *context_;
+  const std::size_t blocks = (slots + list_block - 1) / list_block;
+  c.boxes.reserve(slots * 6);
+  c.plan.reserve(1);
+  for (int i = 0; i < 2; ++i) {
+    c.keys[i].reserve(slots);
+    c.slots[i].reserve(slots);
+  }
+  keys_ = {c.keys[0].data(), c.keys[1].data()};
+  slots_ = {c.slots[0].data(), c.slots[1].data()};
+  c.starts.reserve(slots);
+  c.flags.reserve(slots);
+  c.sorted.reserve(slots * record_bytes);
+  c.tree.reserve(TreeLayout(slots).records * record_bytes);
+  c.counts.reserve(slots + 1);
+  c.ends.reserve(slots + 1);
+  c.block_begins.reserve(blocks + 1);
+  c.short_counts.reserve(slots);
+  c.long_slots.reserve(slots);
+  c.host_counters.reserve(1);
+  c.host_begins.reserve(blocks + 1);
+  c.host_short_counts.reserve(slots);
+  reservePairs(std::max(pairs_expected_, std::max(slots * first_pairs_a_box, least_pairs)));
+}
+
+void CudaSweep::reservePairs(std::size_t pairs) {
+  context_->found.reserve(pairs);
+  context_->lists.reserve(context_->found.capacity());
+  context_->sorted_lists.reserve(context_->found.capacity());
+}
+
+// Boxes are counted by bin piece by piece, while the next ones travel.
+void CudaSweep::sendBoxes(const BoxSet& boxes, int threads) {
+  Context& c = *context_;
+  clearPlan(c.plan.data(), c.compute);
+  const auto sent = [&](std::size_t begin, std::size_t end) {
+    CHECK_CUDA(cudaEventRecord(c.piece_here, c.up));
+    CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
+    survey(c.boxes.data(), begin / sizeof(Box), end / sizeof(Box), c.plan.data(), c.compute);
+  };
+  used_ = std::max(used_, c.upload.run(boxes.boxes.data(), c.boxes.data(), boxes.size * sizeof(Box),
+                                       sizeof(Box), threads, c.up, sent));
+}
+
+void CudaSweep::sendFilters(const BoxSet& boxes, int threads) {
+  Context& c = *context_;
+  const auto send = [&](const void* from, void* to, std::size_t bytes, std::size_t element) {
+    c.upload.run(from, to, bytes, element, threads, c.up, [](std::size_t, std::size_t) {});
+  };
+  if (boxes.filter_bits) {
+    c.bits.reserve(boxes.size);
+    send(boxes.bits.data(), c.bits.data(), boxes.size * sizeof(FilterBits), sizeof(FilterBits));
+  }
+  if (boxes.filter_bodies) {
+    c.bodies.reserve(boxes.size);
+    send(boxes.bodies.data(), c.bodies.data(), boxes.size * sizeof(std::uint32_t),
+         sizeof(std::uint32_t));
+  }
+  CHECK_CUDA(cudaEventRecord(c.filters_here, c.up));
+  CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
+}
+
+void CudaSweep::buildCells(std::size_t slots) {
+  Context& c = *context_;
+  packCells(c.boxes.data(), slots_.current, c.starts.data(), slots, c.plan.data(),
+            c.sortedRecords(), c.treeRecords(), TreeLayout(slots), c.compute);
+}
+
+// Returns whether the order has become any better.
+bool CudaSweep::divideCrowds(std::size_t slots, int round) {
+  Context& c = *context_;
+  for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(slots);
+  if (round == 0) long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
+  const bool divided =
+      round == 0 ? device::divideCrowds(c.boxes.data(), slots_.current, keys_.current, slots,
+                                        c.plan.data(), long_keys_.current, c.scratch, c.compute)
+                 : device::divideCrowds(c.boxes.data(), slots_.current, long_keys_.current, slots,
+                                        c.plan.data(), long_keys_.other, c.scratch, c.compute);
+  if (!divided) return false;
+  if (round > 0) long_keys_.swap();
+  sortByKey(long_keys_, slots_, slots, c.scratch, c.compute);
+  cutCells(long_keys_.current, slots, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
+           c.compute);
+  buildCells(slots);
+  return true;
+}
+
+// Asks for everything up to the unsorted lists, and for what the host has to know.
+void CudaSweep::search(const BoxSet& boxes, bool ignore_crowds) {
+  Context& c = *context_;
+  const std::size_t slots = boxes.size, blocks = (slots + list_block - 1) / list_block;
+  CHECK_CUDA(cudaMemsetAsync(c.counts.data(), 0, (slots + 1) * sizeof(std::uint32_t), c.compute));
+  const SearchFilter filter = {
+      boxes.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
+      boxes.filter_bodies ? c.bodies.data() : nullptr};
+  findPairs(c.sortedRecords(), c.treeRecords(), TreeLayout(slots), filter, boxes.exact,
+            c.plan.data(), c.found.data(), c.found.capacity(), c.counts.data(), ignore_crowds,
+            c.processors, c.compute);
+  mark(Searched);
+  scanCounts(c.counts.data(), c.ends.data(), slots, c.scratch, c.compute);
+  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.short_counts.data(),
+                 c.block_begins.data(), c.long_slots.data(), c.compute);
+  mark(Scanned);
+  CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
+  scatterPairs(c.found.data(), c.found.capacity(), c.plan.data(), c.ends.data(), c.lists.data(),
+               c.processors, c.compute);
+  mark(Scattered);
+
+  CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
+                             cudaMemcpyDeviceToHost, c.down));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_begins.data(), c.block_begins.data(),
+                             (blocks + 1) * sizeof(unsigned long long), cudaMemcpyDeviceToHost,
+                             c.down));
+  CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_short_counts.data(), c.short_counts.data(), slots,
+                             cudaMemcpyDeviceToHost, c.down));
+}
+
+// Waits for the number of pairs. False if the search has to be made again: for want of places, of
+// which there are enough then, or in a crowd.
+bool CudaSweep::findAll(const BoxSet& boxes) {
+  Context& c = *context_;
+  CHECK_CUDA(cudaEventSynchronize(c.result_here));
+  const Counters& counters = c.host_counters[0];
+  const std::size_t total = c.host_begins[(boxes.size + list_block - 1) / list_block];
+  pairs_expected_ = total + total / 4;
+  const bool fits = counters.found <= c.found.capacity();
+  if (!fits) {
+    // Warps leave some places empty, not always the same number.
+    pairs_expected_ = std::max<std::size_t>(pairs_expected_, counters.found + counters.found / 16);
+    reservePairs(pairs_expected_);
+  }
+  const bool done = fits && !counters.crowded;
+  if (!done) clearSearch(c.plan.data(), c.compute);
+  return done;
+}
+
+// Sorts the lists in the order in which they leave. Piece i of the download may leave after
+// ready[i].
+void CudaSweep::sortLists(std::size_t slots, std::size_t total) {
+  Context& c = *context_;
+  const std::size_t blocks = (slots + list_block - 1) / list_block;
+  const std::size_t pieces = Download::piecesFor(total);
+  while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
+  const unsigned long long* const begins = c.host_begins.data();
+  const std::uint32_t long_lists = c.host_counters[0].long_lists;
+  std::size_t block = 0;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const std::size_t words = std::min(total, (piece + 1) * Download::piece_words);
+    // Up to the first block that begins at or after the piece's end.
+    const std::size_t end =
+        words == total ? blocks : std::lower_bound(begins + block, begins + blocks, words) - begins;
+    device::sortLists(c.lists.data(), c.ends.data(), slots, block, end, c.sorted_lists.data(),
+                      c.compute);
+    block = end;
+    if (!long_lists) CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+  }
+  if (long_lists) {
+    c.segments.reserve(2 * std::size_t{long_lists});
+    sortLongLists(c.lists.data(), c.ends.data(), c.long_slots.data(), long_lists, total,
+                  c.segments.data(), c.sorted_lists.data(), c.scratch, c.compute);
+    for (std::size_t piece = 0; piece < pieces; ++piece)
+      CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+  }
+  mark(Listed);
+}
+
+void CudaSweep::fetchPairs(const BoxSet& boxes, int threads, PairList& pairs) {
+  Context& c = *context_;
+  const std::size_t slots = boxes.size, blocks = (slots + list_block - 1) / list_block;
+  const std::size_t total = c.host_begins[blocks];
+  sortLists(slots, total);
+  ListIndex index = {slots, list_block, c.host_begins.data(), c.host_short_counts.data(), nullptr};
+  if (c.host_counters[0].longest_list >= 255) {
+    c.host_counts.reserve(slots);
+    CHECK_CUDA(cudaMemcpyAsync(c.host_counts.data(), c.counts.data(), slots * sizeof(std::uint32_t),
+                               cudaMemcpyDeviceToHost, c.down));
+    index.counts = c.host_counts.data();
+  }
+  used_ = std::max(used_, c.download.run(c.sorted_lists.data(), total, c.ready, index, boxes.exact,
+                                         threads, c.down, pairs));
+}
+
+void CudaSweep::mark(Stage stage) {
+  if (measuring_) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+}
+
+void CudaSweep::readTimes(Clock::time_point sent, Clock::time_point known, Clock::time_point done) {
+  CHECK_CUDA(cudaEventSynchronize(*context_->stage_events[Listed]));
+  const auto between = [this](Stage begin, Stage end) {
+    float ms = 0;
+    CHECK_CUDA(
+        cudaEventElapsedTime(&ms, *context_->stage_events[begin], *context_->stage_events[end]));
+    return ms;
+  };
+  times_.upload = between(Start, Uploaded);
+  times_.classify = between(Uploaded, Classified);
+  times_.sort = between(Classified, Sorted);
+  times_.cells = between(Sorted, Packed);
+  times_.search = between(Packed, Searched);
+  times_.scan = between(Searched, Scanned);
+  times_.scatter = between(Scanned, Scattered);
+  times_.lists = between(Scattered, Listed);
+  const auto ms = [](Clock::time_point begin, Clock::time_point end) {
+    return std::chrono::duration<float, std::milli>(end - begin).count();
+  };
+  times_.host_wait = ms(sent, known);
+  times_.host_pairs = ms(known, done);
+}
+
+}  // namespace
+
+std::unique_ptr<CudaPairFinder> makeCudaSweep(int device) {
+  return std::make_unique<CudaSweep>(device);
+}
+
+}  // namespace ode_parallel_sap

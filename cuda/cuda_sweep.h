@@ -1,0 +1,69 @@
+// All that the rest of the library sees of the CUDA back end. No CUDA type in here.
+#ifndef ODE_PARALLEL_SAP_CUDA_SWEEP_H
+#define ODE_PARALLEL_SAP_CUDA_SWEEP_H
+
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "../space/pair_finder.h"
+
+namespace ode_parallel_sap {
+
+// The device, its memory or its driver failed. what() gives the call and the driver's reason. The
+// boxes are untouched, so that the caller can find the pairs elsewhere.
+class DeviceFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// How long the stages of the last find() took on the device, in milliseconds; filled only while
+// measuring. The stages follow each other without a gap, except that boxes arrive during `upload`
+// and pairs leave during `lists`.
+struct CudaStageTimes {
+  float upload = 0;      // first box staged until the last one is on the device
+  float classify = 0;    // classes of sizes, keys
+  float sort = 0;        // boxes along the curve
+  float cells = 0;       // cells cut, packed and put into a tree
+  float search = 0;      // pairs found
+  float scan = 0;        // places of the lists
+  float scatter = 0;     // pairs put into their lists
+  float lists = 0;       // lists sorted
+  float host_wait = 0;   // on the host: from the last box staged to the number of pairs known
+  float host_pairs = 0;  // on the host: from there to the last pair written
+  // All stages from the last box's arrival to the last list sorted.
+  float device() const { return classify + sort + cells + search + scan + scatter + lists; }
+};
+
+// The sweep on one device. Finds what Sweep<float> finds. Not for use by two threads at once; two
+// finders may share a device. After a DeviceFailure the finder may be destroyed or used again.
+class CudaPairFinder : public PairFinder {
+ public:
+  // Whether it can find the pairs of such boxes: not of doubles (BoxSet::wide).
+  virtual bool takes(const BoxSet& boxes) const = 0;
+  // Throws DeviceFailure as well as std::bad_alloc.
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override = 0;
+  // Host memory only; see deviceBytes.
+  std::size_t bytes() const override = 0;
+  virtual std::size_t deviceBytes() const = 0;
+  // Stage times cost a few events a frame, so they have to be asked for.
+  virtual void measure(bool on) = 0;
+  virtual const CudaStageTimes& times() const = 0;
+};
+
+// Whether there is a driver and a device that this build has code for. Loads the driver but creates
+// no context. Where the answer is no, `why` (if not null) gets the reason.
+bool cudaAvailable(std::string* why = nullptr);
+
+// A finder on device `device`, counted as the driver does. Touches neither driver nor device; the
+// first find() does.
+std::unique_ptr<CudaPairFinder> makeCudaSweep(int device = 0);
+
+// For tests: lets the call-th CUDA call from now on, by any finder, fail as if the device had; 0:
+// none.
+void failCudaCall(unsigned long long call);
+
+}  // namespace ode_parallel_sap
+
+#endif

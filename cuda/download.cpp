@@ -1,0 +1,96 @@
+#include "download.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "../space/parallel.h"
+#include "spin.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// A thread is not worth waking for fewer words in all.
+constexpr std::size_t least_words_a_thread = 1 << 13;
+// Stretches with unsure pairs are noted in steps of this many, 4 kB.
+constexpr std::size_t stretch_words = 512;
+
+}  // namespace
+
+Download::Download() {
+  for (std::size_t i = 0; i < ring_pieces; ++i) here_.push_back(std::make_unique<Event>());
+}
+
+// Thread 0 asks for pieces, waits for them and tells the others; a piece of the ring is asked for
+// again once all threads are done with it.
+int Download::run(const std::uint32_t* words, std::size_t total,
+                  const std::vector<std::unique_ptr<Event>>& ready, const ListIndex& index,
+                  bool exact, int threads, cudaStream_t stream, PairList& pairs) {
+  pairs.clear(1);
+  pairs.parts[0].resizeDiscarding(total);
+  if (total == 0) return 1;
+  ring_.reserve(piece_words * ring_pieces);
+  Pair* const to = pairs.parts[0].data();
+  const std::size_t pieces = piecesFor(total);
+  threads = static_cast<int>(
+      std::max<std::size_t>(1, std::min<std::size_t>(threads, total / least_words_a_thread)));
+  if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
+  for (auto& stretches : unsure_) stretches.clear();
+
+  const auto ask = [&](std::size_t piece) {
+    const std::size_t begin = piece * piece_words;
+    const std::size_t place = piece % ring_pieces;
+    CHECK_CUDA(cudaStreamWaitEvent(stream, *ready[piece], 0));
+    CHECK_CUDA(cudaMemcpyAsync(ring_.data() + place * piece_words, words + begin,
+                               std::min(piece_words, total - begin) * sizeof *words,
+                               cudaMemcpyDeviceToHost, stream));
+    CHECK_CUDA(cudaEventRecord(*here_[place], stream));
+  };
+  std::vector<std::atomic<int>> expanded(pieces);
+  std::atomic<std::size_t> arrived{0};
+  std::atomic<bool> failed{false};
+  int used = 1;
+  runTeam(threads, [&](int thread, int team) {
+    try {
+      std::size_t asked = 0;
+      for (std::size_t piece = 0; piece < pieces; ++piece) {
+        if (thread == 0) {
+          used = team;
+          // A place of the ring is free again when the piece that it held is expanded.
+          const auto isFree = [&] {
+            return asked < ring_pieces || expanded[asked - ring_pieces].load() == team;
+          };
+          if (asked == piece) spinUntil([&] { return isFree() || failed.load(); });
+          if (failed) return;
+          while (asked < pieces && asked < piece + ring_pieces && isFree()) ask(asked++);
+          CHECK_CUDA(cudaEventSynchronize(*here_[piece % ring_pieces]));
+          arrived.store(piece + 1, std::memory_order_release);
+        } else {
+          spinUntil([&] {
+            return arrived.load(std::memory_order_acquire) > piece ||
+                   failed.load(std::memory_order_relaxed);
+          });
+          if (failed) return;
+        }
+        const std::size_t base = piece * piece_words;
+        const Range part = partOf(std::min(piece_words, total - base), thread, team, 16);
+        const std::uint32_t* const here = ring_.data() + piece % ring_pieces * piece_words;
+        for (std::size_t begin = part.begin; begin < part.end; begin += stretch_words) {
+          const std::size_t end = std::min(begin + stretch_words, part.end);
+          if (expandPairs(index, here + begin, base + begin, base + end, to + base + begin) &&
+              !exact)
+            unsure_[thread].push_back({0, base + begin, base + end});
+        }
+        expanded[piece].fetch_add(1, std::memory_order_release);
+      }
+    } catch (...) {
+      failed = true;
+      throw;
+    }
+  });
+  for (const auto& stretches : unsure_)
+    pairs.unsure.insert(pairs.unsure.end(), stretches.begin(), stretches.end());
+  return used;
+}
+
+}  // namespace ode_parallel_sap

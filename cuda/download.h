@@ -1,0 +1,44 @@
+// Brings the sorted lists to the host and makes pairs of them while more arrive.
+#ifndef ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
+#define ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "../space/pair_list.h"
+#include "device.h"
+#include "expand.h"
+
+namespace ode_parallel_sap {
+
+class Download {
+ public:
+  // Words of a piece: as Upload's pieces.
+  static constexpr std::size_t piece_words = 3 << 17;
+
+  Download();
+  static std::size_t piecesFor(std::size_t words) {
+    return (words + piece_words - 1) / piece_words;
+  }
+  // Fills `pairs` with one part of `total` pairs from the words at `words` on the device. Piece i
+  // may be copied once the i-th of `ready` has happened. `exact`: no pair is unsure. Returns the
+  // number of threads used.
+  int run(const std::uint32_t* words, std::size_t total,
+          const std::vector<std::unique_ptr<Event>>& ready, const ListIndex& index, bool exact,
+          int threads, cudaStream_t stream, PairList& pairs);
+  std::size_t bytes() const { return ring_.bytes(); }
+
+ private:
+  static constexpr std::size_t ring_pieces = 8;
+
+  PinnedBuffer<std::uint32_t> ring_;
+  std::vector<std::unique_ptr<Event>> here_;            // one a piece of the ring
+  std::vector<std::vector<PairList::Stretch>> unsure_;  // one a thread
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,48 @@
+// The last stages on the device: pairs found in no order become one sorted list a slot.
+#ifndef ODE_PARALLEL_SAP_CUDA_LISTS_H
+#define ODE_PARALLEL_SAP_CUDA_LISTS_H
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "device.h"
+#include "scene_plan.h"
+#include "search.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+// ends[i] = counts[0] + ... + counts[i - 1] for i <= slots: where each list begins, the last one
+// the number of pairs. counts[slots] is read.
+void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
+                DeviceBuffer<char>& scratch, cudaStream_t stream);
+
+// Before scatter: what the host needs, also in the plan's counters. short_counts[i] = counts[i],
+// 255 at most; block_begins[b] = where the lists of block b of list_block slots begin, one more for
+// the end; long_slots: the slots whose lists are longer than long_list.
+void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
+                    ScenePlan* plan, std::uint8_t* short_counts, unsigned long long* block_begins,
+                    std::uint32_t* long_slots, cudaStream_t stream);
+
+// Puts the words of the pairs into their lists, in no order within a list. ends[i] becomes the end
+// of list i. Does nothing if the pairs did not fit into `capacity`.
+void scatterPairs(const Found* found, unsigned long long capacity, const ScenePlan* plan,
+                  unsigned long long* ends, std::uint32_t* lists, int processors,
+                  cudaStream_t stream);
+
+// After scatter: sorts the lists of blocks [begin, end) but the long ones from `lists` to `sorted`.
+void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
+               std::size_t begin, std::size_t end, std::uint32_t* sorted, cudaStream_t stream);
+
+// After scatter: sorts the `count` long lists. `segments` has room for twice as many.
+void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends,
+                   const std::uint32_t* long_slots, std::uint32_t count, unsigned long long words,
+                   unsigned long long* segments, std::uint32_t* sorted, DeviceBuffer<char>& scratch,
+                   cudaStream_t stream);
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,124 @@
+// Small device functions that several stages use.
+#ifndef ODE_PARALLEL_SAP_CUDA_PRIMITIVES_CUH
+#define ODE_PARALLEL_SAP_CUDA_PRIMITIVES_CUH
+
+#include <cuda_runtime.h>
+
+#include <cstdint>
+
+#include "device.h"
+#include "scene_plan.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+constexpr unsigned all_lanes = 0xffffffff;
+
+struct alignas(16) Record {
+  float4 low, high;
+};
+static_assert(sizeof(Record) == record_bytes, "records are allocated by this size");
+
+// Starts a kernel on `stream` and checks that it started.
+template <class... Parameters, class... Arguments>
+void launch(const char* name, void (*kernel)(Parameters...), std::size_t blocks, int threads,
+            cudaStream_t stream, Arguments... arguments) {
+  cudaLaunchConfig_t config = {};
+  config.gridDim = dim3(static_cast<unsigned>(blocks));
+  config.blockDim = dim3(threads);
+  config.stream = stream;
+  checkCuda(cudaCallIsToFail() ? cudaErrorLaunchFailure
+                               : cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...),
+            name);
+}
+
+inline std::size_t blocksFor(std::size_t items, std::size_t items_a_block, std::size_t most) {
+  const std::size_t blocks = (items + items_a_block - 1) / items_a_block;
+  return blocks < 1 ? 1 : blocks < most ? blocks : most;
+}
+
+// Maps floats to integers of the same order, and back. -0 comes before +0; NaN beyond infinity.
+__device__ inline int ordered(float value) {
+  const int bits = __float_as_int(value);
+  return bits ^ ((bits >> 31) & 0x7fffffff);
+}
+__device__ inline float unordered(int order) {
+  return __int_as_float(order ^ ((order >> 31) & 0x7fffffff));
+}
+
+// Numbers the floats by steps, as twoSteps on the CPU does: the two zeros are one.
+__device__ inline int stepNumber(float value) {
+  const int bits = __float_as_int(value), sign = bits >> 31;
+  return ((bits & 0x7fffffff) ^ sign) - sign;
+}
+
+// Closed intervals; false for NaN. Holds for inverted boxes and for bounds of them.
+__device__ inline bool overlap(const float4& low_a, const float4& high_a, const float4& low_b,
+                               const float4& high_b) {
+  return (low_a.x <= high_b.x) & (low_b.x <= high_a.x) & (low_a.y <= high_b.y) &
+         (low_b.y <= high_a.y) & (low_a.z <= high_b.z) & (low_b.z <= high_a.z);
+}
+
+// Whether only the exact boxes can tell that two overlap whose float bounds do: one bound shrunk by
+// two steps would pass the other.
+__device__ inline bool isBorderline(float low, float high) {
+  return stepNumber(low) + 2 > stepNumber(high);
+}
+__device__ inline bool isUnsure(const float4& low_a, const float4& high_a, const float4& low_b,
+                                const float4& high_b) {
+  return isBorderline(low_a.x, high_b.x) | isBorderline(low_b.x, high_a.x) |
+         isBorderline(low_a.y, high_b.y) | isBorderline(low_b.y, high_a.y) |
+         isBorderline(low_a.z, high_b.z) | isBorderline(low_b.z, high_a.z);
+}
+
+// Of all lanes of the warp.
+__device__ inline int warpMin(int value) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_min_sync(all_lanes, value);
+#else
+  for (int step = 16; step; step /= 2) value = min(value, __shfl_xor_sync(all_lanes, value, step));
+  return value;
+#endif
+}
+__device__ inline int warpMax(int value) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_max_sync(all_lanes, value);
+#else
+  for (int step = 16; step; step /= 2) value = max(value, __shfl_xor_sync(all_lanes, value, step));
+  return value;
+#endif
+}
+__device__ inline std::uint32_t warpSum(std::uint32_t value) {
+#if __CUDA_ARCH__ >= 800
+  return __reduce_add_sync(all_lanes, value);
+#else
+  for (int step = 16; step; step /= 2) value += __shfl_xor_sync(all_lanes, value, step);
+  return value;
+#endif
+}
+
+// The bounds of the records of those lanes that are `used`; in all lanes.
+__device__ inline Record warpBounds(const Record& own, bool used) {
+  const int least = ordered(-INFINITY), greatest = ordered(INFINITY);
+  Record bounds;
+  bounds.low.x = unordered(warpMin(used ? ordered(own.low.x) : greatest));
+  bounds.low.y = unordered(warpMin(used ? ordered(own.low.y) : greatest));
+  bounds.low.z = unordered(warpMin(used ? ordered(own.low.z) : greatest));
+  bounds.high.x = unordered(warpMax(used ? ordered(own.high.x) : least));
+  bounds.high.y = unordered(warpMax(used ? ordered(own.high.y) : least));
+  bounds.high.z = unordered(warpMax(used ? ordered(own.high.z) : least));
+  bounds.low.w = bounds.high.w = 0;
+  return bounds;
+}
+
+// Box `i` of an array of 24-byte boxes: three aligned 8-byte loads.
+__device__ inline Record loadBox(const float* boxes, std::size_t i) {
+  const float2* const at = reinterpret_cast<const float2*>(boxes) + 3 * i;
+  const float2 a = at[0], b = at[1], c = at[2];
+  return {{a.x, a.y, b.x, 0}, {b.y, c.x, c.y, 0}};
+}
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,69 @@
+// Plain data that the stages on the device leave for each other.
+#ifndef ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
+#define ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
+
+#include <cstddef>
+#include <cstdint>
+
+namespace ode_parallel_sap {
+namespace device {
+
+// Classes and bins are those of SizeClasses on the CPU.
+constexpr int most_classes = 24;
+constexpr int octaves = 256;
+constexpr int shapes = 8;
+constexpr int bins = octaves * shapes;
+
+// A key is the class, then the place on the class's curve.
+constexpr int class_digits = 5;
+constexpr int curve_digits = 32 - class_digits;
+constexpr std::uint32_t no_key = 0xffffffff;  // of boxes that take part in nothing; sorted last
+
+constexpr int cell_size = 32;  // a warp
+constexpr int fan_out = 32;    // children of a node
+constexpr int most_levels = 6;
+
+// Slots of which the pairs' lists are found together.
+constexpr int list_block = 256;
+// Lists longer than this are sorted by themselves.
+constexpr std::uint32_t long_list = 512;
+
+// Centre ranges as ordered integers (see ordered()), extents as sums of fixed-point numbers in
+// units of the class's largest extent.
+struct ClassSummary {
+  int low[3], high[3];
+  unsigned long long extent[3];
+};
+
+// What the host has to know before pairs can leave: whether all went well.
+struct Counters {
+  // Cleared before another search; nothing else is.
+  unsigned long long found;  // places taken in the buffer of found pairs
+  std::uint32_t long_lists, longest_list;
+
+  std::uint32_t inactive;  // boxes
+  std::uint32_t cells;
+  std::uint32_t crowded;  // whether more boxes share a key than a search can bear
+};
+
+// Written on the device only. Cleared up to `table` before each frame.
+struct ScenePlan {
+  Counters counters;
+  std::uint32_t histogram[bins];
+
+  // From the classes on.
+  std::uint8_t table[bins];  // class by bin
+  std::uint32_t classes, active;
+  std::uint32_t unbounded;  // the class of unbounded boxes, or none
+  float unit[most_classes];
+  ClassSummary summary[most_classes];
+};
+
+// A box or the bounds of several: primitives.cuh.
+struct Record;
+constexpr std::size_t record_bytes = 32;
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

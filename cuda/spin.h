@@ -1,0 +1,27 @@
+// Waits for another thread that is expected within microseconds.
+#ifndef ODE_PARALLEL_SAP_CUDA_SPIN_H
+#define ODE_PARALLEL_SAP_CUDA_SPIN_H
+
+#include <thread>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace ode_parallel_sap {
+
+// Gives the core away after a while, as there may be more threads than cores.
+template <class Done>
+inline void spinUntil(Done done) {
+  constexpr int patience = 2000;
+  for (int i = 0; !done(); ++i) {
+    if (i > patience) std::this_thread::yield();
+#if defined(__SSE2__)
+    _mm_pause();
+#endif
+  }
+}
+
+}  // namespace ode_parallel_sap
+
+#endif
