@@ -23,6 +23,7 @@ namespace bench {
 namespace {
 
 constexpr int frames_before_check = 3;
+constexpr int least_samples = 3;     // of a turn, if that takes no more than a second
 constexpr int frames_in_store = 32;  // of a batch: one period of the swinging scenes
 
 // One scene at one size with one number of threads: what its cells share.
@@ -58,7 +59,8 @@ struct Cell {
 class Forecast {
  public:
   void learn(const Cell& cell) {
-    if (!cell.times.empty()) last_[key(cell)] = {cell.stage.n, median(cell.times)};
+    if (cell.times.empty()) return;
+    last_[key(cell)] = {cell.stage.n, *std::min_element(cell.times.begin(), cell.times.end())};
   }
 
   // Seconds, if time grows with the square of the size at worst; 0 if nothing is known.
@@ -71,7 +73,9 @@ class Forecast {
   }
 
  private:
-  static std::string key(const Cell& cell) { return cell.stage.scene.name + "/" + cell.kind.name; }
+  static std::string key(const Cell& cell) {
+    return cell.stage.scene.name + "/" + cell.kind.name + "/" + std::to_string(cell.stage.threads);
+  }
   std::map<std::string, std::pair<std::size_t, double>> last_;
 };
 
@@ -113,7 +117,22 @@ class Turn {
     return clock.milliseconds() / count;
   }
 
+  // One more measurement, moving taken off; returns the milliseconds.
+  double measure() {
+    const double milliseconds = options().batch > 0 ? findBatch() - cell_.move_ms : findNext();
+    sample(milliseconds);
+    return milliseconds;
+  }
+
+  // What Google Benchmark was content with may be a single frame.
+  void complete() {
+    double seconds = 0;
+    while (samples_ < least_samples && seconds < 1) seconds += measure() / 1000;
+  }
+
+ private:
   void sample(double milliseconds) {
+    ++samples_;
     cell_.times.push_back(milliseconds);
     cell_.pairs = pairs_;
     cell_.account = peer_->account();
@@ -125,7 +144,6 @@ class Turn {
     cell_.stage_times["report"].push_back(stages.report);
   }
 
- private:
   static std::unique_ptr<MovingScene> makeScene(const Cell& cell) {
     return cell.stage.scene.make(cell.stage.n, options().seed);
   }
@@ -183,6 +201,7 @@ class Turn {
   std::vector<Boxes> frames_;
   std::size_t resident_before_ = 0;
   std::size_t pairs_ = 0;
+  int samples_ = 0;
 };
 
 Row rowOf(const Cell& cell) {
@@ -244,6 +263,7 @@ class Runner {
   // Called when Google Benchmark is through with a turn of a cell.
   void finishTurn() {
     if (!cell_) return;
+    if (turn_) turn_->complete();
     turn_.reset();
     trimHeap();
     ++cell_->turns_done;
@@ -267,9 +287,7 @@ class Runner {
       return;
     }
     for (auto _ : state) {
-      const double milliseconds =
-          options().batch > 0 ? turn_->findBatch() - cell.move_ms : turn_->findNext();
-      turn_->sample(milliseconds);
+      const double milliseconds = turn_->measure();
       state.SetIterationTime(std::max(milliseconds, 0.0) / 1000 * std::max(options().batch, 1));
     }
     report(cell, state);

@@ -20,7 +20,7 @@
 namespace bench {
 namespace {
 
-constexpr int frames_recorded = 12;
+constexpr int frames_recorded = 6;
 
 BodyPose poseOf(dBodyID body) {
   BodyPose pose;

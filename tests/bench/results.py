@@ -44,7 +44,8 @@ def one(rows, **wanted):
 
 
 # Peers that are other libraries, not ODE's.
-LIBRARIES = ("embree", "cgal", "cgal-parallel", "bullet-dbvt", "bullet-axis-sweep", "fcl-tree", "fcl-sap")
+LIBRARIES = ("embree", "embree-default", "cgal", "cgal-parallel", "bullet-dbvt", "bullet-axis-sweep",
+             "fcl-tree", "fcl-sap")
 ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpace")
 OURS = "parallel-sap"
 

@@ -1,4 +1,6 @@
-// Embree's rtcCollide on a scene of user primitives, one a box. Commit rebuilds the hierarchy.
+// Embree's rtcCollide on a scene of user primitives, one a box. Commit rebuilds the hierarchy, by
+// default with its medium quality; with the low one (Morton codes) it takes a fifth of the time and
+// rtcCollide a quarter more.
 #include <embree3/rtcore.h>
 
 #include <atomic>
@@ -41,8 +43,8 @@ void tellCollisions(void* data, RTCCollision* collisions, unsigned count) {
 
 class EmbreePeer : public Peer {
  public:
-  explicit EmbreePeer(int threads)
-      : device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
+  EmbreePeer(int threads, RTCBuildQuality quality)
+      : quality_(quality), device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
     if (!device_) throw std::runtime_error("Embree: no device");
   }
   ~EmbreePeer() override {
@@ -58,10 +60,10 @@ class EmbreePeer : public Peer {
 
   void enter() override {
     scene_ = rtcNewScene(device_);
-    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
+    rtcSetSceneBuildQuality(scene_, quality_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_LOW);
+    rtcSetGeometryBuildQuality(geometry_, quality_);
     rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(bounds_.size()));
     rtcSetGeometryUserData(geometry_, bounds_.data());
     rtcSetGeometryBoundsFunction(geometry_, boundsOf, nullptr);
@@ -113,6 +115,7 @@ class EmbreePeer : public Peer {
     rtcCommitScene(scene_);
   }
 
+  const RTCBuildQuality quality_;
   RTCDevice device_;
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;
@@ -128,7 +131,14 @@ void addEmbreePeers(std::vector<PeerKind>& kinds) {
   kind.library = "Embree " RTC_VERSION_STRING;
   kind.takes_threads = true;
   kind.superset = "float bounds";
-  kind.create = [](int threads) { return std::make_unique<EmbreePeer>(threads); };
+  kind.create = [](int threads) {
+    return std::make_unique<EmbreePeer>(threads, RTC_BUILD_QUALITY_LOW);
+  };
+  kinds.push_back(kind);
+  kind.name = "embree-default";
+  kind.create = [](int threads) {
+    return std::make_unique<EmbreePeer>(threads, RTC_BUILD_QUALITY_MEDIUM);
+  };
   kinds.push_back(kind);
 }
 
