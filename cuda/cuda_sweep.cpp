@@ -61,17 +61,16 @@ struct Context {
   DeviceBuffer<std::uint8_t> flags;
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
-  DeviceBuffer<unsigned long long> ends, block_begins, segments;
-  DeviceBuffer<std::uint8_t> short_counts;
-  DeviceBuffer<std::uint32_t> long_slots;
+  DeviceBuffer<unsigned long long> ends, block_begins;
+  DeviceBuffer<std::uint32_t> has_list, long_slots;
+  LongListStore long_store;
   DeviceBuffer<Found> found;
-  DeviceBuffer<std::uint32_t> lists, sorted_lists;
+  DeviceBuffer<std::uint32_t> lists, stretches;
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<Counters> host_counters;
   PinnedBuffer<unsigned long long> host_begins;
-  PinnedBuffer<std::uint8_t> host_short_counts;
-  PinnedBuffer<std::uint32_t> host_counts;
+  PinnedBuffer<std::uint32_t> host_has_list;
 
   Upload upload;
   Download download;
@@ -80,16 +79,16 @@ struct Context {
   Stream compute, up, down;
 
   std::size_t hostBytes() const {
-    return host_counters.bytes() + host_begins.bytes() + host_short_counts.bytes() +
-           host_counts.bytes() + upload.bytes() + download.bytes();
+    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() + upload.bytes() +
+           download.bytes();
   }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + plan.bytes() + keys[0].bytes() +
            keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
            long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
-           tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() + segments.bytes() +
-           short_counts.bytes() + long_slots.bytes() + found.bytes() + lists.bytes() +
-           sorted_lists.bytes() + scratch.bytes();
+           tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() + has_list.bytes() +
+           long_store.bytes() + long_slots.bytes() + found.bytes() + lists.bytes() +
+           stretches.bytes() + scratch.bytes();
   }
   Record* sortedRecords() { return reinterpret_cast<Record*>(sorted.data()); }
   Record* treeRecords() { return reinterpret_cast<Record*>(tree.data()); }
@@ -205,18 +204,18 @@ void CudaSweep::reserve(std::size_t slots) {
   c.counts.reserve(slots + 1);
   c.ends.reserve(slots + 1);
   c.block_begins.reserve(blocks + 1);
-  c.short_counts.reserve(slots);
+  c.has_list.reserve((slots + 31) / 32);
   c.long_slots.reserve(slots);
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks + 1);
-  c.host_short_counts.reserve(slots);
+  c.host_has_list.reserve((slots + 31) / 32);
   reservePairs(std::max(pairs_expected_, std::max(slots * first_pairs_a_box, least_pairs)));
 }
 
 void CudaSweep::reservePairs(std::size_t pairs) {
   context_->found.reserve(pairs);
   context_->lists.reserve(context_->found.capacity());
-  context_->sorted_lists.reserve(context_->found.capacity());
+  context_->stretches.reserve(stretchedSize(context_->found.capacity()));
 }
 
 // Boxes are counted by bin piece by piece, while the next ones travel.
@@ -288,7 +287,7 @@ void CudaSweep::search(const BoxSet& boxes, bool ignore_crowds) {
             c.processors, c.compute);
   mark(Searched);
   scanCounts(c.counts.data(), c.ends.data(), slots, c.scratch, c.compute);
-  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.short_counts.data(),
+  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.has_list.data(),
                  c.block_begins.data(), c.long_slots.data(), c.compute);
   mark(Scanned);
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
@@ -303,8 +302,9 @@ void CudaSweep::search(const BoxSet& boxes, bool ignore_crowds) {
                              (blocks + 1) * sizeof(unsigned long long), cudaMemcpyDeviceToHost,
                              c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
-  CHECK_CUDA(cudaMemcpyAsync(c.host_short_counts.data(), c.short_counts.data(), slots,
-                             cudaMemcpyDeviceToHost, c.down));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
+                             (slots + 31) / 32 * sizeof(std::uint32_t), cudaMemcpyDeviceToHost,
+                             c.down));
 }
 
 // Waits for the number of pairs. False if the search has to be made again: for want of places, of
@@ -341,15 +341,15 @@ void CudaSweep::sortLists(std::size_t slots, std::size_t total) {
     // Up to the first block that begins at or after the piece's end.
     const std::size_t end =
         words == total ? blocks : std::lower_bound(begins + block, begins + blocks, words) - begins;
-    device::sortLists(c.lists.data(), c.ends.data(), slots, block, end, c.sorted_lists.data(),
+    device::sortLists(c.lists.data(), c.ends.data(), slots, block, end, c.stretches.data(),
                       c.compute);
     block = end;
     if (!long_lists) CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
   }
   if (long_lists) {
-    c.segments.reserve(2 * std::size_t{long_lists});
-    sortLongLists(c.lists.data(), c.ends.data(), c.long_slots.data(), long_lists, total,
-                  c.segments.data(), c.sorted_lists.data(), c.scratch, c.compute);
+    sortLongLists(c.lists.data(), c.ends.data(), slots, c.long_slots.data(), long_lists,
+                  c.host_counters[0].long_words, c.long_store, c.stretches.data(), c.scratch,
+                  c.compute);
     for (std::size_t piece = 0; piece < pieces; ++piece)
       CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
   }
@@ -361,15 +361,8 @@ void CudaSweep::fetchPairs(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::size_t slots = boxes.size, blocks = (slots + list_block - 1) / list_block;
   const std::size_t total = c.host_begins[blocks];
   sortLists(slots, total);
-  ListIndex index = {slots, list_block, c.host_begins.data(), c.host_short_counts.data(), nullptr};
-  if (c.host_counters[0].longest_list >= 255) {
-    c.host_counts.reserve(slots);
-    CHECK_CUDA(cudaMemcpyAsync(c.host_counts.data(), c.counts.data(), slots * sizeof(std::uint32_t),
-                               cudaMemcpyDeviceToHost, c.down));
-    index.counts = c.host_counts.data();
-  }
-  used_ = std::max(used_, c.download.run(c.sorted_lists.data(), total, c.ready, index, boxes.exact,
-                                         threads, c.down, pairs));
+  used_ = std::max(used_, c.download.run(c.stretches.data(), total, c.ready, c.host_has_list.data(),
+                                         boxes.exact, threads, c.down, pairs));
 }
 
 void CudaSweep::mark(Stage stage) {

@@ -4,16 +4,24 @@
 #include <atomic>
 
 #include "../space/parallel.h"
+#include "expand.h"
+#include "lists.h"
 #include "spin.h"
 
 namespace ode_parallel_sap {
+
+using device::stretch_words;
 
 namespace {
 
 // A thread is not worth waking for fewer words in all.
 constexpr std::size_t least_words_a_thread = 1 << 13;
-// Stretches with unsure pairs are noted in steps of this many, 4 kB.
-constexpr std::size_t stretch_words = 512;
+// From this many pairs on they do not stay in the cache until somebody reads them.
+constexpr std::size_t past_cache_pairs = 1 << 22;
+
+// Pinned words of a piece.
+constexpr std::size_t piece_size =
+    Download::piece_words / device::stretch_words * device::stretch_size;
 
 }  // namespace
 
@@ -23,13 +31,13 @@ Download::Download() {
 
 // Thread 0 asks for pieces, waits for them and tells the others; a piece of the ring is asked for
 // again once all threads are done with it.
-int Download::run(const std::uint32_t* words, std::size_t total,
-                  const std::vector<std::unique_ptr<Event>>& ready, const ListIndex& index,
+int Download::run(const std::uint32_t* stretches, std::size_t total,
+                  const std::vector<std::unique_ptr<Event>>& ready, const std::uint32_t* has_list,
                   bool exact, int threads, cudaStream_t stream, PairList& pairs) {
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(total);
   if (total == 0) return 1;
-  ring_.reserve(piece_words * ring_pieces);
+  ring_.reserve(piece_size * ring_pieces);
   Pair* const to = pairs.parts[0].data();
   const std::size_t pieces = piecesFor(total);
   threads = static_cast<int>(
@@ -38,11 +46,11 @@ int Download::run(const std::uint32_t* words, std::size_t total,
   for (auto& stretches : unsure_) stretches.clear();
 
   const auto ask = [&](std::size_t piece) {
-    const std::size_t begin = piece * piece_words;
+    const std::size_t words = std::min(piece_words, total - piece * piece_words);
     const std::size_t place = piece % ring_pieces;
     CHECK_CUDA(cudaStreamWaitEvent(stream, *ready[piece], 0));
-    CHECK_CUDA(cudaMemcpyAsync(ring_.data() + place * piece_words, words + begin,
-                               std::min(piece_words, total - begin) * sizeof *words,
+    CHECK_CUDA(cudaMemcpyAsync(ring_.data() + place * piece_size, stretches + piece * piece_size,
+                               device::stretchedSize(words) * sizeof *stretches,
                                cudaMemcpyDeviceToHost, stream));
     CHECK_CUDA(cudaEventRecord(*here_[place], stream));
   };
@@ -72,12 +80,14 @@ int Download::run(const std::uint32_t* words, std::size_t total,
           });
           if (failed) return;
         }
-        const std::size_t base = piece * piece_words;
-        const Range part = partOf(std::min(piece_words, total - base), thread, team, 16);
-        const std::uint32_t* const here = ring_.data() + piece % ring_pieces * piece_words;
-        for (std::size_t begin = part.begin; begin < part.end; begin += stretch_words) {
-          const std::size_t end = std::min(begin + stretch_words, part.end);
-          if (expandPairs(index, here + begin, base + begin, base + end, to + base + begin) &&
+        const std::size_t base = piece * piece_words, words = std::min(piece_words, total - base);
+        const Range part = partOf((words + stretch_words - 1) / stretch_words, thread, team);
+        const std::uint32_t* const here = ring_.data() + piece % ring_pieces * piece_size;
+        for (std::size_t stretch = part.begin; stretch < part.end; ++stretch) {
+          const std::size_t begin = stretch * stretch_words;
+          const std::size_t end = std::min(begin + stretch_words, words);
+          if (expandStretch(here + stretch * device::stretch_size, end - begin, has_list,
+                            total >= past_cache_pairs, to + base + begin) &&
               !exact)
             unsure_[thread].push_back({0, base + begin, base + end});
         }

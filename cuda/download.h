@@ -10,25 +10,25 @@
 
 #include "../space/pair_list.h"
 #include "device.h"
-#include "expand.h"
+#include "scene_plan.h"
 
 namespace ode_parallel_sap {
 
 class Download {
  public:
-  // Words of a piece: as Upload's pieces.
-  static constexpr std::size_t piece_words = 3 << 17;
+  // Words of a piece, whole stretches: 1.5 MB, as Upload's pieces.
+  static constexpr std::size_t piece_words = 384 * device::stretch_words;
 
   Download();
   static std::size_t piecesFor(std::size_t words) {
     return (words + piece_words - 1) / piece_words;
   }
-  // Fills `pairs` with one part of `total` pairs from the words at `words` on the device. Piece i
-  // may be copied once the i-th of `ready` has happened. `exact`: no pair is unsure. Returns the
-  // number of threads used.
-  int run(const std::uint32_t* words, std::size_t total,
-          const std::vector<std::unique_ptr<Event>>& ready, const ListIndex& index, bool exact,
-          int threads, cudaStream_t stream, PairList& pairs);
+  // Fills `pairs` with one part of `total` pairs from their stretches on the device. Piece i may be
+  // copied once the i-th of `ready` has happened; has_list (expand.h) is there by then if it was
+  // asked for on `stream`. `exact`: no pair is unsure. Returns the number of threads used.
+  int run(const std::uint32_t* stretches, std::size_t total,
+          const std::vector<std::unique_ptr<Event>>& ready, const std::uint32_t* has_list,
+          bool exact, int threads, cudaStream_t stream, PairList& pairs);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:

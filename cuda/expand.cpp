@@ -1,83 +1,100 @@
 #include "expand.h"
 
-#include <algorithm>
-
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
 namespace ode_parallel_sap {
 
+using namespace device;
+
 namespace {
 
-// Words are expanded this many at a time where there is room for as many.
-constexpr std::size_t group = 8;
-
-inline Pair pairOf(std::uint64_t earlier, std::uint32_t word) {
-  return (std::uint64_t{word} & 1) << 63 | earlier << 32 | word >> 1;
+Pair pairOf(std::uint32_t earlier, std::uint32_t word) {
+  return (std::uint64_t{word} & 1) << 63 | std::uint64_t{earlier} << 32 | (word & word_mask) >> 1;
 }
 
-inline void expandOneByOne(std::uint64_t earlier, const std::uint32_t* words, std::size_t count,
-                           Pair* pairs) {
-  for (std::size_t i = 0; i < count; ++i) pairs[i] = pairOf(earlier, words[i]);
+// The first slot after `slot` that has a list; there is one.
+std::uint32_t nextWithList(const std::uint32_t* has_list, std::uint32_t slot) {
+  ++slot;
+  std::uint32_t left = has_list[slot / 32] >> slot % 32;
+  if (left) return slot + __builtin_ctz(left);
+  std::size_t place = slot / 32 + 1;
+  while (!has_list[place]) ++place;
+  return static_cast<std::uint32_t>(place * 32 + __builtin_ctz(has_list[place]));
 }
 
-// `group` words, whatever slot they are of.
-inline void expandGroup(std::uint32_t earlier, const std::uint32_t* words, Pair* pairs) {
+// Word by word. `slot` is that of the word before, and becomes that of the last one.
+void expandSlowly(const std::uint32_t* words, std::size_t count, const std::uint32_t* has_list,
+                  std::uint32_t& slot, Pair* pairs) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t ahead = words[i] >> ahead_shift;
+    slot = ahead == far_ahead ? nextWithList(has_list, slot) : slot + ahead;
+    pairs[i] = pairOf(slot, words[i]);
+  }
+}
+
 #if defined(__SSE2__)
-  const __m128i slot = _mm_set1_epi32(static_cast<int>(earlier));
-  for (std::size_t i = 0; i < group; i += 4) {
-    const __m128i word = _mm_loadu_si128(reinterpret_cast<const __m128i*>(words + i));
-    const __m128i low = _mm_srli_epi32(word, 1);
-    const __m128i high = _mm_or_si128(slot, _mm_slli_epi32(word, 31));
+// Four words at a time: their slots are a running sum. Nothing here branches on how long lists are,
+// which nobody could foretell.
+template <bool past_cache>
+void expandFours(const std::uint32_t* words, std::size_t count, const std::uint32_t* has_list,
+                 std::uint32_t slot, Pair* pairs) {
+  const __m128i far = _mm_set1_epi32(far_ahead);
+  __m128i slots = _mm_set1_epi32(static_cast<int>(slot));
+  for (std::size_t i = 0; i < count; i += 4) {
+    const __m128i word = _mm_load_si128(reinterpret_cast<const __m128i*>(words + i));
+    __m128i ahead = _mm_srli_epi32(word, ahead_shift);
+    if (_mm_movemask_epi8(_mm_cmpeq_epi32(ahead, far))) {
+      slot = static_cast<std::uint32_t>(_mm_cvtsi128_si32(slots));
+      expandSlowly(words + i, 4, has_list, slot, pairs + i);
+      slots = _mm_set1_epi32(static_cast<int>(slot));
+      continue;
+    }
+    ahead = _mm_add_epi32(ahead, _mm_slli_si128(ahead, 4));
+    ahead = _mm_add_epi32(ahead, _mm_slli_si128(ahead, 8));
+    slots = _mm_add_epi32(slots, ahead);
+    const __m128i low = _mm_srli_epi32(_mm_slli_epi32(word, 32 - ahead_shift), 33 - ahead_shift);
+    const __m128i high = _mm_or_si128(slots, _mm_slli_epi32(word, 31));
     __m128i* const to = reinterpret_cast<__m128i*>(pairs + i);
-    _mm_storeu_si128(to, _mm_unpacklo_epi32(low, high));
-    _mm_storeu_si128(to + 1, _mm_unpackhi_epi32(low, high));
+    if (past_cache) {
+      _mm_stream_si128(to, _mm_unpacklo_epi32(low, high));
+      _mm_stream_si128(to + 1, _mm_unpackhi_epi32(low, high));
+    } else {
+      _mm_store_si128(to, _mm_unpacklo_epi32(low, high));
+      _mm_store_si128(to + 1, _mm_unpackhi_epi32(low, high));
+    }
+    slots = _mm_shuffle_epi32(slots, 0xff);
   }
-#else
-  expandOneByOne(earlier, words, group, pairs);
+  if (past_cache) _mm_sfence();
+}
 #endif
-}
-
-template <class Count>
-bool expand(const ListIndex& index, const Count* counts, const std::uint32_t* words,
-            std::size_t begin, std::size_t end, Pair* pairs) {
-  const std::size_t blocks = (index.slots + index.block - 1) / index.block;
-  // The block of the first word: the last one that begins at or before it.
-  std::size_t block = std::upper_bound(index.block_begins, index.block_begins + blocks + 1, begin) -
-                      index.block_begins - 1;
-  std::size_t slot = block * index.block;
-  std::size_t left_out = begin - index.block_begins[block];  // words of the block before `begin`
-  while (left_out >= counts[slot]) left_out -= counts[slot++];
-  std::size_t count = std::min(counts[slot] - left_out, end - begin);
-
-  const std::size_t total = end - begin;
-  std::uint32_t all = 0;
-  for (std::size_t at = 0;;) {
-    // Groups may reach into the next list, whose pairs are written over in their turn.
-    std::size_t done = 0;
-    for (; done < count && at + done + group <= total; done += group)
-      expandGroup(static_cast<std::uint32_t>(slot), words + at + done, pairs + at + done);
-    if (done < count) expandOneByOne(slot, words + at + done, count - done, pairs + at + done);
-    at += count;
-    if (at == total) break;
-    ++slot;
-    // Nothing in a whole block.
-    if (slot % index.block == 0)
-      while (index.block_begins[slot / index.block + 1] == begin + at) slot += index.block;
-    count = std::min<std::size_t>(counts[slot], total - at);
-  }
-  for (std::size_t i = 0; i < total; ++i) all |= words[i];
-  return all & 1;
-}
 
 }  // namespace
 
-bool expandPairs(const ListIndex& index, const std::uint32_t* words, std::size_t begin,
-                 std::size_t end, Pair* pairs) {
-  if (begin == end) return false;
-  return index.counts ? expand(index, index.counts, words, begin, end, pairs)
-                      : expand(index, index.short_counts, words, begin, end, pairs);
+bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
+                   bool past_cache, Pair* pairs) {
+  const std::uint32_t* const first = stretch + header_words;
+  std::uint32_t all = 0;
+  for (std::size_t i = 0; i < words; ++i) all |= first[i];
+  std::uint32_t slot = stretch[0];
+  pairs[0] = pairOf(slot, first[0]);  // whatever it says of the word before
+#if defined(__SSE2__)
+  if (words >= 8) {
+    const std::size_t fours = words / 4 * 4;
+    std::uint32_t last = slot;
+    expandSlowly(first + 1, 3, has_list, last, pairs + 1);
+    (past_cache ? expandFours<true> : expandFours<false>)(first + 4, fours - 4, has_list, last,
+                                                          pairs + 4);
+    // The slot of the last word of a four, for what is left.
+    slot = earlierOf(pairs[fours - 1]);
+    expandSlowly(first + fours, words - fours, has_list, slot, pairs + fours);
+    return all & 1;
+  }
+#endif
+  (void)past_cache;
+  expandSlowly(first + 1, words - 1, has_list, slot, pairs + 1);
+  return all & 1;
 }
 
 }  // namespace ode_parallel_sap

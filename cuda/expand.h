@@ -6,23 +6,15 @@
 #include <cstdint>
 
 #include "../space/pair_list.h"
+#include "scene_plan.h"
 
 namespace ode_parallel_sap {
 
-// The lists of all slots one after the other. A word of a list is the later slot above one bit:
-// whether the pair is unsure.
-struct ListIndex {
-  std::size_t slots;
-  std::size_t block;                       // slots of a block
-  const unsigned long long* block_begins;  // words before each block, and of all
-  const std::uint8_t* short_counts;        // words of each slot's list, all below 255; or
-  const std::uint32_t* counts;             // the same, if not null
-};
-
-// Writes pairs [begin, end) of all pairs to `pairs`, from `words`: words[0] is the begin-th of all.
-// Returns whether one is unsure. Nothing beyond [begin, end) is written or read.
-bool expandPairs(const ListIndex& index, const std::uint32_t* words, std::size_t begin,
-                 std::size_t end, Pair* pairs);
+// Writes the pairs of the first `words` words of a stretch (scene_plan.h), at most stretch_words.
+// Bit i of has_list: slot i has a list. `pairs` is aligned to 16 bytes. `past_cache`: the pairs are
+// too many to be found in the cache later. Returns whether one is unsure.
+bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
+                   bool past_cache, Pair* pairs);
 
 }  // namespace ode_parallel_sap
 

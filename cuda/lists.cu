@@ -1,7 +1,7 @@
 #include "lists.h"
 //
+#include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
-#include <cub/device/device_segmented_sort.cuh>
 
 #include "primitives.cuh"
 
@@ -17,69 +17,101 @@ constexpr int scatter_blocks_a_processor = 8;
 // more is read from global memory.
 constexpr std::uint32_t cached_words = 4096;
 
+constexpr int long_threads = 256;
+constexpr std::size_t most_long_blocks = 132 * 16;
+
 struct Add {
   __device__ unsigned long long operator()(unsigned long long a, unsigned long long b) const {
     return a + b;
   }
 };
 
+// Where word `i` of all lists lies in the stretches.
+__device__ inline std::size_t placeOf(unsigned long long i) {
+  return i + (i / stretch_words + 1) * header_words;
+}
+
+// Writes word `i` of all lists, and the header if it is a stretch's first.
+__device__ inline void writeWord(std::uint32_t* stretches, unsigned long long i, std::uint32_t word,
+                                 std::uint32_t ahead, std::uint32_t slot) {
+  stretches[placeOf(i)] = word | ahead << ahead_shift;
+  if (i % stretch_words == 0) stretches[i / stretch_words * stretch_size] = slot;
+}
+
 // One thread a slot, one block list_block slots. The last block's last threads have no slot;
-// block_begins has a place for each block and one more.
+// block_begins has a place for each block and one more, has_list one for each 32 slots.
 __global__ void __launch_bounds__(list_block)
     summariseKernel(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, std::uint8_t* short_counts, unsigned long long* block_begins,
+                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
                     std::uint32_t* long_slots) {
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
   if (threadIdx.x == 0) block_begins[blockIdx.x] = ends[slot];
   const std::uint32_t count = slot < slots ? counts[slot] : 0;
-  if (slot < slots) short_counts[slot] = static_cast<std::uint8_t>(min(count, 255u));
-  if (count > long_list) long_slots[atomicAdd(&plan->counters.long_lists, 1u)] = slot;
-  if (__any_sync(all_lanes, count >= 255)) {
-    const int longest = warpMax(static_cast<int>(count));
-    if (threadIdx.x % 32 == 0)
-      atomicMax(&plan->counters.longest_list, static_cast<std::uint32_t>(longest));
+  const unsigned lists = __ballot_sync(all_lanes, count != 0);
+  if (threadIdx.x % 32 == 0 && slot < slots) has_list[slot / 32] = lists;
+  if (count > long_list) {
+    long_slots[atomicAdd(&plan->counters.long_lists, 1u)] = static_cast<std::uint32_t>(slot);
+    atomicAdd(&plan->counters.long_words, static_cast<unsigned long long>(count));
   }
   if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0) block_begins[gridDim.x] = ends[slots];
 }
 
-// One thread a place of `found`, in strides. A pair's place in its list is whatever the counter
-// gives: below the list's end, as the list has one place for each pair found.
+// One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
+// places in its list at once. These are whatever the counter gives: below the list's end, as the
+// list has one place for each pair found.
 __global__ void __launch_bounds__(scatter_threads)
     scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
                   const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
   const unsigned long long count = plan->counters.found;
   if (count > capacity) return;
+  const int lane = threadIdx.x % 32;
   const unsigned long long stride = std::size_t{gridDim.x} * scatter_threads;
-  unsigned long long i = blockIdx.x * std::size_t{scatter_threads} + threadIdx.x;
-#pragma unroll 4
-  for (; i < count; i += stride) {
-    const Found pair = found[i];
-    if (pair == nothing_found) continue;
-    lists[atomicAdd(&ends[pair >> 32], 1ull)] = static_cast<std::uint32_t>(pair);
+  for (unsigned long long first = blockIdx.x * std::size_t{scatter_threads} + threadIdx.x - lane;
+       first < count; first += stride) {
+    const Found pair = first + lane < count ? found[first + lane] : nothing_found;
+    const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
+    const std::uint32_t before = __shfl_up_sync(all_lanes, earlier, 1);
+    const unsigned heads = __ballot_sync(all_lanes, lane == 0 || before != earlier);
+    const int head = 31 - __clz(static_cast<int>(heads & (all_lanes >> (31 - lane))));
+    const unsigned later_heads = lane == 31 ? 0 : heads >> (lane + 1);
+    const int length = later_heads ? __ffs(later_heads) : 32 - lane;  // of a head's row
+    unsigned long long place = 0;
+    if (head == lane && pair != nothing_found)
+      place = atomicAdd(&ends[earlier], static_cast<unsigned long long>(length));
+    place = __shfl_sync(all_lanes, place, head) + (lane - head);
+    if (pair != nothing_found) lists[place] = static_cast<std::uint32_t>(pair);
   }
 }
 
+// The lists of one block of slots, from the first word of the first on.
+struct BlockLists {
+  unsigned long long begins[list_block + 1];
+  std::uint32_t has_list[list_block / 32];
+  std::uint8_t ahead[list_block];
+};
+
 // Puts each word of a block's lists where the number of lesser words in its list says.
 template <class Words>
-__device__ void rankWords(Words words, const unsigned long long* begins, unsigned long long count,
-                          std::uint32_t* sorted) {
+__device__ void rankWords(Words words, const BlockLists& block, unsigned long long base,
+                          std::size_t first_slot, std::uint32_t* stretches) {
+  const unsigned long long count = block.begins[list_block];
   for (unsigned long long i = threadIdx.x; i < count; i += list_block) {
     int low = 0, high = list_block - 1;  // the last list that begins at or before i
     while (low < high) {
       const int middle = (low + high + 1) / 2;
-      if (begins[middle] <= i)
+      if (block.begins[middle] <= i)
         low = middle;
       else
         high = middle - 1;
     }
-    const unsigned long long begin = begins[low];
-    const std::uint32_t length =
-        static_cast<std::uint32_t>(min(begins[low + 1] - begin, 0xffffffffull));
-    if (length > long_list) continue;
-    const std::uint32_t own = words[i];
+    const unsigned long long begin = block.begins[low],
+                             words_of_list = block.begins[low + 1] - begin;
+    if (words_of_list > long_list) continue;
+    const std::uint32_t length = static_cast<std::uint32_t>(words_of_list), own = words[i];
     std::uint32_t rank = 0;
     for (std::uint32_t k = 0; k < length; ++k) rank += words[begin + k] < own;
-    sorted[begin + rank] = own;
+    writeWord(stretches, base + begin + rank, own, rank == 0 ? block.ahead[low] : 0,
+              static_cast<std::uint32_t>(first_slot + low));
   }
 }
 
@@ -87,54 +119,112 @@ __device__ void rankWords(Words words, const unsigned long long* begins, unsigne
 // differ, so that their ranks do; a rank is below the list's length.
 __global__ void __launch_bounds__(list_block)
     sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
-               std::size_t slots, std::size_t first_block, std::uint32_t* sorted) {
-  __shared__ unsigned long long begins[list_block + 1];
+               std::size_t slots, std::size_t first_block, std::uint32_t* stretches) {
+  __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
-  const std::size_t first = (first_block + blockIdx.x) * list_block;
-  const std::size_t slot = first + threadIdx.x;
+  const int t = threadIdx.x, lane = t % 32;
+  const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
   const unsigned long long base = first ? ends[first - 1] : 0;
-  begins[threadIdx.x + 1] = ends[slot < slots ? slot : slots - 1] - base;
-  if (threadIdx.x == 0) begins[0] = 0;
+  const unsigned long long end = ends[slot < slots ? slot : slots - 1] - base;
+  block.begins[t + 1] = end;
+  if (t == 0) block.begins[0] = 0;
   __syncthreads();
-  const unsigned long long count = begins[list_block];
-  if (count <= cached_words) {
-    for (std::uint32_t i = threadIdx.x; i < count; i += list_block) cached[i] = lists[base + i];
-    __syncthreads();
-    rankWords(static_cast<const std::uint32_t*>(cached), begins, count, sorted + base);
-  } else {
-    rankWords(lists + base, begins, count, sorted + base);
-  }
+  const unsigned own = __ballot_sync(all_lanes, block.begins[t] < end);
+  if (lane == 0) block.has_list[t / 32] = own;
+  const unsigned long long count = block.begins[list_block];
+  const bool fits = count <= cached_words;
+  if (fits)
+    for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
+  __syncthreads();
+  // The slot before in this block that has a list.
+  unsigned before = own & ((1u << lane) - 1);
+  int warp = t / 32;
+  while (!before && warp > 0) before = block.has_list[--warp];
+  const int ahead = before ? t - (warp * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
+  block.ahead[t] = static_cast<std::uint8_t>(min(ahead, static_cast<int>(far_ahead)));
+  __syncthreads();
+  if (fits)
+    rankWords(static_cast<const std::uint32_t*>(cached), block, base, first, stretches);
+  else
+    rankWords(lists + base, block, base, first, stretches);
 }
 
-// One thread a long list.
-__global__ void segmentKernel(const unsigned long long* ends, const std::uint32_t* long_slots,
-                              std::uint32_t count, unsigned long long* begins,
-                              unsigned long long* stops) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+// One thread a long list: where it begins, and its length, from which a scan makes offsets.
+__global__ void __launch_bounds__(long_threads)
+    longListKernel(const unsigned long long* ends, const std::uint32_t* long_slots,
+                   std::uint32_t count, unsigned long long* begins, unsigned long long* lengths) {
+  const std::uint32_t i = blockIdx.x * long_threads + threadIdx.x;
   if (i >= count) return;
   const std::uint32_t slot = long_slots[i];
   begins[i] = slot ? ends[slot - 1] : 0;
-  stops[i] = ends[slot];
+  lengths[i] = ends[slot] - begins[i];
+}
+
+// One thread a word of the long lists, in strides: the list's number above the word.
+__global__ void __launch_bounds__(long_threads)
+    gatherKernel(const std::uint32_t* lists, const unsigned long long* begins,
+                 const unsigned long long* offsets, std::uint32_t count, unsigned long long words,
+                 int word_bits, std::uint64_t* keys) {
+  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+       i += stride) {
+    std::uint32_t low = 0, high = count - 1;  // the last list whose offset is at or before i
+    while (low < high) {
+      const std::uint32_t middle = low + (high - low + 1) / 2;
+      if (offsets[middle] <= i)
+        low = middle;
+      else
+        high = middle - 1;
+    }
+    keys[i] = std::uint64_t{low} << word_bits | lists[begins[low] + (i - offsets[low])];
+  }
+}
+
+// The way back, once the keys are sorted: list follows list as before.
+__global__ void __launch_bounds__(long_threads)
+    spreadKernel(const std::uint64_t* keys, const unsigned long long* begins,
+                 const unsigned long long* offsets, const std::uint32_t* long_slots,
+                 unsigned long long words, int word_bits, std::uint32_t* stretches) {
+  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+       i += stride) {
+    const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> word_bits);
+    const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << word_bits) - 1);
+    const unsigned long long rank = i - offsets[list];
+    writeWord(stretches, begins[list] + rank, word, rank == 0 ? far_ahead : 0, long_slots[list]);
+  }
+}
+
+template <class In>
+void scan(const In* values, unsigned long long* sums, std::size_t count,
+          DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  std::size_t bytes = 0;
+  const auto size = static_cast<std::int64_t>(count);
+  CHECK_CUDA(
+      cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size, stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch.data(), bytes, values, sums, Add(), 0ull, size,
+                                            stream));
+}
+
+int bitsFor(std::uint64_t values) {
+  int bits = 0;
+  while (bits < 64 && values >> bits) ++bits;
+  return bits;
 }
 
 }  // namespace
 
 void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
                 DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  std::size_t bytes = 0;
-  const auto count = static_cast<std::int64_t>(slots + 1);
-  CHECK_CUDA(
-      cub::DeviceScan::ExclusiveScan(nullptr, bytes, counts, ends, Add(), 0ull, count, stream));
-  scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch.data(), bytes, counts, ends, Add(), 0ull, count,
-                                            stream));
+  scan(counts, ends, slots + 1, scratch, stream);
 }
 
 void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, std::uint8_t* short_counts, unsigned long long* block_begins,
+                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
                     std::uint32_t* long_slots, cudaStream_t stream) {
   launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
-         stream, counts, ends, slots, plan, short_counts, block_begins, long_slots);
+         stream, counts, ends, slots, plan, has_list, block_begins, long_slots);
 }
 
 void scatterPairs(const Found* found, unsigned long long capacity, const ScenePlan* plan,
@@ -145,28 +235,37 @@ void scatterPairs(const Found* found, unsigned long long capacity, const ScenePl
 }
 
 void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
-               std::size_t begin, std::size_t end, std::uint32_t* sorted, cudaStream_t stream) {
+               std::size_t begin, std::size_t end, std::uint32_t* stretches, cudaStream_t stream) {
   if (begin < end)
     launch("sort lists", sortKernel, end - begin, list_block, stream, lists, ends, slots, begin,
-           sorted);
+           stretches);
 }
 
-void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends,
+void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
                    const std::uint32_t* long_slots, std::uint32_t count, unsigned long long words,
-                   unsigned long long* segments, std::uint32_t* sorted, DeviceBuffer<char>& scratch,
+                   LongListStore& store, std::uint32_t* stretches, DeviceBuffer<char>& scratch,
                    cudaStream_t stream) {
-  constexpr int threads = 128;
-  launch("find long lists", segmentKernel, (count + threads - 1) / threads, threads, stream, ends,
-         long_slots, count, segments, segments + count);
-  std::size_t bytes = 0;
+  store.begins.reserve(count);
+  store.offsets.reserve(2 * std::size_t{count});
+  for (DeviceBuffer<std::uint64_t>& keys : store.keys) keys.reserve(words);
+  unsigned long long* const lengths = store.offsets.data() + count;
+  unsigned long long* const offsets = store.offsets.data();
+  launch("find long lists", longListKernel, (count + long_threads - 1) / long_threads, long_threads,
+         stream, ends, long_slots, count, store.begins.data(), lengths);
+  scan(lengths, offsets, count, scratch, stream);
+  const int word_bits = bitsFor(2 * slots - 1);
+  const std::size_t blocks = blocksFor(words, long_threads * 4, most_long_blocks);
+  launch("gather long lists", gatherKernel, blocks, long_threads, stream, lists,
+         store.begins.data(), offsets, count, words, word_bits, store.keys[0].data());
+  cub::DoubleBuffer<std::uint64_t> keys(store.keys[0].data(), store.keys[1].data());
+  const int bits = word_bits + bitsFor(count - 1);
   const auto size = static_cast<std::int64_t>(words);
-  CHECK_CUDA(cub::DeviceSegmentedSort::SortKeys(nullptr, bytes, lists, sorted, size,
-                                                static_cast<std::int64_t>(count), segments,
-                                                segments + count, stream));
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, stream));
   scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceSegmentedSort::SortKeys(scratch.data(), bytes, lists, sorted, size,
-                                                static_cast<std::int64_t>(count), segments,
-                                                segments + count, stream));
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch.data(), bytes, keys, size, 0, bits, stream));
+  launch("spread long lists", spreadKernel, blocks, long_threads, stream, keys.Current(),
+         store.begins.data(), offsets, long_slots, words, word_bits, stretches);
 }
 
 }  // namespace device

@@ -23,10 +23,22 @@ constexpr int cell_size = 32;  // a warp
 constexpr int fan_out = 32;    // children of a node
 constexpr int most_levels = 6;
 
-// Slots of which the pairs' lists are found together.
+// Slots whose lists are sorted by one block.
 constexpr int list_block = 256;
 // Lists longer than this are sorted by themselves.
 constexpr std::uint32_t long_list = 512;
+
+// How the lists travel. The words of all lists follow each other: the later slot above the lowest
+// bit, which tells that the pair is unsure. The top digits of a word tell by how many slots its
+// earlier slot is ahead of the word's before: none within a list, one or a few at its beginning, or
+// `far_ahead`: the next slot that has a list at all. Every stretch of words has a header that gives
+// the earlier slot of its first word.
+constexpr int ahead_shift = 29;
+constexpr std::uint32_t far_ahead = 7;
+constexpr std::uint32_t word_mask = (1u << ahead_shift) - 1;
+constexpr std::size_t stretch_words = 1024;
+constexpr std::size_t header_words = 4;  // keeps stretches aligned to 16 bytes
+constexpr std::size_t stretch_size = header_words + stretch_words;
 
 // Centre ranges as ordered integers (see ordered()), extents as sums of fixed-point numbers in
 // units of the class's largest extent.
@@ -38,8 +50,10 @@ struct ClassSummary {
 // What the host has to know before pairs can leave: whether all went well.
 struct Counters {
   // Cleared before another search; nothing else is.
-  unsigned long long found;  // places taken in the buffer of found pairs
-  std::uint32_t long_lists, longest_list;
+  unsigned long long found;       // places taken in the buffer of found pairs
+  unsigned long long long_words;  // of all long lists
+  std::uint32_t long_lists;
+  std::uint32_t padding;
 
   std::uint32_t inactive;  // boxes
   std::uint32_t cells;

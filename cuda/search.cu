@@ -9,7 +9,7 @@ namespace {
 
 constexpr int search_warps = 8;  // a block
 constexpr int search_threads = search_warps * 32;
-constexpr int blocks_a_processor = 5;
+constexpr int blocks_a_processor = 4;
 
 // Places of `found` that a warp takes at a time: few takers meet at the counter, and what the last
 // ones leave empty stays small.
@@ -25,11 +25,15 @@ struct LevelTable {
   std::uint32_t count[most_levels];
 };
 
-// What one warp keeps in shared memory. A node leaves at most fan_out children a level on the
-// stack; the queue takes a cell's boxes on top of less than a warp's.
+// Cells whose boxes are loaded together, to wait for memory once.
+constexpr int cells_at_once = 2;
+
+// What one warp keeps in shared memory. A node leaves at most fan_out children a level on the stack;
+// the queues take what one node or one cell has on top of less than a warp's.
 struct WarpSpace {
   float4 query_low[cell_size], query_high[cell_size];
   float4 low[2 * cell_size], high[2 * cell_size];
+  uint2 cells[2 * fan_out];  // first place, number of boxes
   std::uint32_t stack[fan_out * (most_levels - 1)];
 };
 
@@ -58,7 +62,7 @@ struct Search {
   std::uint32_t* const counts;
   const int lane;
   std::uint32_t query_count = 0;
-  int queued = 0;
+  int queued = 0, celled = 0;
 
   // Which of the query's boxes may meet box `slot` by their bits and bodies.
   __device__ std::uint32_t passing(std::uint32_t hits, std::uint32_t slot) const {
@@ -94,17 +98,23 @@ struct Search {
       taken = max(chunk_places, all - places.left);
       fresh = places.take(taken, lane);
     }
+    // A lane's pairs of which its own box is the earlier one come first, in a row: they are counted
+    // and later put into their list together.
     const std::uint32_t slot = __float_as_uint(low.w);
-    for (std::uint32_t k = sum - own; hits; hits &= hits - 1, ++k) {
+    std::uint32_t front = sum - own, back = sum;
+    for (; hits; hits &= hits - 1) {
       const int q = __ffs(hits) - 1;
       const float4 query_low = space.query_low[q];
       const std::uint32_t other = __float_as_uint(query_low.w);
       const bool unsure = !exact && isUnsure(query_low, space.query_high[q], low, high);
-      const std::uint32_t earlier = min(slot, other), later = max(slot, other);
+      const bool first = slot < other;
+      const std::uint32_t earlier = first ? slot : other, later = first ? other : slot;
+      const std::uint32_t k = first ? front++ : --back;
       const unsigned long long place = k < places.left ? places.at + k : fresh + (k - places.left);
       if (place < capacity) found[place] = Found{earlier} << 32 | later << 1 | unsure;
-      atomicAdd(&counts[earlier], 1u);
+      if (!first) atomicAdd(&counts[other], 1u);
     }
+    if (front > sum - own) atomicAdd(&counts[slot], front - (sum - own));
     if (taken) {
       places.at = fresh + (all - places.left);
       places.left = taken - (all - places.left);
@@ -149,20 +159,35 @@ struct Search {
     queued = left;
   }
 
-  // Queues the boxes of a cell that the query's bounds reach.
-  __device__ void visit(const Record* sorted, std::uint32_t start, std::uint32_t count,
-                        const Record& query) {
-    Record box = {};
-    if (lane < count) box = sorted[start + lane];
-    const bool hit = lane < count && overlap(query.low, query.high, box.low, box.high);
-    const unsigned mask = __ballot_sync(all_lanes, hit);
-    if (hit) {
-      const int place = queued + __popc(mask & ((1u << lane) - 1));
-      space.low[place] = box.low;
-      space.high[place] = box.high;
+  // Queues the boxes of the cells that the query's bounds reach.
+  __device__ void visitCells(const Record* sorted, const Record& query) {
+    __syncwarp();
+    for (int first = 0; first < celled; first += cells_at_once) {
+      Record box[cells_at_once];
+      bool used[cells_at_once];
+#pragma unroll
+      for (int i = 0; i < cells_at_once; ++i) {
+        used[i] = false;
+        if (first + i >= celled) continue;
+        const uint2 cell = space.cells[first + i];
+        used[i] = lane < cell.y;
+        if (used[i]) box[i] = sorted[cell.x + lane];
+      }
+#pragma unroll
+      for (int i = 0; i < cells_at_once; ++i) {
+        const bool hit = used[i] && overlap(query.low, query.high, box[i].low, box[i].high);
+        const unsigned mask = __ballot_sync(all_lanes, hit);
+        if (hit) {
+          const int place = queued + __popc(mask & ((1u << lane) - 1));
+          space.low[place] = box[i].low;
+          space.high[place] = box[i].high;
+        }
+        queued += __popc(mask);
+        if (queued >= 32) meetQueued(32);
+      }
     }
-    queued += __popc(mask);
-    if (queued >= 32) meetQueued(32);
+    celled = 0;
+    __syncwarp();
   }
 };
 
@@ -224,7 +249,7 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
         bounds = levels.at[level][child];
         hit = overlap(query.low, query.high, bounds.low, bounds.high);
       }
-      unsigned mask = __ballot_sync(all_lanes, hit);
+      const unsigned mask = __ballot_sync(all_lanes, hit);
       if (level) {
         if (hit)
           space.stack[stacked + __popc(mask & ((1u << lane) - 1))] =
@@ -232,13 +257,14 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
         stacked += __popc(mask);
         __syncwarp();
       } else {
-        for (; mask; mask &= mask - 1) {
-          const int from = __ffs(mask) - 1;
-          search.visit(sorted, __shfl_sync(all_lanes, __float_as_uint(bounds.low.w), from),
-                       __shfl_sync(all_lanes, __float_as_uint(bounds.high.w), from), query);
-        }
+        if (hit)
+          space.cells[search.celled + __popc(mask & ((1u << lane) - 1))] =
+              make_uint2(__float_as_uint(bounds.low.w), __float_as_uint(bounds.high.w));
+        search.celled += __popc(mask);
+        if (search.celled >= fan_out) search.visitCells(sorted, query);
       }
     }
+    search.visitCells(sorted, query);
     if (search.queued) search.meetQueued(search.queued);
   }
   for (std::uint32_t i = lane; i < search.places.left; i += 32)

@@ -27,11 +27,16 @@ int main(int count, char** arguments) {
     good = timeAll(true, threads);
   } else if (!std::strcmp(what, "time")) {
     good = timeAll(false, threads);
+  } else if (!std::strcmp(what, "profile") && count > 4) {
+    profile(arguments[3], std::strtoull(arguments[4], nullptr, 10), threads);
   } else if (!std::strcmp(what, "all")) {
     good = compareAll(1000000, threads) && checkFaults(threads) && checkSharing(threads) &&
            timeAll(false, threads);
   } else {
-    std::printf("usage: %s [all|compare|small|faults|quick|time] [threads]\n", arguments[0]);
+    std::printf(
+        "usage: %s [all|compare|small|faults|quick|time] [threads]\n"
+        "       %s profile <threads> <scene> <boxes>\n",
+        arguments[0], arguments[0]);
     return 2;
   }
   std::printf(good ? "all good\n" : "FAILED\n");

@@ -26,6 +26,9 @@ bool checkSharing(int threads);
 // Medians, as CSV lines and a table.
 bool timeAll(bool quick, int threads);
 
+// A few frames of one scene, for a profiler.
+void profile(const std::string& scene, std::size_t size, int threads);
+
 }  // namespace cuda_check
 
 #endif

@@ -109,7 +109,7 @@ void decades(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
     half = 0.5 * std::pow(10, -4 * std::sqrt(random.unit()));
     volume += 8 * half * half * half;
   }
-  const double side = std::cbrt(volume) * 1.5;
+  const double side = std::cbrt(volume) * 0.55;
   for (std::size_t i = 0; i < n; ++i)
     putCube(boxes.boxes[i], random.between(0, side), random.between(0, side),
             random.between(0, side), halves[i]);

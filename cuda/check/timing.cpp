@@ -66,6 +66,14 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
 
 }  // namespace
 
+void profile(const std::string& scene, std::size_t size, int threads) {
+  BoxSet boxes;
+  PairList pairs;
+  sceneOf(scene).fill(size, 11, boxes);
+  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  for (int frame = 0; frame < 3; ++frame) device->find(boxes, threads, pairs);
+}
+
 bool timeAll(bool quick, int threads) {
   std::printf(
       "milliseconds, host to host with %d threads; then the device's stages, their sum from the "
