@@ -180,7 +180,8 @@ int ParallelSAPSpace::threadsForFrame() const {
 }
 
 bool ParallelSAPSpace::isSmallest() const {
-  return geoms_.size() <= smallest_scene && settings.method != dParallelSAPMethodSweep;
+  return geoms_.size() <= smallest_scene && settings.method != dParallelSAPMethodSweep &&
+         settings.backend != dParallelSAPBackendCUDA;
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
@@ -330,11 +331,19 @@ PairFinder& ParallelSAPSpace::finderFor(int method) {
 }
 
 void ParallelSAPSpace::extract(PairList& pairs) {
-  const std::size_t slots = geoms_.size();
+  const bool on_device = settings.backend == dParallelSAPBackendCUDA;
   int method = settings.method;
   if (method == dParallelSAPMethodAuto)
-    method = slots <= brute_force_scene ? dParallelSAPMethodBruteForce : dParallelSAPMethodSweep;
-  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
+    method = geoms_.size() <= brute_force_scene && !on_device ? dParallelSAPMethodBruteForce
+                                                              : dParallelSAPMethodSweep;
+  if (on_device && method == dParallelSAPMethodSweep &&
+      device_.find(boxes_, frame_threads_, pairs)) {
+    stats_.backend = dParallelSAPBackendCUDA;
+    stats_.devices = 1;
+  } else {
+    stats_.threads =
+        std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
+  }
   stats_.method = method;
   stats_.candidates = pairs.size();
 }
@@ -410,7 +419,8 @@ void ParallelSAPSpace::countTotals() {
 
 std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
-         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + pairs_.bytes();
+         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + device_.bytes() +
+         pairs_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -9,6 +9,7 @@
 #include "box_set.h"
 #include "brute_force.h"
 #include "buffer.h"
+#include "device_backend.h"
 #include "geom_update.h"
 #include "ode_private.h"
 #include "pair_filter.h"
@@ -75,6 +76,7 @@ class ParallelSAPSpace final : public dxSpace {
   BruteForce<double> wide_brute_force_;
   Sweep<float> sweep_;
   Sweep<double> wide_sweep_;
+  DeviceBackend device_;
   PairFilter pair_filter_;
   PairList pairs_;
   const UpdateFacts* facts_ = nullptr;

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "device_backend.h"
+
 namespace ode_parallel_sap {
 
 namespace {
@@ -60,7 +62,8 @@ void readCount(const char* variable, int most, int& value) {
 }  // namespace
 
 bool hasBackend(int backend) {
-  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU;
+  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU ||
+         (backend == dParallelSAPBackendCUDA && deviceAvailable());
 }
 
 bool hasMethod(int method) {

@@ -64,7 +64,9 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
  * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Where overlapping pairs are found. */
+/* Where overlapping pairs are found. The CUDA back end runs the method Sweep, in scenes for which
+ * float boxes are fine enough; whatever else is asked for runs on the CPU, and so do all frames
+ * after the device failed, which is reported through dMessage. Auto stays on the CPU so far. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,

@@ -1,0 +1,36 @@
+// The CUDA back end as the space sees it, whether or not this build has one.
+#ifndef ODE_PARALLEL_SAP_DEVICE_BACKEND_H
+#define ODE_PARALLEL_SAP_DEVICE_BACKEND_H
+
+#include <cstddef>
+#include <memory>
+
+#include "pair_finder.h"
+
+namespace ode_parallel_sap {
+
+// Whether this build has the back end and this machine a device for it. Loads the driver at the
+// first call; a program that never asks for the back end never comes here.
+bool deviceAvailable();
+
+// One space's share of the device.
+class DeviceBackend {
+ public:
+  DeviceBackend();
+  ~DeviceBackend();
+
+  // As PairFinder::find, on the device. False, with nothing in `pairs`, where the device does not
+  // take such boxes or fails: the caller then finds the pairs itself. A failure is reported once
+  // through dMessage, and the device is not tried again by this space.
+  bool find(const BoxSet& boxes, int threads, PairList& pairs);
+  std::size_t bytes() const;
+
+ private:
+  struct Finder;
+  std::unique_ptr<Finder> finder_;
+  bool failed_ = false;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
