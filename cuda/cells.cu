@@ -102,6 +102,7 @@ __global__ void __launch_bounds__(pack_threads)
         const std::uint32_t slot = slots[start + lane];
         box = loadBox(boxes, slot);
         box.low.w = __uint_as_float(slot);
+        box.high.w = magnitudeOf(box.low, box.high);
         sorted[start + lane] = box;
       }
       Record all = warpBounds(box, used);
@@ -143,17 +144,19 @@ __global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* pl
 }
 
 template <class Key>
-void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count, int first_bit,
                DeviceBuffer<char>& scratch, cudaStream_t stream) {
   constexpr int bits = sizeof(Key) * 8;
   cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
   cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
   std::size_t bytes = 0;
   CHECK_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, key_buffers, slot_buffers,
-                                             static_cast<std::int64_t>(count), 0, bits, stream));
+                                             static_cast<std::int64_t>(count), first_bit, bits,
+                                             stream));
   scratch.reserve(bytes);
   CHECK_CUDA(cub::DeviceRadixSort::SortPairs(scratch.data(), bytes, key_buffers, slot_buffers,
-                                             static_cast<std::int64_t>(count), 0, bits, stream));
+                                             static_cast<std::int64_t>(count), first_bit, bits,
+                                             stream));
   if (key_buffers.Current() != keys.current) keys.swap();
   if (slot_buffers.Current() != slots.current) slots.swap();
 }
@@ -170,12 +173,12 @@ TreeLayout::TreeLayout(std::size_t most) : records(0) {
 
 void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
                DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  sortPairs(keys, slots, count, scratch, stream);
+  sortPairs(keys, slots, count, 32 - keyDigitsFor(count), scratch, stream);
 }
 
 void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
                DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  sortPairs(keys, slots, count, scratch, stream);
+  sortPairs(keys, slots, count, 0, scratch, stream);
 }
 
 template <class Key>

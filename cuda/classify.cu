@@ -309,15 +309,14 @@ __global__ void __launch_bounds__(summary_threads)
 
 // One thread a box, in strides; each block works out the curves for itself.
 __global__ void __launch_bounds__(key_threads)
-    keyKernel(const float* boxes, std::size_t count, const ScenePlan* plan, std::uint32_t* keys,
-              std::uint32_t* slots) {
+    keyKernel(const float* boxes, std::size_t count, int digits, const ScenePlan* plan,
+              std::uint32_t* keys, std::uint32_t* slots) {
   __shared__ Curve curves[most_classes];
   __shared__ std::uint8_t table[bins];
   const int t = threadIdx.x;
   for (int bin = t; bin < bins; bin += key_threads) table[bin] = plan->table[bin];
   if (t < plan->classes)
-    curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent,
-                     curve_digits);
+    curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent, digits);
   __syncthreads();
   const int unbounded = plan->unbounded;
   const std::size_t stride = std::size_t{gridDim.x} * key_threads;
@@ -327,7 +326,7 @@ __global__ void __launch_bounds__(key_threads)
     if (isActive(box)) {
       const int own = table[binOf(box)];
       key = static_cast<std::uint32_t>(own) << curve_digits;
-      if (own != unbounded) key |= curves[own].keyOf(box, curve_digits);
+      if (own != unbounded) key |= curves[own].keyOf(box, digits) << (curve_digits - digits);
     }
     keys[i] = key;
     slots[i] = static_cast<std::uint32_t>(i);
@@ -356,7 +355,7 @@ void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uin
   launch("summarise classes", summaryKernel, blocksFor(count, summary_threads * 4, most_blocks),
          summary_threads, stream, boxes, count, plan);
   launch("assign keys", keyKernel, blocksFor(count, key_threads * 2, most_blocks), key_threads,
-         stream, boxes, count, plan, keys, slots);
+         stream, boxes, count, keyDigitsFor(count) - class_digits, plan, keys, slots);
 }
 
 }  // namespace device

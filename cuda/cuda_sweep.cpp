@@ -337,7 +337,7 @@ void CudaSweep::sortLists(std::size_t slots, std::size_t total) {
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
   std::size_t block = 0;
   for (std::size_t piece = 0; piece < pieces; ++piece) {
-    const std::size_t words = std::min(total, (piece + 1) * Download::piece_words);
+    const std::size_t words = std::min(total, (piece + 1) * Download::pieceWords(total));
     // Up to the first block that begins at or after the piece's end.
     const std::size_t end =
         words == total ? blocks : std::lower_bound(begins + block, begins + blocks, words) - begins;

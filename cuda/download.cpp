@@ -16,14 +16,17 @@ namespace {
 
 // A thread is not worth waking for fewer words in all.
 constexpr std::size_t least_words_a_thread = 1 << 13;
-// From this many pairs on they do not stay in the cache until somebody reads them.
-constexpr std::size_t past_cache_pairs = 1 << 22;
-
-// Pinned words of a piece.
-constexpr std::size_t piece_size =
-    Download::piece_words / device::stretch_words * device::stretch_size;
+constexpr std::size_t least_piece_stretches = 64;
+constexpr std::size_t most_piece_stretches = 384;
+constexpr std::size_t pieces_wanted = 6;
 
 }  // namespace
+
+std::size_t Download::pieceWords(std::size_t total) {
+  return std::max(least_piece_stretches,
+                  std::min(most_piece_stretches, total / stretch_words / pieces_wanted)) *
+         stretch_words;
+}
 
 Download::Download() {
   for (std::size_t i = 0; i < ring_pieces; ++i) here_.push_back(std::make_unique<Event>());
@@ -37,7 +40,9 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(total);
   if (total == 0) return 1;
-  ring_.reserve(piece_size * ring_pieces);
+  const std::size_t piece_words = pieceWords(total);
+  const std::size_t piece_size = device::stretchedSize(piece_words);
+  ring_.reserve(most_piece_stretches * device::stretch_size * ring_pieces);
   Pair* const to = pairs.parts[0].data();
   const std::size_t pieces = piecesFor(total);
   threads = static_cast<int>(
@@ -87,7 +92,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
           const std::size_t begin = stretch * stretch_words;
           const std::size_t end = std::min(begin + stretch_words, words);
           if (expandStretch(here + stretch * device::stretch_size, end - begin, has_list,
-                            total >= past_cache_pairs, to + base + begin) &&
+                            to + base + begin) &&
               !exact)
             unsure_[thread].push_back({0, base + begin, base + end});
         }

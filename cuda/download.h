@@ -16,13 +16,14 @@ namespace ode_parallel_sap {
 
 class Download {
  public:
-  // Words of a piece, whole stretches: 1.5 MB, as Upload's pieces.
-  static constexpr std::size_t piece_words = 384 * device::stretch_words;
+  // `total` words travel in pieces of this many, whole stretches: 1.5 MB at most, as in Upload, and
+  // several pieces where that pays, so that the first can be dealt with early.
+  static std::size_t pieceWords(std::size_t total);
+  static std::size_t piecesFor(std::size_t total) {
+    return (total + pieceWords(total) - 1) / pieceWords(total);
+  }
 
   Download();
-  static std::size_t piecesFor(std::size_t words) {
-    return (words + piece_words - 1) / piece_words;
-  }
   // Fills `pairs` with one part of `total` pairs from their stretches on the device. Piece i may be
   // copied once the i-th of `ready` has happened; has_list (expand.h) is there by then if it was
   // asked for on `stream`. `exact`: no pair is unsure. Returns the number of threads used.

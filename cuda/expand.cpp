@@ -37,7 +37,6 @@ void expandSlowly(const std::uint32_t* words, std::size_t count, const std::uint
 #if defined(__SSE2__)
 // Four words at a time: their slots are a running sum. Nothing here branches on how long lists are,
 // which nobody could foretell.
-template <bool past_cache>
 void expandFours(const std::uint32_t* words, std::size_t count, const std::uint32_t* has_list,
                  std::uint32_t slot, Pair* pairs) {
   const __m128i far = _mm_set1_epi32(far_ahead);
@@ -57,23 +56,17 @@ void expandFours(const std::uint32_t* words, std::size_t count, const std::uint3
     const __m128i low = _mm_srli_epi32(_mm_slli_epi32(word, 32 - ahead_shift), 33 - ahead_shift);
     const __m128i high = _mm_or_si128(slots, _mm_slli_epi32(word, 31));
     __m128i* const to = reinterpret_cast<__m128i*>(pairs + i);
-    if (past_cache) {
-      _mm_stream_si128(to, _mm_unpacklo_epi32(low, high));
-      _mm_stream_si128(to + 1, _mm_unpackhi_epi32(low, high));
-    } else {
-      _mm_store_si128(to, _mm_unpacklo_epi32(low, high));
-      _mm_store_si128(to + 1, _mm_unpackhi_epi32(low, high));
-    }
+    _mm_store_si128(to, _mm_unpacklo_epi32(low, high));
+    _mm_store_si128(to + 1, _mm_unpackhi_epi32(low, high));
     slots = _mm_shuffle_epi32(slots, 0xff);
   }
-  if (past_cache) _mm_sfence();
 }
 #endif
 
 }  // namespace
 
 bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
-                   bool past_cache, Pair* pairs) {
+                   Pair* pairs) {
   const std::uint32_t* const first = stretch + header_words;
   std::uint32_t all = 0;
   for (std::size_t i = 0; i < words; ++i) all |= first[i];
@@ -84,15 +77,13 @@ bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::u
     const std::size_t fours = words / 4 * 4;
     std::uint32_t last = slot;
     expandSlowly(first + 1, 3, has_list, last, pairs + 1);
-    (past_cache ? expandFours<true> : expandFours<false>)(first + 4, fours - 4, has_list, last,
-                                                          pairs + 4);
+    expandFours(first + 4, fours - 4, has_list, last, pairs + 4);
     // The slot of the last word of a four, for what is left.
     slot = earlierOf(pairs[fours - 1]);
     expandSlowly(first + fours, words - fours, has_list, slot, pairs + fours);
     return all & 1;
   }
 #endif
-  (void)past_cache;
   expandSlowly(first + 1, words - 1, has_list, slot, pairs + 1);
   return all & 1;
 }

@@ -11,10 +11,10 @@
 namespace ode_parallel_sap {
 
 // Writes the pairs of the first `words` words of a stretch (scene_plan.h), at most stretch_words.
-// Bit i of has_list: slot i has a list. `pairs` is aligned to 16 bytes. `past_cache`: the pairs are
-// too many to be found in the cache later. Returns whether one is unsure.
+// Bit i of has_list: slot i has a list. `pairs` is aligned to 16 bytes. Returns whether one
+// is unsure.
 bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
-                   bool past_cache, Pair* pairs);
+                   Pair* pairs);
 
 }  // namespace ode_parallel_sap
 

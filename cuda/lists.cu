@@ -83,70 +83,85 @@ __global__ void __launch_bounds__(scatter_threads)
   }
 }
 
-// The lists of one block of slots, from the first word of the first on.
+// The lists of one block of slots. Long ones count as empty in `short_begins`.
 struct BlockLists {
-  unsigned long long begins[list_block + 1];
-  std::uint32_t has_list[list_block / 32];
+  unsigned long long begins[list_block];
+  std::uint32_t short_begins[list_block + 1];
+  std::uint32_t has_list[list_block / 32], warp_sums[list_block / 32];
   std::uint8_t ahead[list_block];
 };
 
-// Puts each word of a block's lists where the number of lesser words in its list says.
-template <class Words>
-__device__ void rankWords(Words words, const BlockLists& block, unsigned long long base,
-                          std::size_t first_slot, std::uint32_t* stretches) {
-  const unsigned long long count = block.begins[list_block];
-  for (unsigned long long i = threadIdx.x; i < count; i += list_block) {
+// Puts each word of a block's short lists where the number of lesser words in its list says. Word k
+// of the list at place `low` is wordOf(low, k).
+template <class WordOf>
+__device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t first_slot,
+                          std::uint32_t* stretches) {
+  const std::uint32_t count = block.short_begins[list_block];
+  for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
     int low = 0, high = list_block - 1;  // the last list that begins at or before i
     while (low < high) {
       const int middle = (low + high + 1) / 2;
-      if (block.begins[middle] <= i)
+      if (block.short_begins[middle] <= i)
         low = middle;
       else
         high = middle - 1;
     }
-    const unsigned long long begin = block.begins[low],
-                             words_of_list = block.begins[low + 1] - begin;
-    if (words_of_list > long_list) continue;
-    const std::uint32_t length = static_cast<std::uint32_t>(words_of_list), own = words[i];
+    const std::uint32_t begin = block.short_begins[low];
+    const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
     std::uint32_t rank = 0;
-    for (std::uint32_t k = 0; k < length; ++k) rank += words[begin + k] < own;
-    writeWord(stretches, base + begin + rank, own, rank == 0 ? block.ahead[low] : 0,
+    for (std::uint32_t k = 0; k < length; ++k) rank += wordOf(low, k) < own;
+    writeWord(stretches, block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
               static_cast<std::uint32_t>(first_slot + low));
   }
 }
 
-// One block list_block slots, one thread a word of their lists, in strides. The words of a list
-// differ, so that their ranks do; a rank is below the list's length.
+// One block list_block slots, one thread a word of their short lists, in strides. The words of a
+// list differ, so that their ranks do; a rank is below the list's length. Short lists of a block
+// have at most list_block * long_list words.
 __global__ void __launch_bounds__(list_block)
     sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
                std::size_t slots, std::size_t first_block, std::uint32_t* stretches) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
-  const int t = threadIdx.x, lane = t % 32;
+  const int t = threadIdx.x, lane = t % 32, warp = t / 32;
   const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
-  const unsigned long long base = first ? ends[first - 1] : 0;
-  const unsigned long long end = ends[slot < slots ? slot : slots - 1] - base;
-  block.begins[t + 1] = end;
-  if (t == 0) block.begins[0] = 0;
+  const unsigned long long begin = slot == 0 ? 0 : ends[min(slot, slots) - 1];
+  const unsigned long long end = slot < slots ? ends[slot] : begin;
+  const std::uint32_t length =
+      end - begin > long_list ? 0 : static_cast<std::uint32_t>(end - begin);
+  const unsigned with_list = __ballot_sync(all_lanes, begin < end);
+  std::uint32_t sum = length;
+  for (int step = 1; step < 32; step *= 2) {
+    const std::uint32_t below = __shfl_up_sync(all_lanes, sum, step);
+    if (lane >= step) sum += below;
+  }
+  block.begins[t] = begin;
+  if (lane == 31) block.warp_sums[warp] = sum;
+  if (lane == 0) block.has_list[warp] = with_list;
   __syncthreads();
-  const unsigned own = __ballot_sync(all_lanes, block.begins[t] < end);
-  if (lane == 0) block.has_list[t / 32] = own;
-  const unsigned long long count = block.begins[list_block];
-  const bool fits = count <= cached_words;
-  if (fits)
-    for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
-  __syncthreads();
+  for (int i = 0; i < warp; ++i) sum += block.warp_sums[i];
+  block.short_begins[t + 1] = sum;
+  if (t == 0) block.short_begins[0] = 0;
   // The slot before in this block that has a list.
-  unsigned before = own & ((1u << lane) - 1);
-  int warp = t / 32;
-  while (!before && warp > 0) before = block.has_list[--warp];
-  const int ahead = before ? t - (warp * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
+  unsigned before = with_list & ((1u << lane) - 1);
+  int from = warp;
+  while (!before && from > 0) before = block.has_list[--from];
+  const int ahead = before ? t - (from * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
   block.ahead[t] = static_cast<std::uint8_t>(min(ahead, static_cast<int>(far_ahead)));
   __syncthreads();
-  if (fits)
-    rankWords(static_cast<const std::uint32_t*>(cached), block, base, first, stretches);
-  else
-    rankWords(lists + base, block, base, first, stretches);
+  const unsigned long long base = block.begins[0];
+  const std::uint32_t count = block.short_begins[list_block];
+  // Without a long list among them the words of a block are in a row.
+  const bool in_a_row = !__syncthreads_or(end - begin > long_list);
+  if (in_a_row && count <= cached_words) {
+    for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
+    __syncthreads();
+    rankWords([&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
+              block, first, stretches);
+  } else {
+    rankWords([&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
+              first, stretches);
+  }
 }
 
 // One thread a long list: where it begins, and its length, from which a scan makes offsets.

@@ -14,9 +14,16 @@ constexpr int octaves = 256;
 constexpr int shapes = 8;
 constexpr int bins = octaves * shapes;
 
-// A key is the class, then the place on the class's curve.
+// A key is the class, then the place on the class's curve, in the top digits of 32.
 constexpr int class_digits = 5;
 constexpr int curve_digits = 32 - class_digits;
+// The sort takes eight digits at a time. Up to this many boxes it is spared the last eight, which
+// leaves two keys or more to a cell.
+constexpr int short_key_digits = 24;
+constexpr std::size_t most_short_keys = std::size_t{1} << 21;
+constexpr int keyDigitsFor(std::size_t boxes) {
+  return boxes <= most_short_keys ? short_key_digits : class_digits + curve_digits;
+}
 constexpr std::uint32_t no_key = 0xffffffff;  // of boxes that take part in nothing; sorted last
 
 constexpr int cell_size = 32;  // a warp
@@ -26,7 +33,7 @@ constexpr int most_levels = 6;
 // Slots whose lists are sorted by one block.
 constexpr int list_block = 256;
 // Lists longer than this are sorted by themselves.
-constexpr std::uint32_t long_list = 512;
+constexpr std::uint32_t long_list = 64;
 
 // How the lists travel. The words of all lists follow each other: the later slot above the lowest
 // bit, which tells that the pair is unsure. The top digits of a word tell by how many slots its

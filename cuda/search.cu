@@ -27,13 +27,16 @@ struct LevelTable {
 
 // Cells whose boxes are loaded together, to wait for memory once.
 constexpr int cells_at_once = 2;
+constexpr int queue_size = cell_size + cells_at_once * cell_size;
 
-// What one warp keeps in shared memory. A node leaves at most fan_out children a level on the stack;
-// the queues take what one node or one cell has on top of less than a warp's.
+// What one warp keeps in shared memory. A node leaves at most fan_out children a level on the
+// stack; the queue
+// takes what cells_at_once cells have on top of less than a warp's boxes, `cells` what one node
+// has.
 struct WarpSpace {
   float4 query_low[cell_size], query_high[cell_size];
-  float4 low[2 * cell_size], high[2 * cell_size];
-  uint2 cells[2 * fan_out];  // first place, number of boxes
+  float4 low[queue_size], high[queue_size];
+  uint2 cells[fan_out];  // first place, number of boxes
   std::uint32_t stack[fan_out * (most_levels - 1)];
 };
 
@@ -62,7 +65,7 @@ struct Search {
   std::uint32_t* const counts;
   const int lane;
   std::uint32_t query_count = 0;
-  int queued = 0, celled = 0;
+  int queued = 0, own_left = 0, celled = 0, stacked = 0;
 
   // Which of the query's boxes may meet box `slot` by their bits and bodies.
   __device__ std::uint32_t passing(std::uint32_t hits, std::uint32_t slot) const {
@@ -104,9 +107,10 @@ struct Search {
     std::uint32_t front = sum - own, back = sum;
     for (; hits; hits &= hits - 1) {
       const int q = __ffs(hits) - 1;
-      const float4 query_low = space.query_low[q];
+      const float4 query_low = space.query_low[q], query_high = space.query_high[q];
       const std::uint32_t other = __float_as_uint(query_low.w);
-      const bool unsure = !exact && isUnsure(query_low, space.query_high[q], low, high);
+      const bool unsure = !exact && !isClear(query_low, query_high, low, high) &&
+                          isUnsure(query_low, query_high, low, high);
       const bool first = slot < other;
       const std::uint32_t earlier = first ? slot : other, later = first ? other : slot;
       const std::uint32_t k = first ? front++ : --back;
@@ -124,69 +128,82 @@ struct Search {
     }
   }
 
-  // One lane a box: meets all of the query's boxes, or those of them that come before `lane` in the
-  // same cell.
-  __device__ void meet(const float4& low, const float4& high, bool used, bool same_cell) {
+  // One lane a box, the last ones of the queue: each meets all of the query's boxes. The first
+  // `own_left` places of the queue are the query's own boxes: these meet those before them.
+  __device__ void meetQueued() {
+    __syncwarp();
+    const int first = max(queued - 32, 0), place = first + lane;
+    const bool used = place < queued;
+    const float4 low = space.low[place], high = space.high[place];
     std::uint32_t hits = 0;
 #pragma unroll 4
     for (std::uint32_t q = 0; q < query_count; ++q)
       hits |=
           static_cast<std::uint32_t>(overlap(space.query_low[q], space.query_high[q], low, high))
           << q;
-    if (same_cell) hits &= (1u << lane) - 1;
+    if (place < own_left) hits &= (1u << place) - 1;
     if (!used) hits = 0;
     if (filtered) hits = passing(hits, __float_as_uint(low.w));
     if (__any_sync(all_lanes, hits)) write(hits, low, high);
+    queued = first;
+    own_left = min(own_left, first);
+    __syncwarp();
   }
 
-  __device__ void meetQueued(int count) {
-    __syncwarp();
-    const bool used = lane < count;
-    const float4 low = space.low[lane], high = space.high[lane];
-    meet(low, high, used, false);
-    // What lies above the first warp's width moves down.
-    const int left = queued - count;
-    float4 moved_low, moved_high;
-    if (lane < left) {
-      moved_low = space.low[count + lane];
-      moved_high = space.high[count + lane];
+  // Queues the boxes of the last queued cells that the query's bounds reach.
+  __device__ void visitCells(const Record* __restrict__ sorted, const Record& query) {
+    const int first = max(celled - cells_at_once, 0);
+    Record box[cells_at_once];
+    bool hit[cells_at_once];
+#pragma unroll
+    for (int i = 0; i < cells_at_once; ++i) {
+      hit[i] = false;
+      if (first + i >= celled) continue;
+      const uint2 cell = space.cells[first + i];
+      hit[i] = lane < cell.y;
+      if (hit[i]) box[i] = sorted[cell.x + lane];
     }
-    __syncwarp();
-    if (lane < left) {
-      space.low[lane] = moved_low;
-      space.high[lane] = moved_high;
+#pragma unroll
+    for (int i = 0; i < cells_at_once; ++i) {
+      hit[i] = hit[i] && overlap(query.low, query.high, box[i].low, box[i].high);
+      const unsigned mask = __ballot_sync(all_lanes, hit[i]);
+      if (hit[i]) {
+        const int place = queued + __popc(mask & ((1u << lane) - 1));
+        space.low[place] = box[i].low;
+        space.high[place] = box[i].high;
+      }
+      queued += __popc(mask);
     }
-    queued = left;
+    celled = first;
+    __syncwarp();
   }
 
-  // Queues the boxes of the cells that the query's bounds reach.
-  __device__ void visitCells(const Record* sorted, const Record& query) {
+  // Takes the last node from the stack; its children that the query's bounds reach, beyond cell
+  // `cell`, go onto the stack or, if they are cells, to those to be visited.
+  __device__ void expandNode(const LevelTable& levels, const Record& query, std::uint32_t cell) {
+    const std::uint32_t node = space.stack[--stacked];
+    const int level = node >> level_shift;
     __syncwarp();
-    for (int first = 0; first < celled; first += cells_at_once) {
-      Record box[cells_at_once];
-      bool used[cells_at_once];
-#pragma unroll
-      for (int i = 0; i < cells_at_once; ++i) {
-        used[i] = false;
-        if (first + i >= celled) continue;
-        const uint2 cell = space.cells[first + i];
-        used[i] = lane < cell.y;
-        if (used[i]) box[i] = sorted[cell.x + lane];
-      }
-#pragma unroll
-      for (int i = 0; i < cells_at_once; ++i) {
-        const bool hit = used[i] && overlap(query.low, query.high, box[i].low, box[i].high);
-        const unsigned mask = __ballot_sync(all_lanes, hit);
-        if (hit) {
-          const int place = queued + __popc(mask & ((1u << lane) - 1));
-          space.low[place] = box[i].low;
-          space.high[place] = box[i].high;
-        }
-        queued += __popc(mask);
-        if (queued >= 32) meetQueued(32);
-      }
+    const std::uint32_t child = (node & ((1u << level_shift) - 1)) * fan_out + lane;
+    Record bounds = {};
+    bool hit = child < levels.count[level] && child >= (cell + 1) >> 5 * level;
+    if (hit) {
+      bounds = levels.at[level][child];
+      hit = overlap(query.low, query.high, bounds.low, bounds.high);
     }
-    celled = 0;
+    const unsigned mask = __ballot_sync(all_lanes, hit);
+    const int before = __popc(mask & ((1u << lane) - 1));
+    if (level) {
+      if (hit)
+        space.stack[stacked + before] =
+            static_cast<std::uint32_t>(level - 1) << level_shift | child;
+      stacked += __popc(mask);
+    } else {
+      if (hit)
+        space.cells[celled + before] =
+            make_uint2(__float_as_uint(bounds.low.w), __float_as_uint(bounds.high.w));
+      celled += __popc(mask);
+    }
     __syncwarp();
   }
 };
@@ -224,48 +241,23 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
     const Record query = tree.level[0][cell];
     const std::uint32_t start = __float_as_uint(query.low.w);
     search.query_count = __float_as_uint(query.high.w);
-    search.queued = 0;
     Record own = {};
-    const bool used = lane < search.query_count;
-    if (used) own = sorted[start + lane];
-    __syncwarp();
-    space.query_low[lane] = own.low;
-    space.query_high[lane] = own.high;
-    __syncwarp();
-    search.meet(own.low, own.high, used, true);
-
-    // A node on the stack stands for its children, one level below.
-    int stacked = 1;
+    if (lane < search.query_count) own = sorted[start + lane];
+    space.query_low[lane] = space.low[lane] = own.low;
+    space.query_high[lane] = space.high[lane] = own.high;
     if (lane == 0) space.stack[0] = static_cast<std::uint32_t>(top_level) << level_shift;
     __syncwarp();
-    while (stacked) {
-      const std::uint32_t node = space.stack[--stacked];
-      const int level = node >> level_shift;
-      __syncwarp();
-      const std::uint32_t child = (node & ((1u << level_shift) - 1)) * fan_out + lane;
-      Record bounds = {};
-      bool hit = child < levels.count[level] && child >= (cell + 1) >> 5 * level;
-      if (hit) {
-        bounds = levels.at[level][child];
-        hit = overlap(query.low, query.high, bounds.low, bounds.high);
+    search.queued = search.own_left = search.query_count;
+    search.stacked = 1;
+    do {
+      while (search.queued < 32 && (search.celled || search.stacked)) {
+        if (search.celled)
+          search.visitCells(sorted, query);
+        else
+          search.expandNode(levels, query, cell);
       }
-      const unsigned mask = __ballot_sync(all_lanes, hit);
-      if (level) {
-        if (hit)
-          space.stack[stacked + __popc(mask & ((1u << lane) - 1))] =
-              static_cast<std::uint32_t>(level - 1) << level_shift | child;
-        stacked += __popc(mask);
-        __syncwarp();
-      } else {
-        if (hit)
-          space.cells[search.celled + __popc(mask & ((1u << lane) - 1))] =
-              make_uint2(__float_as_uint(bounds.low.w), __float_as_uint(bounds.high.w));
-        search.celled += __popc(mask);
-        if (search.celled >= fan_out) search.visitCells(sorted, query);
-      }
-    }
-    search.visitCells(sorted, query);
-    if (search.queued) search.meetQueued(search.queued);
+      search.meetQueued();
+    } while (search.queued || search.celled || search.stacked);
   }
   for (std::uint32_t i = lane; i < search.places.left; i += 32)
     if (search.places.at + i < capacity) found[search.places.at + i] = nothing_found;
