@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "parallel.h"
+#include "radix_sort.h"
 #include "simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -12,6 +13,10 @@ namespace {
 // Buckets hold about this many pairs, 64 kB: small beside the second-level cache.
 constexpr std::size_t bucket_pairs = 8192;
 constexpr std::size_t most_buckets = 2048;
+constexpr std::size_t buckets_a_thread = 4;
+constexpr std::size_t least_bucket_pairs = 512;
+// Lists of more pairs than this, on average, are sorted by digits.
+constexpr std::size_t long_list = 24;
 
 // Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
 bool laterComesAfter(Pair a, Pair b) {
@@ -25,10 +30,13 @@ void sortLong(Pair* begin, Pair* end) {
 }  // namespace
 
 bool PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
-                           Scratch& scratch) {
+                           int slot_bits, Scratch& scratch) {
   if (count == 0) return false;
   scratch.ends.assign(slots + 1, 0);
   scratch.pairs.resizeDiscarding(count);
+  // Long lists are put in order together, before they are told apart.
+  const bool lists_are_long = count / slots > long_list;
+  if (lists_are_long) radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
   std::uint32_t* const ends = scratch.ends.data();
   Pair all = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -38,7 +46,10 @@ bool PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std:
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
   for (std::size_t i = 0; i < count; ++i)
     scratch.pairs[ends[earlierOf(pairs[i]) - first_slot]++] = pairs[i];
-  kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+  if (lists_are_long)
+    std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
+  else
+    kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
   return isUnsure(all);
 }
 
@@ -52,9 +63,13 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
   if (count == 0) return;
 
   int shift = 0;
-  const std::size_t wanted = std::min(most_buckets, count / bucket_pairs + 1);
+  // Small enough for the cache, and enough of them for all threads.
+  const std::size_t shared = std::min(buckets_a_thread * threads, count / least_bucket_pairs);
+  const std::size_t wanted = std::min(most_buckets, std::max(count / bucket_pairs, shared) + 1);
   while ((slots - 1) >> shift >= wanted) ++shift;
   const std::size_t buckets = ((slots - 1) >> shift) + 1;
+  int slot_bits = 0;
+  while ((slots - 1) >> slot_bits) ++slot_bits;
   const std::size_t parts = found.size();
   const auto bucketOf = [shift](Pair pair) { return std::size_t{earlierOf(pair)} >> shift; };
 
@@ -92,7 +107,7 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
       const std::size_t bucket = range.begin;
       const std::size_t begin = bucket_begin_[bucket], end = bucket_begin_[bucket + 1];
       if (sortBucket(sorted.data() + begin, end - begin, static_cast<Slot>(bucket << shift),
-                     std::size_t{1} << shift, scratch_[thread]))
+                     std::size_t{1} << shift, slot_bits, scratch_[thread]))
         scratch_[thread].unsure.push_back({0, begin, end});
     }
   });

@@ -27,7 +27,7 @@ class PairOrder {
     std::vector<PairList::Stretch> unsure;
   };
   // Returns whether one of the pairs is unsure.
-  bool sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
+  bool sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots, int slot_bits,
                   Scratch& scratch);
 
   std::vector<std::size_t> positions_;

@@ -11,15 +11,21 @@ namespace ode_parallel_sap {
 namespace {
 
 // Cells handed out at a time: enough to make asking cheap, few enough to keep threads level where
-// some cells have many more neighbours than others.
-constexpr std::size_t task_cells = 64;
+// some cells have many more neighbours than others. Whole nodes of the tree.
+constexpr std::size_t most_task_cells = 64;
+constexpr std::size_t tasks_a_thread = 8;
 
 }  // namespace
 
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
 template <class Real>
-void Sweep<Real>::planTasks() {
+void Sweep<Real>::planTasks(int threads) {
   tasks_.clear();
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < order_.classes().size(); ++i) all += trees_[i].cells();
+  const std::size_t share = all / (tasks_a_thread * threads) / group_size * group_size;
+  const std::size_t task_cells =
+      std::min(std::max(share, std::size_t{group_size}), most_task_cells);
   const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
   for (std::uint32_t queries = 0; queries < classes; ++queries)
     for (std::uint32_t tree = queries; tree < classes; ++tree) {
@@ -39,7 +45,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   for (std::size_t i = 0; i < classes.size(); ++i)
     trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
                     classes[i].last_cell - classes[i].first_cell, threads);
-  planTasks();
+  planTasks(threads);
 
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);

@@ -27,7 +27,7 @@ class Sweep : public PairFinder {
     std::uint32_t queries, tree;  // classes; the same one: pairs within it
     std::size_t begin, end;       // cells of `queries`
   };
-  void planTasks();
+  void planTasks(int threads);
 
   CellOrder<Real> order_;
   std::vector<CellTree<Real>> trees_;  // one a class
