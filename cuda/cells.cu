@@ -87,7 +87,7 @@ __global__ void __launch_bounds__(cut_threads)
 // starts are ascending and the last cell ends there; slots are below the number of boxes.
 __global__ void __launch_bounds__(pack_threads)
     packKernel(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               const ScenePlan* plan, Record* sorted, Record* cells, Record* parents) {
+               const ScenePlan* plan, Records sorted, Records cells, Records parents) {
   __shared__ Record bounds[fan_out];
   const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
@@ -103,25 +103,28 @@ __global__ void __launch_bounds__(pack_threads)
         box = loadBox(boxes, slot);
         box.low.w = __uint_as_float(slot);
         box.high.w = magnitudeOf(box.low, box.high);
-        sorted[start + lane] = box;
+        sorted.put(start + lane, box);
       }
       Record all = warpBounds(box, used);
       all.low.w = __uint_as_float(start);
       all.high.w = __uint_as_float(end - start);
-      if (lane == 0) cells[cell] = bounds[warp] = all;
+      if (lane == 0) {
+        cells.put(cell, all);
+        bounds[warp] = all;
+      }
     }
     __syncthreads();
     if (warp == 0) {
       const bool used = parent * fan_out + lane < cell_count;
       const Record all = warpBounds(bounds[lane], used);
-      if (lane == 0) parents[parent] = all;
+      if (lane == 0) parents.put(parent, all);
     }
     __syncthreads();
   }
 }
 
 struct Levels {
-  Record* at[most_levels];
+  Records at[most_levels];
 };
 
 // One block, one warp a node: the levels above the first. Records are read below the number of
@@ -136,7 +139,7 @@ __global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* pl
       const bool used = child < children;
       const Record own = used ? levels.at[level - 1][child] : Record{};
       const Record all = warpBounds(own, used);
-      if (lane == 0) levels.at[level][node] = all;
+      if (lane == 0) levels.at[level].put(node, all);
     }
     __syncthreads();
     children = nodes;
@@ -202,14 +205,15 @@ template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8
                        DeviceBuffer<char>&, cudaStream_t);
 
 void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const ScenePlan* plan, Record* sorted, Record* tree,
+               std::size_t count, const ScenePlan* plan, void* sorted, void* tree,
                const TreeLayout& layout, cudaStream_t stream) {
-  // About what one cell in two thirds of its size makes; the blocks take further nodes in strides.
-  launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
-         pack_threads, stream, boxes, slots, starts, plan, sorted, tree + layout.begin[0],
-         tree + layout.begin[1]);
   Levels levels;
-  for (int level = 0; level < most_levels; ++level) levels.at[level] = tree + layout.begin[level];
+  for (int level = 0; level < most_levels; ++level)
+    levels.at[level] = recordsIn(tree, layout.records, layout.begin[level]);
+  // About what cells of half their size make; the blocks take further nodes in strides.
+  launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
+         pack_threads, stream, boxes, slots, starts, plan, recordsIn(sorted, count), levels.at[0],
+         levels.at[1]);
   launch("build levels", levelKernel, 1, level_threads, stream, plan, levels);
 }
 

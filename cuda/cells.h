@@ -44,9 +44,10 @@ template <class Key>
 void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
               std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream);
 
-// Gathers the boxes in the order of `slots` into `sorted` and builds the tree.
+// Gathers the boxes in the order of `slots` into `sorted`, memory for `count` records, and builds
+// the tree in memory for layout.records.
 void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const ScenePlan* plan, Record* sorted, Record* tree,
+               std::size_t count, const ScenePlan* plan, void* sorted, void* tree,
                const TreeLayout& layout, cudaStream_t stream);
 
 }  // namespace device

@@ -6,12 +6,9 @@
 
 #include "cells.h"
 #include "classify.h"
+#include "context.h"
 #include "crowds.h"
 #include "device.h"
-#include "download.h"
-#include "lists.h"
-#include "search.h"
-#include "upload.h"
 
 namespace ode_parallel_sap {
 
@@ -28,71 +25,6 @@ constexpr std::size_t least_pairs = 1 << 16;
 constexpr int most_rounds = 16;
 
 using Clock = std::chrono::steady_clock;
-
-// The stages of CudaStageTimes on the device, by the event that ends each.
-enum Stage {
-  Start,
-  Uploaded,
-  Classified,
-  Sorted,
-  Packed,
-  Searched,
-  Scanned,
-  Scattered,
-  Listed,
-  stages
-};
-
-// Everything that lives on the device. The streams come last, so that they are the first to go:
-// they wait for what is under way, and nothing is freed while it is in use.
-struct Context {
-  explicit Context(int device) {
-    CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
-    for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
-  }
-
-  int processors = 0;
-  DeviceBuffer<float> boxes;
-  DeviceBuffer<FilterBits> bits;
-  DeviceBuffer<std::uint32_t> bodies;
-  DeviceBuffer<ScenePlan> plan;
-  DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
-  DeviceBuffer<std::uint64_t> long_keys[2];
-  DeviceBuffer<std::uint8_t> flags;
-  DeviceBuffer<char> sorted, tree;  // records
-  DeviceBuffer<std::uint32_t> counts;
-  DeviceBuffer<unsigned long long> ends, block_begins;
-  DeviceBuffer<std::uint32_t> has_list, long_slots;
-  LongListStore long_store;
-  DeviceBuffer<Found> found;
-  DeviceBuffer<std::uint32_t> lists, stretches;
-  DeviceBuffer<char> scratch;
-
-  PinnedBuffer<Counters> host_counters;
-  PinnedBuffer<unsigned long long> host_begins;
-  PinnedBuffer<std::uint32_t> host_has_list;
-
-  Upload upload;
-  Download download;
-  std::vector<std::unique_ptr<Event>> stage_events, ready;
-  Event piece_here, filters_here, summarised, result_here, long_lists_sorted;
-  Stream compute, up, down;
-
-  std::size_t hostBytes() const {
-    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() + upload.bytes() +
-           download.bytes();
-  }
-  std::size_t deviceBytes() const {
-    return boxes.bytes() + bits.bytes() + bodies.bytes() + plan.bytes() + keys[0].bytes() +
-           keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
-           long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
-           tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() + has_list.bytes() +
-           long_store.bytes() + long_slots.bytes() + found.bytes() + lists.bytes() +
-           stretches.bytes() + scratch.bytes();
-  }
-  Record* sortedRecords() { return reinterpret_cast<Record*>(sorted.data()); }
-  Record* treeRecords() { return reinterpret_cast<Record*>(tree.data()); }
-};
 
 class CudaSweep final : public CudaPairFinder {
  public:
@@ -111,9 +43,12 @@ class CudaSweep final : public CudaPairFinder {
   void reservePairs(std::size_t pairs);
   void sendBoxes(const BoxSet& boxes, int threads);
   void sendFilters(const BoxSet& boxes, int threads);
+  void startSearch(const BoxSet& boxes, int threads);
+  void order(std::size_t slots);
   void buildCells(std::size_t slots);
   bool divideCrowds(std::size_t slots, int round);
   void search(const BoxSet& boxes, bool ignore_crowds);
+  void collect(const BoxSet& boxes);
   bool findAll(const BoxSet& boxes);
   void sortLists(std::size_t slots, std::size_t total);
   void fetchPairs(const BoxSet& boxes, int threads, PairList& pairs);
@@ -125,6 +60,10 @@ class CudaSweep final : public CudaPairFinder {
   std::unique_ptr<Context> context_;
   std::size_t pairs_expected_ = 0;
   Pong<std::uint32_t> keys_ = {}, slots_ = {};
+  // The same after the sort, which leaves its result in either array; and after the sort that is
+  // replayed.
+  Pong<std::uint32_t> sorted_keys_ = {}, sorted_slots_ = {};
+  Pong<std::uint32_t> recorded_keys_ = {}, recorded_slots_ = {};
   Pong<std::uint64_t> long_keys_ = {};
   int used_ = 1;
   bool measuring_ = false;
@@ -158,22 +97,13 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
     sendBoxes(boxes, threads);
     const Clock::time_point sent = Clock::now();
     mark(Uploaded);
-    assignKeys(context_->boxes.data(), boxes.size, context_->plan.data(), keys_.current,
-               slots_.current, context_->compute);
-    mark(Classified);
-    sortByKey(keys_, slots_, boxes.size, context_->scratch, context_->compute);
-    mark(Sorted);
-    cutCells(keys_.current, boxes.size, context_->plan.data(), context_->flags.data(),
-             context_->starts.data(), context_->scratch, context_->compute);
-    buildCells(boxes.size);
-    sendFilters(boxes, threads);
+    startSearch(boxes, threads);
     bool ignore_crowds = false;
-    for (int round = 0;;) {
-      mark(Packed);
-      search(boxes, ignore_crowds);
-      if (findAll(boxes)) break;
+    for (int round = 0; !findAll(boxes);) {
       if (context_->host_counters[0].crowded && !ignore_crowds)
         ignore_crowds = round == most_rounds || !divideCrowds(boxes.size, round++);
+      search(boxes, ignore_crowds);
+      collect(boxes);
     }
     const Clock::time_point known = Clock::now();
     fetchPairs(boxes, threads, pairs);
@@ -213,9 +143,10 @@ void CudaSweep::reserve(std::size_t slots) {
 }
 
 void CudaSweep::reservePairs(std::size_t pairs) {
-  context_->found.reserve(pairs);
-  context_->lists.reserve(context_->found.capacity());
-  context_->stretches.reserve(stretchedSize(context_->found.capacity()));
+  Context& c = *context_;
+  c.found.reserve(pairs + overflow_places);
+  c.lists.reserve(c.pairPlaces());
+  c.stretches.reserve(stretchedSize(c.pairPlaces()));
 }
 
 // Boxes are counted by bin piece by piece, while the next ones travel.
@@ -249,17 +180,62 @@ void CudaSweep::sendFilters(const BoxSet& boxes, int threads) {
   CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
 }
 
+// The first search of a frame, as far as the host does not have to know anything: in one call where
+// frames repeat themselves.
+void CudaSweep::startSearch(const BoxSet& boxes, int threads) {
+  Context& c = *context_;
+  if (boxes.filter_bits || boxes.filter_bodies || measuring_) {
+    order(boxes.size);
+    sendFilters(boxes, threads);
+    search(boxes, false);
+  } else {
+    c.graph.run(
+        [&] {
+          return CachedGraph::Key{boxes.size, c.deviceBytes(), boxes.exact};
+        },
+        c.compute,
+        [&] {
+          order(boxes.size);
+          recorded_keys_ = sorted_keys_;
+          recorded_slots_ = sorted_slots_;
+          search(boxes, false);
+        });
+    sorted_keys_ = recorded_keys_;
+    sorted_slots_ = recorded_slots_;
+  }
+  collect(boxes);
+}
+
+// Orders the boxes along the curve and builds the cells.
+void CudaSweep::order(std::size_t slots) {
+  Context& c = *context_;
+  assignKeys(c.boxes.data(), slots, c.plan.data(), keys_.current, slots_.current, c.compute);
+  mark(Classified);
+  sortByKey(keys_, slots_, slots, c.scratch, c.compute);
+  sorted_keys_ = keys_;
+  sorted_slots_ = slots_;
+  mark(Sorted);
+  cutCells(keys_.current, slots, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
+           c.compute);
+  buildCells(slots);
+  mark(Packed);
+}
+
 void CudaSweep::buildCells(std::size_t slots) {
   Context& c = *context_;
-  packCells(c.boxes.data(), slots_.current, c.starts.data(), slots, c.plan.data(),
-            c.sortedRecords(), c.treeRecords(), TreeLayout(slots), c.compute);
+  packCells(c.boxes.data(), slots_.current, c.starts.data(), slots, c.plan.data(), c.sorted.data(),
+            c.tree.data(), TreeLayout(slots), c.compute);
 }
 
 // Returns whether the order has become any better.
 bool CudaSweep::divideCrowds(std::size_t slots, int round) {
   Context& c = *context_;
   for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(slots);
-  if (round == 0) long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
+  if (round == 0) {
+    keys_ = sorted_keys_;
+    slots_ = sorted_slots_;
+    long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
+  }
   const bool divided =
       round == 0 ? device::divideCrowds(c.boxes.data(), slots_.current, keys_.current, slots,
                                         c.plan.data(), long_keys_.current, c.scratch, c.compute)
@@ -274,24 +250,30 @@ bool CudaSweep::divideCrowds(std::size_t slots, int round) {
   return true;
 }
 
-// Asks for everything up to the unsorted lists, and for what the host has to know.
+// Finds the pairs, and where their lists will be.
 void CudaSweep::search(const BoxSet& boxes, bool ignore_crowds) {
   Context& c = *context_;
-  const std::size_t slots = boxes.size, blocks = (slots + list_block - 1) / list_block;
+  const std::size_t slots = boxes.size;
   CHECK_CUDA(cudaMemsetAsync(c.counts.data(), 0, (slots + 1) * sizeof(std::uint32_t), c.compute));
   const SearchFilter filter = {
       boxes.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
       boxes.filter_bodies ? c.bodies.data() : nullptr};
-  findPairs(c.sortedRecords(), c.treeRecords(), TreeLayout(slots), filter, boxes.exact,
-            c.plan.data(), c.found.data(), c.found.capacity(), c.counts.data(), ignore_crowds,
+  findPairs(c.sorted.data(), c.tree.data(), slots, TreeLayout(slots), filter, boxes.exact,
+            c.plan.data(), c.found.data(), c.pairPlaces(), c.counts.data(), ignore_crowds,
             c.processors, c.compute);
   mark(Searched);
   scanCounts(c.counts.data(), c.ends.data(), slots, c.scratch, c.compute);
   summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.has_list.data(),
                  c.block_begins.data(), c.long_slots.data(), c.compute);
   mark(Scanned);
+}
+
+// Asks for what the host has to know, and has the pairs put into their lists meanwhile.
+void CudaSweep::collect(const BoxSet& boxes) {
+  Context& c = *context_;
+  const std::size_t slots = boxes.size, blocks = (slots + list_block - 1) / list_block;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
-  scatterPairs(c.found.data(), c.found.capacity(), c.plan.data(), c.ends.data(), c.lists.data(),
+  scatterPairs(c.found.data(), c.pairPlaces(), c.plan.data(), c.ends.data(), c.lists.data(),
                c.processors, c.compute);
   mark(Scattered);
 
@@ -315,7 +297,7 @@ bool CudaSweep::findAll(const BoxSet& boxes) {
   const Counters& counters = c.host_counters[0];
   const std::size_t total = c.host_begins[(boxes.size + list_block - 1) / list_block];
   pairs_expected_ = total + total / 4;
-  const bool fits = counters.found <= c.found.capacity();
+  const bool fits = counters.found <= c.pairPlaces();
   if (!fits) {
     // Warps leave some places empty, not always the same number.
     pairs_expected_ = std::max<std::size_t>(pairs_expected_, counters.found + counters.found / 16);

@@ -14,10 +14,26 @@ namespace device {
 
 constexpr unsigned all_lanes = 0xffffffff;
 
-struct alignas(16) Record {
+struct Record {
   float4 low, high;
 };
 static_assert(sizeof(Record) == record_bytes, "records are allocated by this size");
+
+// Many records, lower and upper halves apart: a warp that reads 32 in a row reads half the lines.
+struct Records {
+  float4 *low, *high;
+
+  __device__ Record operator[](std::size_t i) const { return {low[i], high[i]}; }
+  __device__ void put(std::size_t i, const Record& record) const {
+    low[i] = record.low;
+    high[i] = record.high;
+  }
+};
+// Those from the begin-th on in memory that holds `count`.
+inline Records recordsIn(void* memory, std::size_t count, std::size_t begin = 0) {
+  float4* const low = static_cast<float4*>(memory);
+  return {low + begin, low + count + begin};
+}
 
 // Starts a kernel on `stream` and checks that it started.
 template <class... Parameters, class... Arguments>

@@ -80,8 +80,7 @@ struct ScenePlan {
   ClassSummary summary[most_classes];
 };
 
-// A box or the bounds of several: primitives.cuh.
-struct Record;
+// Of a record, a box or the bounds of several: primitives.cuh.
 constexpr std::size_t record_bytes = 32;
 
 }  // namespace device

@@ -16,12 +16,12 @@ constexpr int blocks_a_processor = 4;
 constexpr std::uint32_t chunk_places = 256;
 
 struct Tree {
-  const Record* level[most_levels];
+  Records level[most_levels];
 };
 
 // The same with the number of records, in shared memory: indexed at run time.
 struct LevelTable {
-  const Record* at[most_levels];
+  Records at[most_levels];
   std::uint32_t count[most_levels];
 };
 
@@ -45,23 +45,27 @@ constexpr int level_shift = 28;  // nodes above the cells are fewer than 2^28
 // Hands out places of `found` to a warp. All members are the same in all lanes.
 struct Places {
   ScenePlan* plan;
-  unsigned long long at = 0;
+  Found* found;
+  unsigned long long capacity;
+  Found* at = nullptr;
   std::uint32_t left = 0;
 
-  __device__ unsigned long long take(std::uint32_t count, int lane) {
+  // `count` places, at most overflow_places: those behind the capacity if it does not suffice.
+  __device__ Found* take(std::uint32_t count, int lane) {
     unsigned long long first = 0;
     if (lane == 0) first = atomicAdd(&plan->counters.found, static_cast<unsigned long long>(count));
-    return __shfl_sync(all_lanes, first, 0);
+    first = __shfl_sync(all_lanes, first, 0);
+    return found + (first + count <= capacity ? first : capacity);
   }
 };
+static_assert(overflow_places >= cell_size * cell_size && overflow_places >= chunk_places,
+              "a warp's hits fit behind the capacity");
 
 template <bool exact, bool filtered>
 struct Search {
   WarpSpace& space;
   const SearchFilter filter;
   Places places;
-  Found* const found;
-  const unsigned long long capacity;
   std::uint32_t* const counts;
   const int lane;
   std::uint32_t query_count = 0;
@@ -86,41 +90,39 @@ struct Search {
     return passed;
   }
 
-  // Writes the pairs of each lane's box with the query's boxes in `hits`.
+  // Writes the pairs of each lane's box with the query's boxes in `hits`: in each round one of
+  // every lane that has one left, side by side.
   __device__ void write(std::uint32_t hits, const float4& low, const float4& high) {
-    const std::uint32_t own = __popc(hits);
-    std::uint32_t sum = own;
-    for (int step = 1; step < 32; step *= 2) {
-      const std::uint32_t below = __shfl_up_sync(all_lanes, sum, step);
-      if (lane >= step) sum += below;
-    }
-    const std::uint32_t all = __shfl_sync(all_lanes, sum, 31);
-    unsigned long long fresh = 0;
+    const std::uint32_t all = warpSum(__popc(hits));
+    Found* fresh = nullptr;  // so that fresh[k] is the place of pair k
     std::uint32_t taken = 0;
     if (all > places.left) {
       taken = max(chunk_places, all - places.left);
-      fresh = places.take(taken, lane);
+      fresh = places.take(taken, lane) - places.left;
     }
-    // A lane's pairs of which its own box is the earlier one come first, in a row: they are counted
-    // and later put into their list together.
-    const std::uint32_t slot = __float_as_uint(low.w);
-    std::uint32_t front = sum - own, back = sum;
-    for (; hits; hits &= hits - 1) {
+    const std::uint32_t slot = __float_as_uint(low.w), lanes_below = (1u << lane) - 1;
+    std::uint32_t earlier_here = 0;  // pairs of which the lane's own box is the earlier one
+    std::uint32_t written = 0;
+    for (unsigned active; (active = __ballot_sync(all_lanes, hits != 0)) != 0;) {
+      const std::uint32_t k = written + __popc(active & lanes_below);
+      written += __popc(active);
+      if (!hits) continue;
       const int q = __ffs(hits) - 1;
+      hits &= hits - 1;
       const float4 query_low = space.query_low[q], query_high = space.query_high[q];
       const std::uint32_t other = __float_as_uint(query_low.w);
       const bool unsure = !exact && !isClear(query_low, query_high, low, high) &&
                           isUnsure(query_low, query_high, low, high);
-      const bool first = slot < other;
-      const std::uint32_t earlier = first ? slot : other, later = first ? other : slot;
-      const std::uint32_t k = first ? front++ : --back;
-      const unsigned long long place = k < places.left ? places.at + k : fresh + (k - places.left);
-      if (place < capacity) found[place] = Found{earlier} << 32 | later << 1 | unsure;
-      if (!first) atomicAdd(&counts[other], 1u);
+      const std::uint32_t earlier = min(slot, other), later = max(slot, other);
+      (k < places.left ? places.at : fresh)[k] = Found{earlier} << 32 | later << 1 | unsure;
+      if (earlier == slot)
+        ++earlier_here;
+      else
+        atomicAdd(&counts[other], 1u);
     }
-    if (front > sum - own) atomicAdd(&counts[slot], front - (sum - own));
+    if (earlier_here) atomicAdd(&counts[slot], earlier_here);
     if (taken) {
-      places.at = fresh + (all - places.left);
+      places.at = fresh + all;
       places.left = taken - (all - places.left);
     } else {
       places.at += all;
@@ -151,7 +153,7 @@ struct Search {
   }
 
   // Queues the boxes of the last queued cells that the query's bounds reach.
-  __device__ void visitCells(const Record* __restrict__ sorted, const Record& query) {
+  __device__ void visitCells(const Records& sorted, const Record& query) {
     const int first = max(celled - cells_at_once, 0);
     Record box[cells_at_once];
     bool hit[cells_at_once];
@@ -213,7 +215,7 @@ struct Search {
 // its cell's.
 template <bool exact, bool filtered>
 __global__ void __launch_bounds__(search_threads, blocks_a_processor)
-    searchKernel(const Record* __restrict__ sorted, Tree tree, SearchFilter filter, ScenePlan* plan,
+    searchKernel(const Records sorted, const Tree tree, SearchFilter filter, ScenePlan* plan,
                  Found* found, unsigned long long capacity, std::uint32_t* counts,
                  bool ignore_crowds) {
   __shared__ WarpSpace spaces[search_warps];
@@ -233,7 +235,7 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
     }
   }
   __syncthreads();
-  Search<exact, filtered> search = {spaces[warp], filter, {plan}, found, capacity, counts, lane};
+  Search<exact, filtered> search = {spaces[warp], filter, {plan, found, capacity}, counts, lane};
   WarpSpace& space = spaces[warp];
 
   const std::uint32_t stride = gridDim.x * search_warps;
@@ -259,12 +261,11 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
       search.meetQueued();
     } while (search.queued || search.celled || search.stacked);
   }
-  for (std::uint32_t i = lane; i < search.places.left; i += 32)
-    if (search.places.at + i < capacity) found[search.places.at + i] = nothing_found;
+  for (std::uint32_t i = lane; i < search.places.left; i += 32) search.places.at[i] = nothing_found;
 }
 
 template <bool exact, bool filtered>
-void launchSearch(const Record* sorted, const Tree& tree, const SearchFilter& filter,
+void launchSearch(const Records& sorted, const Tree& tree, const SearchFilter& filter,
                   ScenePlan* plan, Found* found, unsigned long long capacity, std::uint32_t* counts,
                   bool ignore_crowds, int processors, cudaStream_t stream) {
   launch("find pairs", searchKernel<exact, filtered>, std::size_t(processors) * blocks_a_processor,
@@ -274,18 +275,19 @@ void launchSearch(const Record* sorted, const Tree& tree, const SearchFilter& fi
 
 }  // namespace
 
-void findPairs(const Record* sorted, const Record* records, const TreeLayout& layout,
+void findPairs(void* sorted, void* records, std::size_t boxes, const TreeLayout& layout,
                const SearchFilter& filter, bool exact, ScenePlan* plan, Found* found,
                unsigned long long capacity, std::uint32_t* counts, bool ignore_crowds,
                int processors, cudaStream_t stream) {
   Tree tree;
   for (int level = 0; level < most_levels; ++level)
-    tree.level[level] = records + layout.begin[level];
+    tree.level[level] = recordsIn(records, layout.records, layout.begin[level]);
   const bool filtered = filter.bits || filter.bodies;
   const auto chosen = exact      ? filtered ? launchSearch<true, true> : launchSearch<true, false>
                            : filtered ? launchSearch<false, true>
                                  : launchSearch<false, false>;
-  chosen(sorted, tree, filter, plan, found, capacity, counts, ignore_crowds, processors, stream);
+  chosen(recordsIn(sorted, boxes), tree, filter, plan, found, capacity, counts, ignore_crowds,
+         processors, stream);
 }
 
 }  // namespace device

@@ -24,11 +24,14 @@ struct SearchFilter {
   const std::uint32_t* bodies;
 };
 
+// Places behind the capacity of `found`, into which goes what does not fit.
+constexpr std::size_t overflow_places = 1024;
+
 // Writes the pairs to `found`, in no order, as far as they go into `capacity` places, and takes
 // counters.found places for them; adds up in counts[] the pairs of each earlier slot, all of them
 // whatever the capacity. Does nothing in a crowded scene unless told to
 // ignore that. `exact`: no pair is unsure.
-void findPairs(const Record* sorted, const Record* tree, const TreeLayout& layout,
+void findPairs(void* sorted, void* tree, std::size_t boxes, const TreeLayout& layout,
                const SearchFilter& filter, bool exact, ScenePlan* plan, Found* found,
                unsigned long long capacity, std::uint32_t* counts, bool ignore_crowds,
                int processors, cudaStream_t stream);

@@ -14,8 +14,8 @@ namespace {
 // Pieces travel in about 30 us at full speed: long enough to hide what starting one costs, short
 // enough that the first leaves soon.
 constexpr std::size_t most_piece_bytes = 3 << 19;
-constexpr std::size_t least_piece_bytes = 1 << 17;
-constexpr std::size_t pieces_wanted = 6;
+constexpr std::size_t least_piece_bytes = 1 << 19;
+constexpr std::size_t pieces_wanted = 3;
 // From this many threads on one does nothing but send.
 constexpr int least_team_with_sender = 4;
 // More threads copy no faster, and keep the device from reading (16 threads and an H200: 39 instead
