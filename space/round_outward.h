@@ -26,6 +26,8 @@ struct BoundsFacts {
 // A box is coarse if rounding lets it grow by more than this part of its largest extent: far from
 // the origin for its size, beyond the range of floats or below their smallest steps.
 constexpr double coarse_growth = 1.0 / 32;
+// So is a box whose extent comes near the denormals, with which not every device computes.
+constexpr double least_fine_growth = 1e-37;
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not
 // inside the exact one. Which way a bound is rounded is a toss of a coin, so nothing here branches
@@ -58,9 +60,9 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
                    (bounds[2 * axis + 1] - bounds[2 * axis]);
   }
   // False where a bound is infinite, and the growth with it NaN.
-  bool coarse = false;
-  for (int axis = 0; axis < 3; ++axis)
-    coarse |= growth[axis] > extent * static_cast<Real>(coarse_growth);
+  const Real limit = extent * static_cast<Real>(coarse_growth);
+  bool coarse = !exact && limit < static_cast<Real>(least_fine_growth);
+  for (int axis = 0; axis < 3; ++axis) coarse |= growth[axis] > limit;
   return {exact, nan, unbounded, coarse};
 }
 
@@ -107,7 +109,7 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   // infinite.
   const double limit =
       coarse_growth * _mm_cvtsd_f64(_mm_max_sd(extents[0], _mm_max_sd(extents[1], extents[2])));
-  bool coarse = false;
+  bool coarse = !exact && limit < least_fine_growth;
   for (int axis = 0; axis < 3; ++axis)
     coarse |= (static_cast<double>(box.upper[axis]) - static_cast<double>(box.lower[axis])) -
                   _mm_cvtsd_f64(extents[axis]) >
