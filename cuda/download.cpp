@@ -14,11 +14,17 @@ using device::stretch_words;
 
 namespace {
 
-// A thread is not worth waking for fewer words in all.
-constexpr std::size_t least_words_a_thread = 1 << 13;
+// Fewer are dealt with sooner than others are woken.
+constexpr std::size_t least_shared_words = 1 << 15;
 constexpr std::size_t least_piece_stretches = 64;
 constexpr std::size_t most_piece_stretches = 384;
 constexpr std::size_t pieces_wanted = 6;
+
+// Of as many words with the headers of their stretches, the last stretch not filled up.
+std::size_t bytesOf(std::size_t words) {
+  const std::size_t headers = (words + stretch_words - 1) / stretch_words;
+  return (words + headers * device::header_words) * sizeof(std::uint32_t);
+}
 
 }  // namespace
 
@@ -45,8 +51,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
   ring_.reserve(most_piece_stretches * device::stretch_size * ring_pieces);
   Pair* const to = pairs.parts[0].data();
   const std::size_t pieces = piecesFor(total);
-  threads = static_cast<int>(
-      std::max<std::size_t>(1, std::min<std::size_t>(threads, total / least_words_a_thread)));
+  if (total < least_shared_words) threads = 1;
   if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
   for (auto& stretches : unsure_) stretches.clear();
 
@@ -55,8 +60,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
     const std::size_t place = piece % ring_pieces;
     CHECK_CUDA(cudaStreamWaitEvent(stream, *ready[piece], 0));
     CHECK_CUDA(cudaMemcpyAsync(ring_.data() + place * piece_size, stretches + piece * piece_size,
-                               device::stretchedSize(words) * sizeof *stretches,
-                               cudaMemcpyDeviceToHost, stream));
+                               bytesOf(words), cudaMemcpyDeviceToHost, stream));
     CHECK_CUDA(cudaEventRecord(*here_[place], stream));
   };
   std::vector<std::atomic<int>> expanded(pieces);

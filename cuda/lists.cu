@@ -35,7 +35,9 @@ __device__ inline std::size_t placeOf(unsigned long long i) {
 __device__ inline void writeWord(std::uint32_t* stretches, unsigned long long i, std::uint32_t word,
                                  std::uint32_t ahead, std::uint32_t slot) {
   stretches[placeOf(i)] = word | ahead << ahead_shift;
-  if (i % stretch_words == 0) stretches[i / stretch_words * stretch_size] = slot;
+  if (i % stretch_words == 0)
+    *reinterpret_cast<uint4*>(stretches + i / stretch_words * stretch_size) =
+        make_uint4(slot, 0, 0, 0);
 }
 
 // One thread a slot, one block list_block slots. The last block's last threads have no slot;

@@ -15,14 +15,16 @@ namespace {
 // enough that the first leaves soon.
 constexpr std::size_t most_piece_bytes = 3 << 19;
 constexpr std::size_t least_piece_bytes = 1 << 19;
-constexpr std::size_t pieces_wanted = 3;
+constexpr std::size_t pieces_wanted = 4;
 // From this many threads on one does nothing but send.
 constexpr int least_team_with_sender = 4;
-// More threads copy no faster, and keep the device from reading (16 threads and an H200: 39 instead
-// of 47 GB/s).
+// In the long run more threads copy no faster and keep the device from reading (16 threads and an
+// H200: 39 instead of 47 GB/s); what is short is there sooner.
 constexpr int most_copiers = 6;
-// A thread is not worth waking for less.
-constexpr std::size_t least_bytes_a_thread = 1 << 16;
+constexpr std::size_t long_run_bytes = std::size_t{8} << 20;
+// Less is copied sooner than others are woken. A team is used as a whole or not at all: OpenMP
+// takes long to start threads anew.
+constexpr std::size_t least_shared_bytes = 3 << 17;
 
 }  // namespace
 
@@ -41,9 +43,8 @@ int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t eleme
       std::min(most_piece_bytes, std::max(least_piece_bytes, bytes / pieces_wanted)) / element *
       element;
   const std::size_t pieces = (bytes + piece_bytes - 1) / piece_bytes;
-  threads = static_cast<int>(
-      std::max<std::size_t>(1, std::min<std::size_t>(threads, bytes / least_bytes_a_thread)));
-
+  if (bytes < least_shared_bytes) threads = 1;
+  const int copiers = bytes < long_run_bytes ? threads : most_copiers;
   std::vector<std::atomic<int>> copied(pieces);
   std::atomic<std::size_t> open{0};  // pieces that may be written; all once something failed
   const std::size_t first = next_;
@@ -89,7 +90,7 @@ int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t eleme
   runTeam(threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     const bool apart = team >= least_team_with_sender;
-    const int parts = apart ? std::min(team - 1, most_copiers) : team;
+    const int parts = apart ? std::min(team - 1, copiers) : team;
     if (apart && thread > parts) return;
     if (thread != 0) {
       for (std::size_t piece = 0; piece < pieces; ++piece) {
