@@ -20,7 +20,7 @@ struct BoundsFacts {
   bool exact;      // no bound had to be rounded
   bool nan;        // at least one bound is NaN; the box is of no use then
   bool unbounded;  // an infinite bound, or a lower one above its upper one
-  bool coarse;  // so small for its distance from the origin that rounding makes it clearly larger
+  bool coarse;     // rounding makes the box clearly larger
 };
 
 // A box is coarse if rounding lets it grow by more than this part of its largest extent: far from

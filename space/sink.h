@@ -2,6 +2,8 @@
 #ifndef ODE_PARALLEL_SAP_SINK_H
 #define ODE_PARALLEL_SAP_SINK_H
 
+#include <algorithm>
+
 #include "pair_list.h"
 #include "simd/kernels.h"
 

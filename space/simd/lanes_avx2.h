@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "lanes_common.h"
+
 namespace {
 
 // compress_order[m] lists the set bits of m, low ones first.
@@ -60,24 +62,8 @@ struct Lanes {
               << i;
     return mask;
   }
-  // Sixteen boxes made ready to be tested against many.
   template <class Real>
-  struct Row {
-    const Real *lower, *upper;
-    std::size_t stride;
-
-    Row(const Real* lower, const Real* upper, std::size_t stride)
-        : lower(lower), upper(upper), stride(stride) {}
-    // Which of them overlap a box, as closed intervals.
-    template <class BoxGroup>
-    unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-      return atLeast(upper, box.lower[0][lane]) & atMost(lower, box.upper[0][lane]) &
-             atLeast(upper + stride, box.lower[1][lane]) &
-             atMost(lower + stride, box.upper[1][lane]) &
-             atLeast(upper + 2 * stride, box.lower[2][lane]) &
-             atMost(lower + 2 * stride, box.upper[2][lane]);
-    }
-  };
+  using Row = RowByPointer<Lanes, Real>;
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
@@ -131,18 +117,8 @@ struct Lanes {
     return _mm256_cvtss_f32(v);
   }
 
-  // Doubles are rare: these are left to the compiler.
-  static double least(const double* p) {
-    double least = p[0];
-    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
-    return least;
-  }
-  static double greatest(const double* p) {
-    double greatest = p[0];
-    for (int i = 1; i < 16; ++i)
-      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
-    return greatest;
-  }
+  static double least(const double* p) { return scalarLeast(p); }
+  static double greatest(const double* p) { return scalarGreatest(p); }
 
  private:
   // Writes eight words, of which as many count as `mask` has bits.

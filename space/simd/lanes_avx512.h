@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "lanes_common.h"
+
 namespace {
 
 struct Lanes {
@@ -81,18 +83,8 @@ struct Lanes {
     return numbers ? _mm512_mask_reduce_max_ps(numbers, v) : p[0];
   }
 
-  // Doubles are rare: these are left to the compiler.
-  static double least(const double* p) {
-    double least = p[0];
-    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
-    return least;
-  }
-  static double greatest(const double* p) {
-    double greatest = p[0];
-    for (int i = 1; i < 16; ++i)
-      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
-    return greatest;
-  }
+  static double least(const double* p) { return scalarLeast(p); }
+  static double greatest(const double* p) { return scalarGreatest(p); }
 
  private:
   static __m512i word(__m256i high, __m256i low) {
@@ -127,20 +119,8 @@ struct Lanes::Row<float> {
 };
 
 template <>
-struct Lanes::Row<double> {
-  const double *lower, *upper;
-  std::size_t stride;
-
-  Row(const double* lower, const double* upper, std::size_t stride)
-      : lower(lower), upper(upper), stride(stride) {}
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    unsigned mask = 0xffff;
-    for (int axis = 0; axis < 3; ++axis)
-      mask &= atLeast(upper + axis * stride, box.lower[axis][lane]) &
-              atMost(lower + axis * stride, box.upper[axis][lane]);
-    return mask;
-  }
+struct Lanes::Row<double> : RowByPointer<Lanes, double> {
+  using RowByPointer<Lanes, double>::RowByPointer;
 };
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "lanes_common.h"
+
 namespace {
 
 struct Lanes {
@@ -24,24 +26,8 @@ struct Lanes {
     for (int i = 0; i < 16; ++i) mask |= unsigned{p[i] <= value} << i;
     return mask;
   }
-  // Sixteen boxes made ready to be tested against many.
   template <class Real>
-  struct Row {
-    const Real *lower, *upper;
-    std::size_t stride;
-
-    Row(const Real* lower, const Real* upper, std::size_t stride)
-        : lower(lower), upper(upper), stride(stride) {}
-    // Which of them overlap a box, as closed intervals.
-    template <class BoxGroup>
-    unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-      return atLeast(upper, box.lower[0][lane]) & atMost(lower, box.upper[0][lane]) &
-             atLeast(upper + stride, box.lower[1][lane]) &
-             atMost(lower + stride, box.upper[1][lane]) &
-             atLeast(upper + 2 * stride, box.lower[2][lane]) &
-             atMost(lower + 2 * stride, box.upper[2][lane]);
-    }
-  };
+  using Row = RowByPointer<Lanes, Real>;
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     unsigned mask = 0;
@@ -79,16 +65,11 @@ struct Lanes {
   }
   template <class Real>
   static Real least(const Real* p) {
-    Real least = p[0];
-    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
-    return least;
+    return scalarLeast(p);
   }
   template <class Real>
   static Real greatest(const Real* p) {
-    Real greatest = p[0];
-    for (int i = 1; i < 16; ++i)
-      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
-    return greatest;
+    return scalarGreatest(p);
   }
 };
 
