@@ -28,22 +28,6 @@ double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
 
-// Hands out the time since it was last asked.
-class StageClock {
- public:
-  StageClock() : begin_(Clock::now()), lap_(begin_) {}
-  double lap() {
-    const Clock::time_point before = lap_;
-    lap_ = Clock::now();
-    return milliseconds(before, lap_);
-  }
-  double total() const { return milliseconds(begin_, lap_); }
-
- private:
-  const Clock::time_point begin_;
-  Clock::time_point lap_;
-};
-
 std::size_t slotIn(const dxGeom* geom) {
   return reinterpret_cast<std::size_t>(geom->tome_ex) - 1;
 }
@@ -71,6 +55,22 @@ class ParallelSAPSpace::Lock {
 
  private:
   ParallelSAPSpace& space_;
+};
+
+// Hands out the time since it was last asked.
+class ParallelSAPSpace::StageClock {
+ public:
+  StageClock() : begin_(Clock::now()), lap_(begin_) {}
+  double lap() {
+    const Clock::time_point before = lap_;
+    lap_ = Clock::now();
+    return milliseconds(before, lap_);
+  }
+  double total() const { return milliseconds(begin_, lap_); }
+
+ private:
+  const Clock::time_point begin_;
+  Clock::time_point lap_;
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent)
@@ -199,26 +199,12 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   // A collide within the callback finds the members free: what it needs is taken out of them.
   StageClock clock;
   PairList pairs = std::move(pairs_);
-  try {
-    frame_threads_ = threadsForFrame();
-    update();
-    stats_.update_ms = clock.lap();
-    synchronise();
-    stats_.synchronise_ms = clock.lap();
-    extract(pairs);
-    stats_.extract_ms = clock.lap();
-    filter(pairs);
-    stats_.filter_ms = clock.lap();
-  } catch (const std::bad_alloc&) {
+  if (!findPairs(pairs, clock)) {
     collideWithoutMemory(data, callback);
     clock.lap();
     stats_.total_ms = clock.total();
     return;
   }
-  stats_.pairs = pairs.size();
-  if (settings.threads == 0 && threadsForScene() > 1)
-    team_choice_.learn(stats_.threads, geoms_.size(), clock.total());
-
   dParallelSAPStats own = stats_;
   report(pairs, data, callback);
   own.report_ms = clock.lap();
@@ -227,6 +213,26 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   stats_ = own;
   countTotals();
   pairs_ = std::move(pairs);
+}
+
+// All stages but the report: the pairs of the frame, in their order. False where there is no memory
+// for them.
+bool ParallelSAPSpace::findPairs(PairList& pairs, StageClock& clock) try {
+  frame_threads_ = threadsForFrame();
+  update();
+  stats_.update_ms = clock.lap();
+  synchronise();
+  stats_.synchronise_ms = clock.lap();
+  extract(pairs);
+  stats_.extract_ms = clock.lap();
+  filter(pairs);
+  stats_.filter_ms = clock.lap();
+  stats_.pairs = pairs.size();
+  if (settings.threads == 0 && threadsForScene() > 1)
+    team_choice_.learn(stats_.threads, geoms_.size(), clock.total());
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
 }
 
 // The same promises without boxes, lists or clocks: for so few geoms those would take most of the

@@ -46,12 +46,14 @@ class ParallelSAPSpace final : public dxSpace {
 
  private:
   class Lock;
+  class StageClock;
 
   void closeSlots();
   int threadsForScene() const;
   int threadsForFrame() const;
   bool isSmallest() const;
   void collideSmallest(void* data, dNearCallback* callback);
+  bool findPairs(PairList& pairs, StageClock& clock);
   void update();
   void synchronise();
   PairFinder& finderFor(int method);
