@@ -79,6 +79,8 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent)
   // this one.
   type = dSweepAndPruneSpaceClass;
   timed_ = settings.print_stats;
+  axis_lists_.limit(settings.axis_lists_bytes);
+  wide_axis_lists_.limit(settings.axis_lists_bytes);
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -166,7 +168,9 @@ void ParallelSAPSpace::cleanGeoms() {
 // The most threads that are worth their start for this number of geoms.
 int ParallelSAPSpace::threadsForScene() const {
   const std::size_t slots = geoms_.size();
-  if (settings.method == dParallelSAPMethodBruteForce && slots >= least_shared_brute_force)
+  if ((settings.method == dParallelSAPMethodBruteForce ||
+       settings.method == dParallelSAPMethodAxisLists) &&
+      slots >= least_shared_brute_force)
     return threadsFor(settings);
   if (slots < least_shared_scene) return 1;
   return static_cast<int>(
@@ -181,6 +185,7 @@ int ParallelSAPSpace::threadsForFrame() const {
 
 bool ParallelSAPSpace::isSmallest() const {
   return geoms_.size() <= smallest_scene && settings.method != dParallelSAPMethodSweep &&
+         settings.method != dParallelSAPMethodAxisLists &&
          settings.backend != dParallelSAPBackendCUDA;
 }
 
@@ -332,6 +337,10 @@ PairFinder& ParallelSAPSpace::finderFor(int method) {
     if (boxes_.wide) return wide_brute_force_;
     return brute_force_;
   }
+  if (method == dParallelSAPMethodAxisLists) {
+    if (boxes_.wide) return wide_axis_lists_;
+    return axis_lists_;
+  }
   if (boxes_.wide) return wide_sweep_;
   return sweep_;
 }
@@ -342,7 +351,19 @@ void ParallelSAPSpace::extract(PairList& pairs) {
   if (method == dParallelSAPMethodAuto)
     method = geoms_.size() <= brute_force_scene && !on_device ? dParallelSAPMethodBruteForce
                                                               : dParallelSAPMethodSweep;
-  if (on_device && method == dParallelSAPMethodSweep &&
+  try {
+    extractBy(method, pairs);
+  } catch (const ListsTooLong& lists) {
+    reportTooLong(lists);
+    method = dParallelSAPMethodSweep;
+    extractBy(method, pairs);
+  }
+  stats_.method = method;
+  stats_.candidates = pairs.size();
+}
+
+void ParallelSAPSpace::extractBy(int method, PairList& pairs) {
+  if (settings.backend == dParallelSAPBackendCUDA && method == dParallelSAPMethodSweep &&
       device_.find(boxes_, frame_threads_, pairs)) {
     stats_.backend = dParallelSAPBackendCUDA;
     stats_.devices = 1;
@@ -350,8 +371,6 @@ void ParallelSAPSpace::extract(PairList& pairs) {
     stats_.threads =
         std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
   }
-  stats_.method = method;
-  stats_.candidates = pairs.size();
 }
 
 void ParallelSAPSpace::filter(PairList& pairs) {
@@ -411,6 +430,15 @@ void ParallelSAPSpace::reportInvalid(const dxGeom* geom) {
              static_cast<const void*>(geom));
 }
 
+void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
+  if (!lists_too_long_reported_)
+    dMessage(0,
+             "parallel SAP space: the method AxisLists would need %.1f MB for the pairs of each "
+             "axis and may take %.1f MB; the method Sweep is used where it does not fit",
+             static_cast<double>(lists.needed) / 1e6, static_cast<double>(lists.allowed) / 1e6);
+  lists_too_long_reported_ = true;
+}
+
 void ParallelSAPSpace::countTotals() {
   totals_.frames += 1;
   totals_.geoms += stats_.geoms;
@@ -425,8 +453,8 @@ void ParallelSAPSpace::countTotals() {
 
 std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
-         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + device_.bytes() +
-         pairs_.bytes();
+         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + axis_lists_.bytes() +
+         wide_axis_lists_.bytes() + device_.bytes() + pairs_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -6,6 +6,7 @@
 
 #include <unordered_set>
 
+#include "axis_lists.h"
 #include "box_set.h"
 #include "brute_force.h"
 #include "buffer.h"
@@ -58,10 +59,12 @@ class ParallelSAPSpace final : public dxSpace {
   void synchronise();
   PairFinder& finderFor(int method);
   void extract(PairList& pairs);
+  void extractBy(int method, PairList& pairs);
   void filter(PairList& pairs);
   void report(const PairList& pairs, void* data, dNearCallback* callback);
   void collideWithoutMemory(void* data, dNearCallback* callback);
   void reportInvalid(const dxGeom* geom);
+  void reportTooLong(const ListsTooLong& lists);
   void countTotals();
   std::size_t memoryBytes() const;
 
@@ -78,6 +81,8 @@ class ParallelSAPSpace final : public dxSpace {
   BruteForce<double> wide_brute_force_;
   Sweep<float> sweep_;
   Sweep<double> wide_sweep_;
+  AxisLists<float> axis_lists_;
+  AxisLists<double> wide_axis_lists_;
   DeviceBackend device_;
   PairFilter pair_filter_;
   PairList pairs_;
@@ -86,6 +91,7 @@ class ParallelSAPSpace final : public dxSpace {
   bool timed_ = false;
   bool stats_of_smallest_ = false;
   bool out_of_memory_reported_ = false;
+  bool lists_too_long_reported_ = false;
   dParallelSAPStats stats_ = {};
   dParallelSAPStats totals_ = {};
 };

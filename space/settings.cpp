@@ -68,12 +68,13 @@ bool hasBackend(int backend) {
 
 bool hasMethod(int method) {
   return method == dParallelSAPMethodAuto || method == dParallelSAPMethodSweep ||
-         method == dParallelSAPMethodBruteForce;
+         method == dParallelSAPMethodBruteForce || method == dParallelSAPMethodAxisLists;
 }
 
 Settings settingsFromEnvironment() {
   Settings settings;
   constexpr int most_devices = 1024;
+  constexpr int most_megabytes = 1 << 30;
   readName("ODE_PARALLEL_SAP_BACKEND", backends, hasBackend, settings.backend);
   readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
@@ -81,6 +82,10 @@ Settings settingsFromEnvironment() {
   int print = 0;
   readCount("ODE_PARALLEL_SAP_STATS", 1, print);
   settings.print_stats = print != 0;
+  // Not part of the interface: lets tests come to the limit without filling the machine.
+  int megabytes = 0;
+  readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);
+  settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
   return settings;
 }
 

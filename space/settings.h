@@ -4,6 +4,8 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <cstdint>
+
 namespace ode_parallel_sap {
 
 constexpr int most_threads = 256;
@@ -14,6 +16,7 @@ struct Settings {
   int threads = 0;  // 0: what OpenMP would use
   int devices = 0;  // 0: chosen by the space
   bool print_stats = false;
+  std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 
 // Whether this build on this machine has it. Auto is always to be had.

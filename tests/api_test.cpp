@@ -10,6 +10,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
+#include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 
@@ -115,8 +116,8 @@ TEST_CASE("A back end or method is taken with 1, or refused with 0 and nothing c
       REQUIRE(dParallelSAPSpaceSetMethod(space, start) == 1);
       const int answer = dParallelSAPSpaceSetMethod(space, method);
       CAPTURE(method, answer);
-      CHECK((answer == 1 || (answer == 0 && method == dParallelSAPMethodAxisLists)));
-      CHECK(dParallelSAPSpaceGetMethod(space) == (answer ? method : start));
+      CHECK(answer == 1);
+      CHECK(dParallelSAPSpaceGetMethod(space) == method);
     }
   }
   for (const int start : {dParallelSAPBackendAuto, dParallelSAPBackendCPU}) {
@@ -245,6 +246,7 @@ TEST_CASE("The environment sets the defaults of new spaces only", "[api]") {
   const Messages messages;
   for (const auto& [name, value] : {std::make_pair("sweep", int(dParallelSAPMethodSweep)),
                                     {"brute-force", int(dParallelSAPMethodBruteForce)},
+                                    {"axis-lists", int(dParallelSAPMethodAxisLists)},
                                     {"auto", int(dParallelSAPMethodAuto)}}) {
     const Variable method("ODE_PARALLEL_SAP_METHOD", name);
     const Space space;
@@ -289,7 +291,6 @@ TEST_CASE("What is not to be had is reported when the environment asks for it", 
   const BareEnvironment bare;
   const Space asking;
   const bool cuda = dParallelSAPSpaceSetBackend(asking, dParallelSAPBackendCUDA);
-  const bool lists = dParallelSAPSpaceSetMethod(asking, dParallelSAPMethodAxisLists);
   {
     const Variable variable("ODE_PARALLEL_SAP_BACKEND", "cuda");
     const Messages messages;
@@ -298,14 +299,31 @@ TEST_CASE("What is not to be had is reported when the environment asks for it", 
     CHECK(dParallelSAPSpaceGetBackend(space) ==
           (cuda ? dParallelSAPBackendCUDA : dParallelSAPBackendAuto));
   }
-  {
-    const Variable variable("ODE_PARALLEL_SAP_METHOD", "axis-lists");
-    const Messages messages;
-    const Space space;
-    CHECK(messages.all().empty() == lists);
-    CHECK(dParallelSAPSpaceGetMethod(space) ==
-          (lists ? dParallelSAPMethodAxisLists : dParallelSAPMethodAuto));
+}
+
+TEST_CASE("Axis lists that would not fit give way to the sweep, with one message", "[api]") {
+  const BareEnvironment bare;
+  const Variable limit("ODE_PARALLEL_SAP_AXIS_LISTS_MB", "1");
+  const Space space;
+  REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodAxisLists) == 1);
+  World world(space);
+  world.addBoxes(denseCube(600, 1));  // some 40,000 pairs an axis
+  const Messages messages;
+  CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+  CHECK(statsOf(space).method == dParallelSAPMethodAxisLists);
+  CHECK(messages.all().empty());
+  world.addBoxes(denseCube(600, 2));
+  for (int frame = 0; frame < 3; ++frame) {
+    CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+    CHECK(statsOf(space).method == dParallelSAPMethodSweep);
+    CHECK(statsOf(space).memory_bytes < (2u << 20));
   }
+  CHECK(messages.all().size() == 1);
+  // What fits again is done as asked.
+  for (std::size_t i = 0; i < 600; ++i) dGeomDisable(world.geoms()[i]);
+  CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+  CHECK(statsOf(space).method == dParallelSAPMethodAxisLists);
+  CHECK(messages.all().size() == 1);
 }
 
 TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends", "[api]") {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "axis_lists.h"
 #include "brute_force.h"
 #include "pair_order.h"
 #include "parallel.h"
@@ -126,6 +127,11 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
           checkUnsureStretches(swept);
           check(found(second, wanted.boxes, 3, tested), wanted);
           checkUnsureStretches(tested);
+          AxisLists<float> axis_lists;
+          AxisLists<double> wide_axis_lists;
+          PairFinder& third = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
+          REQUIRE(found(third, wanted.boxes, 3, tested) == pairs);
+          checkUnsureStretches(tested);
         }
   }
   chooseKernelSet(best);
@@ -155,6 +161,95 @@ TEST_CASE("Crowds that no key tells apart are still cut into cells") {
     check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
           wanted);
   }
+}
+
+namespace {
+
+// Moves the boxes of a case in ways that keep the sorted lists busy: a little, far, out of the
+// scene (NaN) and back, to infinity and inside out; and changes their number.
+void changeScene(std::vector<sap_test::Box>& scene, int frame, sap_test::Random& random) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const bool all = frame % 7 == 3;
+  for (sap_test::Box& box : scene) {
+    if (!all && random.below(40) != 0) continue;
+    const unsigned kind = static_cast<unsigned>(random.below(20));
+    for (int axis = 0; axis < 3; ++axis) {
+      box.low[axis] = 9 * random.unit();
+      box.high[axis] = kind == 0   ? nan
+                       : kind == 1 ? box.low[axis] - random.unit()
+                       : kind == 2 ? infinity
+                                   : box.low[axis] + random.unit();
+      if (kind == 0) box.low[axis] = nan;
+      if (kind == 3) box.low[axis] = -infinity;
+      if (kind == 4) box.low[axis] = box.high[axis] = std::floor(box.low[axis]) - 4;
+    }
+  }
+  if (frame % 5 == 4) scene.resize(scene.size() - 30);
+  if (frame % 5 == 1) scene.insert(scene.end(), scene.begin(), scene.begin() + 20);
+}
+
+}  // namespace
+
+TEST_CASE("Lists kept from frame to frame give what new ones give, whatever changes") {
+  const std::uint64_t seed = sap_test::seedOr(2);
+  INFO("seed " << seed);
+  for (const bool wide : {false, true}) {
+    sap_test::Random random(seed);
+    std::vector<sap_test::Box> scene = sap_test::denseCube(600, seed);
+    AxisLists<float> axis_lists;
+    AxisLists<double> wide_axis_lists;
+    PairFinder& finder = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
+    PairList list;
+    for (int frame = 0; frame < sap_test::scaled(60); ++frame) {
+      CAPTURE(wide, frame);
+      const Case wanted = makeCase(scene, wide, frame % 2);
+      check(found(finder, wanted.boxes, 1 + frame % 4, list), wanted);
+      checkUnsureStretches(list);
+      changeScene(scene, frame, random);
+    }
+  }
+}
+
+TEST_CASE("The pairs of each axis are counted as they are, before any are listed") {
+  const std::uint64_t seed = sap_test::seedOr(3);
+  INFO("seed " << seed);
+  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
+    CAPTURE(scene.name);
+    const std::vector<sap_test::Box> made = scene.make(500, seed);
+    const Case wanted = makeCase(made, true, false);
+    EndpointLists<double> lists;
+    lists.update(wanted.boxes, 2);
+    std::uint64_t all = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::uint64_t pairs = 0;
+      for (std::size_t i = 0; i < made.size(); ++i)
+        for (std::size_t j = i + 1; j < made.size(); ++j)
+          pairs +=
+              made[i].low[axis] <= made[j].high[axis] && made[j].low[axis] <= made[i].high[axis];
+      REQUIRE(lists.axis(axis).pairs() == pairs);
+      all += pairs;
+    }
+    AxisLists<double> finder;
+    PairList list;
+    finder.limit(4 * all - 1);
+    REQUIRE_THROWS_AS(finder.find(wanted.boxes, 2, list), ListsTooLong);
+    REQUIRE(finder.bytes() < 500 * 300);
+    finder.limit(5 * all);
+    check(found(finder, wanted.boxes, 2, list), wanted);
+  }
+}
+
+TEST_CASE("The fullest axis is taken first, the emptiest next") {
+  for (std::uint64_t x = 0; x < 3; ++x)
+    for (std::uint64_t y = 0; y < 3; ++y)
+      for (std::uint64_t z = 0; z < 3; ++z) {
+        const std::uint64_t pairs[3] = {x, y, z};
+        const AxisChoice axes = chooseAxes({x, y, z});
+        REQUIRE((1 << axes.fullest | 1 << axes.second | 1 << axes.third) == 7);
+        REQUIRE(pairs[axes.second] <= pairs[axes.third]);
+        REQUIRE(pairs[axes.third] <= pairs[axes.fullest]);
+      }
 }
 
 TEST_CASE("Radix sort agrees with a stable sort, for any count, digits and threads") {
