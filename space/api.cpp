@@ -72,6 +72,20 @@ int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
   return checked(space).settings.devices;
 }
 
+void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
+                                      dParallelSAPContactCallback* contact_callback,
+                                      dParallelSAPFlagsCallback* flags_callback,
+                                      dParallelSAPSpacesCallback* spaces_callback) {
+  ParallelSAPSpace& own = checked(space);
+  dAASSERT(contact_callback);
+  own.collideContacts({data, flags, contact_callback, flags_callback, spaces_callback});
+}
+
+void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
+  dAASSERT(pairs && o1 && o2);
+  static_cast<ode_parallel_sap::ContactPairs*>(pairs)->add(o1, o2);
+}
+
 void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {
   ParallelSAPSpace& own = checked(space);
   dAASSERT(stats);

@@ -88,6 +88,7 @@ void packGeom(const dxGeom* geom, Slot slot, UpdateFacts& facts, std::uintptr_t&
   facts.exact_boxes = facts.exact_boxes && bounds.exact;
   facts.unbounded += bounds.unbounded;
   facts.user_classes = facts.user_classes || isUserClass(geom);
+  facts.spaces = facts.spaces || IS_SPACE(geom);
 
   facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
   boxes.bits[slot] = {foldBits(geom->category_bits, facts), foldBits(geom->collide_bits, facts)};
@@ -128,6 +129,7 @@ void UpdateFacts::add(const UpdateFacts& other) {
   unbounded += other.unbounded;
   coarse += other.coarse;
   user_classes = user_classes || other.user_classes;
+  spaces = spaces || other.spaces;
   exact_bits = exact_bits && other.exact_bits;
   exact_bodies = exact_bodies && other.exact_bodies;
   exact_boxes = exact_boxes && other.exact_boxes;

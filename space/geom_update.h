@@ -21,6 +21,7 @@ struct UpdateFacts {
   std::size_t unbounded = 0;
   std::size_t coarse = 0;     // boxes that floats make clearly larger
   bool user_classes = false;  // AABBTest may decide
+  bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
   bool exact_bodies = true;   // 32 bits of the bodies' addresses tell them apart
   bool exact_boxes = true;    // no float bound was rounded

@@ -89,11 +89,11 @@ ParallelSAPSpace::~ParallelSAPSpace() {
     const double frames = static_cast<double>(totals_.frames);
     dMessage(0,
              "parallel SAP space %p: %llu frames, a frame: %.0f geoms, %.0f pairs, %.3f ms (update "
-             "%.3f, synchronise %.3f, extract %.3f, filter %.3f, report %.3f)",
+             "%.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
              static_cast<void*>(this), totals_.frames, totals_.geoms / frames,
              totals_.pairs / frames, totals_.total_ms / frames, totals_.update_ms / frames,
              totals_.synchronise_ms / frames, totals_.extract_ms / frames,
-             totals_.filter_ms / frames, totals_.report_ms / frames);
+             totals_.filter_ms / frames, totals_.narrow_ms / frames, totals_.report_ms / frames);
   }
   // The base class's destructor would not reach remove() any more.
   while (first) {
@@ -189,15 +189,22 @@ bool ParallelSAPSpace::isSmallest() const {
          settings.backend != dParallelSAPBackendCUDA;
 }
 
-void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
-  dAASSERT(callback);
-  const Lock lock(*this);
+void ParallelSAPSpace::beginFrame() {
   // Within a callback of this space the slots stay what they are.
   if (lock_count == 1) closeSlots();
   ++stats_.frames;
   stats_.geoms = count;
+  stats_.contacts = 0;
+  stats_.narrow_ms = 0;
+}
+
+void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
+  dAASSERT(callback);
+  const Lock lock(*this);
+  beginFrame();
   if (isSmallest()) {
     collideSmallest(data, callback);
+    if (timed_) countTotals();
     return;
   }
 
@@ -235,6 +242,65 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, StageClock& clock) try {
   stats_.pairs = pairs.size();
   if (settings.threads == 0 && threadsForScene() > 1)
     team_choice_.learn(stats_.threads, geoms_.size(), clock.total());
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+// A contact callback that collides this space again finds the members free, as one of collide does.
+void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
+  const Lock lock(*this);
+  StageClock clock;
+  ContactPairs pairs(request, std::move(contact_pairs_));
+  NarrowPhase narrow_phase = std::move(narrow_phase_);
+  const bool smallest = isSmallest();
+  collectPairs(pairs, clock);
+  dParallelSAPStats own = stats_;
+  if (smallest) clock.lap();
+  const bool found = collideCollected(pairs.list(), request, narrow_phase, own);
+  own.narrow_ms = clock.lap();
+  if (found)
+    narrow_phase.report(pairs.list(), request);
+  else
+    NarrowPhase::collideOneByOne(pairs.list(), request);
+  own.report_ms = clock.lap();
+  own.total_ms = clock.total();
+  own.frames = stats_.frames;
+  stats_ = own;
+  stats_of_smallest_ = false;  // these have times
+  if (!smallest || timed_) countTotals();
+  contact_pairs_ = pairs.release();
+  narrow_phase_ = std::move(narrow_phase);
+}
+
+// All stages up to the list of pairs.
+void ParallelSAPSpace::collectPairs(ContactPairs& pairs, StageClock& clock) {
+  beginFrame();
+  if (isSmallest()) {
+    collideSmallest(&pairs, &dParallelSAPAddPair);
+    return;
+  }
+  PairList found = std::move(pairs_);
+  if (findPairs(found, clock)) {
+    pairs.add(found, geoms_.data(), facts_->spaces, frame_threads_);
+    pairs_ = std::move(found);
+  } else {
+    collideWithoutMemory(&pairs, &dParallelSAPAddPair);
+  }
+}
+
+// The narrow phase itself. False where there is no memory for the contacts.
+bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
+                                        const ContactRequest& request, NarrowPhase& narrow_phase,
+                                        dParallelSAPStats& stats) try {
+  const Clock::time_point begin = Clock::now();
+  const int threads = threadsFor(settings);
+  const int team = settings.threads == 0 ? narrow_team_choice_.threads(threads) : threads;
+  const int used = narrow_phase.run(pairs, request, team, getManualCleanup() != 0);
+  if (settings.threads == 0 && threads > 1)
+    narrow_team_choice_.learn(used, pairs.size(), milliseconds(begin, Clock::now()));
+  stats.threads = std::max(stats.threads, used);
+  stats.contacts = narrow_phase.contacts();
   return true;
 } catch (const std::bad_alloc&) {
   return false;
@@ -310,7 +376,6 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
     stats_.extract_ms = milliseconds(begin, found);
     stats_.report_ms = milliseconds(found, end);
     stats_.total_ms = milliseconds(begin, end);
-    countTotals();
   }
 }
 
@@ -443,10 +508,12 @@ void ParallelSAPSpace::countTotals() {
   totals_.frames += 1;
   totals_.geoms += stats_.geoms;
   totals_.pairs += stats_.pairs;
+  totals_.contacts += stats_.contacts;
   totals_.update_ms += stats_.update_ms;
   totals_.synchronise_ms += stats_.synchronise_ms;
   totals_.extract_ms += stats_.extract_ms;
   totals_.filter_ms += stats_.filter_ms;
+  totals_.narrow_ms += stats_.narrow_ms;
   totals_.report_ms += stats_.report_ms;
   totals_.total_ms += stats_.total_ms;
 }
@@ -454,7 +521,8 @@ void ParallelSAPSpace::countTotals() {
 std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
          wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + axis_lists_.bytes() +
-         wide_axis_lists_.bytes() + device_.bytes() + pairs_.bytes();
+         wide_axis_lists_.bytes() + device_.bytes() + pairs_.bytes() + contact_pairs_.bytes() +
+         narrow_phase_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -10,8 +10,10 @@
 #include "box_set.h"
 #include "brute_force.h"
 #include "buffer.h"
+#include "contact_pairs.h"
 #include "device_backend.h"
 #include "geom_update.h"
+#include "narrow_phase.h"
 #include "ode_private.h"
 #include "pair_filter.h"
 #include "pair_list.h"
@@ -40,6 +42,7 @@ class ParallelSAPSpace final : public dxSpace {
   void cleanGeoms() override;
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
+  void collideContacts(const ContactRequest& request);
 
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
@@ -50,11 +53,15 @@ class ParallelSAPSpace final : public dxSpace {
   class StageClock;
 
   void closeSlots();
+  void beginFrame();
   int threadsForScene() const;
   int threadsForFrame() const;
   bool isSmallest() const;
   void collideSmallest(void* data, dNearCallback* callback);
   bool findPairs(PairList& pairs, StageClock& clock);
+  void collectPairs(ContactPairs& pairs, StageClock& clock);
+  bool collideCollected(const Buffer<GeomPair>& pairs, const ContactRequest& request,
+                        NarrowPhase& narrow_phase, dParallelSAPStats& stats);
   void update();
   void synchronise();
   PairFinder& finderFor(int method);
@@ -86,6 +93,9 @@ class ParallelSAPSpace final : public dxSpace {
   DeviceBackend device_;
   PairFilter pair_filter_;
   PairList pairs_;
+  Buffer<GeomPair> contact_pairs_;
+  NarrowPhase narrow_phase_;
+  TeamChoice narrow_team_choice_;
   const UpdateFacts* facts_ = nullptr;
 
   bool timed_ = false;

@@ -5,6 +5,7 @@
 
 #include "catch.hpp"
 #include "configurations.h"
+#include "contact_scene.h"
 #include "ode_errors.h"
 #include "scenes.h"
 
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   sap_test::throwOdeErrors();
   const int result = run(argc, argv);
   sap_test::releaseShapes();
+  sap_test::releaseContactShapes();
   dCloseODE();
   return result;
 }

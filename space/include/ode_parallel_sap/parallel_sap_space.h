@@ -108,16 +108,89 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
-/* What the last dSpaceCollide on a space did. Times are wall-clock milliseconds. */
+/* The narrow phase on the threads of the space: dCollide for all pairs of dSpaceCollide.
+ *
+ *     static void makeJoints(void* data, dGeomID o1, dGeomID o2, const dContactGeom* contacts,
+ *                            int count) {...}
+ *
+ *     dParallelSAPSpaceCollideContacts(space, world, 8, makeJoints, 0, 0);
+ *
+ * does what dSpaceCollide does with a near callback that calls dCollide (o1, o2, 8, contacts,
+ * sizeof (dContactGeom)) and makes joints of what it finds. It gives the same contacts, bit for
+ * bit, in the same order, whatever the number of threads, as long as no callback moves or changes a
+ * geom: all pairs are found before the first is collided, and all are collided before the first
+ * contact is reported. */
+
+/* Called on the calling thread for each pair that touches, in the order of the pairs, with the
+ * space locked. `contacts` are dCollide's, `count` >= 1 of them, and last until the callback
+ * returns. It may throw and may collide any space, like a near callback. */
+typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
+                                         const dContactGeom* contacts, int count);
+
+/* Returns the flags with which dCollide is to be called for a pair: the most contacts in the lower
+ * 16 bits (none: the pair is passed over), CONTACTS_UNIMPORTANT, dParallelSAPOnCallingThread.
+ *
+ * IT IS CALLED FROM MANY THREADS AT ONCE, in no particular order, while other threads read the
+ * geoms. It may read geoms and bodies (dGeomGetData, dGeomGetClass, dGeomGetBody, dBodyIsEnabled,
+ * ...) and nothing else of ODE, and must not write what another thread may read. If it throws, the
+ * exception (of several, one) leaves dParallelSAPSpaceCollideContacts on the calling thread,
+ * without a contact reported. */
+typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
+
+/* Called on the calling thread, in the order of the pairs, for each pair in which one geom or both
+ * are spaces. What it adds to `pairs` takes the place of that pair, for instance
+ *
+ *     dSpaceCollide2(o1, o2, pairs, dParallelSAPAddPair);
+ *
+ * and, for a model that is to collide with itself, dSpaceCollide ((dSpaceID) o1, pairs,
+ * dParallelSAPAddPair); if it adds nothing the pair is passed over. It may throw, and it may do
+ * with the pair what a near callback may do: such contacts of its own come before all others. */
+typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void* pairs);
+
+/* A dNearCallback whose data are the `pairs` of a dParallelSAPSpacesCallback that is running: adds
+ * a pair of geoms that are to be collided. A pair with a space is treated like those that the space
+ * itself found. */
+ODE_PARALLEL_SAP_API void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2);
+
+/* In the flags of a pair: its collider runs on the calling thread, when no other does. */
+enum { dParallelSAPOnCallingThread = 0x40000000 };
+
+/* Finds the pairs as dSpaceCollide does, collides them and reports their contacts. `flags` hold for
+ * all pairs, unless there is a flags callback; flags_callback and spaces_callback may be 0. Without
+ * a spaces callback, pairs with spaces are resolved by dSpaceCollide2, down to pairs of geoms.
+ *
+ * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there is little to do. Each
+ * gets its data by dAllocateODEDataForThread (dAllocateMaskAll); ODE frees them when the thread
+ * ends, or this function before it returns if the space is set to manual cleanup
+ * (dSpaceSetManualCleanup). For the calling thread the program has called it, as for dCollide.
+ *
+ * Any thread collides spheres, boxes, capsules, cylinders, convexes, planes and rays with each
+ * other, and meshes with these and with each other if dCheckConfiguration ("ODE_EXT_mt_collisions")
+ * is 1 and ODE was built with OPCODE. The calling thread alone, after the others are done, collides
+ * what shares memory or runs code of the program: heightfields, geom transforms, user classes,
+ * meshes in any other build of ODE, meshes with callbacks or with temporal coherence, and pairs
+ * whose flags say so. ODE does not tell where dSetColliderOverride was used for classes of its own:
+ * an override that is not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The
+ * message handler (dSetMessageHandler) may be called from any of the threads.
+ *
+ * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
+ * enough, pairs are collided and reported one by one, and the flags callback may be asked again. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
+    dSpaceID space, void* data, int flags, dParallelSAPContactCallback* contact_callback,
+    dParallelSAPFlagsCallback* flags_callback, dParallelSAPSpacesCallback* spaces_callback);
+
+/* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
+ * wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
-  unsigned long long frames;     /* dSpaceCollide calls on this space so far */
+  unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
   size_t moved;                  /* geoms whose AABB was brought up to date */
   size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space */
   size_t invalid;                /* geoms left out: a NaN bound */
   size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
   unsigned long long candidates; /* pairs the extraction handed to the filter */
-  unsigned long long pairs;      /* pairs reported to the callback */
+  unsigned long long pairs;      /* pairs reported to the callback, or collided for contacts */
+  unsigned long long contacts;   /* contacts reported to the contact callback */
   int backend;                   /* what ran: dParallelSAPBackendCPU or dParallelSAPBackendCUDA */
   int method;                    /* what ran: a dParallelSAPMethod, never Auto */
   int threads;                   /* threads used by the widest stage */
@@ -126,8 +199,9 @@ typedef struct dParallelSAPStats {
   double synchronise_ms;         /* the threads' boxes made one set */
   double extract_ms;             /* overlapping pairs, in the order of the report */
   double filter_ms;              /* exact test of borderline pairs, AABBTest calls */
-  double report_ms;              /* the callback, with all that it did */
-  double total_ms;               /* the whole dSpaceCollide */
+  double narrow_ms;              /* the contacts of all pairs */
+  double report_ms;              /* the near or contact callback, with all that it did */
+  double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
 } dParallelSAPStats;
 

@@ -1,0 +1,323 @@
+// dParallelSAPSpaceCollideContacts gives what a serial loop over dCollide gives.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cmath>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/contact_scene.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+
+using namespace sap_test;
+
+namespace {
+
+const int kThreads[] = {1, 2, 3, 7};
+
+std::vector<Kind> allKinds() {
+  std::vector<Kind> kinds;
+  for (int kind = 0; kind < static_cast<int>(Kind::Heightfield); ++kind)
+    kinds.push_back(static_cast<Kind>(kind));
+  return kinds;
+}
+
+// All of ODE in one heap, on terrain and a plane.
+void fillWithAll(ContactScene& scene, std::size_t n, std::uint64_t seed) {
+  scene.add(Kind::Plane, 0, seed);
+  scene.fill(allKinds(), n, seed);
+  for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+}
+
+dParallelSAPStats statsOf(dSpaceID space) {
+  dParallelSAPStats stats;
+  dParallelSAPSpaceGetStats(space, &stats);
+  return stats;
+}
+
+struct Stop : std::runtime_error {
+  Stop() : std::runtime_error("stop") {}
+};
+
+// Different for neighbouring pairs, and the same whenever asked.
+int flagsByClass(void*, dGeomID o1, dGeomID o2) {
+  const int sum = 3 * dGeomGetClass(o1) + 5 * dGeomGetClass(o2);
+  return sum % 4 | (sum % 3 ? 0 : dParallelSAPOnCallingThread);
+}
+
+}  // namespace
+
+TEST_CASE("Contacts of every two classes are those of the serial loop", "[narrow]") {
+  const std::uint64_t seed = seedOr(81);
+  std::set<std::pair<int, int>> met;
+  for (int first = 0; first < static_cast<int>(Kind::Count); ++first)
+    for (int second = first; second < static_cast<int>(Kind::Count); ++second) {
+      const Space space;
+      ContactScene scene(space);
+      const std::vector<Kind> kinds = {static_cast<Kind>(first), static_cast<Kind>(second)};
+      scene.fill(kinds, 40, seed);
+      const Contacts expected = serialContacts(space, {8});
+      INFO(nameOf(kinds[0]) << " and " << nameOf(kinds[1])
+                            << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      for (const Contact& contact : expected)
+        met.insert({dGeomGetClass(contact.o1), dGeomGetClass(contact.o2)});
+      for (const int threads : kThreads) {
+        CAPTURE(threads);
+        dParallelSAPSpaceSetNumThreads(space, threads);
+        REQUIRE(difference(parallelContacts(space, 8), expected) == "");
+      }
+    }
+  CHECK(met.size() > 60);  // ordered pairs of classes that have a collider
+}
+
+TEST_CASE("Contacts of a heap of everything are those of the serial loop while all moves",
+          "[narrow]") {
+  const std::uint64_t seed = seedOr(82);
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    ContactScene scene(space);
+    fillWithAll(scene, 1200, seed);
+    for (std::uint64_t frame = 0; frame < 3; ++frame)
+      for (const int threads : kThreads) {
+        scene.move(seed + 10 * frame);
+        dParallelSAPSpaceSetNumThreads(space, threads);
+        const Contacts got = parallelContacts(space, 20);
+        INFO(configuration.name << ", " << threads << " threads, frame " << frame
+                                << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(got.size() > 1000);
+        REQUIRE(statsOf(space).contacts == got.size());
+        REQUIRE(difference(got, serialContacts(space, {20})) == "");
+      }
+  }
+}
+
+TEST_CASE("The program's own colliders and callbacks run on the calling thread", "[narrow]") {
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 1500, seedOr(83));
+  userCodeCalls();
+  userCodeKeptToThisThread();
+  dParallelSAPSpaceSetNumThreads(space, 7);
+  CHECK(parallelContacts(space, 8).size() > 1000);
+  CHECK(userCodeCalls() > 100);
+  CHECK(userCodeKeptToThisThread());
+}
+
+TEST_CASE("Many pairs are collided by many threads", "[narrow]") {
+  struct Seen {
+    std::mutex lock;
+    std::set<std::thread::id> threads;
+  };
+  const Space space;
+  ContactScene scene(space);
+  scene.fill({Kind::Box}, 6000, seedOr(84));
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  static Seen seen;
+  seen.threads.clear();
+  const auto flags = [](void*, dGeomID, dGeomID) {
+    const std::lock_guard<std::mutex> guard(seen.lock);
+    seen.threads.insert(std::this_thread::get_id());
+    return 8;
+  };
+  CHECK(!parallelContacts(space, 0, flags).empty());
+  CHECK(statsOf(space).threads == 3);
+  CHECK(seen.threads.size() >= 2);
+  CHECK(seen.threads.size() <= 3);
+}
+
+TEST_CASE("Flags and limits hold for each pair", "[narrow]") {
+  const std::uint64_t seed = seedOr(85);
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 1200, seed);
+  SerialLoop loop;
+  loop.flags_of = flagsByClass;
+  const Contacts expected = serialContacts(space, loop);
+  REQUIRE(expected.size() > 100);
+  REQUIRE(expected.size() < serialContacts(space, {3}).size());
+  for (const int threads : kThreads) {
+    CAPTURE(threads);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    REQUIRE(difference(parallelContacts(space, 64, flagsByClass), expected) == "");
+  }
+  CHECK(parallelContacts(space, 0).empty());
+}
+
+TEST_CASE("The most contacts that flags can ask for are found", "[narrow]") {
+  const Space space;
+  ContactScene scene(space);
+  scene.fill({Kind::Torus, Kind::Box, Kind::Sphere}, 300, seedOr(86));
+  const Contacts expected = serialContacts(space, {0xffff});
+  for (const int threads : kThreads) {
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    CHECK(difference(parallelContacts(space, 0xffff), expected) == "");
+  }
+}
+
+TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
+  struct Thrower {
+    static void contacts(void* left, dGeomID, dGeomID, const dContactGeom*, int) {
+      if (--*static_cast<int*>(left) == 0) throw Stop();
+    }
+    static int flags(void*, dGeomID o1, dGeomID) {
+      if (dGeomGetClass(o1) == dCapsuleClass) throw Stop();
+      return 4;
+    }
+    static void spaces(void*, dGeomID, dGeomID, void*) { throw Stop(); }
+  };
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 1000, seedOr(87));
+  const Contacts expected = serialContacts(space, {4});
+  for (const int threads : kThreads) {
+    CAPTURE(threads);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    int left = 100;
+    CHECK_THROWS_AS(
+        dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts, nullptr, nullptr),
+        Stop);
+    CHECK(left == 0);
+    left = 1;
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts,
+                                                     Thrower::flags, nullptr),
+                    Stop);
+    CHECK(left == 1);
+    // A locked space would refuse this.
+    const dGeomID geom = dCreateSphere(space, 100);
+    const dSpaceID inner = dSimpleSpaceCreate(space);
+    dCreateSphere(inner, 1);
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts, nullptr,
+                                                     Thrower::spaces),
+                    Stop);
+    dGeomDestroy(geom);
+    dSpaceDestroy(inner);
+    REQUIRE(difference(parallelContacts(space, 4), expected) == "");
+  }
+}
+
+TEST_CASE("A contact callback may collide the same space", "[narrow]") {
+  struct Nested {
+    dSpaceID space;
+    int left;
+    Contacts outer, inner;
+    static void contacts(void* data, dGeomID o1, dGeomID o2, const dContactGeom* found, int count) {
+      Nested& self = *static_cast<Nested*>(data);
+      recordContacts(&self.outer, o1, o2, found, count);
+      if (--self.left == 0) self.inner = parallelContacts(self.space, 2);
+    }
+  };
+  for (const std::size_t n : {20, 800}) {
+    const Space space;
+    ContactScene scene(space);
+    fillWithAll(scene, n, seedOr(88));
+    dParallelSAPSpaceSetNumThreads(space, 3);
+    Nested nested = {space, 5, {}, {}};
+    dParallelSAPSpaceCollideContacts(space, &nested, 8, Nested::contacts, nullptr, nullptr);
+    CHECK(difference(nested.outer, serialContacts(space, {8})) == "");
+    CHECK(!nested.inner.empty());
+    CHECK(difference(nested.inner, serialContacts(space, {2})) == "");
+  }
+}
+
+namespace {
+
+// Models of a few geoms each in simple spaces, some within others, and loose geoms between them.
+struct Models {
+  const std::vector<Kind> kinds = allKinds();
+  std::vector<dSpaceID> spaces;
+  ContactScene scene;
+
+  Models(dSpaceID space, int models, std::uint64_t seed) : scene(space) {
+    const double side = 0.8 * std::cbrt(5.0 * models);
+    for (int i = 0; i < models; ++i) {
+      const bool within = i % 4 == 3;
+      const dSpaceID parent = within ? spaces.back() : space;
+      spaces.push_back(i % 5 == 0   ? dHashSpaceCreate(parent)
+                       : i % 5 == 1 ? dParallelSAPSpaceCreate(parent)
+                                    : dSimpleSpaceCreate(parent));
+      dSpaceSetSublevel(spaces.back(), within ? 2 : 1);
+      dSpaceSetCleanup(spaces.back(), 0);
+      const Kind kind = kinds[static_cast<std::size_t>(i) % kinds.size()];
+      for (std::uint64_t part = 0; part < 4; ++part)
+        scene.add(kind, side, seed + 10 * static_cast<std::uint64_t>(i) + part, spaces.back());
+      scene.add(kind, side, seed + 10 * static_cast<std::uint64_t>(i) + 9);
+    }
+  }
+  ~Models() {
+    for (auto space = spaces.rbegin(); space != spaces.rend(); ++space) dSpaceDestroy(*space);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Pairs with spaces are resolved as dSpaceCollide2 would", "[narrow]") {
+  const std::uint64_t seed = seedOr(89);
+  for (const int models : {4, 60}) {
+    const Space space;
+    Models world(space, models, seed);
+    const Contacts expected = serialContacts(space, {8});
+    REQUIRE(expected.size() > static_cast<std::size_t>(2 * models));
+    for (const int threads : kThreads) {
+      INFO(models << " models, " << threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      REQUIRE(difference(parallelContacts(space, 8), expected) == "");
+    }
+  }
+}
+
+TEST_CASE("A spaces callback decides what is collided in the place of its pair", "[narrow]") {
+  struct Spaces {
+    static void inside(void*, dGeomID o1, dGeomID o2, void* pairs) {
+      dSpaceCollide2(o1, o2, pairs, dParallelSAPAddPair);
+      for (const dGeomID geom : {o1, o2})
+        if (dGeomIsSpace(geom))
+          dSpaceCollide(reinterpret_cast<dSpaceID>(geom), pairs, dParallelSAPAddPair);
+    }
+    static void none(void*, dGeomID, dGeomID, void*) {}
+  };
+  const Space space;
+  Models world(space, 60, seedOr(90));
+  SerialLoop loop = {8};
+  loop.inside = true;
+  const Contacts expected = serialContacts(space, loop);
+  REQUIRE(expected.size() > serialContacts(space, {8}).size());
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  CHECK(difference(parallelContacts(space, 8, nullptr, Spaces::inside), expected) == "");
+  for (const Contact& contact : parallelContacts(space, 8, nullptr, Spaces::none)) {
+    CHECK(dGeomGetSpace(contact.o1) == space);
+    CHECK(dGeomGetSpace(contact.o2) == space);
+  }
+}
+
+TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide all the same",
+          "[narrow]") {
+  REQUIRE(dInitODE2(dInitFlagManualThreadCleanup));
+  REQUIRE(dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll)));
+  {
+    const Space space;
+    dSpaceSetManualCleanup(space, 1);
+    ContactScene scene(space);
+    fillWithAll(scene, 1000, seedOr(91));
+    const Contacts expected = serialContacts(space, {8});
+    dParallelSAPSpaceSetNumThreads(space, 3);
+    for (int frame = 0; frame < 3; ++frame)
+      REQUIRE(difference(parallelContacts(space, 8), expected) == "");
+  }
+  dCleanupODEAllDataForThread();
+  dCloseODE();
+}
+
+TEST_CASE("A space without pairs, and one without geoms, has no contacts", "[narrow]") {
+  const Space space;
+  CHECK(parallelContacts(space, 8).empty());
+  dCreateSphere(space, 1);
+  CHECK(parallelContacts(space, 8).empty());
+  CHECK(statsOf(space).contacts == 0);
+  CHECK(statsOf(space).frames == 2);
+}

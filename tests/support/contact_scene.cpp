@@ -1,0 +1,332 @@
+#include "contact_scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+#include "random.h"
+
+namespace sap_test {
+
+namespace {
+
+constexpr int kNumberBits = 0xffff;
+constexpr double kTurn = 6.283185307179586;
+
+dReal real(double value) {
+  return static_cast<dReal>(value);
+}
+
+std::atomic<std::size_t> calls_elsewhere{0};
+std::atomic<std::size_t> calls{0};
+std::thread::id this_thread = std::this_thread::get_id();
+
+void noteUserCode() {
+  ++calls;
+  if (std::this_thread::get_id() != this_thread) ++calls_elsewhere;
+}
+
+int watchTriangle(dGeomID, dGeomID, int triangle) {
+  noteUserCode();
+  return triangle % 5 != 0;
+}
+
+// A sphere of radius 0.6, which knows spheres only by their centres and radii and boxes by theirs.
+int collideUserSphere(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int) {
+  noteUserCode();
+  if ((flags & kNumberBits) < 1) return 0;
+  const dReal* const p = dGeomGetPosition(o1);
+  const dReal* const q = dGeomGetPosition(o2);
+  double distance = 0;
+  for (int i = 0; i < 3; ++i) distance += (p[i] - q[i]) * (p[i] - q[i]);
+  distance = std::sqrt(distance);
+  if (distance > 1.2) return 0;
+  for (int i = 0; i < 3; ++i) {
+    contact->pos[i] = (p[i] + q[i]) / 2;
+    contact->normal[i] = real(distance > 0 ? (p[i] - q[i]) / distance : i == 0);
+  }
+  contact->depth = real(1.2 - distance);
+  contact->g1 = o1;
+  contact->g2 = o2;
+  contact->side1 = contact->side2 = -1;
+  return 1;
+}
+
+dColliderFn* userCollider(int other) {
+  return other == dSphereClass || other == dBoxClass || other >= dFirstUserClass
+             ? &collideUserSphere
+             : nullptr;
+}
+
+void userBounds(dGeomID geom, dReal bounds[6]) {
+  const dReal* const p = dGeomGetPosition(geom);
+  for (int i = 0; i < 3; ++i) {
+    bounds[2 * i] = p[i] - real(0.6);
+    bounds[2 * i + 1] = p[i] + real(0.6);
+  }
+}
+
+int userClass() {
+  static const int number = [] {
+    dGeomClass description = {};
+    description.collider = userCollider;
+    description.aabb = userBounds;
+    return dCreateGeomClass(&description);
+  }();
+  return number;
+}
+
+struct TorusMesh {
+  static constexpr int kAround = 12, kAcross = 8;
+  float vertices[kAround * kAcross][3];
+  dTriIndex triangles[kAround * kAcross * 2][3];
+  dTriMeshDataID data;
+
+  TorusMesh() {
+    for (int i = 0; i < kAround; ++i)
+      for (int j = 0; j < kAcross; ++j) {
+        const double u = kTurn * i / kAround, v = kTurn * j / kAcross;
+        float* const vertex = vertices[i * kAcross + j];
+        vertex[0] = static_cast<float>((0.45 + 0.2 * std::cos(v)) * std::cos(u));
+        vertex[1] = static_cast<float>((0.45 + 0.2 * std::cos(v)) * std::sin(u));
+        vertex[2] = static_cast<float>(0.2 * std::sin(v));
+        const auto at = [](int around, int across) {
+          return static_cast<dTriIndex>(around % kAround * kAcross + across % kAcross);
+        };
+        dTriIndex(*const quad)[3] = &triangles[2 * (i * kAcross + j)];
+        const dTriIndex first[3] = {at(i, j), at(i + 1, j), at(i + 1, j + 1)};
+        const dTriIndex second[3] = {at(i, j), at(i + 1, j + 1), at(i, j + 1)};
+        std::copy(first, first + 3, quad[0]);
+        std::copy(second, second + 3, quad[1]);
+      }
+    data = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildSingle(data, vertices, sizeof vertices[0], kAround * kAcross, triangles,
+                                3 * kAround * kAcross * 2, sizeof triangles[0]);
+    // The collider of convexes with meshes wants them.
+    dGeomTriMeshDataPreprocess2(data, 1U << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, nullptr);
+  }
+};
+
+TorusMesh* torus_mesh = nullptr;
+dHeightfieldDataID height_data = nullptr;
+
+dGeomID createTorus() {
+  if (!torus_mesh) torus_mesh = new TorusMesh;
+  return dCreateTriMesh(nullptr, torus_mesh->data, nullptr, nullptr, nullptr);
+}
+
+dGeomID createHeightfield() {
+  constexpr int kSamples = 9;
+  if (!height_data) {
+    static float heights[kSamples * kSamples];
+    for (int i = 0; i < kSamples * kSamples; ++i)
+      heights[i] = static_cast<float>(0.4 * std::sin(1.7 * i));
+    height_data = dGeomHeightfieldDataCreate();
+    dGeomHeightfieldDataBuildSingle(height_data, heights, 0, 4, 4, kSamples, kSamples, 1, 0, 1, 0);
+  }
+  return dCreateHeightfield(nullptr, height_data, 1);
+}
+
+dGeomID createConvex() {
+  static const dReal planes[] = {1, 0,  0, 0.5, -1, 0, 0, 0.5, 0, 1, 0,  0.5,
+                                 0, -1, 0, 0.5, 0,  0, 1, 0.5, 0, 0, -1, 0.5};
+  static const dReal points[] = {0.5, 0.5,  0.5,  -0.5, 0.5,  0.5,  0.5,  -0.5,
+                                 0.5, -0.5, -0.5, 0.5,  0.5,  0.5,  -0.5, -0.5,
+                                 0.5, -0.5, 0.5,  -0.5, -0.5, -0.5, -0.5, -0.5};
+  static const unsigned polygons[] = {4, 0, 2, 6, 4, 4, 1, 5, 7, 3, 4, 0, 4, 5, 1,
+                                      4, 2, 3, 7, 6, 4, 0, 1, 3, 2, 4, 4, 6, 7, 5};
+  return dCreateConvex(nullptr, planes, 6, points, 8, polygons);
+}
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+dGeomID createTransform() {
+  const dGeomID transform = dCreateGeomTransform(nullptr);
+  const dGeomID box = dCreateBox(nullptr, 1, real(0.8), real(0.6));
+  dGeomSetPosition(box, real(0.2), 0, 0);
+  dGeomTransformSetGeom(transform, box);
+  dGeomTransformSetCleanup(transform, 1);
+  return transform;
+}
+#pragma GCC diagnostic pop
+
+dGeomID create(Kind kind) {
+  switch (kind) {
+    case Kind::Sphere:
+      return dCreateSphere(nullptr, real(0.6));
+    case Kind::Box:
+    case Kind::OffsetBox:
+      return dCreateBox(nullptr, 1, real(0.8), real(1.1));
+    case Kind::Capsule:
+      return dCreateCapsule(nullptr, real(0.3), real(0.8));
+    case Kind::Cylinder:
+      return dCreateCylinder(nullptr, real(0.4), 1);
+    case Kind::Convex:
+      return createConvex();
+    case Kind::Torus:
+      return createTorus();
+    case Kind::WatchedTorus: {
+      const dGeomID torus = createTorus();
+      dGeomTriMeshSetCallback(torus, watchTriangle);
+      return torus;
+    }
+    case Kind::CoherentTorus: {
+      const dGeomID torus = createTorus();
+      for (const int other : {dSphereClass, dBoxClass, dCapsuleClass})
+        dGeomTriMeshEnableTC(torus, other, 1);
+      return torus;
+    }
+    case Kind::Ray:
+      return dCreateRay(nullptr, 2);
+    case Kind::Transform:
+      return createTransform();
+    case Kind::User:
+      return dCreateGeom(userClass());
+    case Kind::Heightfield:
+      return createHeightfield();
+    case Kind::Plane:
+      return dCreatePlane(nullptr, 0, 0, 1, 0);
+    case Kind::Count:
+      break;
+  }
+  return nullptr;
+}
+
+bool sameBits(const Contact& a, const Contact& b) {
+  return a.o1 == b.o1 && a.o2 == b.o2 && a.g1 == b.g1 && a.g2 == b.g2 && a.side1 == b.side1 &&
+         a.side2 == b.side2 && std::memcmp(a.pos, b.pos, sizeof a.pos) == 0 &&
+         std::memcmp(a.normal, b.normal, sizeof a.normal) == 0 &&
+         std::memcmp(&a.depth, &b.depth, sizeof a.depth) == 0;
+}
+
+}  // namespace
+
+void recordContacts(void* contacts, dGeomID o1, dGeomID o2, const dContactGeom* found, int count) {
+  for (int i = 0; i < count; ++i) {
+    const dContactGeom& c = found[i];
+    static_cast<Contacts*>(contacts)->push_back({o1,
+                                                 o2,
+                                                 c.g1,
+                                                 c.g2,
+                                                 c.side1,
+                                                 c.side2,
+                                                 {c.pos[0], c.pos[1], c.pos[2]},
+                                                 {c.normal[0], c.normal[1], c.normal[2]},
+                                                 c.depth});
+  }
+}
+
+void SerialLoop::collide(void* loop, dGeomID o1, dGeomID o2) {
+  SerialLoop& self = *static_cast<SerialLoop*>(loop);
+  if (dGeomIsSpace(o1) || dGeomIsSpace(o2)) {
+    dSpaceCollide2(o1, o2, loop, collide);
+    for (const dGeomID geom : {o1, o2})
+      if (self.inside && dGeomIsSpace(geom))
+        dSpaceCollide(reinterpret_cast<dSpaceID>(geom), loop, collide);
+    return;
+  }
+  const int flags = self.flags_of ? self.flags_of(self.data, o1, o2) : self.flags;
+  if (!(flags & kNumberBits)) return;
+  std::vector<dContactGeom> found(static_cast<std::size_t>(flags & kNumberBits));
+  const int count =
+      dCollide(o1, o2, flags & ~dParallelSAPOnCallingThread, found.data(), sizeof(dContactGeom));
+  recordContacts(&self.contacts, o1, o2, found.data(), count);
+}
+
+Contacts serialContacts(dSpaceID space, SerialLoop loop) {
+  dSpaceCollide(space, &loop, SerialLoop::collide);
+  return loop.contacts;
+}
+
+Contacts parallelContacts(dSpaceID space, int flags, dParallelSAPFlagsCallback* flags_of,
+                          dParallelSAPSpacesCallback* spaces) {
+  Contacts contacts;
+  dParallelSAPSpaceCollideContacts(space, &contacts, flags, recordContacts, flags_of, spaces);
+  return contacts;
+}
+
+std::string difference(const Contacts& got, const Contacts& expected) {
+  for (std::size_t i = 0; i < std::min(got.size(), expected.size()); ++i)
+    if (!sameBits(got[i], expected[i]))
+      return "contact " + std::to_string(i) + " of " + std::to_string(expected.size()) +
+             " differs: classes " + std::to_string(dGeomGetClass(got[i].o1)) + " and " +
+             std::to_string(dGeomGetClass(got[i].o2)) + ", expected " +
+             std::to_string(dGeomGetClass(expected[i].o1)) + " and " +
+             std::to_string(dGeomGetClass(expected[i].o2));
+  if (got.size() == expected.size()) return "";
+  return std::to_string(got.size()) + " contacts instead of " + std::to_string(expected.size());
+}
+
+const char* nameOf(Kind kind) {
+  static const char* const names[] = {
+      "sphere", "box",           "capsule",        "cylinder", "convex",
+      "torus",  "watched torus", "coherent torus", "ray",      "geom transform",
+      "user",   "offset box",    "heightfield",    "plane"};
+  return names[static_cast<int>(kind)];
+}
+
+ContactScene::ContactScene(dSpaceID space) : space_(space), world_(dWorldCreate()) {}
+
+ContactScene::~ContactScene() {
+  for (const dGeomID geom : geoms_) dGeomDestroy(geom);
+  dWorldDestroy(world_);
+}
+
+dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed) {
+  return add(kind, side, seed, space_);
+}
+
+dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed, dSpaceID space) {
+  Random random(seed);
+  const dGeomID geom = create(kind);
+  geoms_.push_back(geom);
+  dSpaceAdd(space, geom);
+  if (kind == Kind::Plane) return geom;
+  if (kind != Kind::Heightfield && kind != Kind::Ray) {
+    dGeomSetBody(geom, dBodyCreate(world_));
+    if (kind == Kind::OffsetBox) dGeomSetOffsetPosition(geom, real(0.1), real(-0.2), real(0.3));
+  }
+  dMatrix3 rotation;
+  dRFromEulerAngles(rotation, real(random.between(-3, 3)), real(random.between(-3, 3)),
+                    real(random.between(-3, 3)));
+  if (kind != Kind::Heightfield) dGeomSetRotation(geom, rotation);
+  dGeomSetPosition(geom, real(random.between(0, side)), real(random.between(0, side)),
+                   real(random.between(0, side)));
+  return geom;
+}
+
+void ContactScene::fill(const std::vector<Kind>& kinds, std::size_t n, std::uint64_t seed) {
+  const double side = 0.8 * std::cbrt(static_cast<double>(n));
+  Random random(seed);
+  for (std::size_t i = 0; i < n; ++i) add(kinds[i % kinds.size()], side, random.bits());
+}
+
+void ContactScene::move(std::uint64_t seed) {
+  Random random(seed);
+  for (const dGeomID geom : geoms_) {
+    if (dGeomGetClass(geom) == dPlaneClass) continue;
+    const dReal* const at = dGeomGetPosition(geom);
+    dReal to[3];
+    for (int i = 0; i < 3; ++i) to[i] = at[i] + real(random.between(-0.1, 0.1));
+    dGeomSetPosition(geom, to[0], to[1], to[2]);
+  }
+}
+
+bool userCodeKeptToThisThread() {
+  return calls_elsewhere.exchange(0) == 0;
+}
+
+std::size_t userCodeCalls() {
+  return calls.exchange(0);
+}
+
+void releaseContactShapes() {
+  if (torus_mesh) dGeomTriMeshDataDestroy(torus_mesh->data);
+  delete torus_mesh;
+  torus_mesh = nullptr;
+  if (height_data) dGeomHeightfieldDataDestroy(height_data);
+  height_data = nullptr;
+}
+
+}  // namespace sap_test
