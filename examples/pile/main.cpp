@@ -1,14 +1,17 @@
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <map>
+#include <memory>
 #include <string>
 
 #include "presets.h"
 #include "report.h"
 #include "simulation.h"
 #include "spaces.h"
+#include "view/view.h"
 
 namespace pile {
 namespace {
@@ -41,53 +44,114 @@ class OdeMessages {
   }
 };
 
-// Steps until the end, a difference found by the check, or a body that is nowhere any more. Returns
-// what the check found.
-std::string runSteps(const Options& options, World& world, CsvFile& csv, Totals& totals,
-                     MotionLog& log) {
-  Simulation simulation(world, options);
-  ProgressBar progress(options.steps);
-  for (int i = 0; i < options.steps; ++i) {
-    const Frame frame = simulation.step();
-    const Motion motion = measure(world);
-    totals.add(frame);
-    log.add(motion, frame.deepest);
-    csv.add(frame, motion);
-    progress.show(frame, motion);
-    if (simulation.difference())
-      return "frame " + std::to_string(frame.number) + ": " + *simulation.difference();
-    if (motion.not_finite) break;
-  }
-  return "";
+// A pile from the first step to the last.
+class Run {
+ public:
+  explicit Run(const Options& options);
+
+  // One more step. False after the last one, a difference found by the check, or a body that is
+  // nowhere any more.
+  bool step();
+
+  // Every body gets up and is thrown outwards and upwards.
+  void shove();
+
+  // Prints what there is to say at the end and returns the exit code.
+  int finish();
+
+  World& world() { return world_; }
+  const Simulation& simulation() const { return *simulation_; }
+  const Frame& frame() const { return frame_; }
+  const Motion& motion() const { return log_->last(); }
+
+ private:
+  const Options& options_;
+  CsvFile csv_;
+  World world_;
+  std::optional<MotionLog> log_;
+  std::optional<Simulation> simulation_;
+  Totals totals_;
+  Frame frame_;
+  std::string difference_;
+};
+
+Run::Run(const Options& options) : options_(options), csv_(options.csv) {
+  Random random(options.seed);
+  presetOf(options.scene).build(world_, options.bodies, random);
+  world_.useSpace(createSpace(options, world_.geoms()));
+  printHeader(world_, options);
+  log_.emplace(measure(world_));
+  simulation_.emplace(world_, options);
 }
 
-int run(const Options& options) {
-  CsvFile csv(options.csv);
-  World world;
-  Random random(options.seed);
-  presetOf(options.scene).build(world, options.bodies, random);
-  world.useSpace(createSpace(options, world.geoms()));
-  printHeader(world, options);
+bool Run::step() {
+  if (totals_.frames == options_.steps || !difference_.empty() || log_->last().not_finite)
+    return false;
+  frame_ = simulation_->step();
+  const Motion motion = measure(world_);
+  totals_.add(frame_);
+  log_->add(motion, frame_.deepest);
+  csv_.add(frame_, motion);
+  if (simulation_->difference())
+    difference_ = "frame " + std::to_string(frame_.number) + ": " + *simulation_->difference();
+  return true;
+}
 
-  Totals totals;
-  MotionLog log(measure(world));
-  const std::string difference = runSteps(options, world, csv, totals, log);
-  printTimes(totals, world);
-  printMotion(log, world);
+void Run::shove() {
+  constexpr double outwards = 3;  // metres a second
+  constexpr double upwards = 4;
+  for (dBodyID body : world_.bodies()) {
+    const dReal* place = dBodyGetPosition(body);
+    const dReal* speed = dBodyGetLinearVel(body);
+    const double distance = std::hypot(place[0], place[1]) + world_.body_size;
+    dBodyEnable(body);
+    dBodySetLinearVel(body, static_cast<dReal>(speed[0] + outwards * place[0] / distance),
+                      static_cast<dReal>(speed[1] + outwards * place[1] / distance),
+                      static_cast<dReal>(speed[2] + upwards));
+  }
+  log_->allow(measure(world_));
+}
 
+int Run::finish() {
+  if (totals_.frames) {
+    printTimes(totals_, world_);
+    printMotion(*log_, world_);
+  }
   int exit_code = 0;
   const auto complain = [&](const std::string& text) {
     std::fflush(stdout);
     std::fprintf(stderr, "pile: %s\n", text.c_str());
     exit_code = 1;
   };
-  if (!difference.empty())
-    complain(difference);
-  else if (options.check)
-    std::printf("Checked: the pairs of all %d frames are those of dHashSpace.\n", totals.frames);
-  if (const std::string fault = log.fault(); !fault.empty()) complain(fault);
-  if (!csv.finish()) complain("cannot write all of the file " + options.csv);
+  if (!difference_.empty())
+    complain(difference_);
+  else if (options_.check)
+    std::printf("Checked: the pairs of all %d frames are those of dHashSpace.\n", totals_.frames);
+  if (const std::string fault = log_->fault(); !fault.empty()) complain(fault);
+  if (!csv_.finish()) complain("cannot write all of the file " + options_.csv);
   return exit_code;
+}
+
+int run(const Options& options) {
+  std::unique_ptr<Viewer> viewer;
+  if (options.view || !options.snapshot.empty()) viewer = createViewer(options);
+  Run run(options);
+  {
+    std::optional<ProgressBar> progress;
+    if (!options.view) progress.emplace(options.steps);
+    const auto step = [&] {
+      const bool more = run.step();
+      if (progress) progress->show(run.frame(), run.motion());
+      return more;
+    };
+    if (viewer)
+      viewer->run({run.world(), run.simulation(), step,
+                   [&] { return timesLine(run.frame(), run.motion()); }, [&] { run.shove(); }});
+    else
+      while (step()) {
+      }
+  }
+  return run.finish();
 }
 
 }  // namespace

@@ -70,6 +70,13 @@ void MotionLog::add(const Motion& motion, double deepest) {
   deepest_now_ = deepest;
 }
 
+void MotionLog::allow(const Motion& motion) {
+  const double added = motion.energy - last_.energy;
+  start_.energy += added;
+  most_energy_ += added;
+  last_ = motion;
+}
+
 std::string MotionLog::fault() const {
   if (last_.not_finite)
     return std::to_string(last_.not_finite) + " bodies have a position or speed that is no number";

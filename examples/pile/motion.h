@@ -29,6 +29,9 @@ class MotionLog {
 
   void add(const Motion& motion, double deepest);
 
+  // Energy was put in from outside, by as much as this motion has more than the last one.
+  void allow(const Motion& motion);
+
   const Motion& start() const { return start_; }
   const Motion& last() const { return last_; }
   double fastestEver() const { return fastest_; }

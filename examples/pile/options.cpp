@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <limits>
@@ -114,6 +115,36 @@ void addSpaceOptions(CLI::App& app, Names& names) {
       ->check(CLI::IsMember(keys(backend_names)));
 }
 
+// drawstuff's flags, with one dash as its users know them.
+const std::vector<std::string> drawing_flags = {"-notex", "-noshadow", "-noshadows", "-pause"};
+
+// Takes drawstuff's flags out of the command line, which CLI11 would read as bundles of one-letter
+// options.
+std::vector<std::string> takeDrawingFlags(int argc, char** argv, Options& options) {
+  std::vector<std::string> others;
+  for (int i = 1; i < argc; ++i) {
+    const bool ours = CLI::IsMember(drawing_flags)(std::string(argv[i])).empty();
+    (ours ? options.drawing : others).emplace_back(argv[i]);
+  }
+  return others;
+}
+
+void addDrawingOptions(CLI::App& app, Options& options) {
+  app.add_flag("--view", options.view,
+               "Show the pile in a window, until it is closed or --steps are done. Also takes "
+               "drawstuff's flags: -notex -noshadow -pause");
+  app.add_option("--snapshot", options.snapshot,
+                 "Draw the end into this PNG file; without --view no display is needed");
+}
+
+void checkDrawingOptions(const CLI::App& app, Options& options) {
+  if (app.count("--snapshot") && options.snapshot.empty())
+    throw UsageError("--snapshot: the name of the file is empty");
+  if (!options.drawing.empty() && !options.view && options.snapshot.empty())
+    throw UsageError(options.drawing.front() + " needs --view or --snapshot");
+  if (options.view && !app.count("--steps")) options.steps = std::numeric_limits<int>::max();
+}
+
 void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options) {
   options.space = space_names.at(names.space);
   if (app.count("--threads")) options.threads = names.threads;
@@ -142,8 +173,11 @@ std::optional<Options> parseOptions(int argc, char** argv) {
   Names names;
   addRunOptions(app, options);
   addSpaceOptions(app, names);
+  addDrawingOptions(app, options);
+  std::vector<std::string> arguments = takeDrawingFlags(argc, argv, options);
+  std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
   try {
-    app.parse(argc, argv);
+    app.parse(std::move(arguments));
   } catch (const CLI::CallForHelp&) {
     std::cout << app.help();
     return std::nullopt;
@@ -151,6 +185,7 @@ std::optional<Options> parseOptions(int argc, char** argv) {
     throw UsageError(error.what());
   }
   takeSpaceOptions(app, names, options);
+  checkDrawingOptions(app, options);
   fillFromPreset(options);
   const bool uses_hash = options.check || options.space == SpaceKind::Hash;
   if (uses_hash && options.bodies + most_static_geoms > hash_space_limit)

@@ -7,6 +7,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace pile {
 
@@ -26,7 +27,10 @@ struct Options {
   std::optional<int> method;
   std::optional<int> backend;
   bool check = false;
-  std::string csv;  // empty: none
+  std::string csv;                   // empty: none
+  bool view = false;                 // then `steps` is the largest int unless it was given
+  std::string snapshot;              // empty: none
+  std::vector<std::string> drawing;  // drawstuff's own flags
 };
 
 // Something the user asked for that cannot be done: exit code 2.

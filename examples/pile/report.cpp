@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iomanip>
+#include <limits>
 
 #include "spaces.h"
 
@@ -104,6 +105,24 @@ void Totals::add(const Frame& frame) {
   stages->total_ms += frame.stages->total_ms;
 }
 
+std::string timesLine(const Frame& frame, const Motion& motion) {
+  char stages[128] = "";
+  if (frame.stages) {
+    const dParallelSAPStats& s = *frame.stages;
+    std::snprintf(stages, sizeof stages,
+                  " (update %.2f, synchronise %.2f, extract %.2f, filter %.2f, report %.2f)",
+                  s.update_ms, s.synchronise_ms, s.extract_ms, s.filter_ms, s.report_ms);
+  }
+  char line[384];
+  std::snprintf(
+      line, sizeof line,
+      "pile: step %d, %.2f ms: broad phase %.2f%s, narrow phase %.2f, joints %.2f, solver "
+      "%.2f; %zu of %zu asleep",
+      frame.number, frame.totalMs(), frame.broad_ms, stages, frame.narrow_ms, frame.joints_ms,
+      frame.solver_ms, motion.asleep, motion.bodies);
+  return line;
+}
+
 void printHeader(const World& world, const Options& options) {
   std::printf("%s: %s %s", options.scene.c_str(), grouped(world.bodies().size()).c_str(),
               world.body_name.c_str());
@@ -111,8 +130,11 @@ void printHeader(const World& world, const Options& options) {
   std::printf(" onto %s", world.ground_name.c_str());
   if (world.staticTriangles())
     std::printf(" (%s triangles)", grouped(world.staticTriangles()).c_str());
-  std::printf("\n%d steps of %g s, seed %llu\n", options.steps, options.dt,
-              static_cast<unsigned long long>(options.seed));
+  std::printf("\n%s of %g s, seed %llu\n",
+              options.steps == std::numeric_limits<int>::max()
+                  ? "Steps"
+                  : (std::to_string(options.steps) + " steps").c_str(),
+              options.dt, static_cast<unsigned long long>(options.seed));
   std::fflush(stdout);
 }
 

@@ -57,6 +57,9 @@ struct Totals {
   void add(const Frame& frame);
 };
 
+// A frame's times and the bodies asleep, in one line.
+std::string timesLine(const Frame& frame, const Motion& motion);
+
 void printHeader(const World& world, const Options& options);
 void printTimes(const Totals& totals, const World& world);
 void printMotion(const MotionLog& log, const World& world);

@@ -60,3 +60,28 @@ add_pile_test(no-number 2 "--threads" --threads many)
 add_pile_test(unwritable-csv 2 "cannot write the file /no/such/folder/file.csv" --csv /no/such/folder/file.csv)
 add_pile_test(method-elsewhere 2 "need --space parallel" --space hash --method sweep)
 add_pile_test(too-many-to-check 2 "takes at most" --bodies 200000 --check)
+
+# Pictures, by what is in them.
+find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)  # the system's: it has the system's matplotlib
+if(PILE_HAS_VIEW AND ODE_PARALLEL_SAP_PYTHON)
+  foreach(look place colours terrain coarse window shove pause)
+    add_test(NAME "examples.pile.view-${look}" COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/view/look.py"
+                                                       $<TARGET_FILE:pile> ${look})
+    set_tests_properties("examples.pile.view-${look}" PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
+  endforeach()
+  add_pile_test(unwritable-picture 2 "cannot write the file /no/such/folder/picture.png" --snapshot
+                /no/such/folder/picture.png)
+  add_test(NAME examples.pile.no-display
+           COMMAND ${CMAKE_COMMAND} -E env --unset=DISPLAY ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>"
+                   -DOPTIONS=--view -DEXIT_CODE=2 "-DTEXT=--view needs an X11 display"
+                   -P "${CMAKE_CURRENT_SOURCE_DIR}/run_and_compare.cmake")
+  set_tests_properties(examples.pile.no-display PROPERTIES LABELS examples TIMEOUT 60)
+else()
+  # Reported as skipped: no Python, or none of what drawstuff needs.
+  add_test(NAME examples.pile.view COMMAND pile --bodies 1 --steps 1 --snapshot picture.png)
+  set_tests_properties(examples.pile.view PROPERTIES LABELS examples SKIP_REGULAR_EXPRESSION "not in this build|Picture")
+endif()
+if(NOT PILE_HAS_VIEW)
+  add_pile_test(no-view 2 "are not in this build: .*libglvnd-dev" --view)
+endif()
+add_pile_test(drawing-flag-elsewhere 2 "-notex needs --view or --snapshot" -notex)

@@ -1,6 +1,7 @@
 #include "world.h"
 
 #include <cstdint>
+#include <stdexcept>
 #include <utility>
 
 namespace pile {
@@ -39,6 +40,13 @@ dTriMeshDataID World::addMesh(Mesh mesh) {
       static_cast<int>(stored.mesh.points.size()), stored.mesh.triangles.data(),
       static_cast<int>(3 * stored.mesh.triangles.size()), sizeof(Mesh::Triangle));
   return stored.data;
+}
+
+const Mesh& World::meshOf(dGeomID geom) const {
+  const dTriMeshDataID data = dGeomTriMeshGetTriMeshDataID(geom);
+  for (const StoredMesh& stored : meshes_)
+    if (stored.data == data) return stored.mesh;
+  throw std::out_of_range("a mesh of another world");
 }
 
 void World::addGeom(dGeomID geom) {

@@ -32,6 +32,9 @@ class World {
   void addStatic(dGeomID geom);
   void addBody(dGeomID geom, const dMass& mass, const Pose& pose);
 
+  // The mesh of a trimesh geom of this world.
+  const Mesh& meshOf(dGeomID geom) const;
+
   // Puts all geoms into the space, in the order in which they were added, and owns it from now on.
   void useSpace(dSpaceID space);
 

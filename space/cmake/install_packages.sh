@@ -20,6 +20,11 @@ find_missing() {
   done
 }
 
+# want PACKAGE...: like need, but what cannot be installed is done without.
+want() {
+  (need "$@") || echo "Going on without ${*}" >&2
+}
+
 # need PACKAGE...: returns when all of them are there; ends the script where that cannot be reached.
 need() {
   find_missing "$@"

@@ -1,0 +1,66 @@
+#ifndef PILE_CANVAS_H
+#define PILE_CANVAS_H
+
+#include <array>
+#include <memory>
+
+#include "../simulation.h"
+#include "../world.h"
+
+namespace pile {
+
+// Where one stands and looks, in metres of the world and degrees, as drawstuff counts them: heading
+// from the x axis, pitch upwards.
+struct Camera {
+  std::array<double, 3> position;
+  double heading;
+  double pitch;
+};
+
+// How far drawstuff sees to each side of its line of sight: the tangents of the half angles.
+constexpr double camera_opening = 0.8;
+
+// A camera whose picture has nearly all bodies, as they are now, and what they fall on.
+Camera cameraFor(const World& world);
+
+// What to draw besides the ground.
+struct Layers {
+  bool bodies = true;
+  bool boxes = false;  // the bodies' AABBs
+  bool contacts = false;
+};
+
+// Draws a world in drawstuff's, which ends at 100 units: all lengths are scaled, and the lowest
+// point of the ground is put where drawstuff has its own. To be used by one thread, within
+// drawstuff's loop.
+class Canvas {
+ public:
+  // Lengths are chosen by where the bodies are now.
+  explicit Canvas(const World& world);
+  ~Canvas();
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
+
+  void aim(const Camera& camera) const;
+  void draw(const Simulation& simulation, const Layers& layers);
+
+ private:
+  class MeshLists;
+
+  std::array<float, 3> place(const dReal* point) const;
+  void drawGeom(dGeomID geom);
+  void drawBox(dGeomID geom) const;
+  void drawContact(const dContactGeom& contact) const;
+
+  const World& world_;
+  float scale_;
+  float floor_;  // the height of drawstuff's ground
+  std::unique_ptr<MeshLists> meshes_;
+};
+
+// Whether drawstuff's flat ground, and so its shadows, is where the scene's ground is.
+bool hasFlatGround(const World& world);
+
+}  // namespace pile
+
+#endif

@@ -1,0 +1,230 @@
+"""Tests pile's pictures by what is in them: look.py <pile> <test>. Exit code 77: a tool is missing."""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+SKIPPED = 77
+OPENING = 0.8  # drawstuff's tangent of half the angle of sight, across the picture
+
+try:
+    import numpy
+    from matplotlib.image import imread
+except ImportError:
+    print("Skipped: needs Debian's python3-matplotlib")
+    sys.exit(SKIPPED)
+
+program = sys.argv[1]
+folder = tempfile.mkdtemp()
+picture_file = os.path.join(folder, "picture.png")
+
+
+def check(holds, text):
+    print(("ok: " if holds else "WRONG: ") + text)
+    if not holds:
+        sys.exit(1)
+
+
+class Picture:
+    """Which pixels show what, by the ratios of the colours: light changes only their sum."""
+
+    def __init__(self, file):
+        pixels = imread(file)
+        check(pixels.shape == (600, 800, 3), f"the picture is 800 x 600 in colour: {pixels.shape}")
+        red, green, blue = (pixels[:, :, i] + 1e-6 for i in range(3))
+        self.awake = (red > 1.5 * green) & (green > 2 * blue)
+        self.asleep = (blue > 1.5 * red) & (red > 1.2 * green)
+        self.sky = (blue > 1.6 * green) & (green > 3 * red)
+        self.flat_ground = (abs(red - green) < 0.02) & (red > 1.4 * blue)
+        self.terrain = (abs(red - green) < 0.1 * green) & (blue < green) & (blue > 0.8 * green)
+        self.contacts = (green > 1.8 * red) & (green > 1.8 * blue)
+        self.boxes = (red > 1.15 * green) & (red < 1.55 * green) & (blue > 0.55 * green) & (blue < 0.8 * green)
+
+    def share(self, name):
+        return getattr(self, name).mean()
+
+    def expect(self, name, least, most):
+        share = self.share(name)
+        check(least <= share <= most, f"{name}: {share:.4f} of the picture, expected {least} to {most}")
+
+
+def snapshot(*options):
+    """Runs without a display; returns the picture and what was printed."""
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    result = subprocess.run([program, "--snapshot", picture_file, *options], env=environment,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    print(result.stdout)
+    if "finds no OpenGL" in result.stdout:
+        print("Skipped: no OpenGL here (Debian: libgl1-mesa-dri draws without a GPU)")
+        sys.exit(SKIPPED)
+    check(result.returncode == 0, f"the exit code is {result.returncode}")
+    return Picture(picture_file), result.stdout
+
+
+def numbers(pattern, text):
+    return [float(group.replace(",", "")) for group in re.search(pattern, text).groups()]
+
+
+def column_and_row(point, output):
+    """Where the camera that the output names sees a point of the world."""
+    x, y, z, heading, pitch = numbers(
+        r"camera at \((\S+), (\S+), (\S+)\) m, heading (\S+), pitch (\S+) degrees", output)
+    heading, pitch = math.radians(heading), math.radians(pitch)
+    ahead = (math.cos(heading) * math.cos(pitch), math.sin(heading) * math.cos(pitch), math.sin(pitch))
+    right = (math.sin(heading), -math.cos(heading), 0)
+    up = (-math.cos(heading) * math.sin(pitch), -math.sin(heading) * math.sin(pitch), math.cos(pitch))
+    offset = (point[0] - x, point[1] - y, point[2] - z)
+    along = [sum(a * b for a, b in zip(axis, offset)) for axis in (ahead, right, up)]
+    return (400 * (1 + along[1] / along[0] / OPENING), 300 - 400 * along[2] / along[0] / OPENING,
+            along[0])
+
+
+def test_place():
+    """A ball on its way down is drawn where the camera must see it, as large as it must be."""
+    for steps in (1, 60):
+        picture, output = snapshot("--scene", "balls", "--bodies", "1", "--steps", str(steps), "-notex")
+        height = numbers(r"centres between (\S+) and", output)[0]
+        column, row, distance = column_and_row((0, 0, height), output)
+        rows, columns = numpy.nonzero(picture.awake)
+        radius = math.sqrt(len(rows) / math.pi) * OPENING / 400 * distance
+        # It starts up to 0.08 spacings (0.1 m) from the axis; 0.15 m are this many pixels.
+        slack = 0.15 / distance / OPENING * 400
+        check(abs(columns.mean() - column) < slack, f"column {columns.mean():.1f}, expected {column:.1f}")
+        check(abs(rows.mean() - row) < slack, f"row {rows.mean():.1f}, expected {row:.1f}")
+        check(0.27 < radius < 0.53, f"its radius is {radius:.3f} m, of 0.3 to 0.5")
+
+
+def test_colours():
+    """Awake bodies are orange, those asleep violet, and nothing else is either."""
+    options = ("--scene", "torus", "--bodies", "12", "-notex")
+    picture, _ = snapshot(*options, "--steps", "1")
+    picture.expect("awake", 0.05, 0.6)
+    picture.expect("asleep", 0, 0)
+    picture.expect("flat_ground", 0.2, 0.9)
+    picture.expect("sky", 0.005, 0.3)
+    picture, output = snapshot(*options, "--steps", "1200")
+    check("12 of 12 bodies asleep" in output, "all bodies are asleep")
+    picture.expect("awake", 0, 0)
+    picture.expect("asleep", 0.05, 0.6)
+
+
+def test_terrain():
+    """A terrain hides drawstuff's flat ground; the bodies are many small boxes in the middle."""
+    picture, _ = snapshot("--scene", "cubes", "--bodies", "500", "--steps", "1", "-notex")
+    picture.expect("terrain", 0.2, 0.9)
+    picture.expect("awake", 0.05, 0.6)
+    rows, columns = numpy.nonzero(picture.awake)
+    check(abs(columns.mean() - 400) < 60, f"their middle column is {columns.mean():.0f}")
+    check(abs(rows.mean() - 300) < 90, f"their middle row is {rows.mean():.0f}")
+
+
+def test_coarse():
+    """Meshes of 20,000 triangles are drawn in their own size and place."""
+    picture, output = snapshot("--scene", "skittles", "--bodies", "1", "--steps", "1", "-notex")
+    height = numbers(r"centres between (\S+) and", output)[0]
+    column, row, distance = column_and_row((0, 0, height), output)
+    rows, columns = numpy.nonzero(picture.awake)
+    metre = 400 / OPENING / distance
+    length = math.hypot(numpy.ptp(rows), numpy.ptp(columns)) / metre
+    check(abs(columns.mean() - column) < 0.5 * metre, f"column {columns.mean():.0f}, expected {column:.0f}")
+    check(abs(rows.mean() - row) < 0.5 * metre, f"row {rows.mean():.0f}, expected {row:.0f}")
+    check(0.5 < length < 2.2, f"{length:.2f} m from corner to corner, the pin is 1.5 m tall")
+
+
+class Window:
+    """pile --view under an X server of our own."""
+
+    def __init__(self, *options):
+        self.process = subprocess.Popen([program, "--view", *options], stdout=subprocess.DEVNULL)
+        self.name = ""
+
+    def key(self, *keys):
+        found = subprocess.run(["xdotool", "search", "--name", "^pile: step"], stdout=subprocess.PIPE,
+                               text=True)
+        subprocess.run(["xdotool", "key", "--window", found.stdout.split()[0], *keys],
+                       stderr=subprocess.DEVNULL)  # the window may be gone before the key is let go
+
+    def wait_for(self, pattern):
+        end = time.monotonic() + 60
+        while time.monotonic() < end and self.process.poll() is None:
+            name = subprocess.run(["xdotool", "search", "--name", "^pile: step", "getwindowname"],
+                                  stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
+            if re.search(pattern, name):
+                return name
+            time.sleep(0.1)
+        self.process.kill()
+        check(False, f"the window's title becomes '{pattern}'")
+
+    def close(self):
+        self.key("ctrl+x")
+        check(self.process.wait(timeout=60) == 0, "Ctrl-X ends the program with exit code 0")
+
+
+def need_window():
+    for tool, package in (("Xvfb", "xvfb"), ("xvfb-run", "xvfb"), ("xauth", "xauth"), ("xdotool", "xdotool")):
+        if not shutil.which(tool):
+            print(f"Skipped: needs Debian's {package}")
+            sys.exit(SKIPPED)
+    if "PILE_LOOK_INSIDE" not in os.environ:
+        os.environ["PILE_LOOK_INSIDE"] = "1"
+        os.execvp("xvfb-run", ["xvfb-run", "-a", "-s", "-noreset -screen 0 1024x768x24", sys.executable, *sys.argv])
+
+
+def test_window():
+    """The keys that drawstuff's users know, and the times in the title."""
+    need_window()
+    part = r" [0-9.]+"
+    title = (rf"step \d+, [0-9.]+ ms: broad phase{part} \(update{part}, synchronise{part}, "
+             rf"extract{part}, filter{part}, report{part}\), narrow phase{part}, joints{part}, "
+             rf"solver{part}; \d+ of 12 asleep")
+    shares = {}
+    for key in ("p", "a", "t", "o"):
+        window = Window("--scene", "torus", "--bodies", "12", "--dt", "0.01", "--steps", "150", "-notex",
+                        "-noshadow", "--snapshot", picture_file)
+        window.wait_for(title)
+        window.key(key)
+        check(window.process.wait(timeout=60) == 0, "the window closes after --steps")
+        shares[key] = Picture(picture_file)
+    shares["p"].expect("awake", 0.05, 0.6)  # a key without a meaning
+    shares["p"].expect("contacts", 0, 0)
+    shares["p"].expect("boxes", 0, 0.002)
+    shares["a"].expect("boxes", 0.02, 0.6)
+    shares["t"].expect("contacts", 0.0001, 0.02)
+    shares["o"].expect("awake", 0, 0)
+
+
+def test_shove():
+    """Space wakes all and throws them upwards; the run may end with more energy than it began with."""
+    need_window()
+    window = Window("--scene", "torus", "--bodies", "3", "--dt", "0.01", "-notex", "--snapshot",
+                    picture_file)
+    window.wait_for("; 3 of 3 asleep")
+    window.key("space")
+    window.wait_for("; 0 of 3 asleep")
+    window.close()
+    Picture(picture_file).expect("awake", 0.002, 0.6)
+
+
+def test_pause():
+    """-pause holds the first step back."""
+    need_window()
+    window = Window("--scene", "torus", "--bodies", "3", "-pause")
+    window.wait_for("^pile: step 0,")
+    time.sleep(0.5)
+    window.wait_for("^pile: step 0,")
+    window.close()
+
+
+def main():
+    try:
+        globals()["test_" + sys.argv[2]]()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+main()

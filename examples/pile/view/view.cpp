@@ -1,0 +1,167 @@
+#include "view.h"
+
+#include <GL/glx.h>
+#include <drawstuff/drawstuff.h>
+#include <internal.h>
+
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+
+#include "canvas.h"
+#include "offscreen.h"
+#include "picture.h"
+
+// drawstuff's X11 part, under another name: dsPlatformSimLoop below chooses between it and memory.
+void dsWindowSimLoop(int width, int height, dsFunctions* functions, int initial_pause);
+
+namespace pile {
+namespace {
+
+constexpr int width = 800;
+constexpr int height = 600;
+
+// A connection to the X server besides drawstuff's, which ends the program if it cannot make its
+// own. It is kept, since an X server without a client may start over.
+class XConnection {
+ public:
+  XConnection() : display_(XOpenDisplay(nullptr)) {
+    if (!display_)
+      throw UsageError(
+          "--view needs an X11 display, and cannot open one (DISPLAY). --snapshot FILE draws "
+          "without");
+  }
+  ~XConnection() { XCloseDisplay(display_); }
+  XConnection(const XConnection&) = delete;
+  XConnection& operator=(const XConnection&) = delete;
+
+ private:
+  Display* display_;
+};
+
+void setWindowTitle(const std::string& title) {
+  if (Display* display = glXGetCurrentDisplay())
+    XStoreName(display, glXGetCurrentDrawable(), title.c_str());
+}
+
+void say(const Camera& camera, const std::string& file) {
+  std::printf("Picture %s: camera at (%.3f, %.3f, %.3f) m, heading %.1f, pitch %.1f degrees\n",
+              file.c_str(), camera.position[0], camera.position[1], camera.position[2],
+              camera.heading, camera.pitch);
+}
+
+class Drawstuff : public Viewer {
+ public:
+  explicit Drawstuff(const Options& options) : options_(options) {
+    if (options_.view)
+      x_.emplace();
+    else
+      memory_.emplace(2 * width, 2 * height);
+    if (!options_.snapshot.empty() && !std::ofstream(options_.snapshot, std::ios::app))
+      throw UsageError("cannot write the file " + options_.snapshot);
+    current_ = this;
+  }
+  ~Drawstuff() override { current_ = nullptr; }
+
+  void run(const Show& show) override {
+    show_ = &show;
+    if (!options_.view)
+      while (show.step()) {
+      }
+    functions_.version = DS_VERSION;
+    functions_.start = [] { current_->start(); };
+    functions_.step = [](int paused) { current_->step(paused != 0); };
+    functions_.command = [](int key) { current_->command(key); };
+    functions_.stop = [] { current_->stop(); };
+    functions_.path_to_textures = PILE_TEXTURES;
+    std::vector<std::string> words = {"pile"};
+    words.insert(words.end(), options_.drawing.begin(), options_.drawing.end());
+    if (!hasFlatGround(show.world)) words.push_back("-noshadow");
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    dsSimulationLoop(static_cast<int>(arguments.size()), arguments.data(), width, height,
+                     &functions_);
+  }
+
+  // What drawstuff calls in place of its main loop.
+  static void loop(int window_width, int window_height, dsFunctions* functions, int paused) {
+    if (current_->options_.view)
+      return dsWindowSimLoop(window_width, window_height, functions, paused);
+    dsStartGraphics(2 * width, 2 * height, functions);
+    functions->start();
+    functions->stop();
+    dsStopGraphics();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void start() {
+    camera_ = cameraFor(show_->world);
+    canvas_.emplace(show_->world);
+    canvas_->aim(camera_);
+    if (!options_.view) return;
+    setWindowTitle(show_->title());
+    std::puts(
+        "Space: shove the bodies; a: their bounding boxes; t: contacts; o: draw bodies or not");
+    std::fflush(stdout);
+  }
+
+  void step(bool paused) {
+    if (options_.view && !ending_ && !paused && !show_->step()) dsStop();
+    canvas_->draw(show_->simulation, layers_);
+    constexpr std::chrono::milliseconds legible(250);
+    if (!options_.view || Clock::now() - titled_ < legible) return;
+    setWindowTitle(show_->title());
+    titled_ = Clock::now();
+  }
+
+  void command(int key) {
+    if (key == ' ') show_->shove();
+    if (key == 'a' || key == 'A') layers_.boxes ^= true;
+    if (key == 't' || key == 'T') layers_.contacts ^= true;
+    if (key == 'o' || key == 'O') layers_.bodies ^= true;
+  }
+
+  // The end of the window or of the run: draws once more, for the picture.
+  void stop() {
+    ending_ = true;
+    if (!options_.snapshot.empty()) {
+      GLint viewport[4] = {0, 0, 2 * width, 2 * height};
+      if (options_.view) glGetIntegerv(GL_VIEWPORT, viewport);
+      dsDrawFrame(viewport[2], viewport[3], &functions_, 1);
+      const Picture picture = readPicture();
+      writePng(options_.view ? picture : halved(picture), options_.snapshot);
+      if (!options_.view) say(camera_, options_.snapshot);
+    }
+    canvas_.reset();  // while OpenGL's context is there
+  }
+
+  static Drawstuff* current_;
+
+  const Options& options_;
+  std::optional<XConnection> x_;
+  std::optional<Offscreen> memory_;
+  const Show* show_ = nullptr;
+  dsFunctions functions_ = {};
+  std::optional<Canvas> canvas_;
+  Camera camera_ = {};
+  Layers layers_;
+  bool ending_ = false;
+  Clock::time_point titled_;
+};
+
+Drawstuff* Drawstuff::current_ = nullptr;
+
+}  // namespace
+
+std::unique_ptr<Viewer> createViewer(const Options& options) {
+  return std::make_unique<Drawstuff>(options);
+}
+
+}  // namespace pile
+
+void dsPlatformSimLoop(int width, int height, dsFunctions* functions, int paused) {
+  pile::Drawstuff::loop(width, height, functions, paused);
+}
