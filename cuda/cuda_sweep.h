@@ -56,6 +56,10 @@ class CudaPairFinder : public PairFinder {
 // no context. Where the answer is no, `why` (if not null) gets the reason.
 bool cudaAvailable(std::string* why = nullptr);
 
+// How many such devices there are; the first ones of those that the driver counts. At least 1 where
+// cudaAvailable() is true.
+int cudaDevices();
+
 // A finder on device `device`, counted as the driver does. Touches neither driver nor device; the
 // first find() does.
 std::unique_ptr<CudaPairFinder> makeCudaSweep(int device = 0);

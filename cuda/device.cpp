@@ -14,6 +14,17 @@ constexpr int least_capability = 75;
 
 std::atomic<unsigned long long> calls_until_failure{0};
 
+// As major * 10 + minor.
+cudaError_t readCapability(int device, int& capability) {
+  int major = 0, minor = 0;
+  cudaError_t status = cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device);
+  if (status == cudaSuccess)
+    status = cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device);
+  if (status != cudaSuccess) cudaGetLastError();
+  capability = major * 10 + minor;
+  return status;
+}
+
 }  // namespace
 
 bool cudaCallIsToFail() {
@@ -56,18 +67,22 @@ bool cudaAvailable(std::string* why) {
     return no(cudaGetErrorString(status));
   }
   if (devices == 0) return no("no CUDA device");
-  int major = 0, minor = 0;
-  status = cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, 0);
-  if (status == cudaSuccess)
-    status = cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, 0);
-  if (status != cudaSuccess) {
-    cudaGetLastError();
-    return no(cudaGetErrorString(status));
-  }
-  if (major * 10 + minor < least_capability)
-    return no("the CUDA device is too old: compute capability " + std::to_string(major) + "." +
-              std::to_string(minor) + ", 7.5 is needed");
+  int capability = 0;
+  status = readCapability(0, capability);
+  if (status != cudaSuccess) return no(cudaGetErrorString(status));
+  if (capability < least_capability)
+    return no("the CUDA device is too old: compute capability " + std::to_string(capability / 10) +
+              "." + std::to_string(capability % 10) + ", 7.5 is needed");
   return true;
+}
+
+int cudaDevices() {
+  int devices = 0, usable = 0, capability = 0;
+  if (cudaGetDeviceCount(&devices) != cudaSuccess) cudaGetLastError();
+  while (usable < devices && readCapability(usable, capability) == cudaSuccess &&
+         capability >= least_capability)
+    ++usable;
+  return usable;
 }
 
 }  // namespace ode_parallel_sap

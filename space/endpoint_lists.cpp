@@ -54,6 +54,8 @@ void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>
 // An end point may move by this many places on average before sorting anew is faster
 // (20,000 boxes: about 1 ns a place against 12 ns an end point).
 constexpr std::size_t places_an_endpoint = 8;
+// Fewer are done sooner than other threads are woken.
+constexpr std::size_t least_shared_members = 1000;
 // A newcomer passes half of all end points.
 constexpr std::size_t least_members_a_newcomer = 1024;
 constexpr int frames_without_repair = 15;
@@ -179,7 +181,7 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
   complete_ = false;
   compareMembers(all, boxes.size);
   const bool repairable = newcomers_.size() <= members_ / least_members_a_newcomer;
-  runTeam(std::min(threads, 3), [&](int thread, int team) {
+  runTeam(members_ < least_shared_members ? 1 : std::min(threads, 3), [&](int thread, int team) {
     for (int axis = thread; axis < 3; axis += team) {
       int& anew_for = axes_[axis].anew_for;
       if (anew_for > 0 || !repairable) {

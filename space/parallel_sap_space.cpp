@@ -427,11 +427,21 @@ void ParallelSAPSpace::extract(PairList& pairs) {
   stats_.candidates = pairs.size();
 }
 
+// False where the device is not asked for, does not have the method, or fails.
+bool ParallelSAPSpace::extractOnDevice(int method, PairList& pairs) {
+  if (settings.backend != dParallelSAPBackendCUDA) return false;
+  if (method == dParallelSAPMethodSweep) return device_.find(boxes_, frame_threads_, pairs);
+  if (method != dParallelSAPMethodAxisLists) return false;
+  const int devices = std::max(1, settings.devices);
+  // One thread drives each device, in small scenes too.
+  const int threads = std::max(frame_threads_, std::min(devices, threadsFor(settings)));
+  return device_.findByAxisLists(boxes_, threads, devices, settings.axis_lists_bytes, pairs);
+}
+
 void ParallelSAPSpace::extractBy(int method, PairList& pairs) {
-  if (settings.backend == dParallelSAPBackendCUDA && method == dParallelSAPMethodSweep &&
-      device_.find(boxes_, frame_threads_, pairs)) {
+  if (extractOnDevice(method, pairs)) {
     stats_.backend = dParallelSAPBackendCUDA;
-    stats_.devices = 1;
+    stats_.devices = device_.devices();
   } else {
     stats_.threads =
         std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));

@@ -66,6 +66,7 @@ class ParallelSAPSpace final : public dxSpace {
   void synchronise();
   PairFinder& finderFor(int method);
   void extract(PairList& pairs);
+  bool extractOnDevice(int method, PairList& pairs);
   void extractBy(int method, PairList& pairs);
   void filter(PairList& pairs);
   void report(const PairList& pairs, void* data, dNearCallback* callback);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "axis_lists.h"
+#include "axis_parts.h"
 #include "brute_force.h"
 #include "pair_order.h"
 #include "parallel.h"
@@ -250,6 +251,65 @@ TEST_CASE("The fullest axis is taken first, the emptiest next") {
         REQUIRE(pairs[axes.second] <= pairs[axes.third]);
         REQUIRE(pairs[axes.third] <= pairs[axes.fullest]);
       }
+}
+
+namespace {
+
+// The pairs that one part of a scene finds: those of its stretch of the fullest axis that its rows
+// of the other axes hold too.
+std::vector<Pair> pairsOf(const AxisPart& part, const AxisChoice& axes) {
+  std::vector<Pair> pairs;
+  const AxisRows& fullest = part.rows(axes.fullest);
+  for (std::uint64_t place = part.begin(); place < part.end(); ++place) {
+    const std::uint32_t row = fullest.rowOf(place);
+    const std::uint32_t rank = static_cast<std::uint32_t>(row + 1 + (place - fullest.begins[row]));
+    if (!fullest.overlapsRow(rank, row)) continue;
+    const std::uint32_t a = fullest.order[row], b = fullest.order[rank];
+    bool held = true;
+    for (const int axis : {axes.second, axes.third}) {
+      const AxisRows& rows = part.rows(axis);
+      const auto [low, high] = std::minmax(rows.ranks[a], rows.ranks[b]);
+      held = held && high < rows.reach[low] && rows.overlapsRow(high, low);
+    }
+    const Slot slot_a = part.slotOf(a), slot_b = part.slotOf(b);
+    if (held) pairs.push_back(makePair(std::min(slot_a, slot_b), std::max(slot_a, slot_b)));
+  }
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("Parts of a scene hold each pair once between them, in equal stretches") {
+  const std::uint64_t seed = sap_test::seedOr(4);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
+    std::vector<sap_test::Box> made = scene.make(400, seed);
+    for (int frame = 0; frame < 4; ++frame) changeScene(made, frame, random);
+    const Case wanted = makeCase(made, true, false);
+    EndpointLists<double> lists;
+    lists.update(wanted.boxes, 1);
+    const AxisRows* const rows[3] = {&lists.axis(0), &lists.axis(1), &lists.axis(2)};
+    const AxisChoice axes = chooseAxes({rows[0]->pairs(), rows[1]->pairs(), rows[2]->pairs()});
+    AxisPart part;  // one for all: what it held before must not matter
+    for (const int parts : {1, 2, 3, 4, 7, 64}) {
+      CAPTURE(scene.name, parts);
+      std::vector<Pair> all;
+      std::uint64_t covered = 0;
+      for (int i = 0; i < parts; ++i) {
+        part.cut(rows, axes, i, parts);
+        const std::uint64_t size = part.end() - part.begin();
+        REQUIRE(size - rows[axes.fullest]->pairs() / parts <= 1);
+        REQUIRE(part.end() <= part.rows(axes.fullest).pairs());
+        covered += size;
+        const std::vector<Pair> found = pairsOf(part, axes);
+        all.insert(all.end(), found.begin(), found.end());
+      }
+      REQUIRE(covered == rows[axes.fullest]->pairs());
+      std::sort(all.begin(), all.end());
+      REQUIRE(all == wanted.exact);
+    }
+  }
 }
 
 TEST_CASE("Radix sort agrees with a stable sort, for any count, digits and threads") {

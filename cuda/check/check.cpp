@@ -18,11 +18,14 @@ int main(int count, char** arguments) {
   }
   bool good = true;
   if (!std::strcmp(what, "small")) {
-    good = compareAll(5000, threads);
+    good = compareAll(5000, threads) && checkAxisLists(2000, threads);
   } else if (!std::strcmp(what, "compare")) {
     good = compareAll(1000000, threads);
   } else if (!std::strcmp(what, "faults")) {
     good = checkFaults(threads) && checkSharing(threads);
+  } else if (!std::strcmp(what, "axis")) {
+    good = checkAxisLists(20000, threads);
+    timeAxisLists(threads);
   } else if (!std::strcmp(what, "quick")) {
     good = timeAll(true, threads);
   } else if (!std::strcmp(what, "time")) {
@@ -31,10 +34,10 @@ int main(int count, char** arguments) {
     profile(arguments[3], std::strtoull(arguments[4], nullptr, 10), threads);
   } else if (!std::strcmp(what, "all")) {
     good = compareAll(1000000, threads) && checkFaults(threads) && checkSharing(threads) &&
-           timeAll(false, threads);
+           checkAxisLists(20000, threads) && timeAll(false, threads);
   } else {
     std::printf(
-        "usage: %s [all|compare|small|faults|quick|time] [threads]\n"
+        "usage: %s [all|compare|small|faults|axis|quick|time] [threads]\n"
         "       %s profile <threads> <scene> <boxes>\n",
         arguments[0], arguments[0]);
     return 2;

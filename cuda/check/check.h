@@ -23,6 +23,11 @@ bool checkFaults(int threads);
 // Two finders on two threads; many finders one after the other.
 bool checkSharing(int threads);
 
+// The method AxisLists, on one device and on all, in one and in several parts: the pairs of the
+// sweep, each call failing in turn, and its limit of memory. Then times.
+bool checkAxisLists(std::size_t most, int threads);
+void timeAxisLists(int threads);
+
 // Medians, as CSV lines and a table.
 bool timeAll(bool quick, int threads);
 

@@ -64,8 +64,8 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
  * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Where overlapping pairs are found. The CUDA back end runs the method Sweep, in scenes for which
- * float boxes are fine enough; whatever else is asked for runs on the CPU, and so do all frames
+/* Where overlapping pairs are found. The CUDA back end runs the methods AxisLists and Sweep, the
+ * latter in scenes for which float boxes are fine enough; whatever else is asked for runs on the CPU, and so do all frames
  * after the device failed, which is reported through dMessage. Auto stays on the CPU so far. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
@@ -83,8 +83,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetBackend(dSpaceID space);
  * AxisLists is there for comparison: it follows section 5.1 of Avril, Gouranton and Arnaldi,
  * "Collision Detection: Broad Phase Adaptation from Multi-Core to Multi-GPU Architecture". It takes
  * time and memory for all pairs that overlap on one axis, of which there are some n^(5/3) in a cube
- * of n boxes. A scene whose lists would take more than half of the free memory is reported once
- * through dMessage and found by the method Sweep; the statistics tell which one ran. */
+ * of n boxes. A scene whose lists would take more than half of the free memory (of the machine, or
+ * of one of the GPUs) is reported once through dMessage and found by the method Sweep; the statistics tell which one ran. */
 enum {
   dParallelSAPMethodAuto,       /* the fastest one for the scene */
   dParallelSAPMethodSweep,      /* subdivided sweep and prune: time linear in geoms and pairs */
