@@ -1,5 +1,7 @@
 #include "cell_tree.h"
 
+#include <limits>
+
 #include "parallel.h"
 
 namespace ode_parallel_sap {
@@ -57,6 +59,48 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
   for (int depth = 2; depth < view_.depth; ++depth)
     kernel.packBounds(levelOf(depth - 1), view_.groups[depth - 1], 0, view_.groups[depth],
                       levelOf(depth));
+}
+
+template <class Real>
+void CellTree<Real>::widen(Real part) {
+  if (view_.depth < 2) return;
+  for (std::uint32_t node = 0; node < view_.groups[1]; ++node) {
+    Group<Real>& bounds = groups_[view_.groups[0] + node];
+    for (int axis = 0; axis < 3; ++axis)
+      for (int lane = 0; lane < group_size; ++lane) {
+        const Real margin = (bounds.upper[axis][lane] - bounds.lower[axis][lane]) * part;
+        // Not where the bounds are inverted or infinite, or there is no cell.
+        if (!(margin > 0 && margin < std::numeric_limits<Real>::infinity())) continue;
+        bounds.lower[axis][lane] -= margin;
+        bounds.upper[axis][lane] += margin;
+      }
+  }
+  Group<Real>* level = groups_.data() + view_.groups[0];
+  for (int depth = 2; depth < view_.depth; ++depth) {
+    Group<Real>* const above = level + view_.groups[depth - 1];
+    kernels<Real>().packBounds(level, view_.groups[depth - 1], 0, view_.groups[depth], above);
+    level = above;
+  }
+}
+
+template <class Real>
+void CellTree<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    groups_[cell].lower[axis][lane] = box.lower[axis];
+    groups_[cell].upper[axis][lane] = box.upper[axis];
+  }
+}
+
+template <class Real>
+BasicBox<Real> CellTree<Real>::boundsOf(std::size_t cell) const {
+  const Group<Real>& bounds = view_.levels[1][cell / group_size];
+  const std::size_t lane = cell % group_size;
+  BasicBox<Real> box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = bounds.lower[axis][lane];
+    box.upper[axis] = bounds.upper[axis][lane];
+  }
+  return box;
 }
 
 template <class Real>

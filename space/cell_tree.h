@@ -21,6 +21,13 @@ class CellTree {
   // null stands for 0, 1, 2, ... Both are read during the call only.
   void build(const BoxSet& boxes, const std::uint32_t* order, const std::uint32_t* starts,
              std::size_t cells, int threads, Levels levels = Levels::all);
+  // Widens the bounds of every cell by `part` of its extents, so that its boxes have room to move.
+  void widen(Real part);
+  // Puts another box into a place, all NaN for none. It stays within boundsOf(cell).
+  void setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
+  // What the tree takes for the bounds of a cell's boxes. Needs all levels.
+  BasicBox<Real> boundsOf(std::size_t cell) const;
+
   // Valid until the next build.
   const TreeView<Real>& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }

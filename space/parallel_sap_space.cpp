@@ -114,6 +114,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   if (geoms_.size() - count >= std::max<std::size_t>(least_gaps, count)) closeSlots();
   geoms_.push_back(geom);
   setSlot(geom, geoms_.size() - 1);
+  queries_.changed(geoms_.size() - 1);
   geom->next = nullptr;
   geom->tome = tail_;
   *tail_ = geom;
@@ -133,6 +134,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dAASSERT(geom);
   dUASSERT(geom->parent_space == this, "object is not in this space");
 
+  queries_.changed(slotIn(geom));
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -141,8 +143,9 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dxSpace::remove(geom);
 }
 
-void ParallelSAPSpace::dirty(dxGeom*) {
+void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
+  queries_.changed(slotIn(geom));
 }
 
 // Closes the gaps that removed geoms left, once they are a quarter of all slots.
@@ -156,6 +159,7 @@ void ParallelSAPSpace::closeSlots() {
     setSlot(geom, slot++);
   }
   geoms_.resize(slot);
+  queries_.reset();
 }
 
 void ParallelSAPSpace::cleanGeoms() {
@@ -482,19 +486,30 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
+  if (needs_clean_ && queries_.clean(geoms_)) needs_clean_ = false;
   cleanGeoms();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
-  constexpr std::size_t ahead = 8;
-  const std::size_t slots = geoms_.size();
-  for (std::size_t slot = 0; slot < slots; ++slot) {
-    if (slot + ahead < slots && geoms_[slot + ahead]) {
-      __builtin_prefetch(&geoms_[slot + ahead]->gflags);
-      __builtin_prefetch(geoms_[slot + ahead]->aabb);
-      __builtin_prefetch(&geoms_[slot + ahead]->collide_bits);
-    }
-    dxGeom* const own = geoms_[slot];
-    if (!own || !isEnabled(own) || hasNaN(own) || !overlapExactly(own, geom)) continue;
+  // As in collide(), a query within the callback finds the member free.
+  Buffer<dxGeom*> hits = std::move(hits_);
+  try {
+    queries_.find(geoms_, geom, threadsForFrame(), hits);
+  } catch (const std::bad_alloc&) {
+    queries_.release();
+    collide2WithoutMemory(data, geom, callback);
+    return;
+  }
+  std::size_t count = 0;
+  for (dxGeom* const own : hits)
+    if (passesAABBTests(own, geom)) hits[count++] = own;
+  hits.resize(count);
+  for (dxGeom* const own : hits) callback(data, own, geom);
+  hits_ = std::move(hits);
+}
+
+void ParallelSAPSpace::collide2WithoutMemory(void* data, dxGeom* geom, dNearCallback* callback) {
+  for (dxGeom* own = first; own; own = own->next) {
+    if (!isEnabled(own) || hasNaN(own) || !overlapExactly(own, geom)) continue;
     if (filtersMatch(own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
   }
 }
@@ -532,7 +547,7 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
          wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + axis_lists_.bytes() +
          wide_axis_lists_.bytes() + device_.bytes() + pairs_.bytes() + contact_pairs_.bytes() +
-         narrow_phase_.bytes();
+         narrow_phase_.bytes() + queries_.bytes() + hits_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -12,6 +12,7 @@
 #include "buffer.h"
 #include "contact_pairs.h"
 #include "device_backend.h"
+#include "geom_queries.h"
 #include "geom_update.h"
 #include "narrow_phase.h"
 #include "ode_private.h"
@@ -71,6 +72,7 @@ class ParallelSAPSpace final : public dxSpace {
   void filter(PairList& pairs);
   void report(const PairList& pairs, void* data, dNearCallback* callback);
   void collideWithoutMemory(void* data, dNearCallback* callback);
+  void collide2WithoutMemory(void* data, dxGeom* geom, dNearCallback* callback);
   void reportInvalid(const dxGeom* geom);
   void reportTooLong(const ListsTooLong& lists);
   void countTotals();
@@ -83,6 +85,8 @@ class ParallelSAPSpace final : public dxSpace {
 
   TeamChoice team_choice_;
   int frame_threads_ = 1;
+  GeomQueries queries_;
+  Buffer<dxGeom*> hits_;  // of a query
   GeomUpdate geom_update_;
   BoxSet boxes_;
   BruteForce<float> brute_force_;

@@ -12,6 +12,7 @@
 #include "brute_force.h"
 #include "pair_order.h"
 #include "parallel.h"
+#include "query_tree.h"
 #include "radix_sort.h"
 #include "round_outward.h"
 #include "simd/kernels.h"
@@ -384,4 +385,86 @@ TEST_CASE("Parts of a range cover it once, in order") {
 TEST_CASE("An exception of any thread reaches the caller, once all are done") {
   for (const int threads : {1, 4})
     REQUIRE_THROWS_AS(runTeam(threads, [](int, int) { throw std::bad_alloc(); }), std::bad_alloc);
+}
+
+namespace {
+
+template <class Real>
+void checkQueryTree(const sap_test::BoxScene& scene, std::uint64_t seed) {
+  sap_test::Random random(seed);
+  const std::vector<sap_test::Box> all = scene.make(701, seed);
+  BoxSet boxes;
+  boxes.size = all.size();
+  boxes.wide = sizeof(Real) > sizeof(float);
+  boxes.boxes.resize(all.size());
+  boxes.wide_boxes.resize(all.size());
+  std::vector<BasicBox<Real>> now(all.size() + 20);
+  const BasicBox<Real> none = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
+  std::fill(now.begin(), now.end(), none);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      now[i].lower[axis] = static_cast<Real>(all[i].low[axis]);
+      now[i].upper[axis] = static_cast<Real>(all[i].high[axis]);
+    }
+    if (random.chance(0.02)) now[i] = none;
+    std::memcpy(static_cast<void*>(&boxes.boxes[i]), static_cast<const void*>(&now[i]),
+                sizeof(Real) == sizeof(float) ? sizeof(Box) : 0);
+    std::memcpy(static_cast<void*>(&boxes.wide_boxes[i]), static_cast<const void*>(&now[i]),
+                sizeof(Real) == sizeof(float) ? 0 : sizeof(BasicBox<double>));
+  }
+  QueryTree<Real> tree;
+  tree.build(boxes, 2);
+  REQUIRE(tree.strayRows() == 0);
+  std::vector<Slot> found(now.size() + tree.spare);
+  for (int round = 0; round < 60; ++round) {
+    const BasicBox<Real>& query = now[random.below(now.size())];
+    std::vector<Slot> wanted;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      bool meets = true;
+      for (int axis = 0; axis < 3; ++axis)
+        meets = meets && now[i].lower[axis] <= query.upper[axis] &&
+                query.lower[axis] <= now[i].upper[axis];
+      if (meets) wanted.push_back(static_cast<Slot>(i));
+    }
+    const std::size_t count = tree.find(query, found.data());
+    std::vector<Slot> got(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(count));
+    std::sort(got.begin(), got.end());
+    REQUIRE(got == wanted);
+    // Some tremble, some are flung away, go or come back; beyond the slots it was built with, too.
+    for (int change = 0; change < 12; ++change) {
+      const std::size_t i = random.below(now.size());
+      const Real by = static_cast<Real>(random.gauss() * (random.chance(0.5) ? 0.01 : 10));
+      if (random.chance(0.2))
+        now[i] = none;
+      else if (!isActive(now[i]))
+        now[i] = {{by, by, by}, {by + 1, by + 1, by + 1}};
+      else
+        for (int axis = 0; axis < 3; ++axis) {
+          now[i].lower[axis] += by;
+          now[i].upper[axis] += by;
+        }
+      const bool fits = tree.fits(static_cast<Slot>(i), now[i]);
+      const std::size_t rows = tree.strayRows();
+      tree.place(static_cast<Slot>(i), now[i]);
+      if (fits) REQUIRE(tree.strayRows() == rows);
+    }
+  }
+  REQUIRE(tree.strayRows() > 0);
+}
+
+}  // namespace
+
+TEST_CASE("A tree for queries finds what overlaps while boxes move, with every instruction set") {
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    for (const sap_test::BoxScene& scene : sap_test::boxScenes()) {
+      INFO((*set)->name << ", " << scene.name);
+      checkQueryTree<float>(scene, seed);
+      checkQueryTree<double>(scene, seed);
+    }
+  }
+  chooseKernelSet(best);
 }

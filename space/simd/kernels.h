@@ -80,6 +80,13 @@ struct Kernels {
   // (last_row, last_column), row by row. Ascending.
   void (*trianglePairs)(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                         PairSink& sink);
+  // The slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`, in no order.
+  // Returns their number; up to sixteen places beyond are written.
+  std::size_t (*findInTree)(const TreeView<Real>& tree, const Group<Real>& box,
+                            std::uint32_t* found);
+  // The same for cells without a tree.
+  std::size_t (*findInCells)(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
+                             const Group<Real>& box, std::uint32_t* found);
 };
 
 // All that one instruction set has.

@@ -347,6 +347,33 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
 }
 
 template <class Real>
+std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
+  std::uint32_t* next = found;
+  forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
+    for (; mask; mask &= mask - 1) {
+      const std::size_t cell = std::size_t{node} * group_size + __builtin_ctz(mask);
+      const unsigned hits = overlaps(box, 0, tree.levels[0][cell]);
+      Lanes::compress(tree.ids[cell].slot, hits, next);
+      next += __builtin_popcount(hits);
+    }
+  });
+  return next - found;
+}
+
+template <class Real>
+std::size_t findInCells(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
+                        const Group<Real>& box, std::uint32_t* found) {
+  std::uint32_t* next = found;
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    const unsigned hits = overlaps(box, 0, cells[cell]);
+    if (!hits) continue;
+    Lanes::compress(ids[cell].slot, hits, next);
+    next += __builtin_popcount(hits);
+  }
+  return next - found;
+}
+
+template <class Real>
 void packCells(const BasicBox<Real>* boxes, const std::uint32_t* order, const std::uint32_t* starts,
                std::size_t begin, std::size_t end, Group<Real>* cells, GroupIds* ids) {
   const Real nan = static_cast<Real>(__builtin_nanf(""));
@@ -403,8 +430,8 @@ void sortLists(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>, packBounds<Real>, selfPairs<Real>, crossPairs<Real>,
-          trianglePairs<Real>};
+  return {packCells<Real>,     packBounds<Real>, selfPairs<Real>,  crossPairs<Real>,
+          trianglePairs<Real>, findInTree<Real>, findInCells<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),

@@ -1,0 +1,288 @@
+// dSpaceCollide2: what rays, probes and spaces against a space cost, here and in ODE's spaces,
+// while none, some or all of the space's geoms move between the steps.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "csv.h"
+#include "machine.h"
+#include "random.h"
+#include "scenes.h"
+#include "stopwatch.h"
+
+namespace bench {
+namespace {
+
+using sap_test::Boxes;
+using sap_test::Random;
+
+struct Wishes {
+  std::vector<std::string> spaces{"parallel-sap", "dHashSpace", "dQuadTreeSpace", "dSimpleSpace"};
+  std::vector<std::string> kinds{"rays", "short-rays", "probes", "space"};
+  std::vector<std::size_t> sizes{32000};
+  std::vector<std::size_t> queries{1000};
+  std::vector<double> moving{0, 0.01, 1};
+  double seconds = 0.5;  // of timed queries in a turn
+  int rounds = 2;        // turns of each space
+  std::string csv;
+};
+
+dSpaceID createSpace(const std::string& name, double side) {
+  if (name == "parallel-sap") return dParallelSAPSpaceCreate(nullptr);
+  if (name == "dHashSpace") return dHashSpaceCreate(nullptr);
+  if (name == "dSimpleSpace") return dSimpleSpaceCreate(nullptr);
+  if (name == "dSweepAndPruneSpace") return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
+  if (name == "dQuadTreeSpace") {
+    const dReal half = static_cast<dReal>(side / 2);
+    const dVector3 centre = {half, half, half}, extents = {half, half, half};
+    return dQuadTreeSpaceCreate(nullptr, centre, extents, 6);
+  }
+  throw std::invalid_argument("no space " + name);
+}
+
+void count(void* data, dGeomID, dGeomID) {
+  ++*static_cast<std::size_t*>(data);
+}
+
+// Unit cubes in a space of some kind, and what is asked of it.
+class Scene {
+ public:
+  Scene(const std::string& space_name, const std::string& kind, std::size_t n, std::size_t queries)
+      : side_(std::cbrt(static_cast<double>(n)) * 0.95),
+        space_(createSpace(space_name, side_)),
+        probes_(dSimpleSpaceCreate(nullptr)),
+        as_space_(kind == "space") {
+    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
+      const dGeomID geom = dCreateBox(space_, 1, 1, 1);
+      geoms_.push_back(geom);
+      for (int axis = 0; axis < 3; ++axis)
+        places_.push_back(static_cast<dReal>((box.low[axis] + box.high[axis]) / 2));
+      dGeomSetPosition(geom, places_[places_.size() - 3], places_[places_.size() - 2],
+                       places_.back());
+    }
+    Random random(2);
+    for (std::size_t i = 0; i < queries; ++i) {
+      const dReal at[] = {static_cast<dReal>(random.between(0, side_)),
+                          static_cast<dReal>(random.between(0, side_)),
+                          static_cast<dReal>(random.between(0, side_))};
+      dGeomID query;
+      if (kind == "rays" || kind == "short-rays") {
+        query = dCreateRay(probes_, kind == "rays" ? 10 : 2);
+        dGeomRaySet(query, at[0], at[1], at[2], static_cast<dReal>(random.gauss()),
+                    static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
+      } else {
+        query = dCreateBox(probes_, 1, 1, 1);
+        dGeomSetPosition(query, at[0], at[1], at[2]);
+      }
+      queries_.push_back(query);
+    }
+  }
+  ~Scene() {
+    dSpaceDestroy(probes_);
+    dSpaceDestroy(space_);
+  }
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  // A part of the geoms take a step of up to a tenth of their width around their place.
+  void move(double part) {
+    const std::size_t n = geoms_.size();
+    const std::size_t movers = static_cast<std::size_t>(part * static_cast<double>(n));
+    for (std::size_t i = 0; i < movers; ++i) {
+      const std::size_t geom = (next_ + i) % n;
+      dReal at[3];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        at[axis] = places_[3 * geom + axis] + static_cast<dReal>(random_.between(-0.1, 0.1));
+      dGeomSetPosition(geoms_[geom], at[0], at[1], at[2]);
+    }
+    next_ = (next_ + movers) % n;
+  }
+
+  // Milliseconds of all queries of a step.
+  double ask() {
+    hits_ = 0;
+    const Stopwatch clock;
+    if (as_space_)
+      dSpaceCollide2(reinterpret_cast<dGeomID>(space_), reinterpret_cast<dGeomID>(probes_), &hits_,
+                     count);
+    else
+      for (const dGeomID query : queries_)
+        dSpaceCollide2(reinterpret_cast<dGeomID>(space_), query, &hits_, count);
+    return clock.milliseconds();
+  }
+
+  std::size_t hits() const { return hits_; }
+
+ private:
+  const double side_;
+  dSpaceID space_, probes_;
+  bool as_space_;
+  std::vector<dGeomID> geoms_, queries_;
+  std::vector<dReal> places_;
+  Random random_{3};
+  std::size_t next_ = 0, hits_ = 0;
+};
+
+struct Cell {
+  std::string space;
+  std::vector<double> times{};  // of a step
+  std::vector<std::size_t> hits{};
+};
+
+void takeTurn(Cell& cell, const std::string& kind, std::size_t n, std::size_t queries,
+              double moving, double seconds) {
+  Scene scene(cell.space, kind, n, queries);
+  constexpr int first_steps = 3;  // not timed
+  double spent = 0;
+  std::vector<std::size_t> hits;
+  for (int step = 0; step < first_steps + 3 || spent < 1000 * seconds; ++step) {
+    scene.move(moving);
+    const double time = scene.ask();
+    hits.push_back(scene.hits());
+    if (step < first_steps) continue;
+    cell.times.push_back(time);
+    spent += time;
+  }
+  if (hits.size() > cell.hits.size()) cell.hits = hits;
+}
+
+// All spaces saw the same steps, as far as each got.
+void compareHits(const std::vector<Cell>& cells) {
+  for (const Cell& cell : cells)
+    for (std::size_t i = 0; i < std::min(cell.hits.size(), cells[0].hits.size()); ++i)
+      if (cell.hits[i] != cells[0].hits[i])
+        throw std::runtime_error("wrong: " + cell.space + " reports " +
+                                 std::to_string(cell.hits[i]) + " pairs, " + cells[0].space + " " +
+                                 std::to_string(cells[0].hits[i]));
+}
+
+void run(const Wishes& wishes) {
+  Csv csv(wishes.csv, false);
+  std::printf("%-8s %8s %8s %7s %-20s %12s %12s %10s\n", "kind", "geoms", "queries", "moving",
+              "space", "ms a step", "us a query", "hits");
+  for (const std::string& kind : wishes.kinds)
+    for (std::size_t n : wishes.sizes)
+      for (std::size_t queries : wishes.queries)
+        for (double moving : wishes.moving) {
+          std::vector<Cell> cells;
+          for (const std::string& space : wishes.spaces) cells.push_back(Cell{space});
+          for (int round = 0; round < wishes.rounds; ++round)
+            for (Cell& cell : cells) takeTurn(cell, kind, n, queries, moving, wishes.seconds);
+          compareHits(cells);
+          for (const Cell& cell : cells) {
+            const double ms = median(cell.times);
+            const double hits =
+                static_cast<double>(cell.hits.front()) / static_cast<double>(queries);
+            std::printf("%-8s %8zu %8zu %7g %-20s %12.4f %12.4f %10.2f\n", kind.c_str(), n, queries,
+                        moving, cell.space.c_str(), ms, 1000 * ms / static_cast<double>(queries),
+                        hits);
+            std::fflush(stdout);
+            csv.write(Row()
+                          .add("kind", kind)
+                          .add("n", n)
+                          .add("queries", queries)
+                          .add("moving", moving)
+                          .add("space", cell.space)
+                          .add("samples", cell.times.size())
+                          .add("median_ms", ms)
+                          .add("min_ms", *std::min_element(cell.times.begin(), cell.times.end()))
+                          .add("us_per_query", 1000 * ms / static_cast<double>(queries))
+                          .add("hits_per_query", hits)
+                          .addMachine());
+          }
+        }
+}
+
+const char usage[] =
+    R"(query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes
+
+  --spaces=a,b,...   parallel-sap, dHashSpace, dQuadTreeSpace, dSimpleSpace (default: these),
+                     dSweepAndPruneSpace
+  --kinds=a,b,...    rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the
+                     probes)
+  --sizes=n,n,...    geoms in the space; default 32000
+  --queries=q,q,...  rays or probes a step; default 1000
+  --moving=p,p,...   part of the geoms that moves between two steps; default 0,0.01,1
+  --rounds=r         turns of each space; default 2
+  --seconds=s        of queries in a turn; default 0.5
+  --csv=file
+)";
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts(1);
+  for (char c : text) {
+    if (c == ',')
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+template <class Number>
+std::vector<Number> numbers(const std::string& text) {
+  std::vector<Number> found;
+  for (const std::string& part : split(text)) found.push_back(static_cast<Number>(std::stod(part)));
+  return found;
+}
+
+Wishes parse(int argc, char** argv) {
+  Wishes wishes;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const std::size_t equals = argument.find('=');
+    const std::string name = argument.substr(0, equals);
+    const std::string value = equals == std::string::npos ? "" : argument.substr(equals + 1);
+    if (name == "--help") {
+      std::fputs(usage, stdout);
+      std::exit(0);
+    }
+    if (value.empty()) throw std::invalid_argument(argument + ": no such option; see --help");
+    if (name == "--spaces")
+      wishes.spaces = split(value);
+    else if (name == "--kinds")
+      wishes.kinds = split(value);
+    else if (name == "--sizes")
+      wishes.sizes = numbers<std::size_t>(value);
+    else if (name == "--queries")
+      wishes.queries = numbers<std::size_t>(value);
+    else if (name == "--moving")
+      wishes.moving = numbers<double>(value);
+    else if (name == "--rounds")
+      wishes.rounds = std::stoi(value);
+    else if (name == "--seconds")
+      wishes.seconds = std::stod(value);
+    else if (name == "--csv")
+      wishes.csv = value;
+    else
+      throw std::invalid_argument(argument + ": no such option; see --help");
+  }
+  for (const std::string& kind : wishes.kinds)
+    if (kind != "rays" && kind != "short-rays" && kind != "probes" && kind != "space")
+      throw std::invalid_argument("no kind " + kind);
+  return wishes;
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv) {
+  dInitODE2(0);
+  int result = 0;
+  try {
+    bench::run(bench::parse(argc, argv));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "query-benchmark: %s\n", error.what());
+    result = 1;
+  }
+  dCloseODE();
+  return result;
+}
