@@ -73,11 +73,9 @@ class ParallelSAPSpace::StageClock {
   Clock::time_point lap_;
 };
 
-ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent)
+ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings(settingsFromEnvironment()) {
-  // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
-  // this one.
-  type = dSweepAndPruneSpaceClass;
+  type = space_class;
   timed_ = settings.print_stats;
   axis_lists_.limit(settings.axis_lists_bytes);
   wide_axis_lists_.limit(settings.axis_lists_bytes);
@@ -557,8 +555,7 @@ const dParallelSAPStats& ParallelSAPSpace::stats() {
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
-  return space && space->type == dSweepAndPruneSpaceClass ? dynamic_cast<ParallelSAPSpace*>(space)
-                                                          : nullptr;
+  return dynamic_cast<ParallelSAPSpace*>(space);
 }
 
 }  // namespace ode_parallel_sap

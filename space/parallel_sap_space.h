@@ -32,9 +32,11 @@ namespace ode_parallel_sap {
 // walk it. Its stock form, dirty geoms first, is needed by the stock spaces' cleanGeoms only: here
 // dirty geoms are found by their flags while the slots are read, and dSpaceCollide2 of two spaces
 // walks in the order of the report.
-class ParallelSAPSpace final : public dxSpace {
+class ParallelSAPSpace : public dxSpace {
  public:
-  explicit ParallelSAPSpace(dSpaceID parent);
+  // IS_SPACE is a range check on the type, so it must be one of ODE's. No function of ODE casts on
+  // the default.
+  explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass);
   ~ParallelSAPSpace();
 
   void add(dxGeom* geom) override;
@@ -48,6 +50,10 @@ class ParallelSAPSpace final : public dxSpace {
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
+
+ protected:
+  // The sums of all timed frames.
+  const dParallelSAPStats& totals() const { return totals_; }
 
  private:
   class Lock;

@@ -10,6 +10,9 @@ install(
   EXPORT ode-parallel-sap
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+if(TARGET ode-parallel-sap-preload)
+  install(TARGETS ode-parallel-sap-preload LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime)
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ode_parallel_sap COMPONENT development)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime)

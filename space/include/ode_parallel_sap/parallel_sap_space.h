@@ -214,7 +214,12 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
  * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 prints through dMessage, when a space is
  * destroyed, where its time went. A value that is not understood or not to be had is reported
- * through dMessage and ignored. */
+ * through dMessage and ignored.
+ *
+ * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
+ * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default) and
+ * simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end what
+ * was replaced and where the time went. */
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,182 @@
+/* LD_PRELOAD=libode-parallel-sap-preload.so program
+ *
+ * Stands in front of the functions by which ODE makes its spaces. Needs nothing but the C library:
+ * a program without ODE gets neither ODE nor anything else into its memory. The library proper is
+ * loaded when a program makes its first space, which proves that the program has an ODE. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <ode/ode.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "real_ode.h"
+#include "stand_ins.h"
+
+#define PUBLIC __attribute__((visibility("default")))
+#define CALLER __builtin_return_address(0)
+
+#if defined(dDOUBLE)
+#define PRECISION "double"
+#define PRECISION_TOKEN "ODE_double_precision"
+#else
+#define PRECISION "single"
+#define PRECISION_TOKEN "ODE_single_precision"
+#endif
+
+/* The kinds of space, by class from dFirstSpaceClass on. */
+#define KINDS (dLastSpaceClass - dFirstSpaceClass + 1)
+static const char* const kind_names[KINDS] = {"simple", "hash", "sap", "quadtree"};
+
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+static int settings_read = 0;
+static int wanted[KINDS];
+static int print_stats = 0;
+static unsigned long replaced[KINDS], left[KINDS];
+/* An ODE is known by its type information of dxSpace; there is rarely more than one in a process.
+ */
+static const void* fitting_ode = NULL;
+static const void* refused_ode = NULL;
+static const dParallelSAPStandIns* stand_ins = NULL;
+
+static void report(void) {
+  for (int kind = 0; kind < KINDS; ++kind)
+    if (replaced[kind] || left[kind])
+      fprintf(stderr, "ode-parallel-sap: %lu %s spaces replaced, %lu left\n", replaced[kind],
+              kind_names[kind], left[kind]);
+  if (stand_ins) stand_ins->report();
+}
+
+static void readWanted(const char* list) {
+  while (*list) {
+    const size_t length = strcspn(list, ", ");
+    int known = length == 0 || (length == 4 && strncmp(list, "none", length) == 0);
+    for (int kind = 0; kind < KINDS; ++kind) {
+      if (strlen(kind_names[kind]) != length || strncmp(list, kind_names[kind], length) != 0)
+        continue;
+      wanted[kind] = known = 1;
+    }
+    if (!known)
+      fprintf(stderr,
+              "ode-parallel-sap: ODE_PARALLEL_SAP_REPLACE names %.*s, which is no kind of space "
+              "(hash, sap, quadtree, simple) and is ignored\n",
+              (int)length, list);
+    list += length;
+    if (*list) ++list;
+  }
+}
+
+static void readSettings(void) {
+  if (settings_read) return;
+  settings_read = 1;
+  const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
+  readWanted(list ? list : "hash,sap,quadtree");
+  const char* const stats = getenv("ODE_PARALLEL_SAP_STATS");
+  print_stats = stats && *stats && strcmp(stats, "0") != 0;
+  if (print_stats) atexit(report);
+}
+
+/* The stand-ins for this ODE, or null and in `why` the reason why there can be none. */
+static const dParallelSAPStandIns* load(const void* ode, const void* caller, char* why,
+                                        size_t size) {
+  int (*const has)(const char*) =
+      (int (*)(const char*))realSymbol("dCheckConfiguration", caller, NULL);
+  if (!has || !has(PRECISION_TOKEN)) {
+    snprintf(why, size, "%s does not have " PRECISION " precision, for which this was built",
+             fileOf(ode));
+    return NULL;
+  }
+  void* const library = dlopen(ODE_PARALLEL_SAP_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+  if (!library) {
+    snprintf(why, size, "%s", dlerror());
+    return NULL;
+  }
+  const void* const own_ode = dlsym(library, "_ZTI7dxSpace");
+  const dParallelSAPStandIns* (*const get)(void) =
+      (const dParallelSAPStandIns* (*)(void))dlsym(library, "dParallelSAPGetStandIns");
+  const char* misfit = NULL;
+  if (own_ode != ode)
+    snprintf(why, size, "this was built for %s, the program uses %s", fileOf(own_ode), fileOf(ode));
+  else if (!get)
+    snprintf(why, size, "%s is of another version", fileOf(dlsym(library, "dSpaceIsParallelSAP")));
+  else if ((misfit = get()->misfit()) != NULL)
+    snprintf(why, size, "%s differs from the version this was built for: %s", fileOf(ode), misfit);
+  else
+    return get();
+  dlclose(library);
+  return NULL;
+}
+
+/* The stand-ins, if they fit the caller's ODE; that they do not is said once. */
+static const dParallelSAPStandIns* judge(const void* caller) {
+  static const char hidden[] = "hidden";
+  const void* ode = realSymbol("_ZTI7dxSpace", caller, NULL);
+  if (!ode) ode = hidden;
+  if (ode == fitting_ode) return stand_ins;
+  if (ode == refused_ode) return NULL;
+
+  char why[1024] = "the program's ODE hides what a space is derived from";
+  const dParallelSAPStandIns* const verdict =
+      ode != hidden ? load(ode, caller, why, sizeof why) : NULL;
+  if (verdict) {
+    fitting_ode = ode;
+    stand_ins = verdict;
+  } else {
+    refused_ode = ode;
+    fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
+  }
+  return verdict;
+}
+
+/* The space that takes the place of a stock space of this class; null: it is left to ODE. */
+static dSpaceID create(dSpaceID parent, int space_class, const void* caller) {
+  const int kind = space_class - dFirstSpaceClass;
+  pthread_mutex_lock(&mutex);
+  readSettings();
+  const dParallelSAPStandIns* const use = wanted[kind] ? judge(caller) : NULL;
+  ++(use ? replaced : left)[kind];
+  pthread_mutex_unlock(&mutex);
+  return use ? use->create(parent, space_class) : NULL;
+}
+
+static void* real(const char* name, const void* caller, const void* own) {
+  void* const function = realSymbol(name, caller, own);
+  if (function) return function;
+  fprintf(stderr, "ode-parallel-sap: %s is called, but no ODE that has it is found\n", name);
+  abort();
+}
+
+#define ORIGINAL(function) ((__typeof__(&function))real(#function, CALLER, (const void*)&function))
+
+PUBLIC dSpaceID dSimpleSpaceCreate(dSpaceID parent) {
+  const dSpaceID space = create(parent, dSimpleSpaceClass, CALLER);
+  return space ? space : ORIGINAL(dSimpleSpaceCreate)(parent);
+}
+
+PUBLIC dSpaceID dHashSpaceCreate(dSpaceID parent) {
+  const dSpaceID space = create(parent, dHashSpaceClass, CALLER);
+  return space ? space : ORIGINAL(dHashSpaceCreate)(parent);
+}
+
+PUBLIC dSpaceID dSweepAndPruneSpaceCreate(dSpaceID parent, int axis_order) {
+  const dSpaceID space = create(parent, dSweepAndPruneSpaceClass, CALLER);
+  return space ? space : ORIGINAL(dSweepAndPruneSpaceCreate)(parent, axis_order);
+}
+
+PUBLIC dSpaceID dQuadTreeSpaceCreate(dSpaceID parent, const dVector3 center, const dVector3 extents,
+                                     int depth) {
+  const dSpaceID space = create(parent, dQuadTreeSpaceClass, CALLER);
+  return space ? space : ORIGINAL(dQuadTreeSpaceCreate)(parent, center, extents, depth);
+}
+
+/* ODE itself would take a stand-in for a dxHashSpace and write beyond its fields. */
+PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
+  if (!stand_ins || !stand_ins->set_levels(space, minlevel, maxlevel))
+    ORIGINAL(dHashSpaceSetLevels)(space, minlevel, maxlevel);
+}
+
+PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
+  if (!stand_ins || !stand_ins->get_levels(space, minlevel, maxlevel))
+    ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
+}
