@@ -73,12 +73,10 @@ int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
 }
 
 void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
-                                      dParallelSAPContactCallback* contact_callback,
-                                      dParallelSAPFlagsCallback* flags_callback,
-                                      dParallelSAPSpacesCallback* spaces_callback) {
+                                      const dParallelSAPContactCallbacks* callbacks) {
   ParallelSAPSpace& own = checked(space);
-  dAASSERT(contact_callback);
-  own.collideContacts({data, flags, contact_callback, flags_callback, spaces_callback});
+  dAASSERT(callbacks && callbacks->contacts);
+  own.collideContacts({data, flags, *callbacks});
 }
 
 void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {

@@ -21,8 +21,8 @@ ContactPairs::ContactPairs(const ContactRequest& request, Buffer<GeomPair>&& sto
 
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
-    if (request_.spaces_callback)
-      request_.spaces_callback(request_.data, o1, o2, this);
+    if (request_.callbacks.spaces)
+      request_.callbacks.spaces(request_.data, o1, o2, this);
     else
       dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
     return;

@@ -47,11 +47,18 @@ class ThreadData {
 };
 
 // Appends the contacts of a pair and returns how many they are.
-std::uint32_t collide(const GeomPair& pair, int flags, Buffer<dContactGeom>& contacts) {
+std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
+                      Buffer<dContactGeom>& contacts) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
-  const int count = dCollide(pair.o1, pair.o2, flags & ~dParallelSAPOnCallingThread,
-                             contacts.data() + size, sizeof(dContactGeom));
+  dContactGeom* const found = contacts.data() + size;
+  int count =
+      dCollide(pair.o1, pair.o2, flags & ~dParallelSAPOnCallingThread, found, sizeof(dContactGeom));
+  if (count && request.callbacks.reduce) {
+    const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
+    dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
+    count = std::clamp(kept, 0, count);
+  }
   contacts.resize(size + count);
   return static_cast<std::uint32_t>(count);
 }
@@ -116,7 +123,8 @@ class NarrowPhase::Pass {
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
     found.thread = static_cast<std::uint32_t>(thread);
-    found.count = ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, contacts);
+    found.count =
+        ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts);
   }
 
  private:
@@ -175,9 +183,7 @@ void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& re
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Found& found = found_[i];
     if (!found.count) continue;
-    request.contact_callback(request.data, pairs[i].o1, pairs[i].o2,
-                             shares_[found.thread].contacts.data() + found.first,
-                             static_cast<int>(found.count));
+    request.report(pairs[i], shares_[found.thread].contacts.data() + found.first, found.count);
   }
 }
 
@@ -192,9 +198,8 @@ void NarrowPhase::collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRe
     } catch (const std::bad_alloc&) {
       dDebug(0, "parallel SAP space: no memory for the contacts of one pair");
     }
-    if (const std::uint32_t count = collide(pair, flags, contacts))
-      request.contact_callback(request.data, pair.o1, pair.o2, contacts.data(),
-                               static_cast<int>(count));
+    if (const std::uint32_t count = collide(pair, flags, request, contacts))
+      request.report(pair, contacts.data(), count);
   }
 }
 

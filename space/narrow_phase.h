@@ -21,12 +21,13 @@ struct GeomPair {
 struct ContactRequest {
   void* data;
   int flags;
-  dParallelSAPContactCallback* contact_callback;
-  dParallelSAPFlagsCallback* flags_callback;
-  dParallelSAPSpacesCallback* spaces_callback;
+  dParallelSAPContactCallbacks callbacks;
 
   int flagsOf(const GeomPair& pair) const {
-    return flags_callback ? flags_callback(data, pair.o1, pair.o2) : flags;
+    return callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
+  }
+  void report(const GeomPair& pair, const dContactGeom* contacts, std::size_t count) const {
+    callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));
   }
 };
 
@@ -41,7 +42,7 @@ class NarrowPhase {
  public:
   // Collides all pairs with up to `threads` threads; returns the number used. With
   // `manual_cleanup` the threads leave no data in ODE. Throws std::bad_alloc, and whatever the
-  // flags callback throws.
+  // flags and reduce callbacks throw.
   int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, int threads,
           bool manual_cleanup);
   // Calls the contact callback for all pairs of the last run that touch, in their order.

@@ -1,12 +1,14 @@
 // dParallelSAPSpaceCollideContacts gives what a serial loop over dCollide gives.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -125,7 +127,7 @@ TEST_CASE("Many pairs are collided by many threads", "[narrow]") {
     seen.threads.insert(std::this_thread::get_id());
     return 8;
   };
-  CHECK(!parallelContacts(space, 0, flags).empty());
+  CHECK(!parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}).empty());
   CHECK(statsOf(space).threads == 3);
   CHECK(seen.threads.size() >= 2);
   CHECK(seen.threads.size() <= 3);
@@ -144,9 +146,39 @@ TEST_CASE("Flags and limits hold for each pair", "[narrow]") {
   for (const int threads : kThreads) {
     CAPTURE(threads);
     dParallelSAPSpaceSetNumThreads(space, threads);
-    REQUIRE(difference(parallelContacts(space, 64, flagsByClass), expected) == "");
+    REQUIRE(difference(parallelContacts(space, 64, {nullptr, flagsByClass, nullptr, nullptr}),
+                       expected) == "");
   }
   CHECK(parallelContacts(space, 0).empty());
+}
+
+TEST_CASE("A reduce callback chooses and changes contacts", "[narrow]") {
+  struct Reduce {
+    static int deepest(void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+      const auto deepest = std::max_element(
+          contacts, contacts + count,
+          [](const dContactGeom& a, const dContactGeom& b) { return a.depth < b.depth; });
+      const bool touches_only = deepest->depth < dReal(0.05);
+      std::swap(*contacts, *deepest);
+      contacts->depth /= 2;
+      return touches_only ? 0 : 1;
+    }
+  };
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 1200, seedOr(92));
+  SerialLoop loop = {16};
+  loop.reduce = Reduce::deepest;
+  const Contacts expected = serialContacts(space, loop);
+  REQUIRE(expected.size() > 100);
+  REQUIRE(expected.size() < serialContacts(space, {1}).size());
+  for (const int threads : kThreads) {
+    CAPTURE(threads);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    CHECK(difference(parallelContacts(space, 16, {nullptr, nullptr, Reduce::deepest, nullptr}),
+                     expected) == "");
+    CHECK(statsOf(space).contacts == expected.size());
+  }
 }
 
 TEST_CASE("The most contacts that flags can ask for are found", "[narrow]") {
@@ -169,6 +201,7 @@ TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
       if (dGeomGetClass(o1) == dCapsuleClass) throw Stop();
       return 4;
     }
+    static int reduce(void*, dGeomID, dGeomID, dContactGeom*, int) { throw Stop(); }
     static void spaces(void*, dGeomID, dGeomID, void*) { throw Stop(); }
   };
   const Space space;
@@ -179,22 +212,22 @@ TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
     CAPTURE(threads);
     dParallelSAPSpaceSetNumThreads(space, threads);
     int left = 100;
-    CHECK_THROWS_AS(
-        dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts, nullptr, nullptr),
-        Stop);
+    dParallelSAPContactCallbacks callbacks = {Thrower::contacts, nullptr, nullptr, nullptr};
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
     CHECK(left == 0);
     left = 1;
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts,
-                                                     Thrower::flags, nullptr),
-                    Stop);
+    callbacks.flags = Thrower::flags;
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
+    CHECK(left == 1);
+    callbacks = {Thrower::contacts, nullptr, Thrower::reduce, nullptr};
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
     CHECK(left == 1);
     // A locked space would refuse this.
     const dGeomID geom = dCreateSphere(space, 100);
     const dSpaceID inner = dSimpleSpaceCreate(space);
     dCreateSphere(inner, 1);
-    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, Thrower::contacts, nullptr,
-                                                     Thrower::spaces),
-                    Stop);
+    callbacks = {Thrower::contacts, nullptr, nullptr, Thrower::spaces};
+    CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
     dGeomDestroy(geom);
     dSpaceDestroy(inner);
     REQUIRE(difference(parallelContacts(space, 4), expected) == "");
@@ -218,7 +251,8 @@ TEST_CASE("A contact callback may collide the same space", "[narrow]") {
     fillWithAll(scene, n, seedOr(88));
     dParallelSAPSpaceSetNumThreads(space, 3);
     Nested nested = {space, 5, {}, {}};
-    dParallelSAPSpaceCollideContacts(space, &nested, 8, Nested::contacts, nullptr, nullptr);
+    const dParallelSAPContactCallbacks callbacks = {Nested::contacts, nullptr, nullptr, nullptr};
+    dParallelSAPSpaceCollideContacts(space, &nested, 8, &callbacks);
     CHECK(difference(nested.outer, serialContacts(space, {8})) == "");
     CHECK(!nested.inner.empty());
     CHECK(difference(nested.inner, serialContacts(space, {2})) == "");
@@ -288,8 +322,10 @@ TEST_CASE("A spaces callback decides what is collided in the place of its pair",
   const Contacts expected = serialContacts(space, loop);
   REQUIRE(expected.size() > serialContacts(space, {8}).size());
   dParallelSAPSpaceSetNumThreads(space, 3);
-  CHECK(difference(parallelContacts(space, 8, nullptr, Spaces::inside), expected) == "");
-  for (const Contact& contact : parallelContacts(space, 8, nullptr, Spaces::none)) {
+  CHECK(difference(parallelContacts(space, 8, {nullptr, nullptr, nullptr, Spaces::inside}),
+                   expected) == "");
+  for (const Contact& contact :
+       parallelContacts(space, 8, {nullptr, nullptr, nullptr, Spaces::none})) {
     CHECK(dGeomGetSpace(contact.o1) == space);
     CHECK(dGeomGetSpace(contact.o2) == space);
   }

@@ -229,8 +229,9 @@ void SerialLoop::collide(void* loop, dGeomID o1, dGeomID o2) {
   const int flags = self.flags_of ? self.flags_of(self.data, o1, o2) : self.flags;
   if (!(flags & kNumberBits)) return;
   std::vector<dContactGeom> found(static_cast<std::size_t>(flags & kNumberBits));
-  const int count =
+  int count =
       dCollide(o1, o2, flags & ~dParallelSAPOnCallingThread, found.data(), sizeof(dContactGeom));
+  if (count && self.reduce) count = self.reduce(self.data, o1, o2, found.data(), count);
   recordContacts(&self.contacts, o1, o2, found.data(), count);
 }
 
@@ -239,10 +240,10 @@ Contacts serialContacts(dSpaceID space, SerialLoop loop) {
   return loop.contacts;
 }
 
-Contacts parallelContacts(dSpaceID space, int flags, dParallelSAPFlagsCallback* flags_of,
-                          dParallelSAPSpacesCallback* spaces) {
+Contacts parallelContacts(dSpaceID space, int flags, dParallelSAPContactCallbacks more) {
   Contacts contacts;
-  dParallelSAPSpaceCollideContacts(space, &contacts, flags, recordContacts, flags_of, spaces);
+  more.contacts = recordContacts;
+  dParallelSAPSpaceCollideContacts(space, &contacts, flags, &more);
   return contacts;
 }
 

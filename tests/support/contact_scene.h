@@ -27,16 +27,17 @@ void recordContacts(void* contacts, dGeomID o1, dGeomID o2, const dContactGeom* 
 struct SerialLoop {
   int flags = 0;
   dParallelSAPFlagsCallback* flags_of = nullptr;  // takes the place of `flags`
-  bool inside = false;                            // a space in a pair also collides with itself
-  void* data = nullptr;                           // of flags_of
+  dParallelSAPReduceCallback* reduce = nullptr;
+  bool inside = false;   // a space in a pair also collides with itself
+  void* data = nullptr;  // of flags_of
   Contacts contacts = {};
 
   // A dNearCallback.
   static void collide(void* loop, dGeomID o1, dGeomID o2);
 };
 Contacts serialContacts(dSpaceID space, SerialLoop loop);
-Contacts parallelContacts(dSpaceID space, int flags, dParallelSAPFlagsCallback* flags_of = nullptr,
-                          dParallelSAPSpacesCallback* spaces = nullptr);
+// `more` says nothing about contacts.
+Contacts parallelContacts(dSpaceID space, int flags, dParallelSAPContactCallbacks more = {});
 
 // Compares all bits; "" or where the lists begin to differ.
 std::string difference(const Contacts& got, const Contacts& expected);

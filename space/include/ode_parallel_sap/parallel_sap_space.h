@@ -110,10 +110,11 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
 /* The narrow phase on the threads of the space: dCollide for all pairs of dSpaceCollide.
  *
- *     static void makeJoints(void* data, dGeomID o1, dGeomID o2, const dContactGeom* contacts,
+ *     static void makeJoints(void* world, dGeomID o1, dGeomID o2, const dContactGeom* contacts,
  *                            int count) {...}
  *
- *     dParallelSAPSpaceCollideContacts(space, world, 8, makeJoints, 0, 0);
+ *     dParallelSAPContactCallbacks callbacks = {makeJoints};
+ *     dParallelSAPSpaceCollideContacts(space, world, 8, &callbacks);
  *
  * does what dSpaceCollide does with a near callback that calls dCollide (o1, o2, 8, contacts,
  * sizeof (dContactGeom)) and makes joints of what it finds. It gives the same contacts, bit for
@@ -132,10 +133,17 @@ typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
  *
  * IT IS CALLED FROM MANY THREADS AT ONCE, in no particular order, while other threads read the
  * geoms. It may read geoms and bodies (dGeomGetData, dGeomGetClass, dGeomGetBody, dBodyIsEnabled,
- * ...) and nothing else of ODE, and must not write what another thread may read. If it throws, the
- * exception (of several, one) leaves dParallelSAPSpaceCollideContacts on the calling thread,
+ * ...) and do nothing else with ODE, and must not write what another thread may read. If it throws,
+ * the exception (of several, one) leaves dParallelSAPSpaceCollideContacts on the calling thread,
  * without a contact reported. */
 typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
+
+/* Called after dCollide for each pair that touches: may change and reorder the `count` contacts, to
+ * keep the deepest ones, say, and returns how many of them are left, from the first on: 0 to
+ * `count`. IT IS CALLED FROM MANY THREADS AT ONCE, and what is said of the flags callback holds for
+ * it too. */
+typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts,
+                                       int count);
 
 /* Called on the calling thread, in the order of the pairs, for each pair in which one geom or both
  * are spaces. What it adds to `pairs` takes the place of that pair, for instance
@@ -152,12 +160,18 @@ typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void
  * itself found. */
 ODE_PARALLEL_SAP_API void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2);
 
+typedef struct dParallelSAPContactCallbacks {
+  dParallelSAPContactCallback* contacts; /* must be there; the others may be 0 */
+  dParallelSAPFlagsCallback* flags;      /* 0: the same flags for all pairs */
+  dParallelSAPReduceCallback* reduce;    /* 0: all contacts are kept */
+  dParallelSAPSpacesCallback* spaces;    /* 0: dSpaceCollide2, down to pairs of geoms */
+} dParallelSAPContactCallbacks;
+
 /* In the flags of a pair: its collider runs on the calling thread, when no other does. */
 enum { dParallelSAPOnCallingThread = 0x40000000 };
 
-/* Finds the pairs as dSpaceCollide does, collides them and reports their contacts. `flags` hold for
- * all pairs, unless there is a flags callback; flags_callback and spaces_callback may be 0. Without
- * a spaces callback, pairs with spaces are resolved by dSpaceCollide2, down to pairs of geoms.
+/* Finds the pairs as dSpaceCollide does, collides them with these flags, or those of the flags
+ * callback, and reports their contacts. `data` goes to all callbacks.
  *
  * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there is little to do. Each
  * gets its data by dAllocateODEDataForThread (dAllocateMaskAll); ODE frees them when the thread
@@ -174,10 +188,10 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * message handler (dSetMessageHandler) may be called from any of the threads.
  *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
- * enough, pairs are collided and reported one by one, and the flags callback may be asked again. */
+ * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
+ * called again. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
-    dSpaceID space, void* data, int flags, dParallelSAPContactCallback* contact_callback,
-    dParallelSAPFlagsCallback* flags_callback, dParallelSAPSpacesCallback* spaces_callback);
+    dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
 /* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
  * wall-clock milliseconds. */
