@@ -44,6 +44,7 @@ inline bool isUnbounded(const dxGeom* geom) {
 }
 
 // False for NaN and unbounded geoms and for extents beyond the type: few instructions for the many.
+// Needs exactMode(): the differences may overflow, which is no business of a program that traps it.
 inline bool isPlain(const dxGeom* geom) {
   using Bits = std::conditional<sizeof(dReal) == 8, std::uint64_t, std::uint32_t>::type;
   const auto bitsOf = [](dReal value) {

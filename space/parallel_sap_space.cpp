@@ -315,20 +315,9 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   dxGeom* active[smallest_scene];
   unsigned actives = 0, moved = 0, invalid = 0, unbounded = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (geom->gflags & GEOM_DIRTY) {
-      cleanGeom(geom);
-      ++moved;
-    }
-    if (!isEnabled(geom)) continue;
-    if (!isPlain(geom)) {
-      if (hasNaN(geom)) {
-        ++invalid;
-        reportInvalid(geom);
-        continue;
-      }
-      unbounded += isUnbounded(geom);
-    }
-    active[actives++] = geom;
+    if (!(geom->gflags & GEOM_DIRTY)) continue;
+    cleanGeom(geom);
+    ++moved;
   }
   needs_clean_ = false;
 
@@ -339,11 +328,24 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   std::size_t candidates = 0;
   {
     const ScopedMode mode(exactMode());
+    for (dxGeom* geom = first; geom; geom = geom->next) {
+      if (!isEnabled(geom)) continue;
+      if (!isPlain(geom)) {
+        if (hasNaN(geom)) {
+          ++invalid;
+          continue;
+        }
+        unbounded += isUnbounded(geom);
+      }
+      active[actives++] = geom;
+    }
     for (unsigned i = 0; i < actives; ++i)
       for (unsigned j = i + 1; j < actives; ++j)
         if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]))
           couples[candidates++] = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j)};
   }
+  for (dxGeom* geom = first; invalid && geom; geom = geom->next)
+    if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
   std::size_t pairs = 0;
   for (std::size_t i = 0; i < candidates; ++i)
     if (passesAABBTests(active[couples[i].earlier], active[couples[i].later]))
