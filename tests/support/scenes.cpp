@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "random.h"
 #include "recorder.h"
@@ -217,6 +218,19 @@ dGeomID World::addBox(const Box& box) {
 
 void World::addBoxes(const Boxes& boxes) {
   for (const Box& box : boxes) addBox(box);
+}
+
+void World::remove(dGeomID geom) {
+  // From the back: whole worlds are emptied in that order.
+  const auto at = std::find(geoms_.rbegin(), geoms_.rend(), geom);
+  if (at == geoms_.rend()) throw std::logic_error("World::remove: no geom of this world");
+  dSpaceRemove(space_, geom);
+  geoms_.erase(std::next(at).base());
+}
+
+void World::addAgain(dGeomID geom) {
+  dSpaceAdd(space_, geom);
+  geoms_.push_back(geom);
 }
 
 dBodyID World::giveBody(dGeomID geom) {

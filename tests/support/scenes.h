@@ -58,6 +58,9 @@ class World {
   dGeomID take(dGeomID geom);
   dGeomID addBox(const Box& box);
   void addBoxes(const Boxes& boxes);
+  // Takes a geom out of its space and lets go of it; addAgain() makes it the last one.
+  void remove(dGeomID geom);
+  void addAgain(dGeomID geom);
   // The body takes the geom's place and carries it from now on.
   dBodyID giveBody(dGeomID geom);
 

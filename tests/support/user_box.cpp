@@ -54,11 +54,11 @@ dGeomID create(int class_number, dSpaceID space, const UserBoxData& data) {
 }  // namespace
 
 dGeomID createUserBox(dSpaceID space, const Bounds& bounds, bool relative, Veto veto) {
-  return create(testedClass(), space, UserBoxData{bounds, relative, veto});
+  return create(testedClass(), space, UserBoxData{bounds, relative, veto, 0});
 }
 
 dGeomID createUserBoxWithoutTest(dSpaceID space, const Bounds& bounds) {
-  return create(plainClass(), space, UserBoxData{bounds, false, nullptr});
+  return create(plainClass(), space, UserBoxData{bounds, false, nullptr, 0});
 }
 
 void setUserBounds(dGeomID user_box, const Bounds& bounds) {

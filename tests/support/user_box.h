@@ -16,6 +16,7 @@ struct UserBoxData {
   Bounds bounds;
   bool relative;  // the bounds move with the geom's position
   Veto veto;      // 0: never objects
+  unsigned mood;  // for vetoes to look at
 };
 
 // In space 0 the geom belongs to no space. Absolute bounds unless `relative`.

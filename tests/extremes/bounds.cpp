@@ -1,0 +1,260 @@
+// Infinite, NaN, zero-sized, inverted; user classes that do not mean what they say.
+#include <array>
+#include <utility>
+
+#include "extreme.h"
+
+namespace sap_test {
+namespace {
+
+Bounds unitBounds(Scene& scene) {
+  const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+  const dReal z = scene.between(0, scene.side());
+  return {x, x + 1, y, y + 1, z, z + 1};
+}
+
+void unitBoxes(Scene& scene) {
+  for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
+}
+
+// Unit boxes, and a few whose bounds are infinite where `low` and `high` say so; they change places
+// with finite ones.
+std::function<void(Scene&, int)> infinite(int first_axis, int last_axis, bool low, bool high) {
+  return [=](Scene& scene, int frame) {
+    if (frame == 0) {
+      unitBoxes(scene);
+      for (int i = 0; i < 8; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
+    }
+    for (std::size_t i = 0; i < scene.marked.size(); ++i) {
+      Bounds bounds = unitBounds(scene);
+      for (int axis = first_axis; axis <= last_axis && (i + frame) % 3; ++axis) {
+        if (low) bounds[2 * axis] = -kInfinity;
+        if (high) bounds[2 * axis + 1] = kInfinity;
+      }
+      setUserBounds(scene.marked[i], bounds);
+    }
+    scene.placeAnywhere(scene.anyGeom());
+  };
+}
+
+void nothingButInfinite(Scene& scene, int frame) {
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    Bounds bounds = unitBounds(scene);
+    const std::size_t axis = scene.random.below(3), which = 1 + scene.random.below(3);
+    if (which & 1) bounds[2 * axis] = -kInfinity;
+    if (which & 2) bounds[2 * axis + 1] = kInfinity;
+    if (frame == 0) {
+      scene.addUserBox(bounds);
+    } else {
+      setUserBounds(scene.geoms()[i], bounds);
+    }
+  }
+}
+
+void planes(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (int i = 0; i < 40; ++i) {
+      dReal normal[3] = {0, 0, 0};
+      normal[i % 3] = i % 2 ? 1 : -1;
+      if (i >= 20) normal[(i + 1) % 3] = dReal(0.3);
+      scene.marked.push_back(
+          scene.take(dCreatePlane(scene.space(), normal[0], normal[1], normal[2], 0)));
+    }
+  }
+  for (const dGeomID plane : scene.marked) {
+    dVector4 parameters;
+    dGeomPlaneGetParams(plane, parameters);
+    dGeomPlaneSetParams(plane, parameters[0], parameters[1], parameters[2],
+                        scene.between(-1, 1) * static_cast<dReal>(scene.side()));
+  }
+}
+
+// Infinite sizes of ODE's own classes: some of their bounds are infinite, others NaN.
+void infiniteClasses(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    scene.marked.push_back(scene.take(dCreateSphere(scene.space(), kInfinity)));
+    scene.marked.push_back(scene.take(dCreateBox(scene.space(), 1, kInfinity, 1)));
+    scene.marked.push_back(scene.take(dCreateCapsule(scene.space(), 1, kInfinity)));
+    scene.marked.push_back(scene.take(dCreateRay(scene.space(), kInfinity)));
+    scene.marked.push_back(scene.take(dCreateSphere(scene.space(), 1)));
+  }
+  for (const dGeomID geom : scene.marked) scene.placeAnywhere(geom);
+  scene.place(scene.marked.back(), frame % 2 ? kInfinity : 1, frame % 3 ? -kInfinity : 1, 1);
+}
+
+// A NaN that comes and goes: frames 1 and 2 have it.
+bool isSick(int frame) {
+  return frame == 1 || frame == 2;
+}
+
+void nanPosition(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (std::size_t i = 0; i < scene.size; i += 7) {
+    const dGeomID geom = scene.geoms()[i];
+    scene.placeAnywhere(geom);
+    const dReal* const at = dGeomGetPosition(geom);
+    if (isSick(frame)) scene.place(geom, at[0], i % 2 ? kNaN : at[1], i % 2 ? at[2] : -kNaN);
+  }
+}
+
+void nanRotation(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (std::size_t i = 0; i < scene.size; i += 7) {
+    dMatrix3 rotation;
+    dRSetIdentity(rotation);
+    if (isSick(frame)) rotation[i % 11] = kNaN;
+    dGeomSetRotation(scene.geoms()[i], rotation);
+  }
+}
+
+// A body that a solver blew up: its position and all that it carries.
+void nanBody(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (std::size_t i = 0; i < scene.size; i += 5) {
+      scene.marked.push_back(scene.geoms()[i]);
+      scene.giveBody(scene.geoms()[i]);
+    }
+  }
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const dBodyID body = scene.bodies()[i];
+    const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+    dBodySetPosition(body, x, y, x);
+    dBodySetLinearVel(body, isSick(frame) && i % 3 == 0 ? kNaN : 0, 0, 0);
+  }
+  dWorldSetQuickStepNumIterations(scene.dynamics(), 1);
+  dWorldQuickStep(scene.dynamics(), dReal(0.1));
+}
+
+void nanSize(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (int i = 0; i < 12; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
+  }
+  for (std::size_t i = 0; i < scene.marked.size(); ++i) {
+    Bounds bounds = unitBounds(scene);
+    bounds[i % 6] = isSick(frame) ? kNaN : bounds[i % 6];
+    if (i % 4 == 0) bounds[(i + 1) % 6] = i % 2 ? -kInfinity : kInfinity;
+    setUserBounds(scene.marked[i], bounds);
+  }
+}
+
+void nanEverywhere(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (const dGeomID geom : scene.geoms()) {
+    if (isSick(frame)) {
+      scene.place(geom, kNaN, kNaN, kNaN);
+    } else {
+      scene.placeAnywhere(geom);
+    }
+  }
+}
+
+void zeroSizes(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    if (!scene.random.chance(0.3)) continue;
+    const dReal zero = scene.random.chance(0.5) ? 0 : 1;
+    dGeomBoxSetLengths(scene.geoms()[i], scene.random.chance(0.5) ? zero : 1, 1, zero);
+  }
+}
+
+void inverted(Scene& scene, int frame) {
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    Bounds bounds = unitBounds(scene);
+    const std::size_t axis = scene.random.below(3);
+    if (scene.random.chance(0.3)) std::swap(bounds[2 * axis], bounds[2 * axis + 1]);
+    if (scene.random.chance(0.1)) std::swap(bounds[0], bounds[1]);
+    if (frame == 0) {
+      scene.addUserBox(bounds);
+    } else if (scene.random.chance(0.5)) {
+      setUserBounds(scene.geoms()[i], bounds);
+    }
+  }
+}
+
+void invertedInfinite(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (int i = 0; i < 30; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
+  }
+  const std::array<dReal, 6> values = {-kInfinity, -kLargest, -1, 1, kLargest, kInfinity};
+  for (const dGeomID geom : scene.marked) {
+    Bounds bounds;
+    for (dReal& bound : bounds) bound = values[scene.random.below(values.size())];
+    setUserBounds(geom, bounds);
+  }
+}
+
+// What a user class says of itself has nothing to do with where it is.
+void boundsElsewhere(Scene& scene, int frame) {
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    const dGeomID geom = frame == 0 ? scene.addUserBox(unitBounds(scene)) : scene.geoms()[i];
+    if (frame && scene.random.chance(0.3)) setUserBounds(geom, unitBounds(scene));
+    scene.place(geom, dReal(1e20), scene.between(-1e9, 1e9), 0);
+  }
+}
+
+// It changes its mind without a word to ODE: what counts is what it said when it last moved.
+void boundsChangeUnasked(Scene& scene, int frame) {
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    if (frame == 0) scene.addUserBox(unitBounds(scene));
+    const dGeomID geom = scene.geoms()[i];
+    if (frame) userBoxData(geom).bounds = unitBounds(scene);
+    if (scene.random.chance(0.2)) scene.place(geom, 0, 0, 0);
+  }
+}
+
+// An AABBTest that is no function of the boxes, of one side only, and changes from frame to frame.
+int capricious(dGeomID self, dGeomID other, dReal[6]) {
+  return (13 * number(self) + 7 * number(other) + userBoxData(self).mood) % 5 != 0;
+}
+
+void testsChange(Scene& scene, int frame) {
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    if (frame == 0 && i % 3) {
+      scene.take(createUserBox(scene.space(), unitBounds(scene), false, capricious));
+    } else if (frame == 0) {
+      scene.addUnitBox();
+    }
+    if (i % 3) userBoxData(scene.geoms()[i]).mood = static_cast<unsigned>(frame);
+  }
+  if (frame > 1) scene.placeAnywhere(scene.geoms()[0]);
+}
+
+}  // namespace
+
+Extremes extremeBounds() {
+  Extremes all;
+  const char* const axes[] = {"x", "y", "z"};
+  const char* theme = "infinite";
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string along = std::string(" along ") + axes[axis];
+    all.push_back({theme, "half-infinite boxes down" + along, infinite(axis, axis, true, false)});
+    all.push_back({theme, "half-infinite boxes up" + along, infinite(axis, axis, false, true)});
+    all.push_back({theme, "infinite boxes" + along, infinite(axis, axis, true, true)});
+  }
+  all.push_back({theme, "boxes infinite in all directions", infinite(0, 2, true, true)});
+  all.push_back({theme, "nothing but infinite boxes", nothingButInfinite, 700});
+  all.push_back({theme, "forty moving planes, half of them oblique", planes, 1500});
+  all.push_back({theme, "ODE's classes with infinite sizes and places", infiniteClasses});
+  theme = "NaN, coming and going";
+  all.push_back({theme, "NaN positions", nanPosition});
+  all.push_back({theme, "NaN rotations", nanRotation});
+  all.push_back({theme, "NaN velocities, then a time step", nanBody, 1500});
+  all.push_back({theme, "NaN bounds of user classes", nanSize});
+  all.push_back({theme, "every geom NaN", nanEverywhere});
+  theme = "degenerate";
+  all.push_back({theme, "zero-sized boxes, coming and going", zeroSizes});
+  all.push_back({theme, "inverted boxes", inverted, 1500});
+  all.push_back({theme, "inverted and infinite boxes", invertedInfinite});
+  theme = "user classes";
+  all.push_back({theme, "bounds that have nothing to do with the place", boundsElsewhere, 1500});
+  all.push_back({theme, "bounds that change unasked", boundsChangeUnasked, 1500});
+  all.push_back({theme, "an AABBTest that changes its mind", testsChange, 1500});
+  return all;
+}
+
+}  // namespace sap_test

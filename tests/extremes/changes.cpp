@@ -1,0 +1,216 @@
+// Everything moves, comes, goes, changes its body or its bits in every frame.
+#include "extreme.h"
+
+namespace sap_test {
+namespace {
+
+void unitBoxes(Scene& scene) {
+  for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
+}
+
+void acrossTheWorld(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  const double reach[] = {1, 1e3, 1e9, 1e25, 2, 1e6};
+  for (const dGeomID geom : scene.geoms()) {
+    const dReal x = scene.between(-1, 1) * static_cast<dReal>(reach[frame]);
+    const dReal y = scene.between(-2, 2);
+    scene.place(geom, x, y, scene.between(-2, 2));
+  }
+}
+
+// Bodies so fast that each time step takes them through the whole world.
+void fastBodies(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (const dGeomID geom : scene.geoms()) scene.giveBody(geom);
+  }
+  for (const dBodyID body : scene.bodies()) {
+    const dReal* const at = dBodyGetPosition(body);
+    dReal velocity[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      velocity[axis] = 100 * (scene.between(0, scene.side()) - at[axis]);
+    }
+    dBodySetLinearVel(body, velocity[0], velocity[1], velocity[2]);
+    const dReal spin = scene.between(-1e3, 1e3);
+    dBodySetAngularVel(body, spin, -spin, spin);
+  }
+  dWorldSetQuickStepNumIterations(scene.dynamics(), 1);
+  dWorldQuickStep(scene.dynamics(), dReal(0.01));
+}
+
+void crowdAndScatter(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    if (frame % 2) {
+      scene.place(scene.geoms()[i], static_cast<dReal>(i % 20) * 5, 0, 0);
+    } else {
+      scene.placeAnywhere(scene.geoms()[i]);
+    }
+  }
+}
+
+void scaleFromFrameToFrame(Scene& scene, int frame) {
+  const double scale[] = {1, 1e-30, 1e30, 1e-6, 1e12, 1};
+  for (std::size_t i = 0; i < scene.size; ++i) {
+    Bounds bounds;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = scene.random.between(0, scene.side());
+      bounds[2 * axis] = static_cast<dReal>(low * scale[frame]);
+      bounds[2 * axis + 1] = static_cast<dReal>((low + 1) * scale[frame]);
+    }
+    if (frame == 0) {
+      scene.addUserBox(bounds);
+    } else {
+      setUserBounds(scene.geoms()[i], bounds);
+    }
+  }
+}
+
+void oneMoves(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  if (frame % 3) scene.placeAnywhere(scene.anyGeom());
+}
+
+void reAddAll(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  const std::vector<dGeomID> before = scene.geoms();
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    scene.remove(before[frame % 2 ? before.size() - 1 - i : i]);
+  }
+  for (const dGeomID geom : before) scene.addAgain(geom);
+}
+
+void reAddSome(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (std::size_t i = 0; i < scene.size / 10; ++i) {
+    const dGeomID geom = scene.anyGeom();
+    scene.remove(geom);
+    scene.addAgain(geom);
+  }
+}
+
+void renewAll(Scene& scene, int) {
+  while (!scene.geoms().empty()) {
+    const dGeomID geom = scene.geoms().back();
+    scene.remove(geom);
+    dGeomDestroy(geom);
+  }
+  unitBoxes(scene);
+}
+
+void nothingLeft(Scene& scene, int frame) {
+  if (frame % 2 == 0) {
+    unitBoxes(scene);
+    return;
+  }
+  while (!scene.geoms().empty()) {
+    const dGeomID geom = scene.geoms().back();
+    scene.remove(geom);
+    dGeomDestroy(geom);
+  }
+}
+
+// All on one body: no pair but with the few that are not. `loose` geoms stay without a body.
+void onOneBody(Scene& scene, int frame) {
+  constexpr std::size_t loose = 10;
+  if (frame == 0) {
+    unitBoxes(scene);
+    scene.giveBody(scene.geoms()[loose]);
+    for (std::size_t i = loose + 1; i < scene.size; ++i) {
+      dGeomSetBody(scene.geoms()[i], scene.bodies()[0]);
+      const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+      dGeomSetOffsetPosition(scene.geoms()[i], x, y, scene.between(0, scene.side()));
+    }
+  }
+  const dReal x = scene.between(-2, 2);
+  dBodySetPosition(scene.bodies()[0], x, 0, 0);
+}
+
+// Bodies come together into one and part again. Letting a geom go from its body tells the space
+// nothing, as its place stays the same, and yet changes its pairs.
+void bodiesMergeAndPart(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (int i = 0; i < 2; ++i) scene.giveBody(scene.geoms()[i]);
+  }
+  for (std::size_t i = 2; i < scene.size; ++i) {
+    const bool on = frame % 2 == 0 || scene.random.chance(0.5);
+    dGeomSetBody(scene.geoms()[i], on ? scene.bodies()[i % 2] : nullptr);
+    if (on && frame < 3) {
+      const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+      dGeomSetOffsetPosition(scene.geoms()[i], x, y, x - y);
+    }
+  }
+}
+
+void bodiesSleep(Scene& scene, int frame) {
+  if (frame == 0) {
+    unitBoxes(scene);
+    for (std::size_t i = 0; i < scene.size; i += 2) scene.giveBody(scene.geoms()[i]);
+  }
+  for (const dBodyID body : scene.bodies()) {
+    if (scene.random.chance(0.5)) {
+      dBodyDisable(body);
+    } else {
+      dBodyEnable(body);
+    }
+  }
+}
+
+void bitsAllOff(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (const dGeomID geom : scene.geoms()) {
+    const bool off = frame % 2 == 0;
+    dGeomSetCategoryBits(geom, off ? 0 : ~0ul);
+    if (frame > 1) dGeomSetCollideBits(geom, off ? 0 : ~0ul);
+  }
+}
+
+// One bit each, of all that an unsigned long has, others in every frame.
+void singleBits(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  constexpr std::size_t bits = 8 * sizeof(unsigned long);
+  for (const dGeomID geom : scene.geoms()) {
+    dGeomSetCategoryBits(geom, 1ul << scene.random.below(bits));
+    dGeomSetCollideBits(
+        geom, scene.random.chance(0.5) ? 1ul << scene.random.below(bits) : scene.random.bits());
+  }
+}
+
+void enabledState(Scene& scene, int frame) {
+  if (frame == 0) unitBoxes(scene);
+  for (const dGeomID geom : scene.geoms()) {
+    if (frame == 2 || scene.random.chance(0.5)) {
+      dGeomDisable(geom);
+    } else {
+      dGeomEnable(geom);
+    }
+  }
+}
+
+}  // namespace
+
+Extremes extremeChanges() {
+  const char* const motion = "motion";
+  const char* const adding = "adding and removing";
+  const char* const unannounced = "bodies and bits";
+  return {
+      {motion, "geoms that cross the world in every frame", acrossTheWorld, 1500, 6},
+      {motion, "bodies that cross the world in every time step", fastBodies, 1500, 6},
+      {motion, "a crowd that scatters and meets again", crowdAndScatter, 1500, 5},
+      {motion, "scales from 1e-30 to 1e30 from frame to frame", scaleFromFrameToFrame, 5000, 6},
+      {motion, "nothing moves, or one geom", oneMoves, 5000, 8},
+      {adding, "all geoms removed and added in every frame", reAddAll},
+      {adding, "a tenth removed and added in every frame", reAddSome, 5000, 6},
+      {adding, "all geoms destroyed and made anew in every frame", renewAll},
+      {adding, "everything, nothing, everything, nothing", nothingLeft, 5000, 5},
+      {unannounced, "10,000 geoms on one body", onOneBody, 10000, 3},
+      {unannounced, "bodies that merge and part without a move", bodiesMergeAndPart, 700, 6},
+      {unannounced, "bodies that fall asleep and wake", bodiesSleep, 5000, 4},
+      {unannounced, "category bits all off, then all on", bitsAllOff, 5000, 5},
+      {unannounced, "single bits of all that a long has", singleBits, 5000, 4},
+      {unannounced, "geoms disabled and enabled in every frame", enabledState, 5000, 5},
+  };
+}
+
+}  // namespace sap_test

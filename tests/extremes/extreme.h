@@ -1,0 +1,91 @@
+// Scenes that go to an extreme, for any kind of space: what a broad phase meets in a program that
+// has gone wrong, or is larger, smaller, faster or stranger than its author thought.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../support/floating_point.h"
+#include "../support/random.h"
+#include "../support/recorder.h"
+#include "../support/scenes.h"
+#include "../support/user_box.h"
+
+namespace sap_test {
+
+constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
+constexpr dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
+constexpr dReal kLargest = std::numeric_limits<dReal>::max();
+constexpr dReal kDenormal = std::numeric_limits<dReal>::denorm_min();
+
+using MakeSpace = std::function<dSpaceID(dSpaceID parent)>;
+
+class OwnSpace {
+ public:
+  explicit OwnSpace(dSpaceID space) : own_space(space) {}
+  ~OwnSpace() { dSpaceDestroy(own_space); }
+  OwnSpace(const OwnSpace&) = delete;
+  OwnSpace& operator=(const OwnSpace&) = delete;
+
+ protected:
+  const dSpaceID own_space;
+};
+
+// A space of the kind under test with its geoms, and all that an extreme wants to remember.
+class Scene : private OwnSpace, public World {
+ public:
+  Scene(const MakeSpace& make, std::size_t size, std::uint64_t seed)
+      : OwnSpace(make(nullptr)), World(own_space), size(size), random(seed), make_space(make) {}
+
+  dReal between(double low, double high) { return static_cast<dReal>(random.between(low, high)); }
+  dGeomID anyGeom() { return geoms()[random.below(geoms().size())]; }
+  // A unit box of ODE's somewhere in a cube in which it overlaps a few of size others.
+  dGeomID addUnitBox();
+  dGeomID addUserBox(const Bounds& bounds) { return take(createUserBox(space(), bounds)); }
+  void place(dGeomID geom, dReal x, dReal y, dReal z) { dGeomSetPosition(geom, x, y, z); }
+  // Somewhere in that cube.
+  void placeAnywhere(dGeomID geom);
+  double side() const;
+
+  const std::size_t size;  // geoms, about
+  Random random;
+  const MakeSpace make_space;  // another space of the same kind
+  std::vector<dGeomID> marked;
+  std::vector<dSpaceID> spaces;
+};
+
+struct Extreme {
+  const char* theme;
+  std::string name;
+  // Builds the scene in frame 0 and changes it in the frames after that. What it does depends on
+  // the scene's size and random numbers only.
+  std::function<void(Scene& scene, int frame)> play;
+  std::size_t most = 5000;  // geoms up to which it is sensible: quadratic output
+  int frames = 4;
+  // How the program collides the space: all pairs of a whole dSpaceCollide, in order.
+  std::function<Pairs(Scene& scene)> collide = [](Scene& scene) {
+    return sap_test::collide(scene.space());
+  };
+  unsigned mode = FloatingPointMode::kDefault;  // in which the program collides
+};
+
+// All of them, by theme.
+const std::vector<Extreme>& extremes();
+
+using Extremes = std::vector<Extreme>;
+Extremes extremePlaces();
+Extremes extremeSizes();
+Extremes extremeBounds();
+Extremes extremeChanges();
+Extremes extremeStructures();
+Extremes extremeCallers();
+
+// The pairs owed in the scene as it is, computed in the default floating-point mode whatever the
+// program's is.
+Pairs expectedPairs(const Scene& scene);
+
+}  // namespace sap_test

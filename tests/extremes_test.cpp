@@ -1,0 +1,141 @@
+// Whatever a scene comes to, the pairs are exactly those owed, in order, and nothing aborts.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "extremes/extreme.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/floating_point.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+
+using namespace sap_test;
+
+namespace {
+
+struct Variant {
+  Configuration configuration;
+  int threads;  // 0: as it is by default
+};
+
+std::unique_ptr<Scene> sceneFor(const Variant& variant, std::size_t size, std::uint64_t seed) {
+  const MakeSpace make = [variant](dSpaceID parent) {
+    const dSpaceID space = dParallelSAPSpaceCreate(parent);
+    configure(space, variant.configuration);
+    dParallelSAPSpaceSetNumThreads(space, variant.threads);
+    return space;
+  };
+  return std::make_unique<Scene>(make, size, seed);
+}
+
+Pairs collideAsAsked(const Extreme& extreme, Scene& scene) {
+  const FloatingPointMode mode(extreme.mode);
+  return extreme.collide(scene);
+}
+
+// Plays the extreme on one scene for each variant, in step: the same calls give the same bounds, so
+// the pairs owed are worked out once a frame. Returns the first thing that is wrong, or "".
+template <typename Look>
+std::string play(const Extreme& extreme, std::size_t size, const std::vector<Variant>& variants,
+                 int frames, Look&& differenceIn) {
+  const Messages nan_reports;  // contract_test counts them
+  std::vector<std::unique_ptr<Scene>> scenes;
+  for (const Variant& variant : variants) scenes.push_back(sceneFor(variant, size, seedOr(size)));
+  for (int frame = 0; frame < frames; ++frame) {
+    Pairs expected;
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      extreme.play(*scenes[i], frame);
+      const Pairs got = collideAsAsked(extreme, *scenes[i]);
+      // After the space had to bring the bounds up to date.
+      if (i == 0) expected = expectedPairs(*scenes[0]);
+      const std::string problem = differenceIn(extreme, *scenes[i], got, expected);
+      if (problem.empty()) continue;
+      return extreme.name + ", " + std::to_string(size) + " geoms, frame " + std::to_string(frame) +
+             ", " + variants[i].configuration.name + ", " + std::to_string(variants[i].threads) +
+             " threads, ODE_PARALLEL_SAP_TEST_SEED=" + std::to_string(seedOr(size)) + ": " +
+             problem;
+    }
+  }
+  return "";
+}
+
+std::string differenceOfPairs(const Extreme&, Scene&, const Pairs& got, const Pairs& expected) {
+  return difference(got, expected);
+}
+
+// What dSpaceCollide2 finds with some geoms that are in no space: boxes as large as one of the
+// scene's, infinite ones and inverted ones.
+std::string differenceOfProbes(const Extreme& extreme, Scene& scene, const Pairs&, const Pairs&) {
+  Random random(scene.geoms().size());
+  std::vector<Bounds> probes = {
+      {-kInfinity, kInfinity, -kInfinity, kInfinity, -kInfinity, kInfinity},
+      {1, 0, 1, 0, 1, 0},
+      {0, kInfinity, 1, 2, 1, 2},
+      {0, 0, 0, 0, 0, 0}};
+  for (int i = 0; i < 4 && !scene.geoms().empty(); ++i) {
+    Bounds bounds;
+    dGeomGetAABB(scene.geoms()[random.below(scene.geoms().size())], bounds.data());
+    probes.push_back(bounds);
+  }
+  constexpr std::size_t number_of_probe = 1000000;
+  for (const Bounds& bounds : probes) {
+    const dGeomID probe = createUserBox(nullptr, bounds);
+    setNumber(probe, number_of_probe);
+    Pairs got, expected;
+    {
+      const FloatingPointMode mode(extreme.mode);
+      got = collide2(scene.space(), probe);
+    }
+    for (const dGeomID geom : scene.geoms()) {
+      if (takesPart(geom) && takesPart(probe) && mayTouch(geom, probe)) {
+        expected.emplace_back(number(geom), number_of_probe);
+      }
+    }
+    dGeomDestroy(probe);
+    const std::string problem = difference(got, expected);
+    if (!problem.empty()) return "dSpaceCollide2: " + problem;
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("At every extreme every configuration finds exactly the pairs owed", "[extremes]") {
+  std::vector<Variant> variants;
+  for (const Configuration& configuration : configurations()) {
+    variants.push_back({configuration, 0});
+  }
+  for (const Extreme& extreme : extremes()) {
+    for (const std::size_t size : {std::size_t{25}, std::size_t{200}, std::size_t{1200}}) {
+      CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
+                 differenceOfPairs) == "");
+    }
+  }
+}
+
+TEST_CASE("At every extreme any number of threads finds exactly the pairs owed", "[extremes]") {
+  std::vector<Variant> variants;
+  for (const Configuration& configuration : configurations()) {
+    variants.push_back({configuration, 3});
+  }
+  for (const Extreme& extreme : extremes()) {
+    CHECK(play(extreme, extreme.most, variants, 2, differenceOfPairs) == "");
+  }
+}
+
+TEST_CASE("At every extreme dSpaceCollide2 finds exactly the geoms owed", "[extremes]") {
+  std::vector<Variant> variants;
+  for (const Configuration& configuration : configurations()) {
+    variants.push_back({configuration, 0});
+  }
+  for (const Extreme& extreme : extremes()) {
+    for (const std::size_t size : {std::size_t{25}, std::size_t{700}}) {
+      CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
+                 differenceOfProbes) == "");
+    }
+  }
+}
