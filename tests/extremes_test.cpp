@@ -90,6 +90,7 @@ std::string differenceOfProbes(const Extreme& extreme, Scene& scene, const Pairs
       const FloatingPointMode mode(extreme.mode);
       got = collide2(scene.space(), probe);
     }
+    const FloatingPointMode exact(FloatingPointMode::kDefault);
     for (const dGeomID geom : scene.geoms()) {
       if (takesPart(geom) && takesPart(probe) && mayTouch(geom, probe)) {
         expected.emplace_back(number(geom), number_of_probe);

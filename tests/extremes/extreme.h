@@ -70,7 +70,8 @@ struct Extreme {
   std::function<Pairs(Scene& scene)> collide = [](Scene& scene) {
     return sap_test::collide(scene.space());
   };
-  unsigned mode = FloatingPointMode::kDefault;  // in which the program collides
+  // In which the program collides.
+  unsigned mode = FloatingPointMode::current();
 };
 
 // All of them, by theme.

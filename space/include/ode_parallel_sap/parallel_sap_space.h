@@ -22,8 +22,10 @@
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
- * count it in every frame. All other bounds, infinite and inverted ones too, follow the formula
- * above.
+ * count it in every frame. (Infinite sizes of ODE's own classes often make one.) All other bounds,
+ * infinite, inverted and denormal ones too, follow the formula above, whatever floating-point mode
+ * the program runs in: rounding, flushed denormals, traps. The bounds themselves are computed by
+ * ODE in the program's mode.
  * - A sub-space that holds no geom is never reported.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
