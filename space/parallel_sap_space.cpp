@@ -77,8 +77,6 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings(settingsFromEnvironment()) {
   type = space_class;
   timed_ = settings.print_stats;
-  axis_lists_.limit(settings.axis_lists_bytes);
-  wide_axis_lists_.limit(settings.axis_lists_bytes);
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -402,16 +400,8 @@ void ParallelSAPSpace::synchronise() {
 }
 
 PairFinder& ParallelSAPSpace::finderFor(int method) {
-  if (method == dParallelSAPMethodBruteForce) {
-    if (boxes_.wide) return wide_brute_force_;
-    return brute_force_;
-  }
-  if (method == dParallelSAPMethodAxisLists) {
-    if (boxes_.wide) return wide_axis_lists_;
-    return axis_lists_;
-  }
-  if (boxes_.wide) return wide_sweep_;
-  return sweep_;
+  if (!cpu_finders_) cpu_finders_ = std::make_unique<CPUFinders>(settings.axis_lists_bytes);
+  return cpu_finders_->of(method, boxes_.wide);
 }
 
 void ParallelSAPSpace::extract(PairList& pairs) {
@@ -544,10 +534,9 @@ void ParallelSAPSpace::countTotals() {
 }
 
 std::size_t ParallelSAPSpace::memoryBytes() const {
-  return sizeof *this + geoms_.bytes() + boxes_.bytes() + brute_force_.bytes() +
-         wide_brute_force_.bytes() + sweep_.bytes() + wide_sweep_.bytes() + axis_lists_.bytes() +
-         wide_axis_lists_.bytes() + device_.bytes() + pairs_.bytes() + contact_pairs_.bytes() +
-         narrow_phase_.bytes() + queries_.bytes() + hits_.bytes();
+  return sizeof *this + geoms_.bytes() + boxes_.bytes() +
+         (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
+         contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

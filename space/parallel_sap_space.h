@@ -4,13 +4,13 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <memory>
 #include <unordered_set>
 
-#include "axis_lists.h"
 #include "box_set.h"
-#include "brute_force.h"
 #include "buffer.h"
 #include "contact_pairs.h"
+#include "cpu_finders.h"
 #include "device_backend.h"
 #include "geom_queries.h"
 #include "geom_update.h"
@@ -19,7 +19,6 @@
 #include "pair_filter.h"
 #include "pair_list.h"
 #include "settings.h"
-#include "sweep.h"
 #include "team_choice.h"
 
 namespace ode_parallel_sap {
@@ -95,12 +94,7 @@ class ParallelSAPSpace : public dxSpace {
   Buffer<dxGeom*> hits_;  // of a query
   GeomUpdate geom_update_;
   BoxSet boxes_;
-  BruteForce<float> brute_force_;
-  BruteForce<double> wide_brute_force_;
-  Sweep<float> sweep_;
-  Sweep<double> wide_sweep_;
-  AxisLists<float> axis_lists_;
-  AxisLists<double> wide_axis_lists_;
+  std::unique_ptr<CPUFinders> cpu_finders_;
   DeviceBackend device_;
   PairFilter pair_filter_;
   PairList pairs_;

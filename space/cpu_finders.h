@@ -1,0 +1,49 @@
+// The methods that run on the CPU, each for boxes of floats and of doubles.
+#ifndef ODE_PARALLEL_SAP_CPU_FINDERS_H
+#define ODE_PARALLEL_SAP_CPU_FINDERS_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include "axis_lists.h"
+#include "brute_force.h"
+#include "sweep.h"
+
+namespace ode_parallel_sap {
+
+// About 25 KB before the first box: a space makes it when a frame first needs it, so that the many
+// spaces of a few geoms that programs make do without.
+class CPUFinders {
+ public:
+  explicit CPUFinders(std::uint64_t axis_lists_bytes) {
+    axis_lists_.limit(axis_lists_bytes);
+    wide_axis_lists_.limit(axis_lists_bytes);
+  }
+
+  PairFinder& of(int method, bool wide) {
+    if (method == dParallelSAPMethodBruteForce)
+      return choose(brute_force_, wide_brute_force_, wide);
+    if (method == dParallelSAPMethodAxisLists) return choose(axis_lists_, wide_axis_lists_, wide);
+    return choose(sweep_, wide_sweep_, wide);
+  }
+
+  std::size_t bytes() const {
+    return sizeof *this + brute_force_.bytes() + wide_brute_force_.bytes() + sweep_.bytes() +
+           wide_sweep_.bytes() + axis_lists_.bytes() + wide_axis_lists_.bytes();
+  }
+
+ private:
+  static PairFinder& choose(PairFinder& narrow, PairFinder& wide, bool is_wide) {
+    return is_wide ? wide : narrow;
+  }
+
+  BruteForce<float> brute_force_;
+  BruteForce<double> wide_brute_force_;
+  Sweep<float> sweep_;
+  Sweep<double> wide_sweep_;
+  AxisLists<float> axis_lists_;
+  AxisLists<double> wide_axis_lists_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
