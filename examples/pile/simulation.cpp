@@ -110,6 +110,7 @@ void Simulation::createJoints() {
     contact.geom = geom;
     const dJointID joint = dJointCreateContact(world_.ode(), joints_, &contact);
     dJointAttach(joint, dGeomGetBody(geom.g1), dGeomGetBody(geom.g2));
+    if (watch_) watch_(joint);
   }
 }
 

@@ -3,8 +3,10 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "check.h"
@@ -42,6 +44,9 @@ class Simulation {
 
   Frame step();
 
+  // Calls this for each contact joint of the steps to come, before the solver runs.
+  void watchJoints(std::function<void(dJointID)> watch) { watch_ = std::move(watch); }
+
   // What --check found wrong in the last step; empty if nothing or not asked.
   const std::optional<std::string>& difference() const { return difference_; }
   const std::vector<Pair>& pairs() const { return pairs_; }
@@ -56,6 +61,7 @@ class Simulation {
   int steps_done_ = 0;
   dJointGroupID joints_;
   NarrowPhase narrow_phase_;
+  std::function<void(dJointID)> watch_;
   std::optional<PairCheck> check_;
   std::optional<std::string> difference_;
   std::vector<Pair> pairs_;
