@@ -184,7 +184,7 @@ TEST_CASE("A reduce callback chooses and changes contacts", "[narrow]") {
 TEST_CASE("The most contacts that flags can ask for are found", "[narrow]") {
   const Space space;
   ContactScene scene(space);
-  scene.fill({Kind::Torus, Kind::Box, Kind::Sphere}, 300, seedOr(86));
+  scene.fill({Kind::Torus, Kind::Box, Kind::Sphere}, 60, seedOr(86));
   const Contacts expected = serialContacts(space, {0xffff});
   for (const int threads : kThreads) {
     dParallelSAPSpaceSetNumThreads(space, threads);
@@ -339,7 +339,9 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
     const Space space;
     dSpaceSetManualCleanup(space, 1);
     ContactScene scene(space);
-    fillWithAll(scene, 1000, seedOr(91));
+    // ODE's heightfields and geom transforms do not work in this mode: the rays and geoms within
+    // them are in no space.
+    scene.fill({Kind::Torus, Kind::Box, Kind::Sphere, Kind::Convex}, 600, seedOr(91));
     const Contacts expected = serialContacts(space, {8});
     dParallelSAPSpaceSetNumThreads(space, 3);
     for (int frame = 0; frame < 3; ++frame)

@@ -1,6 +1,7 @@
 # cmake -DPROGRAM=... -DOPTIONS=... -DFIRST=... -DSECOND=... -DFOLDER=... -P compare_runs.cmake
 # Runs the program with FIRST and with SECOND added to the options. Everything in the two CSV files
 # but the times must be the same, digit for digit.
+file(MAKE_DIRECTORY "${FOLDER}")
 foreach(run FIRST SECOND)
   set(file "${FOLDER}/compare_runs_${run}.csv")
   execute_process(COMMAND ${PROGRAM} ${OPTIONS} ${${run}} --csv "${file}" RESULT_VARIABLE result)

@@ -5,6 +5,7 @@
 #include <exception>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "presets.h"
@@ -37,6 +38,8 @@ class OdeMessages {
   static void receive(int, const char* format, va_list arguments) {
     char text[512];
     std::vsnprintf(text, sizeof text, format, arguments);
+    static std::mutex lock;  // colliders may speak from several threads
+    const std::lock_guard<std::mutex> guard(lock);
     // Said by the debug build when two fine meshes touch in many points; the narrow phase keeps
     // only a few of them, so that near duplicates do no harm.
     if (std::strstr(text, "contact hash table") || std::strstr(text, "contach hash table")) return;

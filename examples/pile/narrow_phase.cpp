@@ -44,25 +44,42 @@ NarrowPhase::NarrowPhase(int contacts_per_pair)
 void NarrowPhase::run(const std::vector<Pair>& pairs, std::vector<dContactGeom>& contacts) {
   contacts.clear();
   for (const Pair& pair : pairs) {
-    if (!isAwake(pair.first) && !isAwake(pair.second)) continue;
-    const bool plane = isPlane(pair.first) || isPlane(pair.second);
-    const int room = plane ? most_found_at_plane : most_found_elsewhere;
-    const int count = dCollide(pair.first, pair.second, room, found_.data(), sizeof(dContactGeom));
-    const size_t found = static_cast<size_t>(count);
-    reduceContacts(found_, found, most_);
-    contacts.insert(contacts.end(), found_.begin(),
-                    found_.begin() + static_cast<std::ptrdiff_t>(std::min(found, most_)));
+    const int flags = flagsOf(this, pair.first, pair.second);
+    if (!flags) continue;
+    const int count = dCollide(pair.first, pair.second, flags, found_.data(), sizeof(dContactGeom));
+    const size_t kept = reduceContacts(found_.data(), static_cast<size_t>(count), most_);
+    contacts.insert(contacts.end(), found_.data(), found_.data() + kept);
   }
 }
 
-void reduceContacts(std::vector<dContactGeom>& contacts, size_t count, size_t most) {
-  if (count <= most) return;
-  const auto begin = contacts.begin();
-  const auto end = begin + static_cast<std::ptrdiff_t>(count);
+void NarrowPhase::run(dSpaceID space, std::vector<dContactGeom>& contacts) {
+  contacts.clear();
+  contacts_ = &contacts;
+  const dParallelSAPContactCallbacks callbacks = {append, flagsOf, reduce, nullptr};
+  dParallelSAPSpaceCollideContacts(space, this, 0, &callbacks);
+}
+
+int NarrowPhase::flagsOf(void*, dGeomID first, dGeomID second) {
+  if (!isAwake(first) && !isAwake(second)) return 0;
+  return isPlane(first) || isPlane(second) ? most_found_at_plane : most_found_elsewhere;
+}
+
+int NarrowPhase::reduce(void* phase, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+  const size_t most = static_cast<const NarrowPhase*>(phase)->most_;
+  return static_cast<int>(reduceContacts(contacts, static_cast<size_t>(count), most));
+}
+
+void NarrowPhase::append(void* phase, dGeomID, dGeomID, const dContactGeom* contacts, int count) {
+  std::vector<dContactGeom>& all = *static_cast<const NarrowPhase*>(phase)->contacts_;
+  all.insert(all.end(), contacts, contacts + count);
+}
+
+size_t reduceContacts(dContactGeom* contacts, size_t count, size_t most) {
+  if (count <= most) return count;
   const auto shallower = [](const dContactGeom& a, const dContactGeom& b) {
     return a.depth < b.depth;
   };
-  std::iter_swap(begin, std::max_element(begin, end, shallower));
+  std::iter_swap(contacts, std::max_element(contacts, contacts + count, shallower));
   std::vector<double> apart(count, std::numeric_limits<double>::infinity());
   for (size_t kept = 1; kept < most; ++kept) {
     size_t farthest = kept;
@@ -73,6 +90,7 @@ void reduceContacts(std::vector<dContactGeom>& contacts, size_t count, size_t mo
     std::swap(contacts[kept], contacts[farthest]);
     std::swap(apart[kept], apart[farthest]);
   }
+  return most;
 }
 
 }  // namespace pile

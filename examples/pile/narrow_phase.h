@@ -1,7 +1,7 @@
 #ifndef PILE_NARROW_PHASE_H
 #define PILE_NARROW_PHASE_H
 
-#include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <vector>
 
@@ -12,23 +12,32 @@ struct Pair {
   dGeomID second;
 };
 
-// Turns pairs of geoms into contacts with ODE's colliders.
+// Turns pairs of geoms into contacts with ODE's colliders. A pair that no awake body is part of is
+// passed over: nothing about it can change.
 class NarrowPhase {
  public:
   explicit NarrowPhase(int contacts_per_pair);
 
-  // Replaces `contacts` by those of the pairs, in their order. A pair that no awake body is part of
-  // is passed over: nothing about it can change.
+  // Replaces `contacts` by those of the pairs, in their order, one pair after the other.
   void run(const std::vector<Pair>& pairs, std::vector<dContactGeom>& contacts);
+  // The same for all pairs of a parallel space, which it finds and collides on its threads.
+  void run(dSpaceID space, std::vector<dContactGeom>& contacts);
 
  private:
+  static int flagsOf(void* phase, dGeomID first, dGeomID second);
+  static int reduce(void* phase, dGeomID first, dGeomID second, dContactGeom* contacts, int count);
+  static void append(void* phase, dGeomID first, dGeomID second, const dContactGeom* contacts,
+                     int count);
+
   size_t most_;
   std::vector<dContactGeom> found_;
+  std::vector<dContactGeom>* contacts_ = nullptr;  // during run()
 };
 
 // Keeps the `most` contacts that say most about the rest: the deepest, then again and again the one
-// farthest from those kept (in place and in direction of the normal). Reorders the list.
-void reduceContacts(std::vector<dContactGeom>& contacts, size_t count, size_t most);
+// farthest from those kept (in place and in direction of the normal). Reorders the list. Returns
+// how many are left.
+size_t reduceContacts(dContactGeom* contacts, size_t count, size_t most);
 
 }  // namespace pile
 

@@ -59,6 +59,8 @@ struct Names {
   std::string space = "parallel";
   std::string method;
   std::string backend;
+  std::string narrow = "serial";
+  std::string stepping = "serial";
   int threads = 0;
 };
 
@@ -107,10 +109,18 @@ void addSpaceOptions(CLI::App& app, Names& names) {
       ->capture_default_str();
   const std::string only = " (parallel space only)";
   app.add_option("--threads", names.threads,
-                 "Threads of the broad phase, 0: as OpenMP would" + only)
+                 "Threads of the space and of parallel stepping, 0: as many as may be used")
       ->check(CLI::Range(0, 256));
   app.add_option("--method", names.method, "How pairs are found" + only)
       ->check(CLI::IsMember(keys(method_names)));
+  app.add_option("--narrow", names.narrow,
+                 "The narrow phase: dCollide in a loop, or on the threads of the parallel space")
+      ->check(CLI::IsMember({"serial", "parallel"}))
+      ->capture_default_str();
+  app.add_option("--stepping", names.stepping,
+                 "dWorldQuickStep: on one thread, or on threads of ODE's own")
+      ->check(CLI::IsMember({"serial", "parallel"}))
+      ->capture_default_str();
   app.add_option("--backend", names.backend, "Where pairs are found" + only)
       ->check(CLI::IsMember(keys(backend_names)));
 }
@@ -150,9 +160,13 @@ void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options)
   if (app.count("--threads")) options.threads = names.threads;
   if (app.count("--method")) options.method = method_names.at(names.method);
   if (app.count("--backend")) options.backend = backend_names.at(names.backend);
-  const bool any = options.threads || options.method || options.backend;
-  if (any && options.space != SpaceKind::Parallel)
-    throw UsageError("--threads, --method and --backend need --space parallel");
+  options.parallel_narrow = names.narrow == "parallel";
+  options.parallel_stepping = names.stepping == "parallel";
+  if (options.space == SpaceKind::Parallel) return;
+  if (options.method || options.backend || options.parallel_narrow)
+    throw UsageError("--method, --backend and --narrow parallel need --space parallel");
+  if (options.threads && !options.parallel_stepping)
+    throw UsageError("--threads needs --space parallel or --stepping parallel");
 }
 
 void fillFromPreset(Options& options) {

@@ -26,6 +26,8 @@ struct Options {
   std::optional<int> threads;  // these three are for the parallel space only
   std::optional<int> method;
   std::optional<int> backend;
+  bool parallel_narrow = false;    // for the parallel space only
+  bool parallel_stepping = false;  // by ODE's own threads
   bool check = false;
   std::string csv;                   // empty: none
   bool view = false;                 // then `steps` is the largest int unless it was given

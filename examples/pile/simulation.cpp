@@ -66,10 +66,12 @@ Simulation::Simulation(World& world, const Options& options)
     : world_(world),
       dt_(options.dt),
       joints_(dJointGroupCreate(0)),
+      parallel_narrow_(options.parallel_narrow),
       narrow_phase_(options.contacts) {
   setWorld(world.ode(), options);
   for (dBodyID body : world.bodies()) setBody(body, presetOf(options.scene), dt_);
   dRandSetSeed(static_cast<unsigned long>(options.seed));  // QuickStep shuffles its rows
+  if (options.parallel_stepping) stepping_.emplace(world.ode(), options.threads.value_or(0));
   if (options.check) check_.emplace(world.geoms());
 }
 
@@ -81,25 +83,45 @@ Frame Simulation::step() {
   Frame frame;
   frame.number = ++steps_done_;
   frame.time = steps_done_ * dt_;
-  collide(frame);
-  frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
+  parallel_narrow_ ? findContacts(frame) : collide(frame);
   frame.joints_ms = millisecondsOf([&] { createJoints(); });
   frame.solver_ms = millisecondsOf([&] { dWorldQuickStep(world_.ode(), static_cast<dReal>(dt_)); });
   frame.joints_ms += millisecondsOf([&] { dJointGroupEmpty(joints_); });
+  frame.geoms = static_cast<size_t>(dSpaceGetNumGeoms(world_.space()));
   frame.contacts = contacts_.size();
   for (const dContactGeom& contact : contacts_)
     frame.deepest = std::max(frame.deepest, static_cast<double>(contact.depth));
   return frame;
 }
 
+// Pairs, then contacts, in two calls.
 void Simulation::collide(Frame& frame) {
-  pairs_.clear();
-  frame.broad_ms = millisecondsOf([&] { dSpaceCollide(world_.space(), &pairs_, queuePair); });
-  frame.geoms = static_cast<size_t>(dSpaceGetNumGeoms(world_.space()));
+  frame.broad_ms = millisecondsOf([&] { queuePairs(); });
   frame.pairs = pairs_.size();
   const bool ours = dSpaceIsParallelSAP(world_.space()) != 0;
   if (ours) dParallelSAPSpaceGetStats(world_.space(), &frame.stages.emplace());
   if (check_) difference_ = check_->compare(pairs_, ours);
+  frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
+}
+
+// Both in one call. What that does not show, the pairs, is asked for once more if they are checked.
+void Simulation::findContacts(Frame& frame) {
+  if (check_) {
+    queuePairs();
+    difference_ = check_->compare(pairs_, true);
+  }
+  const double both = millisecondsOf([&] { narrow_phase_.run(world_.space(), contacts_); });
+  dParallelSAPStats& stages = frame.stages.emplace();
+  dParallelSAPSpaceGetStats(world_.space(), &stages);
+  frame.pairs = stages.pairs;
+  frame.narrow_ms = stages.narrow_ms + stages.report_ms;
+  frame.broad_ms = both - frame.narrow_ms;
+  stages.report_ms = 0;  // it reported contacts, not pairs
+}
+
+void Simulation::queuePairs() {
+  pairs_.clear();
+  dSpaceCollide(world_.space(), &pairs_, queuePair);
 }
 
 void Simulation::createJoints() {

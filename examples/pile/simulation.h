@@ -12,6 +12,7 @@
 #include "check.h"
 #include "narrow_phase.h"
 #include "options.h"
+#include "stepping.h"
 #include "world.h"
 
 namespace pile {
@@ -54,14 +55,18 @@ class Simulation {
 
  private:
   void collide(Frame& frame);
+  void queuePairs();
+  void findContacts(Frame& frame);
   void createJoints();
 
   World& world_;
   const double dt_;
   int steps_done_ = 0;
   dJointGroupID joints_;
+  const bool parallel_narrow_;
   NarrowPhase narrow_phase_;
   std::function<void(dJointID)> watch_;
+  std::optional<ParallelStepping> stepping_;
   std::optional<PairCheck> check_;
   std::optional<std::string> difference_;
   std::vector<Pair> pairs_;

@@ -35,6 +35,24 @@ add_test(
           "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}" -P "${CMAKE_CURRENT_SOURCE_DIR}/compare_runs.cmake")
 set_tests_properties(examples.pile.same-for-all-methods PROPERTIES LABELS examples TIMEOUT 120)
 
+# The narrow phase in a loop or on threads: the same contacts, so again the same piles.
+foreach(scene IN ITEMS cubes torus)
+  set(bodies 1500)
+  if(scene STREQUAL "torus")
+    set(bodies 60)
+  endif()
+  add_test(
+    NAME examples.pile.same-narrow-phase.${scene}
+    COMMAND
+      ${CMAKE_COMMAND} "-DPROGRAM=$<TARGET_FILE:pile>" "-DOPTIONS=--scene;${scene};--bodies;${bodies};--steps;150"
+      "-DFIRST=--narrow;serial" "-DSECOND=--narrow;parallel;--threads;3"
+      "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/${scene}" -P "${CMAKE_CURRENT_SOURCE_DIR}/compare_runs.cmake")
+  set_tests_properties(examples.pile.same-narrow-phase.${scene} PROPERTIES LABELS examples TIMEOUT 120)
+endforeach()
+add_pile_test(narrow-check 0 "${checked}" --scene balls --bodies 500 --steps 100 --narrow parallel --check)
+add_pile_test(stepping 0 "asleep" --scene balls --bodies 500 --steps 200 --narrow parallel --stepping parallel --threads 2)
+add_pile_test(narrow-elsewhere 2 "need --space parallel" --space hash --narrow parallel)
+
 # dSweepAndPruneSpace reports a plane with every geom, so the check must find a difference.
 add_pile_test(check-can-fail 1 "frame 1: the pair \\(plane 0, trimesh 1\\) is not one of dHashSpace's"
               --scene alphabet --bodies 30 --steps 10 --space sap --check)
