@@ -1,0 +1,119 @@
+// Drives the C API of ODE and of this library with whatever somebody decides, and compares every
+// collide with the oracle.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "../support/floating_point.h"
+#include "../support/recorder.h"
+#include "../support/user_box.h"
+#include "decisions.h"
+
+namespace sap_test {
+
+class Driver {
+ public:
+  // Scenes of up to `most_geoms`. ODE's messages are silenced; an assertion of ODE's ends the
+  // program, as it would in any other.
+  Driver(Decisions& decisions, std::size_t most_geoms);
+  ~Driver();
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+
+  // Makes one edit of the world, or a few frames of edits and collides.
+  void step();
+  // Collides every space.
+  void finish();
+
+  // What was wrong first, with the calls before it; empty so far if nothing was.
+  const std::string& problem() const { return problem_; }
+  unsigned long collides() const { return collides_; }  // compared with the oracle
+  unsigned long changes() const { return changes_; }    // of single geoms, bodies, settings
+
+ private:
+  static constexpr int kNone = -1;
+  enum Kind { kBox, kSphere, kCapsule, kUser, kRay, kPlane, kLeafKinds, kSpace };
+
+  // A geom or a space; its place in objects_ is its number.
+  struct Object {
+    Kind kind;
+    dGeomID geom;
+    int parent = kNone;
+    int body = kNone;
+    // Spaces only.
+    bool ours = false;
+    bool cleans_up = true;
+    std::vector<int> members;  // in the order of adding
+  };
+
+  // Edits, in driver_edits.cpp.
+  void populate();
+  void createOne();
+  int createLeaf(Kind kind, Random& random);
+  void createSpace();
+  void destroySome();
+  void destroySpace();
+  void moveSome();
+  void moveFar();
+  void resizeSome();
+  void giveBodies();
+  void changeBodies();
+  void destroyBodies();
+  void changeBits();
+  void changeEnabled();
+  void reAddSome();
+  void moveToOtherSpace();
+  void lookAtSome();
+  void changeUnasked();
+  void changeSettings();
+  void stepWorld();
+
+  void add(int object, int space);
+  void remove(int object);
+  void destroy(int object);
+  void forget(int object);
+  void markMoved(int object);
+  void place(int object, Random& random, std::size_t how);
+  int createBody(int at_object);
+
+  // Collides, in driver_collides.cpp.
+  void collideFrames();
+  void collidePlain(int space);
+  void collideThrowing(int space);
+  void collideWithin(int space);
+  void collideChanging(int space);
+  void collideWithGeom();
+  void collideAnyhow();
+  void compare(int space, const Pairs& got);
+  Pairs expectedOf(int space) const;
+  Pairs expectedOfTwo(int first, int second, bool& ordered) const;
+  unsigned mode();
+
+  dSpaceID spaceOf(int object) const { return reinterpret_cast<dSpaceID>(objects_[object].geom); }
+  int pickSpace();
+  int pickOurSpace();
+  int pickMember(int space, Random& random) const;
+  // Some of a space's members: one of them, or a part between a thousandth and all.
+  std::vector<int> pickSome(int space, Random& random);
+  bool isInside(int object, int space) const;
+  double side() const;
+  void log(const std::string& call);
+  void fail(const std::string& what);
+
+  Decisions& decisions_;
+  const std::size_t most_geoms_;
+  dWorldID world_;
+  std::vector<Object> objects_;
+  std::vector<int> alive_;   // leaves
+  std::vector<int> spaces_;  // alive ones
+  std::vector<dBodyID> bodies_;
+  std::deque<std::string> history_;
+  std::string problem_;
+  unsigned long collides_ = 0, changes_ = 0, calls_ = 0;
+};
+
+}  // namespace sap_test

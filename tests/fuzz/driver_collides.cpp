@@ -1,0 +1,274 @@
+// Collides of all kinds, each compared with the oracle.
+#include <algorithm>
+
+#include "../support/oracle.h"
+#include "driver.h"
+
+namespace sap_test {
+namespace {
+
+struct Stop {};
+
+struct Thrower {
+  Pairs pairs;
+  std::size_t at;
+
+  static void call(void* data, dGeomID a, dGeomID b) {
+    Thrower& self = *static_cast<Thrower*>(data);
+    record(&self.pairs, a, b);
+    if (self.pairs.size() == self.at) throw Stop();
+  }
+};
+
+// Runs a function at one of the calls.
+template <class Function>
+struct Interrupter {
+  Pairs pairs;
+  std::size_t at;
+  Function function;
+
+  static void call(void* data, dGeomID a, dGeomID b) {
+    Interrupter& self = *static_cast<Interrupter*>(data);
+    record(&self.pairs, a, b);
+    if (self.pairs.size() == self.at) self.function(a, b);
+  }
+};
+
+template <class Function>
+Pairs collideInterrupted(dSpaceID space, std::size_t at, Function function) {
+  Interrupter<Function> interrupter{{}, at, function};
+  dSpaceCollide(space, &interrupter, Interrupter<Function>::call);
+  return interrupter.pairs;
+}
+
+bool isEmptySpace(dGeomID geom) {
+  return dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0;
+}
+
+// What a geom must be to be asked about: ODE looks at nothing else of it.
+bool mayProbe(dGeomID geom) {
+  Bounds bounds;
+  dGeomGetAABB(geom, bounds.data());
+  return !isEmptySpace(geom) &&
+         std::none_of(bounds.begin(), bounds.end(), [](dReal b) { return b != b; });
+}
+
+}  // namespace
+
+// The mode in which the program runs for a while.
+unsigned Driver::mode() {
+  const unsigned modes[] = {FloatingPointMode::kDefault, FloatingPointMode::kFlushing,
+                            FloatingPointMode::kUpward, FloatingPointMode::kDownward};
+  return decisions_.chance(230) ? modes[0] : modes[decisions_.below(std::size(modes))];
+}
+
+Pairs Driver::expectedOf(int space) const {
+  std::vector<dGeomID> geoms;
+  for (const int member : objects_[space].members) geoms.push_back(objects_[member].geom);
+  return expectedPairs(geoms);
+}
+
+void Driver::compare(int space, const Pairs& got) {
+  const Object& o = objects_[space];
+  ++collides_;
+  std::string problem;
+  if (o.ours) {
+    problem = difference(got, expectedOf(space));
+  } else {
+    // ODE's own: in an order of its own, with NaN and empty sub-spaces among its pairs.
+    Pairs sound;
+    for (const Pair& pair : got) {
+      if (takesPart(objects_[pair.first].geom) && takesPart(objects_[pair.second].geom)) {
+        sound.push_back(pair);
+      }
+    }
+    problem = difference(asSet(sound), asSet(expectedOf(space)));
+  }
+  if (!problem.empty()) fail("space " + std::to_string(space) + ": " + problem);
+}
+
+void Driver::collidePlain(int space) {
+  log("collide " + std::to_string(space));
+  Pairs got;
+  {
+    const FloatingPointMode scoped(mode());
+    got = collide(spaceOf(space));
+  }
+  compare(space, got);
+}
+
+// Frames of one kind in a row: all at rest, a few moving, half of them, all.
+void Driver::collideFrames() {
+  const int space = pickSpace();
+  const std::size_t frames = 1 + decisions_.below(6), way = decisions_.below(3);
+  const double parts[] = {0, 0.001, 0.01, 0.1, 0.5, 1};
+  const double part = parts[decisions_.below(std::size(parts))];
+  Random random = decisions_.random();
+  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", moving " +
+      std::to_string(part));
+  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
+    for (const int member : objects_[space].members) {
+      if (objects_[member].kind == kSpace || !random.chance(part)) continue;
+      place(member, random, way == 0 ? 0 : 2);
+      ++changes_;
+    }
+    compare(space, collide(spaceOf(space)));
+  }
+}
+
+void Driver::collideAnyhow() {
+  const int ours = pickOurSpace();
+  switch (decisions_.below(6)) {
+    case 0:
+      collideThrowing(ours);
+      break;
+    case 1:
+      collideWithin(ours);
+      break;
+    case 2:
+      collideChanging(ours);
+      break;
+    case 3:
+      collidePlain(ours);
+      break;
+    default:
+      collidePlain(pickSpace());
+  }
+}
+
+// What was reported before the callback throws is how the whole begins.
+void Driver::collideThrowing(int space) {
+  const std::size_t at = 1 + decisions_.below(300);
+  log("collide " + std::to_string(space) + ", throwing at call " + std::to_string(at));
+  Thrower thrower{{}, at};
+  try {
+    dSpaceCollide(spaceOf(space), &thrower, Thrower::call);
+  } catch (const Stop&) {
+  }
+  Pairs expected = expectedOf(space);
+  if (expected.size() > at) expected.resize(at);
+  ++collides_;
+  const std::string problem = difference(thrower.pairs, expected);
+  if (!problem.empty()) fail("space " + std::to_string(space) + ", throwing: " + problem);
+}
+
+void Driver::collideWithin(int space) {
+  const std::size_t at = 1 + decisions_.below(100);
+  const int other = pickOurSpace();
+  const bool throws = decisions_.chance(64);
+  log("collide " + std::to_string(space) + ", and at call " + std::to_string(at) + " collide " +
+      std::to_string(other));
+  Pairs inner;
+  bool was_called = false;
+  const Pairs got = collideInterrupted(spaceOf(space), at, [&](dGeomID a, dGeomID) {
+    was_called = true;
+    collide2(spaceOf(other), a);
+    if (throws) {
+      try {
+        Thrower thrower{{}, 3};
+        dSpaceCollide(spaceOf(other), &thrower, Thrower::call);
+      } catch (const Stop&) {
+      }
+    }
+    inner = collide(spaceOf(other));
+  });
+  compare(space, got);
+  if (was_called) compare(other, inner);
+}
+
+// What a callback may change of geoms in a locked space counts from the next collide on.
+void Driver::collideChanging(int space) {
+  const std::size_t at = 1 + decisions_.below(30);
+  Random random = decisions_.random();
+  log("collide " + std::to_string(space) + ", disabling within");
+  std::vector<int> changed;
+  const Pairs got = collideInterrupted(spaceOf(space), at, [&](dGeomID, dGeomID) {
+    for (const int member : objects_[space].members) {
+      if (!random.chance(0.05) || !dGeomIsEnabled(objects_[member].geom)) continue;
+      dGeomDisable(objects_[member].geom);
+      changed.push_back(member);
+    }
+    for (const dBodyID body : bodies_) {
+      if (body && random.chance(0.05)) dBodyDisable(body);
+    }
+  });
+  for (const int member : changed) dGeomEnable(objects_[member].geom);
+  compare(space, got);
+  for (const int member : changed) {
+    if (random.chance(0.5)) dGeomDisable(objects_[member].geom);
+  }
+}
+
+// dSpaceCollide2 of two objects, spaces or not, as ODE does it: which of two spaces is walked, and
+// which is asked, depends on their sublevels and sizes.
+Pairs Driver::expectedOfTwo(int first, int second, bool& ordered) const {
+  int asked = objects_[first].kind == kSpace ? first : kNone;
+  int other = objects_[second].kind == kSpace ? second : kNone;
+  if (asked != kNone && other != kNone) {
+    const int a = dSpaceGetSublevel(spaceOf(asked)), b = dSpaceGetSublevel(spaceOf(other));
+    if (a < b) asked = kNone;
+    if (a > b) other = kNone;
+  }
+  std::vector<int> walked;
+  bool swapped = false;
+  ordered = true;
+  if (asked != kNone && other != kNone) {
+    swapped = objects_[asked].members.size() < objects_[other].members.size();
+    if (swapped) std::swap(asked, other);
+    walked = objects_[other].members;
+    ordered = objects_[other].ours;  // stock spaces have an order of their own
+  } else {
+    swapped = asked == kNone;
+    walked = {swapped ? first : second};
+    if (swapped) asked = other;
+  }
+  ordered = ordered && objects_[asked].ours;
+  Pairs pairs;
+  for (const int probe : walked) {
+    if (!mayProbe(objects_[probe].geom)) continue;
+    for (const int own : objects_[asked].members) {
+      if (!takesPart(objects_[own].geom) || !mayTouch(objects_[own].geom, objects_[probe].geom)) {
+        continue;
+      }
+      pairs.push_back(swapped ? Pair(probe, own) : Pair(own, probe));
+    }
+  }
+  return pairs;
+}
+
+void Driver::collideWithGeom() {
+  int first = pickSpace(), second = pickSpace();
+  Random random = decisions_.random();
+  if (random.chance(0.7)) {
+    const int member = pickMember(second, random);
+    if (member != kNone) second = member;
+  } else if (random.chance(0.3) && !alive_.empty()) {
+    second = alive_[random.below(alive_.size())];
+  }
+  if (first == second) return;
+  if (random.chance(0.3)) std::swap(first, second);
+  log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
+  Pairs got;
+  {
+    const FloatingPointMode scoped(mode());
+    got = collide2(objects_[first].geom, objects_[second].geom);
+  }
+  bool ordered = false;
+  const Pairs expected = expectedOfTwo(first, second, ordered);
+  ++collides_;
+  std::string problem;
+  if (ordered) {
+    problem = difference(got, expected);
+  } else {
+    Pairs sound;
+    for (const Pair& pair : got) {
+      if (mayProbe(objects_[pair.first].geom) && mayProbe(objects_[pair.second].geom)) {
+        sound.push_back(pair);
+      }
+    }
+    problem = difference(sorted(sound), sorted(expected));
+  }
+  if (!problem.empty()) fail("dSpaceCollide2: " + problem);
+}
+
+}  // namespace sap_test

@@ -1,0 +1,81 @@
+// Random edits of random worlds, every collide compared with the oracle:
+//
+//     long-run [edits [seed]]
+//
+// A world lives for some two hundred edits; its seed is printed when it shows something wrong, and
+// `long-run 1 seed` plays that world again.
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+#include "driver.h"
+
+namespace {
+
+constexpr int kEditsOfAWorld = 200;
+// The quadratic oracle would take all of the time in worlds that are mostly large.
+constexpr std::size_t kGeoms[] = {30, 60, 120, 250, 400, 800, 3200};
+
+struct Totals {
+  unsigned long edits = 0, changes = 0, collides = 0;
+};
+
+bool live(std::uint64_t seed, Totals& totals) {
+  using namespace sap_test;
+  RandomDecisions decisions(seed);
+  const std::size_t most = kGeoms[Random(seed).below(std::size(kGeoms))];
+  Driver driver(decisions, most);
+  for (int edit = 0; edit < kEditsOfAWorld && driver.problem().empty(); ++edit) {
+    driver.step();
+    ++totals.edits;
+  }
+  if (driver.problem().empty()) driver.finish();
+  totals.changes += driver.changes();
+  totals.collides += driver.collides();
+  if (driver.problem().empty()) return true;
+  std::printf("%sin the world of seed %llu: long-run 1 %llu plays it again\n",
+              driver.problem().c_str(), static_cast<unsigned long long>(seed),
+              static_cast<unsigned long long>(seed));
+  return false;
+}
+
+unsigned long numberOr(const char* text, unsigned long usual) {
+  if (!text) return usual;
+  std::size_t used = 0;
+  const unsigned long number = std::stoul(text, &used);
+  if (text[used] != 0) throw std::invalid_argument(text);
+  return number;
+}
+
+int run(unsigned long edits, std::uint64_t seed) {
+  Totals totals;
+  bool right = true;
+  const std::uint64_t first = seed;
+  while (right && totals.edits < edits) {
+    right = live(seed++, totals);
+    if ((seed - first) % 200 == 0) std::fprintf(stderr, "%lu edits\n", totals.edits);
+  }
+  std::printf("%lu edits of %llu worlds, %lu changes in all, %lu collides compared: %s\n",
+              totals.edits, static_cast<unsigned long long>(seed - first), totals.changes,
+              totals.collides, right ? "all exact" : "WRONG");
+  return right ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  unsigned long edits, seed;
+  try {
+    if (argc > 3) throw std::invalid_argument("too many arguments");
+    edits = numberOr(argc > 1 ? argv[1] : nullptr, 20000);
+    seed = numberOr(argc > 2 ? argv[2] : nullptr, 1);
+  } catch (const std::exception&) {
+    std::fprintf(stderr, "usage: %s [edits [seed]]\n", argv[0]);
+    return 2;
+  }
+  dInitODE2(0);
+  dAllocateODEDataForThread(dAllocateMaskAll);
+  const int result = run(edits, seed);
+  dCloseODE();
+  return result;
+}
