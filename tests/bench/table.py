@@ -190,11 +190,22 @@ def oversubscription(directory):
     return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
 
 
+def programs(directory):
+    """Other people's programs, with their own spaces and with those replaced."""
+    rows = read(directory, "programs")
+    lines = [[row["program"], row["replaced"], count(row["geoms"]) if row["geoms"] else "–",
+              "%s of %s" % (count(row["same"]), count(row["calls"])), shown(row["pairs"]),
+              count(row["unowed"]), count(row["missed"]), shown(row["stock_ms"] * 1000),
+              shown(row["replaced_ms"] * 1000), shown(row["stock_ms"] / row["replaced_ms"], "×")] for row in rows]
+    return markdown(["program", "replaced", "geoms", "calls with equal pairs", "pairs a call", "its own too many",
+                     "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
+
+
 TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
-          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription")}
+          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs")}
 
 
 def make(name, directory):

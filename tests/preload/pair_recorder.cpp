@@ -5,6 +5,8 @@
 // then calls the program's callback in the order in which the geoms were created. So two runs stay
 // the same, bit for bit, as long as their spaces report the same pairs, in whatever order.
 //
+// PAIR_RECORD_CALLS=n ends the program after n calls, for programs that do not end by themselves.
+//
 // PAIR_RECORD gets a line a call: its number, the number of pairs owed and their digest. Pairs that
 // are not owed (bounds that do not overlap, empty sub-spaces, bits or bodies that rule them out)
 // and pairs that are owed but not reported are counted at its end, with the time the spaces took.
@@ -37,9 +39,12 @@ struct Record {
   std::unordered_map<dGeomID, std::uint32_t> ids;  // by order of creation
   std::uint32_t last_id = 0;
   std::uint64_t calls = 0, owed = 0, unowed = 0, missed = 0, repeated = 0, most_geoms = 0;
+  std::uint64_t most_calls = 0;
   double seconds = 0;
 
   Record() {
+    const char* const most = std::getenv("PAIR_RECORD_CALLS");
+    if (most) most_calls = std::strtoull(most, nullptr, 10);
     const char* const name = std::getenv("PAIR_RECORD");
     if (name && *name) file = std::fopen(name, "w");
   }
@@ -123,7 +128,7 @@ void replay(std::vector<Pair>& pairs, void* data, dNearCallback* callback) {
   to.owed += owed;
   if (to.file)
     std::fprintf(to.file, "%" PRIu64 " %" PRIu64 " %016" PRIx64 "\n", to.calls, owed, digest);
-  ++to.calls;
+  if (++to.calls == to.most_calls) std::exit(0);
   for (const Pair& pair : pairs) callback(data, pair.first, pair.second);
 }
 
