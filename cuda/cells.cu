@@ -5,6 +5,7 @@
 #include <cub/device/device_select.cuh>
 
 #include "crowds.h"
+#include "partition.h"
 #include "primitives.cuh"
 
 namespace ode_parallel_sap {
@@ -83,11 +84,17 @@ __global__ void __launch_bounds__(cut_threads)
   flags[i] = cut;
 }
 
+__device__ inline void putShare(const Share& share, std::uint32_t slot, Record& box) {
+  const float low = share.axis == 0 ? box.low.x : share.axis == 1 ? box.low.y : box.low.z;
+  box.low.w = __uint_as_float(slot);
+  if (placeOf(low, slot) < share.first) box.high.w = -box.high.w;
+}
+
 // One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
 // starts are ascending and the last cell ends there; slots are below the number of boxes.
 __global__ void __launch_bounds__(pack_threads)
     packKernel(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               const ScenePlan* plan, Records sorted, Records cells, Records parents) {
+               Share share, const ScenePlan* plan, Records sorted, Records cells, Records parents) {
   __shared__ Record bounds[fan_out];
   const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
@@ -99,10 +106,13 @@ __global__ void __launch_bounds__(pack_threads)
       const bool used = lane < end - start;
       Record box = {};
       if (used) {
-        const std::uint32_t slot = slots[start + lane];
-        box = loadBox(boxes, slot);
-        box.low.w = __uint_as_float(slot);
+        const std::uint32_t i = slots[start + lane];
+        box = loadBox(boxes, i);
         box.high.w = magnitudeOf(box.low, box.high);
+        if (share.slot_of)
+          putShare(share, share.slot_of[i], box);
+        else
+          box.low.w = __uint_as_float(i);
         sorted.put(start + lane, box);
       }
       Record all = warpBounds(box, used);
@@ -205,15 +215,15 @@ template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8
                        DeviceBuffer<char>&, cudaStream_t);
 
 void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const ScenePlan* plan, void* sorted, void* tree,
-               const TreeLayout& layout, cudaStream_t stream) {
+               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
+               void* tree, const TreeLayout& layout, cudaStream_t stream) {
   Levels levels;
   for (int level = 0; level < most_levels; ++level)
     levels.at[level] = recordsIn(tree, layout.records, layout.begin[level]);
   // About what cells of half their size make; the blocks take further nodes in strides.
   launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
-         pack_threads, stream, boxes, slots, starts, plan, recordsIn(sorted, count), levels.at[0],
-         levels.at[1]);
+         pack_threads, stream, boxes, slots, starts, share, plan, recordsIn(sorted, count),
+         levels.at[0], levels.at[1]);
   launch("build levels", levelKernel, 1, level_threads, stream, plan, levels);
 }
 

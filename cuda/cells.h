@@ -45,10 +45,11 @@ void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t*
               std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream);
 
 // Gathers the boxes in the order of `slots` into `sorted`, memory for `count` records, and builds
-// the tree in memory for layout.records.
+// the tree in memory for layout.records. A record's low.w is the box's slot in the scene, its
+// high.w the greatest magnitude of the bounds, negative if the box is a guest.
 void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const ScenePlan* plan, void* sorted, void* tree,
-               const TreeLayout& layout, cudaStream_t stream);
+               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
+               void* tree, const TreeLayout& layout, cudaStream_t stream);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

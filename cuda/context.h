@@ -44,6 +44,10 @@ struct Context {
   DeviceBuffer<float> boxes;
   DeviceBuffer<FilterBits> bits;
   DeviceBuffer<std::uint32_t> bodies;
+  // Only where several devices share a scene (shares.h): filters by box, and what gives boxes their
+  // slots.
+  DeviceBuffer<FilterBits> dealt_bits;
+  DeviceBuffer<std::uint32_t> dealt_bodies, slot_of, members, first_boxes;
   DeviceBuffer<device::ScenePlan> plan;
   DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
   DeviceBuffer<std::uint64_t> long_keys[2];
@@ -64,7 +68,7 @@ struct Context {
   Upload upload;
   Download download;
   std::vector<std::unique_ptr<Event>> stage_events, ready;
-  Event piece_here, filters_here, summarised, result_here, long_lists_sorted;
+  Event piece_here, filters_here, summarised, result_here, has_list_here;
   CachedGraph graph;
   Stream compute, up, down;
 
@@ -73,12 +77,13 @@ struct Context {
            download.bytes();
   }
   std::size_t deviceBytes() const {
-    return boxes.bytes() + bits.bytes() + bodies.bytes() + plan.bytes() + keys[0].bytes() +
-           keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
-           long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
-           tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() + has_list.bytes() +
-           long_store.bytes() + long_slots.bytes() + found.bytes() + lists.bytes() +
-           stretches.bytes() + scratch.bytes();
+    return boxes.bytes() + bits.bytes() + bodies.bytes() + dealt_bits.bytes() +
+           dealt_bodies.bytes() + slot_of.bytes() + members.bytes() + first_boxes.bytes() +
+           plan.bytes() + keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
+           starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
+           sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
+           has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
+           lists.bytes() + stretches.bytes() + scratch.bytes();
   }
   // Places for pairs that may be found.
   std::size_t pairPlaces() const { return found.capacity() - device::overflow_places; }

@@ -6,6 +6,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "../space/pair_finder.h"
 
@@ -32,18 +33,29 @@ struct CudaStageTimes {
   float lists = 0;       // lists sorted
   float host_wait = 0;   // on the host: from the last box staged to the number of pairs known
   float host_pairs = 0;  // on the host: from there to the last pair written
+  // Of several devices only the two last ones are known, and host_wait begins with the frame.
   // All stages from the last box's arrival to the last list sorted.
   float device() const { return classify + sort + cells + search + scan + scatter + lists; }
 };
 
-// The sweep on one device. Finds what Sweep<float> finds. Not for use by two threads at once; two
-// finders may share a device. After a DeviceFailure the finder may be destroyed or used again.
+// The sweep on one or several devices. Finds what Sweep<float> finds. Not for use by two threads at
+// once; finders may share devices.
 class CudaPairFinder : public PairFinder {
  public:
   // Whether it can find the pairs of such boxes: not of doubles (BoxSet::wide).
   virtual bool takes(const BoxSet& boxes) const = 0;
-  // Throws DeviceFailure as well as std::bad_alloc.
+  // With more than one, several devices share each scene, whatever its size. At least 1; more than
+  // there are left are taken as all of them.
+  virtual void useDevices(int count) = 0;
+  // That have not failed.
+  virtual int devicesLeft() const = 0;
+  // A device that fails is not used again; what it leaves undone the others do, and `failures` has
+  // its reason. Throws DeviceFailure when the last one has failed, and std::bad_alloc.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override = 0;
+  // Why devices failed during the last find(), one entry each.
+  virtual const std::vector<std::string>& failures() const = 0;
+  // That found the pairs of the last find().
+  virtual int devicesUsed() const = 0;
   // Host memory only; see deviceBytes.
   std::size_t bytes() const override = 0;
   virtual std::size_t deviceBytes() const = 0;
@@ -52,21 +64,13 @@ class CudaPairFinder : public PairFinder {
   virtual const CudaStageTimes& times() const = 0;
 };
 
-// Whether there is a driver and a device that this build has code for. Loads the driver but creates
-// no context. Where the answer is no, `why` (if not null) gets the reason.
-bool cudaAvailable(std::string* why = nullptr);
+// The devices that this build has code for, as the driver counts them. Loads the driver but creates
+// no context. Where there is none, `why` (if not null) gets the reason.
+std::vector<int> cudaDevices(std::string* why = nullptr);
 
-// How many such devices there are; the first ones of those that the driver counts. At least 1 where
-// cudaAvailable() is true.
-int cudaDevices();
-
-// A finder on device `device`, counted as the driver does. Touches neither driver nor device; the
-// first find() does.
-std::unique_ptr<CudaPairFinder> makeCudaSweep(int device = 0);
-
-// For tests: lets the call-th CUDA call from now on, by any finder, fail as if the device had; 0:
-// none.
-void failCudaCall(unsigned long long call);
+// A finder on these devices; one may be listed more than once, and stands for several then. Touches
+// neither driver nor device; the first find() does.
+std::unique_ptr<CudaPairFinder> makeCudaSweep(const std::vector<int>& devices = {0});
 
 }  // namespace ode_parallel_sap
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "cuda_sweep.h"
+#include "fault_injection.h"
 
 namespace ode_parallel_sap {
 
@@ -12,28 +13,55 @@ namespace {
 // The oldest architecture that this build has code for, as major * 10 + minor.
 constexpr int least_capability = 75;
 
-std::atomic<unsigned long long> calls_until_failure{0};
+std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
+std::atomic<PretendedMachine> pretended{PretendedMachine::Real};
 
-// As major * 10 + minor.
-cudaError_t readCapability(int device, int& capability) {
-  int major = 0, minor = 0;
-  cudaError_t status = cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device);
-  if (status == cudaSuccess)
-    status = cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device);
-  if (status != cudaSuccess) cudaGetLastError();
-  capability = major * 10 + minor;
-  return status;
+bool isLast(std::atomic<unsigned long long>& left) {
+  if (left.load(std::memory_order_relaxed) == 0) return false;
+  return left.fetch_sub(1, std::memory_order_relaxed) == 1;
+}
+
+// Both return what the driver says, or what a test wants it to say.
+cudaError_t countDevices(int* count) {
+  switch (pretended.load()) {
+    case PretendedMachine::NoDriver:
+      return cudaErrorInsufficientDriver;
+    case PretendedMachine::NoDevice:
+      return cudaErrorNoDevice;
+    case PretendedMachine::TooOld:
+      *count = 1;
+      return cudaSuccess;
+    default:
+      return cudaGetDeviceCount(count);
+  }
+}
+cudaError_t attributeOf(int device, cudaDeviceAttr attribute, int* value) {
+  if (pretended.load() != PretendedMachine::TooOld)
+    return cudaDeviceGetAttribute(value, attribute, device);
+  *value = attribute == cudaDevAttrComputeCapabilityMajor ? 5 : 2;
+  return cudaSuccess;
 }
 
 }  // namespace
 
+std::size_t freeDeviceMemory() {
+  std::size_t free = 0, all = 0;
+  CHECK_CUDA(cudaMemGetInfo(&free, &all));
+  return free;
+}
+
 bool cudaCallIsToFail() {
-  if (calls_until_failure.load(std::memory_order_relaxed) == 0) return false;
-  return calls_until_failure.fetch_sub(1, std::memory_order_relaxed) == 1;
+  return isLast(calls_until_failure);
 }
 
 void failCudaCall(unsigned long long call) {
   calls_until_failure = call;
+}
+void failCudaAllocation(unsigned long long allocation) {
+  allocations_until_failure = allocation;
+}
+void pretendMachine(PretendedMachine machine) {
+  pretended = machine;
 }
 
 void checkCuda(cudaError_t status, const char* call) {
@@ -43,45 +71,53 @@ void checkCuda(cudaError_t status, const char* call) {
   throw DeviceFailure(text.substr(0, text.find('(')) + ": " + cudaGetErrorString(status));
 }
 
+namespace {
+
+// What a test wants an allocation to meet.
+cudaError_t allocationFault() {
+  if (cudaCallIsToFail()) return cudaErrorLaunchFailure;
+  return isLast(allocations_until_failure) ? cudaErrorMemoryAllocation : cudaSuccess;
+}
+
+}  // namespace
+
 void* DeviceMemory::allocate(std::size_t bytes) {
   void* memory = nullptr;
-  CHECK_CUDA(cudaMalloc(&memory, bytes));
+  checkCuda(allocationFault(), "cudaMalloc");
+  checkCuda(cudaMalloc(&memory, bytes), "cudaMalloc");
   return memory;
 }
 
 void* PinnedMemory::allocate(std::size_t bytes) {
   void* memory = nullptr;
-  CHECK_CUDA(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable));
+  checkCuda(allocationFault(), "cudaHostAlloc");
+  checkCuda(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable), "cudaHostAlloc");
   return memory;
 }
 
-bool cudaAvailable(std::string* why) {
-  const auto no = [why](const std::string& reason) {
-    if (why) *why = reason;
-    return false;
-  };
-  int devices = 0;
-  cudaError_t status = cudaGetDeviceCount(&devices);
-  if (status != cudaSuccess) {
-    cudaGetLastError();
-    return no(cudaGetErrorString(status));
+std::vector<int> cudaDevices(std::string* why) {
+  std::vector<int> usable;
+  std::string reason = "no CUDA device";
+  try {
+    int count = 0;
+    checkCuda(countDevices(&count), "cudaGetDeviceCount");
+    for (int device = 0; device < count; ++device) {
+      int major = 0, minor = 0;
+      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMajor, &major),
+                "cudaDeviceGetAttribute");
+      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMinor, &minor),
+                "cudaDeviceGetAttribute");
+      if (major * 10 + minor >= least_capability)
+        usable.push_back(device);
+      else
+        reason = "the CUDA device is too old: compute capability " + std::to_string(major) + "." +
+                 std::to_string(minor) + ", 7.5 is needed";
+    }
+  } catch (const DeviceFailure& failure) {
+    usable.clear();
+    reason = failure.what();
   }
-  if (devices == 0) return no("no CUDA device");
-  int capability = 0;
-  status = readCapability(0, capability);
-  if (status != cudaSuccess) return no(cudaGetErrorString(status));
-  if (capability < least_capability)
-    return no("the CUDA device is too old: compute capability " + std::to_string(capability / 10) +
-              "." + std::to_string(capability % 10) + ", 7.5 is needed");
-  return true;
-}
-
-int cudaDevices() {
-  int devices = 0, usable = 0, capability = 0;
-  if (cudaGetDeviceCount(&devices) != cudaSuccess) cudaGetLastError();
-  while (usable < devices && readCapability(usable, capability) == cudaSuccess &&
-         capability >= least_capability)
-    ++usable;
+  if (usable.empty() && why) *why = reason;
   return usable;
 }
 

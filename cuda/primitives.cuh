@@ -88,15 +88,20 @@ __device__ inline bool isUnsure(const float4& low_a, const float4& high_a, const
 }
 
 // Whether two boxes overlap by so much more than two steps that isUnsure need not be asked. The
-// high.w of each is the greatest magnitude of its bounds: a step is at most 2^-22 of it, a quarter
-// of the distance wanted, or the smallest number there is.
+// size of each high.w is the greatest magnitude of its bounds: a step is at most 2^-22 of it, a
+// quarter of the distance wanted, or the smallest number there is.
 __device__ inline bool isClear(const float4& low_a, const float4& high_a, const float4& low_b,
                                const float4& high_b) {
   const float x = fminf(high_b.x - low_a.x, high_a.x - low_b.x);
   const float y = fminf(high_b.y - low_a.y, high_a.y - low_b.y);
   const float z = fminf(high_b.z - low_a.z, high_a.z - low_b.z);
   const float smallest_normal = 1.17549435e-38f;
-  return fminf(x, fminf(y, z)) > fmaf(fmaxf(high_a.w, high_b.w), 1.0f / (1 << 20), smallest_normal);
+  return fminf(x, fminf(y, z)) >
+         fmaf(fmaxf(fabsf(high_a.w), fabsf(high_b.w)), 1.0f / (1 << 20), smallest_normal);
+}
+// The sign of high.w tells guests (scene_plan.h).
+__device__ inline bool isGuest(const float4& high) {
+  return __float_as_int(high.w) < 0;
 }
 __device__ inline float magnitudeOf(const float4& low, const float4& high) {
   return fmaxf(fmaxf(fmaxf(fabsf(low.x), fabsf(high.x)), fmaxf(fabsf(low.y), fabsf(high.y))),

@@ -80,6 +80,15 @@ struct ScenePlan {
   ClassSummary summary[most_classes];
 };
 
+// What is a device's own where several share a scene (partition.h): the pairs of which not both
+// boxes are guests, which begin before `first` on the axis.
+struct Share {
+  const std::uint32_t* slot_of = nullptr;  // by box, on the device; null: all is its own, box i is
+                                           // that of slot i
+  int axis = 0;
+  std::uint64_t first = 0;
+};
+
 // Of a record, a box or the bounds of several: primitives.cuh.
 constexpr std::size_t record_bytes = 32;
 

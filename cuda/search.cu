@@ -69,6 +69,7 @@ struct Search {
   std::uint32_t* const counts;
   const int lane;
   std::uint32_t query_count = 0;
+  unsigned query_guests = 0;  // bits of those boxes
   int queued = 0, own_left = 0, celled = 0, stacked = 0;
 
   // Which of the query's boxes may meet box `slot` by their bits and bodies.
@@ -144,6 +145,7 @@ struct Search {
           static_cast<std::uint32_t>(overlap(space.query_low[q], space.query_high[q], low, high))
           << q;
     if (place < own_left) hits &= (1u << place) - 1;
+    if (isGuest(high)) hits &= ~query_guests;
     if (!used) hits = 0;
     if (filtered) hits = passing(hits, __float_as_uint(low.w));
     if (__any_sync(all_lanes, hits)) write(hits, low, high);
@@ -247,6 +249,7 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
     if (lane < search.query_count) own = sorted[start + lane];
     space.query_low[lane] = space.low[lane] = own.low;
     space.query_high[lane] = space.high[lane] = own.high;
+    search.query_guests = __ballot_sync(all_lanes, isGuest(own.high));
     if (lane == 0) space.stack[0] = static_cast<std::uint32_t>(top_level) << level_shift;
     __syncwarp();
     search.queued = search.own_left = search.query_count;

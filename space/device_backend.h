@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "backend_choice.h"
 #include "pair_finder.h"
 
 namespace ode_parallel_sap {
@@ -14,31 +15,44 @@ namespace ode_parallel_sap {
 // first call; a program that never asks for the back end never comes here.
 bool deviceAvailable();
 
-// One space's share of the device.
+// One space's share of the devices.
 class DeviceBackend {
  public:
+  // What the user set.
+  struct Wish {
+    bool processor;  // may be chosen, too
+    int devices;     // 0: chosen by the space
+  };
+
   DeviceBackend();
   ~DeviceBackend();
 
-  // As PairFinder::find, on the device. False, with nothing in `pairs`, where the device does not
-  // take such boxes or fails: the caller then finds the pairs itself. A failure is reported once
-  // through dMessage, and the device is not tried again by this space.
-  bool find(const BoxSet& boxes, int threads, PairList& pairs);
-  // The same by the method AxisLists on up to so many devices, at least 1. Throws ListsTooLong
+  // On how many devices the next frame's pairs are found soonest; 0: on the processor. Where the
+  // processor may be chosen, a device is only ever chosen after another thread has made it ready,
+  // so that no frame waits for it.
+  int choose(const BoxSet& boxes, const Wish& wish);
+  // As PairFinder::find, on `devices` devices; returns how many found the pairs. 0, with nothing in
+  // `pairs`, where devices do not take such boxes or all have failed: the caller then finds the
+  // pairs itself. A device that fails is reported once through dMessage and not used again by this
+  // space.
+  int find(const BoxSet& boxes, int threads, int devices, PairList& pairs);
+  // The same by the method AxisLists, on up to so many devices, at least 1. Throws ListsTooLong
   // where the memory of one of them, or `most_bytes` unless that is 0, does not suffice.
-  bool findByAxisLists(const BoxSet& boxes, int threads, int devices, std::uint64_t most_bytes,
-                       PairList& pairs);
-  // Devices that the last find used.
-  int devices() const { return devices_; }
+  int findByAxisLists(const BoxSet& boxes, int threads, int devices, std::uint64_t most_bytes,
+                      PairList& pairs);
+  // What a frame took; `devices` as find() returned it. Has more devices made ready where they
+  // would pay.
+  void learn(const Wish& wish, int devices, std::size_t boxes, std::size_t pairs, double ms);
   std::size_t bytes() const;
 
  private:
   struct Finder;
+  void reportFailure(const char* reason, int devices_left);
   template <class Work>
-  bool attempt(PairList& pairs, Work work);
+  int attempt(PairList& pairs, Work work);
 
   std::unique_ptr<Finder> finder_;
-  int devices_ = 0;
+  BackendChoice choice_;
   bool failed_ = false;
 };
 

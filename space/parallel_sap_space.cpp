@@ -421,25 +421,38 @@ void ParallelSAPSpace::extract(PairList& pairs) {
   stats_.candidates = pairs.size();
 }
 
-// False where the device is not asked for, does not have the method, or fails.
-bool ParallelSAPSpace::extractOnDevice(int method, PairList& pairs) {
-  if (settings.backend != dParallelSAPBackendCUDA) return false;
-  if (method == dParallelSAPMethodSweep) return device_.find(boxes_, frame_threads_, pairs);
-  if (method != dParallelSAPMethodAxisLists) return false;
-  const int devices = std::max(1, settings.devices);
-  // One thread drives each device, in small scenes too.
-  const int threads = std::max(frame_threads_, std::min(devices, threadsFor(settings)));
-  return device_.findByAxisLists(boxes_, threads, devices, settings.axis_lists_bytes, pairs);
+void ParallelSAPSpace::extractBy(int method, PairList& pairs) {
+  const bool may_be_on_device = settings.backend != dParallelSAPBackendCPU;
+  if (may_be_on_device && method == dParallelSAPMethodSweep && !boxes_.wide) {
+    extractWhereFastest(method, pairs);
+    return;
+  }
+  if (settings.backend == dParallelSAPBackendCUDA && method == dParallelSAPMethodAxisLists) {
+    const int devices = std::max(1, settings.devices);
+    // One thread drives each device, in small scenes too.
+    const int threads = std::max(frame_threads_, std::min(devices, threadsFor(settings)));
+    countDevices(
+        device_.findByAxisLists(boxes_, threads, devices, settings.axis_lists_bytes, pairs));
+  }
+  if (stats_.devices == 0) extractOnProcessor(method, pairs);
 }
 
-void ParallelSAPSpace::extractBy(int method, PairList& pairs) {
-  if (extractOnDevice(method, pairs)) {
-    stats_.backend = dParallelSAPBackendCUDA;
-    stats_.devices = device_.devices();
-  } else {
-    stats_.threads =
-        std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
-  }
+void ParallelSAPSpace::extractWhereFastest(int method, PairList& pairs) {
+  const Clock::time_point begin = Clock::now();
+  const DeviceBackend::Wish wish = {settings.backend == dParallelSAPBackendAuto, settings.devices};
+  const int devices = device_.choose(boxes_, wish);
+  if (devices > 0) countDevices(device_.find(boxes_, frame_threads_, devices, pairs));
+  if (stats_.devices == 0) extractOnProcessor(method, pairs);
+  device_.learn(wish, stats_.devices, boxes_.size, pairs.size(), milliseconds(begin, Clock::now()));
+}
+
+void ParallelSAPSpace::countDevices(int devices) {
+  stats_.devices = devices;
+  if (devices > 0) stats_.backend = dParallelSAPBackendCUDA;
+}
+
+void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
+  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
 }
 
 void ParallelSAPSpace::filter(PairList& pairs) {

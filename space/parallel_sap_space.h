@@ -72,8 +72,10 @@ class ParallelSAPSpace : public dxSpace {
   void synchronise();
   PairFinder& finderFor(int method);
   void extract(PairList& pairs);
-  bool extractOnDevice(int method, PairList& pairs);
   void extractBy(int method, PairList& pairs);
+  void extractWhereFastest(int method, PairList& pairs);
+  void countDevices(int devices);
+  void extractOnProcessor(int method, PairList& pairs);
   void filter(PairList& pairs);
   void report(const PairList& pairs, void* data, dNearCallback* callback);
   void collideWithoutMemory(void* data, dNearCallback* callback);

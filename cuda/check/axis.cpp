@@ -8,6 +8,7 @@
 #include "../../space/axis_lists.h"
 #include "../../space/sweep.h"
 #include "../cuda_axis_lists.h"
+#include "../fault_injection.h"
 #include "check.h"
 #include "scenes.h"
 
@@ -26,7 +27,8 @@ std::vector<int> firstDevices(int count) {
 // One device, all, and one in three parts.
 std::vector<std::vector<int>> deviceSets() {
   std::vector<std::vector<int>> sets = {{0}, {0, 0, 0}};
-  for (int count = 2; count <= cudaDevices(); ++count) sets.push_back(firstDevices(count));
+  for (int count = 2; count <= static_cast<int>(cudaDevices().size()); ++count)
+    sets.push_back(firstDevices(count));
   return sets;
 }
 
@@ -162,7 +164,7 @@ void timeAxisLists(int threads) {
     const std::unique_ptr<CudaPairFinder> sweep = makeCudaSweep();
     sweep->find(boxes, threads, pairs);
     const double sweep_ms = medianMs(repeats, [&] { sweep->find(boxes, threads, pairs); });
-    for (int devices = 1; devices <= cudaDevices(); devices *= 2) {
+    for (int devices = 1; devices <= static_cast<int>(cudaDevices().size()); devices *= 2) {
       const std::unique_ptr<CudaAxisListsFinder> finder = makeCudaAxisLists();
       finder->useDevices(firstDevices(devices));
       finder->find(boxes, threads, pairs);

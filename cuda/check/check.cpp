@@ -11,21 +11,25 @@ int main(int count, char** arguments) {
   using namespace cuda_check;
   const char* const what = count > 1 ? arguments[1] : "all";
   const int threads = count > 2 ? std::atoi(arguments[2]) : omp_get_max_threads();
+  const int devices = count > 3 ? std::atoi(arguments[3]) : 4;
   std::string why;
-  if (!ode_parallel_sap::cudaAvailable(&why)) {
+  if (ode_parallel_sap::cudaDevices(&why).empty()) {
     std::printf("skipped: %s\n", why.c_str());
     return 77;
   }
   bool good = true;
   if (!std::strcmp(what, "small")) {
-    good = compareAll(5000, threads) && checkAxisLists(2000, threads);
+    good = compareAll(5000, threads, devices) && checkAxisLists(2000, threads);
   } else if (!std::strcmp(what, "compare")) {
-    good = compareAll(1000000, threads);
+    good = compareAll(1000000, threads, devices);
   } else if (!std::strcmp(what, "faults")) {
-    good = checkFaults(threads) && checkSharing(threads);
+    good = checkFaults(threads, 1) && checkFaults(threads, 2) && checkSharing(threads);
   } else if (!std::strcmp(what, "axis")) {
     good = checkAxisLists(20000, threads);
     timeAxisLists(threads);
+  } else if (!std::strcmp(what, "devices")) {
+    good = timeDevices(count > 4 ? std::strtoull(arguments[4], nullptr, 10) : 16000000, threads,
+                       devices);
   } else if (!std::strcmp(what, "quick")) {
     good = timeAll(true, threads);
   } else if (!std::strcmp(what, "time")) {
@@ -33,13 +37,15 @@ int main(int count, char** arguments) {
   } else if (!std::strcmp(what, "profile") && count > 4) {
     profile(arguments[3], std::strtoull(arguments[4], nullptr, 10), threads);
   } else if (!std::strcmp(what, "all")) {
-    good = compareAll(1000000, threads) && checkFaults(threads) && checkSharing(threads) &&
-           checkAxisLists(20000, threads) && timeAll(false, threads);
+    good = compareAll(1000000, threads, devices) && checkFaults(threads, 1) &&
+           checkFaults(threads, 2) && checkSharing(threads) && checkAxisLists(20000, threads) &&
+           timeAll(false, threads);
   } else {
     std::printf(
-        "usage: %s [all|compare|small|faults|axis|quick|time] [threads]\n"
+        "usage: %s [all|compare|small|faults|axis|quick|time] [threads] [devices]\n"
+        "       %s devices <threads> <devices> <most boxes>\n"
         "       %s profile <threads> <scene> <boxes>\n",
-        arguments[0], arguments[0]);
+        arguments[0], arguments[0], arguments[0]);
     return 2;
   }
   std::printf(good ? "all good\n" : "FAILED\n");

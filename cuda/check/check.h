@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "../../space/box_set.h"
 #include "../../space/pair_list.h"
@@ -16,10 +17,13 @@ namespace cuda_check {
 bool samePairs(const std::string& what, const ode_parallel_sap::PairList& expected,
                const ode_parallel_sap::PairList& found);
 
-// Each scene at each size up to `most` against the CPU.
-bool compareAll(std::size_t most, int threads);
+// The first `count` devices; where there are fewer, they stand for several.
+std::vector<int> devicesFor(int count);
+
+// Each scene at each size up to `most` against the CPU, on 1 to `devices` devices.
+bool compareAll(std::size_t most, int threads, int devices);
 // Every CUDA call of a frame fails once.
-bool checkFaults(int threads);
+bool checkFaults(int threads, int devices);
 // Two finders on two threads; many finders one after the other.
 bool checkSharing(int threads);
 
@@ -30,6 +34,8 @@ void timeAxisLists(int threads);
 
 // Medians, as CSV lines and a table.
 bool timeAll(bool quick, int threads);
+// Medians of the dense cube on 1, 2, 4 ... devices, as a table.
+bool timeDevices(std::size_t most, int threads, int devices);
 
 // A few frames of one scene, for a profiler.
 void profile(const std::string& scene, std::size_t size, int threads);

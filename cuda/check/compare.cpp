@@ -57,10 +57,17 @@ bool samePairs(const std::string& what, const PairList& expected_list, const Pai
   return false;
 }
 
-bool compareAll(std::size_t most, int threads) {
+std::vector<int> devicesFor(int count) {
+  const std::vector<int> real = cudaDevices();
+  std::vector<int> devices;
+  for (int i = 0; i < count; ++i) devices.push_back(real[i % real.size()]);
+  return devices;
+}
+
+bool compareAll(std::size_t most, int threads, int devices) {
   const std::size_t sizes[] = {0, 1, 2, 3, 31, 32, 33, 63, 65, 257, 1234, 5000, 100003, 1000000};
   // One finder for all: buffers of all sizes are met again.
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep(devicesFor(devices));
   Sweep<float> cpu;
   BoxSet boxes;
   PairList expected, found;
@@ -73,15 +80,22 @@ bool compareAll(std::size_t most, int threads) {
         if (seed == 2 && size > 200000) continue;
         scene.fill(size, seed, boxes);
         cpu.find(boxes, threads, expected);
-        const std::string what =
-            scene.name + ", " + std::to_string(size) + " boxes, seed " + std::to_string(seed);
-        try {
-          device->find(boxes, threads, found);
-        } catch (const std::exception& failure) {
-          std::printf("FAILED %s: %s\n", what.c_str(), failure.what());
-          return false;
+        for (int used = 1; used <= devices; ++used) {
+          const std::string what = scene.name + ", " + std::to_string(size) + " boxes, seed " +
+                                   std::to_string(seed) + ", " + std::to_string(used) + " devices";
+          try {
+            device->useDevices(used);
+            device->find(boxes, threads, found);
+          } catch (const std::exception& failure) {
+            std::printf("FAILED %s: %s\n", what.c_str(), failure.what());
+            return false;
+          }
+          good = samePairs(what, expected, found) && good;
+          if (device->devicesUsed() != used) {
+            std::printf("FAILED %s: %d were used\n", what.c_str(), device->devicesUsed());
+            good = false;
+          }
         }
-        good = samePairs(what, expected, found) && good;
         pairs += expected.size();
         for (const Buffer<Pair>& part : expected.parts)
           unsure += std::count_if(part.begin(), part.end(), isUnsure);

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "../../space/sweep.h"
+#include "../fault_injection.h"
 #include "check.h"
 #include "scenes.h"
 
@@ -11,29 +12,39 @@ namespace cuda_check {
 
 using namespace ode_parallel_sap;
 
-bool checkFaults(int threads) {
+// On several devices the frame is finished by those that are left; a finder whose last device fails
+// says so and is replaced.
+bool checkFaults(int threads, int devices) {
   BoxSet boxes;
   sceneOf("filtered").fill(30000, 3, boxes);
   Sweep<float> cpu;
   PairList expected, found;
   cpu.find(boxes, threads, expected);
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  bool good = true;
   unsigned long long call = 1;
-  for (;; ++call) {
-    bool failed = false;
+  for (bool failed = true; failed; ++call) {
+    const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
+    finder->useDevices(devices);
+    failed = false;
     failCudaCall(call);
     try {
-      device->find(boxes, threads, found);
+      finder->find(boxes, threads, found);
+      failed = !finder->failures().empty();
+      good = samePairs("a device failed", expected, found) && good;
+      good = good && finder->devicesLeft() == devices - failed;
     } catch (const DeviceFailure& failure) {
       failed = true;
+      good = good && devices == 1;
       if (call % 40 == 1) std::printf("call %llu: %s\n", call, failure.what());
     }
     failCudaCall(0);
-    if (!failed) break;
   }
-  device->find(boxes, threads, found);
-  std::printf("faults: %llu calls failed in turn\n", call - 1);
-  return samePairs("after faults", expected, found) && call > 40;
+  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
+  finder->useDevices(devices);
+  finder->find(boxes, threads, found);
+  std::printf("faults on %d devices: %llu calls failed in turn: %s\n", devices, call - 2,
+              good ? "good" : "BAD");
+  return samePairs("after faults", expected, found) && good && call > 40;
 }
 
 bool checkSharing(int threads) {

@@ -64,7 +64,36 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
   std::fflush(stdout);
 }
 
+void timeDevice(const BoxSet& boxes, int threads, int devices, const Scene& scene) {
+  const int repeats = boxes.size > 2000000 ? 11 : 31;
+  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
+  finder->useDevices(devices);
+  PairList pairs;
+  for (int i = 0; i < 6; ++i) finder->find(boxes, threads, pairs);
+  std::vector<double> wait, write;
+  const std::vector<double> times = timesOf(repeats, [&] {
+    finder->find(boxes, threads, pairs);
+    wait.push_back(finder->times().host_wait);
+    write.push_back(finder->times().host_pairs);
+  });
+  std::printf("%-9s %9zu %d %10zu %8.3f %8.3f | %8.3f %8.3f\n", scene.name.c_str(), boxes.size,
+              devices, pairs.size(), medianOf(times), *std::min_element(times.begin(), times.end()),
+              medianOf(wait), medianOf(write));
+  std::fflush(stdout);
+}
+
 }  // namespace
+
+bool timeDevices(std::size_t most, int threads, int devices) {
+  std::printf("scene         boxes devices  pairs   median     best |  to known  to written, ms\n");
+  for (std::size_t size = 250000; size <= most; size *= 4) {
+    BoxSet boxes;
+    const Scene& scene = sceneOf("cube");
+    scene.fill(size, 11, boxes);
+    for (int used = 1; used <= devices; used *= 2) timeDevice(boxes, threads, used, scene);
+  }
+  return true;
+}
 
 void profile(const std::string& scene, std::size_t size, int threads) {
   BoxSet boxes;

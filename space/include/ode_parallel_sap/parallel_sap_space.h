@@ -66,9 +66,17 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
  * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Where overlapping pairs are found. The CUDA back end runs the methods AxisLists and Sweep, the
- * latter in scenes for which float boxes are fine enough; whatever else is asked for runs on the CPU, and so do all frames
- * after the device failed, which is reported through dMessage. Auto stays on the CPU so far. */
+/* Where overlapping pairs are found. The CUDA back end runs the method AxisLists, and Sweep in scenes for
+ * which float boxes are fine enough; whatever else is asked for runs on the CPU, and the statistics
+ * say so.
+ *
+ * Auto sends each frame to the CPU or to one or more GPUs, by what the last frames took. It loads the
+ * driver once GPUs could have saved a space some 50 ms; another thread then makes them ready, which
+ * takes up to a second, while frames go on on the CPU. Scenes that the CPU does as fast never touch
+ * the driver. Pairs and their order do not depend on the choice.
+ *
+ * A GPU that fails is reported through dMessage and not used again by that space: the frame is
+ * finished by the GPUs that are left, or on the CPU, and so are all frames after it. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,
@@ -106,7 +114,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
-/* The number of GPUs the CUDA back end may use; 0, the default, leaves it to the space. */
+/* The number of GPUs that share each frame of the CUDA back end, at most as many as there are. 0, the
+ * default, leaves it to the space, which takes 1, 2, 4 or more by what frames took. With the back end
+ * Auto frames go to this number of GPUs or to the CPU. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 

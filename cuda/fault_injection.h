@@ -1,0 +1,25 @@
+// For tests: lets CUDA fail as it does on other machines and on bad days.
+#ifndef ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
+#define ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
+
+#include <cstddef>
+
+namespace ode_parallel_sap {
+
+// Lets the call-th CUDA call from now on, by any finder, fail as if the device had; 0: none.
+void failCudaCall(unsigned long long call);
+
+// Lets the allocation-th allocation from now on, on a device or of pinned memory, find no memory;
+// 0: none.
+void failCudaAllocation(unsigned long long allocation);
+
+// What cudaDevices() meets. With TooOld there is one device, of compute capability 5.2.
+enum class PretendedMachine { Real, NoDriver, NoDevice, TooOld };
+void pretendMachine(PretendedMachine machine);
+
+// Bytes free on device 0.
+std::size_t freeDeviceMemory();
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,185 @@
+// Where a scene is sent, with made-up machines whose times are known.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "backend_choice.h"
+#include "support/catch.hpp"
+#include "support/random.h"
+
+using ode_parallel_sap::BackendChoice;
+
+namespace {
+
+using Candidates = BackendChoice::Candidates;
+
+// Milliseconds of a frame of so many boxes on so many devices, 0: the processor.
+using Machine = std::function<double(int devices, double boxes)>;
+
+struct Run {
+  double ms = 0;    // of the frames that count
+  int wanted = 0;   // devices, at most
+  int changes = 0;  // of the choice, in frames that count
+  int last = 0;     // choice
+};
+
+// Frames of one size. Devices that are wanted are ready some frames later; the first frames on a
+// number of devices take ten times as long.
+Run run(BackendChoice& choice, const Machine& machine, double boxes, int available, int frames,
+        int counted, double pairs_a_box = 4.6) {
+  Run made;
+  int ready = 0, ready_at = -1;
+  std::vector<int> used(BackendChoice::most_devices + 1);
+  for (int frame = 0; frame < frames; ++frame) {
+    if (frame == ready_at) ready = made.wanted;
+    const auto n = static_cast<std::size_t>(boxes);
+    const int devices = choice.choose(n, Candidates::upTo(true, ready));
+    if (devices > ready) FAIL(devices << " devices chosen, " << ready << " are ready");
+    const double ms = machine(devices, boxes) * (used[devices]++ < 2 ? 10 : 1);
+    choice.learn(devices, n, static_cast<std::size_t>(boxes * pairs_a_box), ms);
+    const int wanted = choice.wanted(n, Candidates::upTo(true, available), ready);
+    if (wanted > made.wanted) ready_at = frame + 5;
+    made.wanted = std::max(made.wanted, wanted);
+    if (frame < frames - counted) {
+      made.last = devices;
+      continue;
+    }
+    made.ms += ms;
+    made.changes += devices != made.last;
+    made.last = devices;
+  }
+  return made;
+}
+
+double bestOf(const Machine& machine, double boxes, int available) {
+  double best = machine(0, boxes);
+  for (int devices = 1; devices <= available; devices *= 2)
+    best = std::min(best, machine(devices, boxes));
+  return best;
+}
+
+double cores16(double n) {
+  return n < 4096 ? 1e-4 * n + 1e-7 * n * std::min(n, 700.0) : 0.2 + 1.25e-5 * n;
+}
+double h200(int devices, double n) {
+  return devices == 1 ? 0.1 + 1.45e-6 * n : 0.6 + 1.55e-6 * n / devices;
+}
+
+const struct {
+  const char* name;
+  Machine time;
+} machines[] = {
+    {"sixteen cores, fast devices", [](int d, double n) { return d ? h200(d, n) : cores16(n); }},
+    {"devices as slow as ten times less",
+     [](int d, double n) { return d ? 10 * h200(d, n) : cores16(n); }},
+    {"devices slower than the processor at any size",
+     [](int d, double n) { return d ? 0.2 + 2e-5 * n : cores16(n); }},
+    {"two slow cores", [](int d, double n) { return d ? h200(d, n) : 0.01 + 2e-4 * n; }},
+    {"more devices never pay",
+     [](int d, double n) { return d ? h200(1, n) * (1 + 0.3 * (d - 1)) : cores16(n); }},
+    {"devices with a long way to them",
+     [](int d, double n) { return d ? 3 + h200(d, n) : cores16(n); }},
+};
+
+}  // namespace
+
+TEST_CASE("A choice is never a tenth slower than the best fixed one", "[choice]") {
+  for (const auto& machine : machines)
+    for (double boxes = 2; boxes < 2e7; boxes *= 1.7) {
+      BackendChoice choice;
+      const int counted = 2000;
+      const Run made = run(choice, machine.time, boxes, 4, 6000, counted);
+      INFO(machine.name << ", " << boxes << " boxes, at last " << made.last << " devices");
+      // No device is asked for while it could save next to nothing.
+      const double ms = made.ms / counted, best = bestOf(machine.time, boxes, 4);
+      CHECK(ms <= 1.1 * best + 0.01);
+      CHECK(made.changes <= 8);
+    }
+}
+
+TEST_CASE("Scenes that a device could not speed up never want one", "[choice]") {
+  for (const auto& machine : machines)
+    for (const double boxes : {2.0, 10.0, 40.0, 100.0, 300.0}) {
+      BackendChoice choice;
+      const auto single = [&](int d, double n) { return d ? 1e9 : machine.time(0, n) / 10; };
+      INFO(machine.name << ", " << boxes);
+      CHECK(run(choice, single, boxes, 4, 100000, 1).wanted == 0);
+    }
+}
+
+TEST_CASE("A device is wanted only after time was missed", "[choice]") {
+  BackendChoice choice;
+  // 100,000 boxes: some 1.2 ms a frame to be saved.
+  CHECK(run(choice, machines[0].time, 1e5, 1, 30, 1).wanted == 0);
+  CHECK(run(choice, machines[0].time, 1e5, 1, 100, 1).wanted == 1);
+}
+
+TEST_CASE("A choice follows the size of the scene", "[choice]") {
+  BackendChoice choice;
+  const Machine& time = machines[0].time;
+  CHECK(run(choice, time, 16e6, 4, 300, 10).last == 4);
+  const auto all = Candidates::upTo(true, 4);
+  for (int round = 0; round < 3; ++round)
+    for (const double boxes : {100.0, 3e4, 1e6, 16e6}) {
+      double ms = 0;
+      for (int frame = 0; frame < 60; ++frame) {
+        const auto n = static_cast<std::size_t>(boxes);
+        const int devices = choice.choose(n, all);
+        const double taken = time(devices, boxes);
+        choice.learn(devices, n, static_cast<std::size_t>(4.6 * boxes), taken);
+        if (frame >= 30) ms += taken / 30;
+      }
+      INFO(boxes << " boxes, round " << round);
+      CHECK(ms <= 1.1 * bestOf(time, boxes, 4) + 0.01);
+    }
+}
+
+TEST_CASE("A choice does not waver where times are noisy", "[choice]") {
+  sap_test::Random random(5);
+  BackendChoice choice;
+  const double boxes = 4000;  // near where one device draws level
+  const Machine noisy = [&](int d, double) { return (d ? 0.3 : 0.31) * random.between(0.8, 1.2); };
+  const Run made = run(choice, noisy, boxes, 1, 4000, 3000);
+  CHECK(made.changes <= 150);
+  CHECK(made.ms / 3000 <= 1.1 * 0.3);
+}
+
+TEST_CASE("What was found slow is tried again, rarely", "[choice]") {
+  BackendChoice choice;
+  int frame = 0, on_device = 0;
+  // The device is shared with somebody else during the first frames.
+  const Machine time = [&](int d, double) {
+    on_device += d;
+    return d == 0 ? 2.0 : ++frame < 6 ? 3.5 : 0.5;
+  };
+  run(choice, time, 1e5, 1, 1500, 1);
+  CHECK(on_device > 100);
+  BackendChoice other;
+  frame = on_device = 0;
+  const Machine slow = [&](int d, double) {
+    on_device += d;
+    return d ? 3.5 : 2.0;
+  };
+  run(other, slow, 1e5, 1, 10000, 1);
+  CHECK(on_device < 40);
+}
+
+TEST_CASE("Devices that are lost are not chosen", "[choice]") {
+  BackendChoice choice;
+  run(choice, machines[0].time, 16e6, 4, 300, 10);
+  choice.lost(1);
+  CHECK(choice.choose(16000000, Candidates::upTo(true, 1)) <= 1);
+  choice.lost(0);
+  CHECK(choice.choose(16000000, Candidates::upTo(true, 0)) == 0);
+}
+
+TEST_CASE("A number of devices that is set is the only one but the processor", "[choice]") {
+  const auto three = Candidates::only(true, 3);
+  CHECK(std::vector<int>(three.begin(), three.end()) == std::vector<int>{0, 3});
+  const auto forced = Candidates::only(false, 100);
+  CHECK(std::vector<int>(forced.begin(), forced.end()) ==
+        std::vector<int>{BackendChoice::most_devices});
+  BackendChoice choice;
+  CHECK(choice.choose(1000, Candidates::only(false, 3)) == 3);
+}

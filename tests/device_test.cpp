@@ -1,0 +1,222 @@
+// What becomes of frames when the GPU is not there, fails or runs out of memory; built into one
+// program with the library's objects, so that it can make CUDA fail.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "../cuda/cuda_sweep.h"
+#include "../cuda/fault_injection.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace ode_parallel_sap;
+using sap_test::Boxes;
+using sap_test::difference;
+using sap_test::Pairs;
+
+namespace {
+
+void fill(sap_test::World& world, const Boxes& boxes) {
+  world.addBoxes(boxes);
+  for (std::size_t i = 0; i < world.geoms().size(); ++i) sap_test::setNumber(world.geoms()[i], i);
+}
+
+// A scene in a space of its own.
+struct Scene {
+  sap_test::Space space;
+  sap_test::World world{space};
+
+  Scene(const Boxes& boxes, int backend, int devices = 0) {
+    REQUIRE(dParallelSAPSpaceSetBackend(space, backend));
+    REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep));
+    dParallelSAPSpaceSetNumDevices(space, devices);
+    fill(world, boxes);
+  }
+  Pairs collide() { return sap_test::collide(space); }
+  dParallelSAPStats stats() const {
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space, &stats);
+    return stats;
+  }
+};
+
+Pairs pairsOnProcessor(const Boxes& boxes) {
+  return Scene(boxes, dParallelSAPBackendCPU).collide();
+}
+
+// One frame during which a fault is met, and one after it. Returns whether the fault was met at
+// all.
+bool survives(const Boxes& boxes, const Pairs& expected, int devices, int frames_before,
+              void (*inject)(unsigned long long), unsigned long long number) {
+  Scene scene(boxes, dParallelSAPBackendCUDA, devices);
+  for (int frame = 0; frame < frames_before; ++frame) scene.collide();
+  const sap_test::Messages messages;
+  inject(number);
+  const Pairs during = scene.collide();
+  inject(0);
+  const dParallelSAPStats met = scene.stats();
+  if (messages.all().empty()) {
+    CHECK(met.devices == devices);
+    return false;
+  }
+  INFO(number << ": " << messages.all().front());
+  CHECK(difference(during, expected) == "");
+  CHECK(met.devices == devices - 1);
+  CHECK(met.backend == (devices > 1 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU));
+  // Not tried again, and not mentioned again.
+  CHECK(difference(scene.collide(), expected) == "");
+  CHECK(scene.stats().devices == devices - 1);
+  CHECK(messages.all().size() == 1);
+  return true;
+}
+
+void surviveAll(int devices, int frames_before, void (*inject)(unsigned long long),
+                std::size_t stride, int least) {
+  const Boxes boxes = sap_test::denseCube(3000, 5);
+  const Pairs expected = pairsOnProcessor(boxes);
+  sap_test::Random random(sap_test::seedOr(21));
+  int met = 0;
+  unsigned long long number = 1;
+  while (survives(boxes, expected, devices, frames_before, inject, number)) {
+    ++met;
+    number += met < 8 ? 1 : 1 + random.below(stride);
+  }
+  CHECK(met >= least);
+}
+
+// ODE_PARALLEL_SAP_TEST_MACHINE, read before anything can ask the driver.
+const char* const machine = [] {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
+  const std::string name = text ? text : "";
+  if (name == "no-driver") pretendMachine(PretendedMachine::NoDriver);
+  if (name == "no-device") pretendMachine(PretendedMachine::NoDevice);
+  if (name == "old-device") pretendMachine(PretendedMachine::TooOld);
+  return text;
+}();
+
+}  // namespace
+
+// Each kind of machine has a process of its own, as the driver is asked once.
+TEST_CASE("On a machine without a device that will do frames stay on the CPU", "[.][machine]") {
+  REQUIRE(machine);
+  const std::string name = machine;
+  std::string why;
+  CHECK(cudaDevices(&why).empty());
+  INFO(why);
+  CHECK(why.find(name == "no-driver"   ? "driver version"
+                 : name == "no-device" ? "no CUDA-capable device"
+                                       : "too old: compute capability 5.2") != std::string::npos);
+  const Boxes boxes = sap_test::denseCube(20000, 6);
+  const Pairs expected = pairsOnProcessor(boxes);
+  const sap_test::Messages messages;
+  Scene scene(boxes, dParallelSAPBackendAuto);
+  CHECK(dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA) == 0);
+  // Long enough for Auto to look for a device.
+  for (int frame = 0; frame < 30; ++frame) {
+    const Pairs found = scene.collide();
+    if (found != expected) FAIL(difference(found, expected));
+  }
+  CHECK(scene.stats().backend == dParallelSAPBackendCPU);
+  CHECK(messages.all().empty());
+}
+
+TEST_CASE("A call that fails costs time, not pairs", "[device]") {
+  surviveAll(1, 0, failCudaCall, 6, 15);
+  surviveAll(1, 3, failCudaCall, 3, 8);
+}
+
+TEST_CASE("Memory that ends on the device costs time, not pairs", "[device]") {
+  surviveAll(1, 0, failCudaAllocation, 4, 8);
+}
+
+TEST_CASE("One device of several that fails leaves the frame to the others", "[device]") {
+  surviveAll(2, 0, failCudaCall, 12, 10);
+  surviveAll(3, 2, failCudaCall, 12, 8);
+  surviveAll(2, 0, failCudaAllocation, 8, 8);
+}
+
+TEST_CASE("When all devices fail the frame is the CPU's", "[device]") {
+  const Boxes boxes = sap_test::denseCube(3000, 5);
+  const Pairs expected = pairsOnProcessor(boxes);
+  Scene scene(boxes, dParallelSAPBackendCUDA, 2);
+  const sap_test::Messages messages;
+  for (int fault = 0; fault < 2; ++fault) {
+    failCudaCall(30);
+    CHECK(difference(scene.collide(), expected) == "");
+    CHECK(scene.stats().devices == 1 - fault);
+  }
+  failCudaCall(0);
+  CHECK(messages.all().size() == 2);
+}
+
+TEST_CASE("Pairs for which there was no room are found all the same", "[device]") {
+  // Thirteen pairs a box, where eight are reckoned with at first; then few, then many again.
+  for (const int devices : {1, 2}) {
+    Scene scene(sap_test::touchingLattice(20000, 7), dParallelSAPBackendCUDA, devices);
+    const Pairs expected = pairsOnProcessor(sap_test::touchingLattice(20000, 7));
+    CHECK(difference(scene.collide(), expected) == "");
+    CHECK(scene.stats().devices == devices);
+    CHECK(difference(scene.collide(), expected) == "");
+  }
+}
+
+TEST_CASE("Spaces in several threads share a device", "[device]") {
+  std::vector<std::thread> users;
+  std::vector<std::string> differences(3);
+  for (std::size_t user = 0; user < differences.size(); ++user) {
+    const Boxes boxes = sap_test::denseCube(4000 + 1000 * user, user);
+    const Pairs expected = pairsOnProcessor(boxes);
+    users.emplace_back([&differences, user, boxes, expected] {
+      dAllocateODEDataForThread(dAllocateMaskAll);
+      Scene scene(boxes, dParallelSAPBackendCUDA, 1 + static_cast<int>(user % 2));
+      for (int frame = 0; frame < 20; ++frame)
+        differences[user] += difference(scene.collide(), expected);
+    });
+  }
+  for (std::thread& user : users) user.join();
+  for (const std::string& one : differences) CHECK(one == "");
+}
+
+TEST_CASE("Auto moves to a device that pays, and back from one that fails", "[device]") {
+  const Boxes boxes = sap_test::denseCube(60000, 8);
+  const Pairs expected = pairsOnProcessor(boxes);
+  Scene scene(boxes, dParallelSAPBackendAuto);
+  dParallelSAPSpaceSetNumThreads(scene.space, 1);  // any device is faster than that
+  int frame = 0;
+  for (; frame < 3000 && scene.stats().devices == 0; ++frame) {
+    const Pairs found = scene.collide();
+    if (found != expected) FAIL(difference(found, expected));
+  }
+  INFO(frame << " frames");
+  CHECK(scene.stats().backend == dParallelSAPBackendCUDA);
+  const sap_test::Messages messages;
+  for (int i = 0; i < 10; ++i) scene.collide();
+  CHECK(messages.all().empty());
+  failCudaCall(10);
+  CHECK(difference(scene.collide(), expected) == "");
+  failCudaCall(0);
+  CHECK(scene.stats().backend == dParallelSAPBackendCPU);
+  for (int i = 0; i < 30; ++i) scene.collide();
+  CHECK(scene.stats().backend == dParallelSAPBackendCPU);
+  CHECK(messages.all().size() == 1);
+}
+
+TEST_CASE("Spaces that come and go leave nothing on the device", "[device]") {
+  const Boxes boxes = sap_test::denseCube(2000, 9);
+  const auto round = [&](int devices) { Scene(boxes, dParallelSAPBackendCUDA, devices).collide(); };
+  for (int i = 0; i < 5; ++i) round(2);
+  const std::size_t before = freeDeviceMemory();
+  for (int i = 0; i < 200; ++i) round(1 + i % 2);
+  const std::size_t after = freeDeviceMemory();
+  INFO(before << " bytes free before, " << after << " after");
+  CHECK(after + (4 << 20) >= before);
+}
