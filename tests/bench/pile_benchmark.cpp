@@ -1,6 +1,7 @@
 // The paper's two steps, AABB update and overlap, on the piles of examples/pile with all their
 // geoms (boxes, spheres and meshes on bodies, and the ground), method by method and thread by
-// thread. The bodies are put where they were recorded, so every method is shown the same frames.
+// thread. The bodies are put where they were recorded, so every method is shown the same frames. Of
+// a recording of a whole run (balls-run) each moment is measured by itself: two frames in turn.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
@@ -27,6 +28,7 @@ struct Wishes {
   std::vector<std::string> scenes{"cubes", "balls", "skittles"};
   std::vector<std::string> methods{"brute-force", "sweep"};
   std::vector<int> threads{1, 2};
+  std::vector<int> devices{1};
   int rounds = 3;        // turns of each method and number of threads
   double seconds = 0.3;  // of collides in a turn
 };
@@ -39,7 +41,7 @@ constexpr Method methods[] = {
     {"brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
     {"sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
     {"axis-lists", dParallelSAPBackendCPU, dParallelSAPMethodAxisLists},
-    {"cuda", dParallelSAPBackendCUDA, dParallelSAPMethodAuto},
+    {"cuda", dParallelSAPBackendCUDA, dParallelSAPMethodSweep},
     {"cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
 };
 
@@ -53,10 +55,11 @@ void count(void* data, dGeomID, dGeomID) {
   ++*static_cast<std::size_t*>(data);
 }
 
-// One method with one number of threads on one scene, over all turns.
+// One method with one number of threads and devices on one scene, over all turns.
 struct Cell {
   const Method& method;
   int threads;
+  int devices;  // 0: on the CPU
   std::vector<dParallelSAPStats> samples{};
 };
 
@@ -64,16 +67,26 @@ class Pile {
  public:
   Pile(const std::string& scene, const std::string& directory)
       : recording_(readPileWithPoses(directory + "/" + scene + ".pile")) {
-    const pile::Preset& preset = pile::presetOf(scene);
+    const pile::Preset& preset = pile::presetOf(scene.substr(0, scene.find("-run")));
     pile::Random random(1);
     preset.build(world_, preset.bodies, random);
     if (world_.bodies().size() != recording_.poses.front().size())
       throw std::runtime_error(scene + ": another number of bodies than recorded; record it anew");
     space_ = dParallelSAPSpaceCreate(nullptr);
     world_.useSpace(space_);
+    chooseMoment(0);
+  }
+
+  // A recording of piles at rest is one moment.
+  std::size_t moments() const { return recording_.steps.empty() ? 1 : recording_.poses.size() / 2; }
+  void chooseMoment(std::size_t moment) {
+    first_ = 2 * moment;
+    count_ = recording_.steps.empty() ? recording_.poses.size() : 2;
     show(0);
     expected_ = countAllPairs();
   }
+  // The step at which the moment ends; 0 if the recording is none of a run.
+  std::uint32_t step() const { return recording_.steps.empty() ? 0 : recording_.steps[first_ + 1]; }
 
   // False where back end or method is not to be had.
   bool use(const Cell& cell) {
@@ -81,19 +94,24 @@ class Pile {
         !dParallelSAPSpaceSetMethod(space_, cell.method.method))
       return false;
     dParallelSAPSpaceSetNumThreads(space_, cell.threads);
+    dParallelSAPSpaceSetNumDevices(space_, cell.devices);
     return true;
   }
 
-  void check() {
+  // Whether what is asked for is what runs: not where there are fewer devices, or too little
+  // memory.
+  bool check(const Cell& cell) {
     show(0);
-    const std::size_t pairs = collide().pairs;
-    if (pairs != expected_)
-      throw std::runtime_error("wrong: " + std::to_string(pairs) + " pairs instead of " +
+    const dParallelSAPStats stats = collide();
+    if (stats.pairs != expected_)
+      throw std::runtime_error("wrong: " + std::to_string(stats.pairs) + " pairs instead of " +
                                std::to_string(expected_));
+    return stats.method == cell.method.method && stats.backend == cell.method.backend &&
+           stats.devices == cell.devices;
   }
 
   dParallelSAPStats next() {
-    const int last = static_cast<int>(recording_.poses.size()) - 1;
+    const int last = static_cast<int>(count_) - 1;
     const int phase = ++frame_ % (2 * last);
     show(static_cast<std::size_t>(phase <= last ? phase : 2 * last - phase));
     return collide();
@@ -105,7 +123,7 @@ class Pile {
  private:
   void show(std::size_t frame) {
     for (std::size_t i = 0; i < world_.bodies().size(); ++i) {
-      const BodyPose& pose = recording_.poses[frame][i];
+      const BodyPose& pose = recording_.poses[first_ + frame][i];
       dBodySetPosition(world_.bodies()[i], pose.position[0], pose.position[1], pose.position[2]);
       dBodySetQuaternion(world_.bodies()[i], pose.rotation);
     }
@@ -140,13 +158,13 @@ class Pile {
   pile::World world_;
   PileRecording recording_;
   dSpaceID space_;
+  std::size_t first_ = 0, count_ = 0;  // frames of the moment
   std::size_t expected_ = 0;
   int frame_ = 0;
 };
 
 void takeTurn(Pile& pile, Cell& cell, double seconds) {
-  if (!pile.use(cell)) return;
-  pile.check();
+  if (!pile.use(cell) || !pile.check(cell)) return;
   pile.next();  // what the method still has to allocate
   double spent = 0;
   for (int i = 0; i < 3 || spent < 1000 * seconds; ++i) {
@@ -171,11 +189,13 @@ Row rowOf(const Pile& pile, const std::string& scene, const Cell& cell) {
   const dParallelSAPStats& last = cell.samples.back();
   Row row;
   row.add("scene", scene)
+      .add("step", static_cast<std::size_t>(pile.step()))
       .add("bodies", pile.bodies())
       .add("geoms", pile.geoms())
       .add("method", std::string(cell.method.name))
       .add("threads", cell.threads)
       .add("threads_used", last.threads)
+      .add("devices", cell.devices)
       .add("devices_used", last.devices)
       .add("samples", cell.samples.size())
       .add("pairs", static_cast<std::size_t>(last.pairs))
@@ -192,27 +212,42 @@ Row rowOf(const Pile& pile, const std::string& scene, const Cell& cell) {
   return row;
 }
 
+std::vector<Cell> cellsOf(const Wishes& wishes) {
+  std::vector<Cell> cells;
+  for (const std::string& name : wishes.methods) {
+    const Method& method = methodOf(name);
+    const bool on_devices = method.backend == dParallelSAPBackendCUDA;
+    for (int devices : on_devices ? wishes.devices : std::vector<int>{0})
+      for (int threads : wishes.threads) cells.push_back(Cell{method, threads, devices});
+  }
+  return cells;
+}
+
+void write(const Pile& pile, const std::string& scene, const Cell& cell, Csv& csv) {
+  if (cell.samples.empty()) {
+    std::printf("%-10s %-16s is not to be had here\n", scene.c_str(), cell.method.name);
+    return;
+  }
+  std::printf("%-10s %5u %-16s %7d %7d %7zu %12.4f %12.4f %12.4f\n", scene.c_str(), pile.step(),
+              cell.method.name, cell.devices, cell.threads, cell.samples.size(),
+              medianOf(cell, &dParallelSAPStats::update_ms),
+              medianOf(cell, &dParallelSAPStats::extract_ms),
+              medianOf(cell, &dParallelSAPStats::total_ms));
+  csv.write(rowOf(pile, scene, cell));
+}
+
 void run(const Wishes& wishes) {
   Csv csv(wishes.csv, false);
-  std::printf("%-10s %-16s %7s %7s %12s %12s %12s\n", "scene", "method", "threads", "frames",
-              "update ms", "overlap ms", "total ms");
+  std::printf("%-10s %5s %-16s %7s %7s %7s %12s %12s %12s\n", "scene", "step", "method", "devices",
+              "threads", "frames", "update ms", "overlap ms", "total ms");
   for (const std::string& scene : wishes.scenes) {
     Pile pile(scene, wishes.piles);
-    std::vector<Cell> cells;
-    for (const std::string& method : wishes.methods)
-      for (int threads : wishes.threads) cells.push_back(Cell{methodOf(method), threads});
-    for (int round = 0; round < wishes.rounds; ++round)
-      for (Cell& cell : cells) takeTurn(pile, cell, wishes.seconds);
-    for (const Cell& cell : cells) {
-      if (cell.samples.empty()) {
-        std::printf("%-10s %-16s is not to be had here\n", scene.c_str(), cell.method.name);
-        continue;
-      }
-      std::printf("%-10s %-16s %7d %7zu %12.4f %12.4f %12.4f\n", scene.c_str(), cell.method.name,
-                  cell.threads, cell.samples.size(), medianOf(cell, &dParallelSAPStats::update_ms),
-                  medianOf(cell, &dParallelSAPStats::extract_ms),
-                  medianOf(cell, &dParallelSAPStats::total_ms));
-      csv.write(rowOf(pile, scene, cell));
+    for (std::size_t moment = 0; moment < pile.moments(); ++moment) {
+      pile.chooseMoment(moment);
+      std::vector<Cell> cells = cellsOf(wishes);
+      for (int round = 0; round < wishes.rounds; ++round)
+        for (Cell& cell : cells) takeTurn(pile, cell, wishes.seconds);
+      for (const Cell& cell : cells) write(pile, scene, cell, csv);
     }
   }
 }
@@ -224,6 +259,7 @@ const char usage[] =
   --scenes=a,b,...    default cubes,balls,skittles
   --methods=a,b,...   brute-force, sweep (the default), axis-lists, cuda, cuda-axis-lists
   --threads=t,t,...   default 1,2
+  --devices=d,d,...   GPUs, of the methods that run on them; default 1
   --rounds=r          turns of each method and number of threads; default 3
   --seconds=s         of collides in a turn; default 0.3
   --csv=file
@@ -238,6 +274,12 @@ std::vector<std::string> split(const std::string& text) {
       parts.back() += c;
   }
   return parts;
+}
+
+std::vector<int> numbers(const std::string& text) {
+  std::vector<int> all;
+  for (const std::string& part : split(text)) all.push_back(std::stoi(part));
+  return all;
 }
 
 Wishes parse(int argc, char** argv) {
@@ -266,10 +308,11 @@ Wishes parse(int argc, char** argv) {
       wishes.seconds = std::stod(value);
     else if (name == "--csv")
       wishes.csv = value;
-    else if (name == "--threads") {
-      wishes.threads.clear();
-      for (const std::string& part : split(value)) wishes.threads.push_back(std::stoi(part));
-    } else
+    else if (name == "--threads")
+      wishes.threads = numbers(value);
+    else if (name == "--devices")
+      wishes.devices = numbers(value);
+    else
       throw std::invalid_argument(argument + ": no such option; see --help");
   }
   return wishes;

@@ -11,7 +11,7 @@ namespace {
 struct Header {
   char magic[8];
   char scene[16];
-  std::uint32_t real_bytes, reserved;
+  std::uint32_t real_bytes, whole_run;
   std::uint64_t frames, bodies;
 };
 constexpr char magic[8] = {'p', 'i', 'l', 'e', ' ', 'v', '1', '\n'};
@@ -40,12 +40,14 @@ void writePile(const std::string& path, const PileRecording& recording) {
   std::memcpy(header.magic, magic, sizeof magic);
   std::strncpy(header.scene, recording.scene.c_str(), sizeof header.scene - 1);
   header.real_bytes = sizeof(dReal);
+  header.whole_run = !recording.steps.empty();
   header.frames = recording.poses.size();
   header.bodies = recording.poses.front().size();
   file.write(reinterpret_cast<const char*>(&header), sizeof header);
+  writeAll(file, recording.steps);
   for (std::size_t i = 0; i < recording.poses.size(); ++i) {
     writeAll(file, recording.poses[i]);
-    writeAll(file, recording.boxes[i]);
+    if (!header.whole_run) writeAll(file, recording.boxes[i]);
   }
   file.close();
   if (!file) throw std::runtime_error("cannot write " + path);
@@ -61,9 +63,13 @@ PileRecording readPileWithPoses(const std::string& path) {
     throw std::runtime_error(path + " was recorded in another precision");
   PileRecording recording;
   recording.scene = header.scene;
+  if (header.whole_run) {
+    recording.steps.resize(header.frames);
+    readAll(file, recording.steps);
+  }
   for (std::uint64_t i = 0; i < header.frames; ++i) {
     readAll(file, recording.poses.emplace_back(header.bodies));
-    readAll(file, recording.boxes.emplace_back(header.bodies));
+    if (!header.whole_run) readAll(file, recording.boxes.emplace_back(header.bodies));
   }
   if (!file || recording.poses.size() < 2 || header.bodies == 0)
     throw std::runtime_error(path + " ends too early");

@@ -1,6 +1,7 @@
 // Frames recorded from the piles of examples/pile: where each body was and the bounds of its geom.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,7 +19,9 @@ struct BodyPose {
 struct PileRecording {
   std::string scene;
   std::vector<std::vector<BodyPose>> poses;
-  std::vector<Boxes> boxes;
+  std::vector<Boxes> boxes;  // none in a recording of a whole run
+  // Of a whole run: the step of each frame. Frames come in twos, from one step to the next.
+  std::vector<std::uint32_t> steps;
 };
 
 struct BoxRecording {

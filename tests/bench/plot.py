@@ -199,8 +199,63 @@ def persistent(directory):
     save(figure, directory, "persistent", rows)
 
 
+def on_devices(rows, most_threads):
+    """Label, and what picks its rows: the paper's system has one thread a device, ours all threads."""
+    devices = [number for number in values(rows, "devices") if number]
+    gpus = lambda number: "%d GPU%s" % (number, "s" if number > 1 else "")
+    theirs = [("CPU, brute force", dict(method="brute-force", threads=1)),
+              ("CPU, axis lists", dict(method="axis-lists", threads=1))]
+    theirs += [(gpus(number), dict(method="cuda-axis-lists", devices=number, threads=number)) for number in devices]
+    ours = [("CPU, 1 thread", dict(method="sweep", threads=1)),
+            ("CPU, %d threads" % most_threads, dict(method="sweep", threads=most_threads))]
+    ours += [(gpus(number), dict(method="cuda", devices=number, threads=most_threads)) for number in devices]
+    return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
+
+
+def figure14(directory):
+    """The paper's figure 14: percent of the time of the paper's sequential CPU method, brute force."""
+    rows = read(directory, "figure14")
+    scenes = values(rows, "scene")
+    figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
+    for axes, (title, series) in zip(grid, on_devices(rows, max(values(rows, "threads")))):
+        for i, (label, wanted) in enumerate(series):
+            for k, scene in enumerate(scenes):
+                reference = one(rows, scene=scene, method="brute-force", threads=1)
+                row = one(rows, scene=scene, **wanted)
+                if not row or not reference:
+                    continue
+                percent_of_cpu = 100 * row["total_ms"] / reference["total_ms"]
+                place = k + i * 0.8 / len(series)
+                axes.bar(place, percent_of_cpu, 0.75 / len(series), color="C%d" % i, label=label if k == 0 else None)
+                axes.text(place, percent_of_cpu, "%.3g" % percent_of_cpu, ha="center", va="bottom", fontsize=6)
+        axes.axhline(100, color="black", linewidth=0.8)
+        axes.set_xticks([k + 0.4 - 0.4 / len(series) for k in range(len(scenes))])
+        axes.set_xticklabels(["%s\n%d bodies" % (scene, one(rows, scene=scene)["bodies"]) for scene in scenes])
+        axes.set(yscale="log", title=title)
+        axes.legend(fontsize=8)
+    grid[0].set_ylabel("% of brute force on one thread, whole collide")
+    save(figure, directory, "paper-figure-14", rows)
+
+
+def figure15(directory):
+    """The paper's figure 15: the broad phase through the run of the balls."""
+    rows = read(directory, "figure15")
+    figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
+    for axes, (title, series) in zip(grid, on_devices(rows, max(values(rows, "threads")))):
+        for label, wanted in series:
+            some = timed(rows, **wanted)
+            if some:
+                line(axes, some, "step", "total_ms", label)
+        axes.set(yscale="log", xlabel="step", title=title)
+        axes.grid(True, alpha=0.3)
+        axes.legend(fontsize=8)
+    grid[0].set_ylabel("ms a collide, balls")
+    save(figure, directory, "paper-figure-15", rows)
+
+
 FIGURES = ((peers, "peers"), (distributions, "peers"), (small, "small"), (scaling, "scaling"), (cost, "cost"),
-           (memory, "memory"), (paper, "paper"), (persistent, "persistent"))
+           (memory, "memory"), (paper, "paper"), (persistent, "persistent"), (figure14, "figure14"),
+           (figure15, "figure15"))
 
 
 def main():

@@ -1,9 +1,12 @@
 // Runs the piles of examples/pile until they have come to rest and records some frames of each:
 //
-//   record-piles <directory> [<scene>[=<steps>] ...]     writes <directory>/<scene>.pile
+//   record-piles <directory> [<scene>[-run][=<steps>] ...]     writes <directory>/<scene>.pile
 //
-// The steps left out are the scene's own. A file that is there already is kept.
+// The steps left out are the scene's own. A file that is there already is kept. With -run, frames
+// are taken from the first step to the last, two in a row each time, and <scene>-run.pile has no
+// bounds.
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -21,6 +24,7 @@ namespace bench {
 namespace {
 
 constexpr int frames_recorded = 6;
+constexpr int moments_of_run = 24;
 
 BodyPose poseOf(dBodyID body) {
   BodyPose pose;
@@ -51,7 +55,13 @@ void recordFrame(const pile::World& world, PileRecording& recording) {
   }
 }
 
-PileRecording record(const pile::Preset& preset, int steps) {
+// Whether the step and the one before it are recorded.
+bool endsMoment(int step, int steps) {
+  return std::int64_t{step} * moments_of_run / steps !=
+         std::int64_t{step - 1} * moments_of_run / steps;
+}
+
+PileRecording record(const pile::Preset& preset, int steps, bool whole_run) {
   pile::Options options;
   options.scene = preset.name;
   options.bodies = preset.bodies;
@@ -66,27 +76,35 @@ PileRecording record(const pile::Preset& preset, int steps) {
   pile::Simulation simulation(world, options);
   PileRecording recording;
   recording.scene = preset.name;
-  for (int i = 0; i < steps; ++i) {
+  for (int step = 1; step <= steps; ++step) {
     simulation.step();
-    if (i >= steps - frames_recorded) recordFrame(world, recording);
+    if (!whole_run) {
+      if (step > steps - frames_recorded) recordFrame(world, recording);
+    } else if (endsMoment(step, steps) || endsMoment(step + 1, steps)) {
+      recordFrame(world, recording);
+      recording.steps.push_back(static_cast<std::uint32_t>(step));
+    }
   }
   return recording;
 }
 
 void recordTo(const std::string& directory, const std::string& wish) {
   const std::size_t equals = wish.find('=');
-  const pile::Preset& preset = pile::presetOf(wish.substr(0, equals));
+  const std::string name = wish.substr(0, equals);
+  const std::size_t dash = name.find("-run");
+  const pile::Preset& preset = pile::presetOf(name.substr(0, dash));
   const int steps =
       equals == std::string::npos ? preset.steps : std::atoi(wish.c_str() + equals + 1);
-  if (steps < frames_recorded)
-    throw std::invalid_argument("at least " + std::to_string(frames_recorded) + " steps: " + wish);
-  const std::string path = directory + "/" + preset.name + ".pile";
+  const int least = dash == std::string::npos ? frames_recorded : 3 * moments_of_run;
+  if (steps < least)
+    throw std::invalid_argument("at least " + std::to_string(least) + " steps: " + wish);
+  const std::string path = directory + "/" + name + ".pile";
   if (pileExists(path)) {
     std::printf("%s is there already\n", path.c_str());
     return;
   }
   const Stopwatch clock;
-  writePile(path, record(preset, steps));
+  writePile(path, record(preset, steps, dash != std::string::npos));
   std::printf("%s: %d bodies after %d steps, in %.0f s\n", path.c_str(), preset.bodies, steps,
               clock.milliseconds() / 1000);
 }
@@ -103,7 +121,7 @@ void countMessage(int, const char*, va_list) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: record-piles <directory> [<scene>[=<steps>] ...]\n");
+    std::fprintf(stderr, "usage: record-piles <directory> [<scene>[-run][=<steps>] ...]\n");
     return 2;
   }
   std::vector<std::string> scenes(argv + 2, argv + argc);
