@@ -45,13 +45,13 @@ struct TileRows {
   }
 };
 
-// Whether the list of an axis holds the pair of boxes a and b. The list is whole: first is 0, so
-// that a place below the row's end is in it.
+// Whether the list of an axis holds the pair of boxes a and b. The list is whole, so that every
+// place of a row is in it.
 __device__ bool holds(const AxisView& axis, std::uint32_t a, std::uint32_t b) {
   const std::uint32_t rank_a = axis.ranks[a], rank_b = axis.ranks[b];
   const std::uint32_t row = min(rank_a, rank_b), other = max(rank_a, rank_b);
-  const unsigned long long place = axis.begins[row] + (other - row - 1);
-  return place < axis.begins[row + 1] && axis.list[place] == (rank_a < rank_b ? b : a);
+  return other < axis.reach[row] &&
+         axis.list[axis.begins[row] + (other - row - 1)] == (rank_a < rank_b ? b : a);
 }
 
 // Collects pairs in shared memory and writes them behind each other: one place is asked for a tile.

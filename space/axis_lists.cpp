@@ -52,8 +52,8 @@ void fillPlaces(const AxisRows& rows, std::uint64_t begin, std::uint64_t end, Sl
 bool holds(const AxisRows& rows, const Slot* list, Slot a, Slot b) {
   const std::uint32_t rank_a = rows.ranks[a], rank_b = rows.ranks[b];
   const std::uint32_t row = std::min(rank_a, rank_b), other = std::max(rank_a, rank_b);
-  const std::uint64_t place = rows.begins[row] + (other - row - 1);
-  return place < rows.begins[row + 1] && list[place] == (rank_a < rank_b ? b : a);
+  return other < rows.reach[row] &&
+         list[rows.begins[row] + (other - row - 1)] == (rank_a < rank_b ? b : a);
 }
 
 }  // namespace

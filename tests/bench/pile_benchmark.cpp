@@ -225,7 +225,8 @@ std::vector<Cell> cellsOf(const Wishes& wishes) {
 
 void write(const Pile& pile, const std::string& scene, const Cell& cell, Csv& csv) {
   if (cell.samples.empty()) {
-    std::printf("%-10s %-16s is not to be had here\n", scene.c_str(), cell.method.name);
+    std::printf("%-10s %5u %-16s %7d %7d is not to be had here\n", scene.c_str(), pile.step(),
+                cell.method.name, cell.devices, cell.threads);
     return;
   }
   std::printf("%-10s %5u %-16s %7d %7d %7zu %12.4f %12.4f %12.4f\n", scene.c_str(), pile.step(),

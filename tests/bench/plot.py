@@ -232,7 +232,9 @@ def figure14(directory):
         axes.set_xticks([k + 0.4 - 0.4 / len(series) for k in range(len(scenes))])
         axes.set_xticklabels(["%s\n%d bodies" % (scene, one(rows, scene=scene)["bodies"]) for scene in scenes])
         axes.set(yscale="log", title=title)
-        axes.legend(fontsize=8)
+        axes.legend(fontsize=8, ncol=2, loc="upper left")
+    tops = [bar.get_height() for axes in grid for bar in axes.patches]
+    grid[0].set_ylim(min(tops) / 2, max(tops) * 8)
     grid[0].set_ylabel("% of brute force on one thread, whole collide")
     save(figure, directory, "paper-figure-14", rows)
 
