@@ -84,6 +84,14 @@ void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
   static_cast<ode_parallel_sap::ContactPairs*>(pairs)->add(o1, o2);
 }
 
+void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull) {
+  checked(space).settings.cull_planes = cull != 0;
+}
+
+int dParallelSAPSpaceGetCullPlanes(dSpaceID space) {
+  return checked(space).settings.cull_planes;
+}
+
 void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {
   ParallelSAPSpace& own = checked(space);
   dAASSERT(stats);

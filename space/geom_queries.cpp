@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "geom_tests.h"
+#include "plane_test.h"
 #include "query_tree.h"
 #include "round_outward.h"
 
@@ -67,8 +68,9 @@ template <class Tree>
 using RealOf = typename std::remove_reference<Tree>::type::RealType;
 
 // Needs exactMode(). NaN overlaps nothing.
-bool pairs(const dxGeom* own, const dxGeom* geom) {
-  return boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom);
+bool pairs(dxGeom* own, dxGeom* geom, bool cull_planes) {
+  return boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom) &&
+         !(cull_planes && areClearByPlane(own, geom));
 }
 
 }  // namespace
@@ -267,7 +269,8 @@ bool GeomQueries::bringUpToDate(const Geoms& geoms, int threads) {
   return true;
 }
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, int threads, Buffer<dxGeom*>& hits) {
+void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads,
+                       Buffer<dxGeom*>& hits) {
   const ScopedMode mode(exactMode());
   asked_ = true;
   if (bringUpToDate(geoms, threads)) {
@@ -278,7 +281,7 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, int threads, Buffer<dxG
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (i + prefetch_distance < found.size()) prefetch(geoms[found[i + prefetch_distance]]);
       *next = geoms[found[i]];
-      next += pairs(geoms[found[i]], geom);
+      next += pairs(geoms[found[i]], geom, cull_planes);
     }
     hits.resize(next - hits.data());
     return;
@@ -286,7 +289,7 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, int threads, Buffer<dxG
   hits.resizeDiscarding(0);
   for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
     prefetchAhead(geoms, slot);
-    if (geoms[slot] && pairs(geoms[slot], geom)) hits.push_back(geoms[slot]);
+    if (geoms[slot] && pairs(geoms[slot], geom, cull_planes)) hits.push_back(geoms[slot]);
   }
 }
 

@@ -43,9 +43,10 @@ class GeomQueries {
   bool clean(const Geoms& geoms);
 
   // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
-  // by ODE's formula, the AABBTest calls apart. All AABBs are up to date, that of `geom` is without
-  // NaN. Throws std::bad_alloc where memory ends.
-  void find(const Geoms& geoms, dxGeom* geom, int threads, Buffer<dxGeom*>& hits);
+  // by ODE's formula, the AABBTest calls apart, and, if `cull_planes`, are not clear of a plane
+  // that is one of the two. All AABBs are up to date, that of `geom` is without NaN. Throws
+  // std::bad_alloc where memory ends.
+  void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
 
   // Gives back all that is held.
   void release();

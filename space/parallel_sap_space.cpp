@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "geom_tests.h"
+#include "plane_test.h"
 
 namespace ode_parallel_sap {
 
@@ -36,11 +37,6 @@ void setSlot(dxGeom* geom, std::size_t slot) {
 }
 void clearSlot(dxGeom* geom) {
   geom->tome_ex = nullptr;
-}
-
-bool overlapExactly(const dxGeom* a, const dxGeom* b) {
-  const ScopedMode mode(exactMode());
-  return boxesOverlap(a, b);
 }
 
 }  // namespace
@@ -111,6 +107,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   geoms_.push_back(geom);
   setSlot(geom, geoms_.size() - 1);
   queries_.changed(geoms_.size() - 1);
+  plane_pairs_.forget();
   geom->next = nullptr;
   geom->tome = tail_;
   *tail_ = geom;
@@ -131,6 +128,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dUASSERT(geom->parent_space == this, "object is not in this space");
 
   queries_.changed(slotIn(geom));
+  plane_pairs_.forget();
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -156,6 +154,7 @@ void ParallelSAPSpace::closeSlots() {
   }
   geoms_.resize(slot);
   queries_.reset();
+  plane_pairs_.forget();
 }
 
 void ParallelSAPSpace::cleanGeoms() {
@@ -339,7 +338,8 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
     }
     for (unsigned i = 0; i < actives; ++i)
       for (unsigned j = i + 1; j < actives; ++j)
-        if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]))
+        if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]) &&
+            !isCulled(active[i], active[j]))
           couples[candidates++] = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j)};
   }
   for (dxGeom* geom = first; invalid && geom; geom = geom->next)
@@ -397,6 +397,7 @@ void ParallelSAPSpace::synchronise() {
   stats_.disabled = facts_->disabled;
   stats_.invalid = facts_->invalid.size();
   stats_.unbounded = facts_->unbounded;
+  if (settings.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
 }
 
 PairFinder& ParallelSAPSpace::finderFor(int method) {
@@ -457,6 +458,20 @@ void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
 
 void ParallelSAPSpace::filter(PairList& pairs) {
   pair_filter_.run(geoms_.data(), *facts_, frame_threads_, pairs);
+  if (settings.cull_planes && plane_pairs_.any())
+    stats_.candidates +=
+        plane_pairs_.addTo(pairs, geoms_.data(), boxes_, facts_->user_classes, frame_threads_);
+}
+
+// By bounds, bits and bodies.
+bool ParallelSAPSpace::pairsExactly(dxGeom* a, dxGeom* b) const {
+  const ScopedMode mode(exactMode());
+  return boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b);
+}
+
+// Needs exactMode().
+bool ParallelSAPSpace::isCulled(dxGeom* a, dxGeom* b) const {
+  return settings.cull_planes && areClearByPlane(a, b);
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {
@@ -479,7 +494,7 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
     if (!isEnabled(a) || hasNaN(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
       if (!isEnabled(b) || hasNaN(b)) continue;
-      if (!overlapExactly(a, b) || !filtersMatch(a, b) || !passesAABBTests(a, b)) continue;
+      if (!pairsExactly(a, b) || !passesAABBTests(a, b)) continue;
       ++stats_.pairs;
       callback(data, a, b);
     }
@@ -496,7 +511,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   // As in collide(), a query within the callback finds the member free.
   Buffer<dxGeom*> hits = std::move(hits_);
   try {
-    queries_.find(geoms_, geom, threadsForFrame(), hits);
+    queries_.find(geoms_, geom, settings.cull_planes, threadsForFrame(), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     collide2WithoutMemory(data, geom, callback);
@@ -512,8 +527,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 
 void ParallelSAPSpace::collide2WithoutMemory(void* data, dxGeom* geom, dNearCallback* callback) {
   for (dxGeom* own = first; own; own = own->next) {
-    if (!isEnabled(own) || hasNaN(own) || !overlapExactly(own, geom)) continue;
-    if (filtersMatch(own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
+    if (!isEnabled(own) || hasNaN(own) || !pairsExactly(own, geom)) continue;
+    if (passesAABBTests(own, geom)) callback(data, own, geom);
   }
 }
 
@@ -549,7 +564,8 @@ void ParallelSAPSpace::countTotals() {
 std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() +
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
-         contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes();
+         contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
+         plane_pairs_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

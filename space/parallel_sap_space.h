@@ -18,6 +18,7 @@
 #include "ode_private.h"
 #include "pair_filter.h"
 #include "pair_list.h"
+#include "plane_pairs.h"
 #include "settings.h"
 #include "team_choice.h"
 
@@ -77,6 +78,8 @@ class ParallelSAPSpace : public dxSpace {
   void countDevices(int devices);
   void extractOnProcessor(int method, PairList& pairs);
   void filter(PairList& pairs);
+  bool pairsExactly(dxGeom* a, dxGeom* b) const;
+  bool isCulled(dxGeom* a, dxGeom* b) const;
   void report(const PairList& pairs, void* data, dNearCallback* callback);
   void collideWithoutMemory(void* data, dNearCallback* callback);
   void collide2WithoutMemory(void* data, dxGeom* geom, dNearCallback* callback);
@@ -99,6 +102,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<CPUFinders> cpu_finders_;
   DeviceBackend device_;
   PairFilter pair_filter_;
+  PlanePairs plane_pairs_;
   PairList pairs_;
   Buffer<GeomPair> contact_pairs_;
   NarrowPhase narrow_phase_;

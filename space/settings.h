@@ -15,6 +15,7 @@ struct Settings {
   int method = dParallelSAPMethodAuto;
   int threads = 0;  // 0: what OpenMP would use
   int devices = 0;  // 0: chosen by the space
+  bool cull_planes = false;
   bool print_stats = false;
   std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };

@@ -57,6 +57,22 @@ struct TrianglePart {
   std::size_t last_row, last_column;
 };
 
+// Where normal * x <= distance, and how to compute that safely: `rounding` times the size of the
+// numbers that take part bounds all errors.
+template <class Real>
+struct HalfSpace {
+  Real normal[3];
+  double distance;
+  double rounding;
+};
+
+// What half-space `plane` has to do with the sixteen boxes of `cell`.
+struct HalfSpaceHits {
+  std::uint32_t plane, cell;
+  std::uint16_t maybe;  // boxes that are not surely clear of it
+  std::uint16_t sure;   // of those, boxes that surely reach it
+};
+
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
@@ -87,6 +103,12 @@ struct Kernels {
   // The same for cells without a tree.
   std::size_t (*findInCells)(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
                              const Group<Real>& box, std::uint32_t* found);
+  // Meets the boxes [16 begin, 16 end) with `count` half-spaces. Writes to `hits`, for which
+  // there is room for each cell and half-space, where `maybe` is not empty; returns their number.
+  // Inactive boxes are in none.
+  std::size_t (*meetHalfSpaces)(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
+                                std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
+                                HalfSpaceHits* hits);
 };
 
 // All that one instruction set has.

@@ -120,6 +120,16 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
+/* Nonzero: a geom whose AABB is wholly on the open side of a plane (dCreatePlane), by more than what
+ * rounding could make of it, is no pair with that plane. ODE's spaces report a plane that is not
+ * parallel to two axes with every geom, so the default is 0. No pair is left out for which dCollide
+ * could find a contact: the corner of the AABB that is nearest to the plane is further from it than
+ * 32 epsilon of the greatest coordinates that take part. Pairs of two planes, and of a plane with a
+ * geom whose AABB is infinite where it matters, stay. Holds for dSpaceCollide, dSpaceCollide2 and
+ * dParallelSAPSpaceCollideContacts. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
+
 /* The narrow phase on the threads of the space: dCollide for all pairs of dSpaceCollide.
  *
  *     static void makeJoints(void* world, dGeomID o1, dGeomID o2, const dContactGeom* contacts,

@@ -1,0 +1,178 @@
+#include "plane_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geom_tests.h"
+#include "parallel.h"
+#include "plane_test.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// A thread is worth its start from this many tests of sixteen boxes and a plane on.
+constexpr std::size_t least_tests_a_thread = 8192;
+constexpr dReal least_normal = static_cast<dReal>(1e-30);
+// Cells that a thread takes at a time.
+constexpr std::size_t chunk_cells = 64;
+
+// What meetHalfSpaces() computes in the precision of the boxes is off by less than 8 epsilon of the
+// numbers' size: rounding of bounds, normal and distance, three products, two sums. Beyond that it
+// leaves to isClearOfPlane() all that this might not call clear, and a tenth more.
+template <class Real>
+HalfSpace<Real> halfSpaceOf(dxGeom* geom) {
+  dVector4 plane;
+  dGeomPlaneGetParams(geom, plane);
+  HalfSpace<Real> half_space;
+  half_space.distance = plane[3];
+  half_space.rounding =
+      8 * static_cast<double>(std::numeric_limits<Real>::epsilon()) + 1.1 * plane_rounding;
+  for (int axis = 0; axis < 3; ++axis) {
+    half_space.normal[axis] = static_cast<Real>(plane[axis]);
+    // Too near the denormals for that: nothing is decided.
+    if (plane[axis] != 0 && !(std::fabs(plane[axis]) > least_normal))
+      half_space.rounding = std::numeric_limits<double>::infinity();
+  }
+  return half_space;
+}
+
+}  // namespace
+
+void PlanePairs::take(dxGeom* const* geoms, BoxSet& boxes) {
+  if (!known_) {
+    all_planes_.resizeDiscarding(0);
+    for (std::size_t slot = 0; slot < boxes.size; ++slot)
+      if (geoms[slot] && geoms[slot]->type == dPlaneClass)
+        all_planes_.push_back(static_cast<Slot>(slot));
+    known_ = true;
+  }
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  planes_.resizeDiscarding(0);
+  for (const Slot slot : all_planes_) {
+    if (isEnabled(geoms[slot]) && !hasNaN(geoms[slot])) planes_.push_back(slot);
+    if (boxes.wide)
+      boxes.wide_boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
+    else
+      boxes.boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
+  }
+}
+
+// One thread's part of the search.
+template <class Real>
+struct PlanePairs::Search {
+  dxGeom* const* geoms;
+  const BoxSet& boxes;
+  const Buffer<Slot>& planes;
+  const std::vector<HalfSpace<Real>>& half_spaces;
+
+  void run(const Range& cells, Buffer<HalfSpaceHits>& hits, Buffer<Pair>& found) const {
+    hits.resizeDiscarding((cells.end - cells.begin) * half_spaces.size());
+    const std::size_t count =
+        kernels<Real>().meetHalfSpaces(boxesOf<Real>(boxes), boxes.size, cells.begin, cells.end,
+                                       half_spaces.data(), half_spaces.size(), hits.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const HalfSpaceHits& hit = hits[i];
+      const Slot plane = planes[hit.plane];
+      for (unsigned lanes = hit.maybe; lanes; lanes &= lanes - 1) {
+        const int lane = __builtin_ctz(lanes);
+        const Slot other = hit.cell * group_size + lane;
+        if (passes(plane, other, hit.sure >> lane & 1))
+          found.push_back(makePair(std::min(plane, other), std::max(plane, other)));
+      }
+    }
+  }
+
+  bool passes(Slot plane, Slot other, bool sure) const {
+    dxGeom *const a = geoms[plane], *const b = geoms[other];
+    if (!sure && (!boxesOverlap(a, b) || areClearByPlane(a, b))) return false;
+    return !boxes.filter_bits || filtersMatch(a, b);
+  }
+};
+
+template <class Real>
+void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, int threads) {
+  std::vector<HalfSpace<Real>> half_spaces;
+  for (const Slot slot : planes_) half_spaces.push_back(halfSpaceOf<Real>(geoms[slot]));
+  const std::size_t cells = (boxes.size + group_size - 1) / group_size;
+  const std::size_t tests = cells * planes_.size();
+  threads = static_cast<int>(std::min<std::size_t>(threads, tests / least_tests_a_thread + 1));
+  if (found_.size() < static_cast<std::size_t>(threads)) {
+    found_.resize(threads);
+    hits_.resize(threads);
+  }
+  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  ChunkQueue queue(cells, chunk_cells);
+  runTeam(threads, [&](int thread, int) {
+    const ScopedMode mode(exactMode());
+    const Search<Real> search = {geoms, boxes, planes_, half_spaces};
+    Range range;
+    while (queue.next(range)) search.run(range, hits_[thread], found_[thread]);
+  });
+}
+
+// No plane's AABB is clear of another plane: they pair as in ODE.
+void PlanePairs::findAmongPlanes(dxGeom* const* geoms, Buffer<Pair>& found) const {
+  const ScopedMode mode(exactMode());
+  for (std::size_t i = 0; i < planes_.size(); ++i)
+    for (std::size_t j = i + 1; j < planes_.size(); ++j) {
+      dxGeom *const a = geoms[planes_[i]], *const b = geoms[planes_[j]];
+      if (boxesOverlap(a, b) && !areClearByPlane(a, b) && filtersMatch(a, b))
+        found.push_back(makePair(planes_[i], planes_[j]));
+    }
+}
+
+std::size_t PlanePairs::addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes,
+                              bool user_classes, int threads) {
+  if (boxes.wide)
+    find<double>(geoms, boxes, threads);
+  else
+    find<float>(geoms, boxes, threads);
+  findAmongPlanes(geoms, found_[0]);
+  order_.sort(found_, boxes.size, threads, list_);
+  Buffer<Pair>& added = list_.parts[0];
+  if (user_classes)
+    added.resize(std::remove_if(added.begin(), added.end(),
+                                [&](Pair pair) {
+                                  return !passesAABBTests(geoms[earlierOf(pair)],
+                                                          geoms[laterOf(pair)]);
+                                }) -
+                 added.begin());
+  merge(pairs, added);
+  return added.size();
+}
+
+// From the end, so that each run of pairs between two that are added is moved once, and none before
+// the first.
+void PlanePairs::merge(PairList& pairs, const Buffer<Pair>& added) {
+  if (pairs.parts.empty()) pairs.parts.resize(1);
+  std::size_t left = added.size();
+  for (std::size_t index = pairs.parts.size(); index > 0 && left > 0; --index) {
+    Buffer<Pair>& part = pairs.parts[index - 1];
+    if (index > 1 && part.size() == 0) continue;
+    // The first part takes all that come before its own.
+    const std::size_t first =
+        index == 1 ? 0
+                   : std::lower_bound(added.begin(), added.begin() + left, part[0]) - added.begin();
+    std::size_t end = part.size();
+    part.resize(end + left - first);
+    for (; left > first; --left) {
+      const std::size_t run =
+          std::lower_bound(part.begin(), part.begin() + end, added[left - 1]) - part.begin();
+      std::copy_backward(part.begin() + run, part.begin() + end,
+                         part.begin() + end + (left - first));
+      end = run;
+      part[end + (left - first) - 1] = added[left - 1];
+    }
+  }
+}
+
+std::size_t PlanePairs::bytes() const {
+  std::size_t bytes = all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes();
+  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
+  for (const Buffer<HalfSpaceHits>& hits : hits_) bytes += hits.bytes();
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

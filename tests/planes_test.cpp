@@ -1,0 +1,303 @@
+// Planes: as ODE has them, with every geom, and culled, with those that may touch.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
+constexpr std::size_t kProbeNumber = 1000000;
+
+enum class Verdict { kKeep, kDrop, kEither };
+
+// By the definition in the public header, with eleven bits more than a double: the deepest corner
+// is in the half-space, or further from it than ten times what the header calls rounding, or
+// between.
+Verdict verdictOf(dGeomID plane_geom, dGeomID other) {
+  dVector4 plane;
+  dGeomPlaneGetParams(plane_geom, plane);
+  Bounds bounds;
+  dGeomGetAABB(other, bounds.data());
+  long double depth = -static_cast<long double>(plane[3]), size = std::fabs(plane[3]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const long double normal = plane[axis];
+    if (normal == 0) continue;
+    const long double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
+    if (std::isinf(lower) || std::isinf(upper)) return Verdict::kKeep;
+    depth += normal * (normal > 0 ? lower : upper);
+    size += std::fabs(normal) * std::max(std::fabs(lower), std::fabs(upper));
+  }
+  const long double epsilon = std::numeric_limits<dReal>::epsilon();
+  if (depth <= 0.01L * epsilon * size) return Verdict::kKeep;
+  // Sums may be infinite in dReal.
+  if (size > std::numeric_limits<dReal>::max() / 4) return Verdict::kEither;
+  return depth > 320 * epsilon * size + 1e-300L ? Verdict::kDrop : Verdict::kEither;
+}
+
+Verdict verdictOnPair(dGeomID a, dGeomID b) {
+  const bool plane_a = dGeomGetClass(a) == dPlaneClass, plane_b = dGeomGetClass(b) == dPlaneClass;
+  if (plane_a == plane_b) return Verdict::kKeep;
+  return plane_a ? verdictOf(a, b) : verdictOf(b, a);
+}
+
+// `got` are the pairs of `all` in their order, without any that must be dropped and with all that
+// must be kept. `geomOf` tells the geom of a number.
+template <class GeomOf>
+std::string wrongCulling(const Pairs& got, const Pairs& all, GeomOf geomOf) {
+  Pairs least, most;
+  for (const Pair& pair : all) {
+    const Verdict verdict = verdictOnPair(geomOf(pair.first), geomOf(pair.second));
+    const bool reported = std::binary_search(got.begin(), got.end(), pair);
+    if (verdict == Verdict::kKeep || (verdict == Verdict::kEither && reported))
+      least.push_back(pair);
+  }
+  return difference(got, least);
+}
+
+std::string wrongCulling(const Pairs& got, const World& world) {
+  return wrongCulling(got, expectedPairs(world.geoms()),
+                      [&](std::size_t i) { return world.geoms()[i]; });
+}
+
+dGeomID obliquePlane(dSpaceID space, Random& random, dReal distance) {
+  return dCreatePlane(space, static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()),
+                      static_cast<dReal>(random.gauss()), distance);
+}
+
+// Boxes, and planes in all directions among them: first, last and in between.
+void populate(World& world, std::size_t n, std::uint64_t seed) {
+  Random random(seed);
+  const Boxes boxes = denseCube(n, seed);
+  const double side = std::cbrt(static_cast<double>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i % (n / 8 + 1) == 0) {
+      const dReal through = static_cast<dReal>(random.between(-side, 2 * side));
+      world.take(obliquePlane(world.space(), random, through));
+      world.take(dCreatePlane(world.space(), 0, 0, i % 2 ? 1 : -1, 1));
+    }
+    world.addBox(boxes[i]);
+  }
+  world.take(dCreatePlane(world.space(), 1, 0, 0, 2));
+  world.take(dCreatePlane(world.space(), 0, -1, 0, -4));
+  world.take(obliquePlane(world.space(), random, 0));
+}
+
+}  // namespace
+
+TEST_CASE("Planes pair with every geom unless they are culled", "[planes]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
+    World world(space);
+    world.addBoxes(denseCube(300, 1));
+    world.take(dCreatePlane(space, 1, 1, 1, -1000));
+    INFO(configuration.name);
+    const Pairs all = collide(space);
+    CHECK(difference(all, expectedPairs(world.geoms())) == "");
+    for (const int cull : {1, 0, 7, 0}) {
+      dParallelSAPSpaceSetCullPlanes(space, cull);
+      CHECK(dParallelSAPSpaceGetCullPlanes(space) == (cull != 0));
+      CHECK(collide(space).size() == all.size() - (cull ? 300 : 0));
+    }
+  }
+}
+
+TEST_CASE("Culled planes pair with what may touch them, whatever finds the pairs", "[planes]") {
+  const std::uint64_t seed = seedOr(201);
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {3, 20, 150, 1500}) {
+      INFO(configuration.name << ", " << n << " boxes, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      const Space space(configuration);
+      dParallelSAPSpaceSetCullPlanes(space, 1);
+      World world(space);
+      populate(world, n, seed);
+      Pairs one_thread;
+      for (const int threads : {1, 2, 7}) {
+        dParallelSAPSpaceSetNumThreads(space, threads);
+        const Pairs got = collide(space);
+        if (threads == 1) one_thread = got;
+        REQUIRE(difference(got, one_thread) == "");
+        REQUIRE(wrongCulling(got, world) == "");
+      }
+      for (int frame = 0; frame < 3; ++frame) {
+        world.jitter(frame == 1 ? 5 : 0.1, seed + static_cast<std::uint64_t>(frame));
+        // Planes turn, move, rest and come and go.
+        Random random(seed + static_cast<std::uint64_t>(frame));
+        for (const dGeomID geom : world.geoms()) {
+          if (dGeomGetClass(geom) != dPlaneClass) continue;
+          if (random.chance(0.3))
+            dGeomPlaneSetParams(geom, static_cast<dReal>(random.gauss()),
+                                random.chance(0.5) ? 0 : static_cast<dReal>(random.gauss()), 0, 3);
+          (random.chance(0.2) ? dGeomDisable : dGeomEnable)(geom);
+          if (random.chance(0.2)) dGeomSetCategoryBits(geom, 1ul << random.below(2));
+          if (random.chance(0.2)) dGeomSetCollideBits(geom, 1ul << random.below(2));
+        }
+        dGeomSetCollideBits(world.geoms()[1], 2);
+        dGeomSetCategoryBits(world.geoms()[1], 2);
+        world.take(obliquePlane(space, random, 4));
+        REQUIRE(wrongCulling(collide(space), world) == "");
+      }
+    }
+}
+
+TEST_CASE("Queries cull planes on both sides", "[planes]") {
+  const std::uint64_t seed = seedOr(211);
+  INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+  for (const std::size_t n : {20, 900}) {
+    const Space space;
+    dParallelSAPSpaceSetCullPlanes(space, 1);
+    World world(space);
+    populate(world, n, seed);
+    Random random(seed);
+    for (int i = 0; i < 60; ++i) {
+      const dGeomID probe =
+          i % 3 ? dCreateSphere(nullptr, 1)
+                : obliquePlane(nullptr, random, static_cast<dReal>(random.between(-5, 15)));
+      setNumber(probe, kProbeNumber);
+      if (i % 3)
+        dGeomSetPosition(probe, static_cast<dReal>(random.between(0, 10)),
+                         static_cast<dReal>(random.between(0, 10)),
+                         static_cast<dReal>(random.between(0, 10)));
+      const Pairs got = collide2(space, probe);
+      Pairs all;
+      for (const dGeomID geom : world.geoms())
+        if (takesPart(geom) && mayTouch(geom, probe)) all.emplace_back(number(geom), kProbeNumber);
+      const std::string wrong = wrongCulling(
+          got, all, [&](std::size_t of) { return of == kProbeNumber ? probe : world.geoms()[of]; });
+      dGeomDestroy(probe);
+      REQUIRE(wrong == "");
+    }
+  }
+}
+
+TEST_CASE("No pair is culled for which dCollide finds a contact", "[planes]") {
+  const int runs = scaled(3000);
+  std::size_t touching = 0, culled = 0;
+  for (int run = 0; run < runs; ++run) {
+    const std::uint64_t seed = seedOr(221 + static_cast<std::uint64_t>(run));
+    Random random(seed);
+    const Space space;
+    dParallelSAPSpaceSetCullPlanes(space, 1);
+    const double reach = std::pow(10.0, random.between(-6, 8));
+    const auto length = [&] { return static_cast<dReal>(std::pow(10.0, random.between(-3, 3))); };
+    const auto place = [&] { return static_cast<dReal>(reach * random.gauss()); };
+    dGeomID geom = nullptr;
+    switch (run % 4) {
+      case 0:
+        geom = dCreateBox(space, length(), length(), length());
+        break;
+      case 1:
+        geom = dCreateSphere(space, length());
+        break;
+      case 2:
+        geom = dCreateCapsule(space, length(), length());
+        break;
+      default:
+        geom = dCreateCylinder(space, length(), length());
+    }
+    dGeomSetPosition(geom, place(), place(), place());
+    if (random.chance(0.7)) {
+      dMatrix3 rotation;
+      dRFromEulerAngles(rotation, static_cast<dReal>(random.gauss()),
+                        static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
+      dGeomSetRotation(geom, rotation);
+    }
+    // Through the corner of the AABB that is nearest to it, a few steps more or less.
+    Bounds bounds;
+    dGeomGetAABB(geom, bounds.data());
+    const dReal normal[] = {static_cast<dReal>(random.gauss()),
+                            random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss()),
+                            random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss())};
+    const dGeomID plane = dCreatePlane(space, normal[0], normal[1], normal[2], 0);
+    dVector4 unit;
+    dGeomPlaneGetParams(plane, unit);
+    long double distance = 0, size = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      distance += static_cast<long double>(unit[axis]) * bounds[2 * axis + (unit[axis] < 0)];
+      size += std::fabs(static_cast<long double>(unit[axis]) * bounds[2 * axis]);
+    }
+    distance += size * std::numeric_limits<dReal>::epsilon() * random.between(-1, 1) *
+                std::pow(10.0, random.between(-1, 3));
+    dGeomPlaneSetParams(plane, unit[0], unit[1], unit[2], static_cast<dReal>(distance));
+
+    dContactGeom contact[4];
+    const bool touches = dCollide(geom, plane, 4, contact, sizeof contact[0]) > 0;
+    touching += touches;
+    const bool reported = !collide(space).empty();
+    dParallelSAPSpaceSetCullPlanes(space, 0);
+    const bool is_pair = !collide(space).empty();
+    culled += is_pair && !reported;
+    INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    // (Rounding may part the boxes of a plane along an axis and a geom that dCollide lets touch.)
+    REQUIRE((reported || !is_pair || !touches));
+    dGeomDestroy(geom);
+    dGeomDestroy(plane);
+  }
+  CHECK(touching > 0);
+  CHECK(culled > 0);
+}
+
+TEST_CASE("Bounds and planes of every kind are culled by the definition", "[planes]") {
+  const dReal most = std::numeric_limits<dReal>::max();
+  const dReal values[] = {-kInfinity, -most, -most / 8,   dReal(-1e30), -1,   dReal(-1e-30),
+                          0,          1,     dReal(1e30), most / 8,     most, kInfinity};
+  for (int run = 0; run < scaled(20); ++run) {
+    const std::uint64_t seed = seedOr(231 + static_cast<std::uint64_t>(run));
+    INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    Random random(seed);
+    const bool mixed = run % 2;
+    for (const std::size_t n : {20, 120}) {
+      const Space space;
+      dParallelSAPSpaceSetCullPlanes(space, 1);
+      World world(space);
+      for (std::size_t i = 0; i < n; ++i) {
+        Bounds bounds;
+        for (dReal& bound : bounds)
+          bound = mixed || random.chance(0.1) ? values[random.below(12)]
+                                              : static_cast<dReal>(random.between(-3, 3));
+        world.take(createUserBox(space, bounds));
+        if (i % 8) continue;
+        // Normals with parts so small that floats lose them.
+        const dReal parts[] = {0, dReal(1e-300), dReal(1e-46), dReal(1e-20), 1, -1, 3};
+        const dReal x = parts[random.below(7)], y = parts[random.below(7)];
+        world.take(
+            dCreatePlane(space, x, y, parts[4 + random.below(3)], values[1 + random.below(10)]));
+      }
+      REQUIRE(wrongCulling(collide(space), world) == "");
+    }
+  }
+}
+
+TEST_CASE("A culled plane asks AABBTest functions as any geom does", "[planes]") {
+  for (const std::size_t n : {20, 200}) {
+    const Space space;
+    dParallelSAPSpaceSetCullPlanes(space, 1);
+    World world(space);
+    world.take(dCreatePlane(space, 1, 1, 1, 0));
+    for (std::size_t i = 0; i < n; ++i) {
+      const dReal x = static_cast<dReal>(i) - static_cast<dReal>(n) / 2;
+      world.take(createUserBox(
+          space, {x, x + dReal(0.5), 0, 1, 0, 1}, false,
+          [](dGeomID self, dGeomID, dReal*) -> int { return number(self) % 3 != 0; }));
+    }
+    const Pairs got = collide(space);
+    CHECK(got.size() > n / 4);
+    CHECK(got.size() < n / 2);
+    CHECK(wrongCulling(got, world) == "");
+  }
+}
