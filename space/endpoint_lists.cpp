@@ -54,6 +54,10 @@ void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>
 // End points may move by this many places on average before sorting anew is faster (20,000 boxes on
 // one core: 1.4 ms where nothing moves, 1.85 at half a place, 2.15 at one, 1.95 sorted anew).
 constexpr std::size_t places_an_endpoint = 1;
+// Fewer are done sooner than other threads are woken.
+constexpr std::size_t least_shared_members = 1000;
+// A newcomer passes half of all end points.
+constexpr std::size_t least_members_a_newcomer = 1024;
 constexpr int frames_without_repair = 15;
 
 // False if it gave up; the end points are all there in any case.
