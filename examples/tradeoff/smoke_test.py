@@ -1,0 +1,152 @@
+"""Tests the trade-off study: smoke_test.py <tradeoff-point>. Exit code 77: a package is missing."""
+
+import csv
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+try:
+    import tqdm
+    from matplotlib.image import imread
+
+    import study
+    import words
+except ImportError as error:
+    print("Skipped: %s (Debian: python3-matplotlib python3-tqdm)" % error)
+    sys.exit(77)
+
+program = sys.argv.pop(1)
+
+
+def run_study(folder):
+    result = subprocess.run([sys.executable, os.path.join(HERE, "tradeoff.py"), "--smoke", "--out", folder, "--double",
+                             program, "--single", os.path.join(folder, "no-such-program")],
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if result.returncode != 0:
+        raise AssertionError(result.stdout)
+    return result.stdout
+
+
+def read(folder, name):
+    with open(os.path.join(folder, name + ".csv"), newline="") as file:
+        return list(csv.DictReader(file))
+
+
+class Study(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.output = run_study(cls.folder.name)
+        cls.broad, cls.pile = read(cls.folder.name, "broad"), read(cls.folder.name, "pile")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_says_that_single_precision_is_left_out(self):
+        self.assertIn("Single precision is left out: there is no", self.output)
+        self.assertEqual({row["precision"] for row in self.broad + self.pile}, {"double"})
+
+    def test_measures_every_point_once(self):
+        has_cuda = any(row["backend"] == "cuda" for row in self.broad)
+        points = study.broad_points("smoke", ["double"], has_cuda)
+        self.assertEqual(sorted(study.key(row, study.BROAD_KEY) for row in self.broad),
+                         sorted(study.key(point, study.BROAD_KEY) for point in points))
+        points = study.pile_points("smoke", ["double"])
+        self.assertEqual(sorted(study.key(row, study.PILE_KEY) for row in self.pile),
+                         sorted(study.key(point, study.PILE_KEY) for point in points))
+
+    def test_our_space_is_exact_without_a_tolerance_and_misses_nothing_with_one(self):
+        ours = [row for row in self.broad if row["space"] == "parallel"]
+        self.assertEqual({row["status"] for row in ours}, {"ok"})
+        for row in ours:
+            self.assertEqual(int(row["missed_of_stored"]), 0, row)
+            if float(row["tolerance"]) == 0:
+                self.assertEqual(int(row["extra_of_stored"]), 0, row)
+                self.assertEqual(row["pairs"], row["exact_pairs"], row)
+
+    def test_sees_the_pairs_that_float_keys_add_far_from_the_origin(self):
+        extra = {float(row["offset"]): float(row["extra_per_exact"]) for row in self.broad if row["space"] == "sap"}
+        self.assertEqual(extra[0], 0)
+        self.assertGreater(extra[1e9], 0.5)
+
+    def test_no_momentum_comes_from_nowhere(self):
+        for row in self.pile:
+            self.assertEqual(row["status"], "ok")
+            self.assertLess(float(row["momentum_drift"]), 1e-12)
+            self.assertLess(float(row["angular_drift"]), 1e-3)
+
+    def test_parallel_runs_make_the_same_heap_in_another_way(self):
+        # ODE's threads solve the rows in another order, so the runs differ in detail only.
+        heaps = {(row["iterations"], row["stepping"]): float(row["height_m"]) for row in self.pile
+                 if float(row["dt"]) == 0.02}
+        for iterations in ("5", "20"):
+            serial, parallel = heaps[iterations, "serial"], heaps[iterations, "parallel"]
+            self.assertLess(abs(parallel - serial), 0.1 * serial)
+
+    def test_an_interrupted_run_goes_on_where_it_was(self):
+        path = os.path.join(self.folder.name, "broad.csv")
+        with open(path) as file:
+            whole = file.read()
+        with open(path, "w") as file:
+            file.write(whole[:-60])  # the last row is cut short
+        output = run_study(self.folder.name)
+        self.assertIn("broad: 1 of %d points to measure" % len(self.broad), output)
+        self.assertIn("pile: 0 of %d points to measure" % len(self.pile), output)
+        self.assertEqual(len(read(self.folder.name, "broad")), len(self.broad))
+        self.assertEqual(read(self.folder.name, "pile"), self.pile)
+
+    def test_draws_the_points(self):
+        for name in ("broad", "pile", "pile-parts"):
+            picture = imread(os.path.join(self.folder.name, name + ".png"))
+            coloured = (picture[:, :, :3].max(axis=2) - picture[:, :, :3].min(axis=2)) > 0.3
+            self.assertGreater(coloured.sum(), 100, name)
+
+    def test_says_what_to_choose(self):
+        with open(os.path.join(self.folder.name, "choices.md")) as file:
+            text = file.read()
+        for words_wanted in ("1e+09 m from the origin", "no extra pair: parallel-sap", "within 1 %", "within 20 %",
+                             "dSweepAndPruneSpace", "differences below that say nothing"):
+            self.assertIn(words_wanted, text)
+
+
+class Analysis(unittest.TestCase):
+    def test_the_front_is_what_nothing_beats_in_both(self):
+        entries = [dict(ms=ms, error=error) for ms, error in ((3, 0.1), (1, 0.5), (2, 0.5), (4, 0.2), (9, 0), (1, 0.6))]
+        self.assertEqual([(e["ms"], e["error"]) for e in study.front(entries, "ms")], [(1, 0.5), (3, 0.1), (9, 0)])
+
+    def test_the_cheapest_is_within_the_limit(self):
+        entries = [dict(ms=1, error=math.inf), dict(ms=2, error=0.05), dict(ms=3, error=0.01)]
+        self.assertEqual(study.cheapest(entries, "ms", 0.05)["ms"], 2)
+        self.assertEqual(study.cheapest(entries, "ms", 0.049)["ms"], 3)
+        self.assertIsNone(study.cheapest(entries, "ms", 0.001))
+
+    def test_a_broad_phase_that_misses_a_pair_is_useless(self):
+        rows = [dict(status="ok", extra_per_exact=0.0, missed=missed) for missed in (0.0, 1.0)]
+        self.assertEqual([e["error"] for e in study.broad_entries(rows)], [0, math.inf])
+
+    def test_the_error_of_a_heap_is_its_worst_part(self):
+        reference = dict(study.PILE_SIZES["smoke"], **study.REFERENCE["smoke"], precision="double", stepping="serial",
+                         seed=1.0, status="ok", wall_s_per_s=1.0, height_m=2.0, penetration_mm=1.0, energy_gain_falling=0.0,
+                         energy_gain_rest=0.0, energy_drift_rest=-0.01, lost=0.0)
+        other = dict(reference, dt=0.02, height_m=1.9, penetration_mm=81.0, energy_gain_falling=0.03,
+                     energy_drift_rest=0.01)
+        lossy = dict(reference, dt=0.03, lost=1.0)
+        by_step = {e["dt"]: e for e in study.pile_errors([reference, other, lossy], "smoke")}
+        self.assertEqual(by_step[study.REFERENCE["smoke"]["dt"]]["error"], 0)
+        self.assertAlmostEqual(by_step[0.02]["height"], 0.05)
+        self.assertAlmostEqual(by_step[0.02]["penetration"], 0.1)
+        self.assertAlmostEqual(by_step[0.02]["energy gain"], 0.03)
+        self.assertAlmostEqual(by_step[0.02]["energy drift"], 0.02)
+        self.assertAlmostEqual(by_step[0.02]["error"], 0.1)
+        self.assertEqual(by_step[0.03]["error"], math.inf)
+        self.assertIn("useless", words.percent(by_step[0.03]["error"]))
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

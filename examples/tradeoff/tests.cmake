@@ -1,0 +1,19 @@
+# The study in a few seconds: what it measures, writes, resumes and concludes.
+if(ODE_PARALLEL_SAP_PRECISION STREQUAL "DOUBLE")
+  find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin) # the system's: it has the system's matplotlib
+  if(ODE_PARALLEL_SAP_PYTHON)
+    add_test(NAME examples.tradeoff COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/smoke_test.py"
+                                            $<TARGET_FILE:tradeoff-point>)
+  else()
+    add_test(NAME examples.tradeoff COMMAND ${CMAKE_COMMAND} -E echo "Skipped: needs Debian's python3")
+    set_tests_properties(examples.tradeoff PROPERTIES SKIP_REGULAR_EXPRESSION Skipped)
+  endif()
+  set_tests_properties(examples.tradeoff PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
+endif()
+
+add_test(NAME examples.tradeoff.precision COMMAND tradeoff-point precision)
+string(TOLOWER "${ODE_PARALLEL_SAP_PRECISION}" precision)
+set_tests_properties(examples.tradeoff.precision PROPERTIES LABELS examples PASS_REGULAR_EXPRESSION "^${precision}\n$")
+add_test(NAME examples.tradeoff.rest-too-long COMMAND tradeoff-point pile --seconds 1 --rest-seconds 2)
+set_tests_properties(examples.tradeoff.rest-too-long
+                     PROPERTIES LABELS examples PASS_REGULAR_EXPRESSION "--rest-seconds must be less than --seconds")

@@ -1,0 +1,206 @@
+#!/usr/bin/env python3
+"""Measures what accuracy costs, and says what to choose: examples/tradeoff/README.md.
+
+Rows that are in the CSV files already are not measured again, so an interrupted run goes on where it
+was when it is started again."""
+
+import argparse
+import csv
+import datetime
+import os
+import re
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+TOP = os.path.dirname(os.path.dirname(HERE))
+
+try:
+    from tqdm import tqdm
+
+    import figures
+    import study
+    import words
+except ImportError as error:
+    sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % error)
+
+
+def cpu():
+    with open("/proc/cpuinfo") as lines:
+        names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else "unknown CPU"
+
+
+def commit():
+    result = subprocess.run(["git", "-C", TOP, "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE,
+                            stderr=subprocess.DEVNULL, text=True)
+    return result.stdout.strip() or "unknown"
+
+
+def machine():
+    return dict(cpu=cpu(), cores=str(len(os.sched_getaffinity(0))), commit=commit(),
+                date=datetime.date.today().isoformat())
+
+
+def parsed(row):
+    return {name: float(value) if study.is_number(value) and name not in ("cores", "commit") else value
+            for name, value in row.items()}
+
+
+def written(row):
+    return {name: "%.9g" % value if isinstance(value, float) else value for name, value in row.items()}
+
+
+class Table:
+    """A CSV file that grows by a row at a time."""
+
+    def __init__(self, path, key_columns):
+        self.path, self.key_columns, self.rows, self.columns = path, key_columns, [], None
+        if os.path.exists(path):
+            with open(path, newline="") as file:
+                reader = csv.DictReader(file)
+                # A row that was cut short when the run was interrupted is measured again.
+                self.rows = [parsed(row) for row in reader if None not in row.values() and None not in row]
+                self.columns = reader.fieldnames
+            self.write_all()
+        self.known = {study.key(row, key_columns) for row in self.rows}
+
+    def write_all(self):
+        with open(self.path, "w", newline="") as file:
+            writer = csv.DictWriter(file, self.columns, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(written(row) for row in self.rows)
+
+    def missing(self, points):
+        return [p for p in points if study.key(p, self.key_columns) not in self.known]
+
+    def of(self, points):
+        wanted = {study.key(p, self.key_columns) for p in points}
+        return [row for row in self.rows if study.key(row, self.key_columns) in wanted]
+
+    def add(self, row, measured_columns):
+        if not self.columns:
+            self.columns = [*self.key_columns, "status", *measured_columns, *machine()]
+            self.write_all()
+        row = dict({name: "" for name in self.columns}, **row, **machine())
+        with open(self.path, "a", newline="") as file:
+            csv.DictWriter(file, self.columns, lineterminator="\n").writerow(written(row))
+        self.rows.append(parsed({name: str(value) for name, value in row.items()}))
+        self.known.add(study.key(row, self.key_columns))
+
+    def check_machine(self):
+        others = {(row["cpu"], row["cores"]) for row in self.rows} - {(machine()["cpu"], machine()["cores"])}
+        if others:
+            sys.exit("tradeoff.py: %s has rows of another machine (%s, %s cores). Name another folder by --out." %
+                     (self.path, *others.pop()))
+
+
+def arguments(command, point):
+    words = [command]
+    for name, value in point.items():
+        if name == "stepping":
+            words += ["--parallel"] if value == "parallel" else []
+        elif name != "precision":
+            words += ["--" + name.replace("_", "-"), "%.12g" % value if isinstance(value, float) else str(value)]
+    return words
+
+
+def measure(program, command, point):
+    """Returns the status and what was measured, in the order of the program."""
+    try:
+        result = subprocess.run([program, *arguments(command, point)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                text=True, timeout=1800)
+    except subprocess.TimeoutExpired:
+        return "left out: more than half an hour", {}
+    if result.returncode != 0:
+        said = [line for line in result.stderr.strip().splitlines() if line.strip()]
+        how = "ended by signal %d" % -result.returncode if result.returncode < 0 else "exit code %d" % result.returncode
+        return re.sub(r"[,\n\"]", ";", "%s: %s" % (how, said[-1] if said else "")), {}
+    names, values = result.stdout.strip().splitlines()
+    return "ok", dict(zip(names.split(","), values.split(",")))
+
+
+def run(table, command, points, programs, columns):
+    todo = table.missing(points)
+    print("%s: %d of %d points to measure" % (command, len(todo), len(points)), flush=True)
+    for point in tqdm(todo, desc=command, unit="point", disable=None if todo else True):
+        status, measured = measure(programs[point["precision"]], command, point)
+        table.add(dict(point, status=status, **measured), columns)
+
+
+BROAD_COLUMNS = ("ms", "least_ms", "pairs", "exact_pairs", "extra_per_exact", "missed", "extra_of_stored",
+                 "missed_of_stored")
+PILE_COLUMNS = ("wall_s_per_s", "height_m", "penetration_mm", "largest_mm", "largest_falling_mm", "energy_gain_falling",
+                "energy_gain_rest", "energy_drift_rest", "momentum_drift", "angular_drift", "fastest_m_s", "lost")
+
+
+def find_programs(options):
+    """The programs by precision. The double one must be there; without the single one its points are
+    left out, and that is said."""
+    programs = {}
+    for precision, path in (("double", options.double), ("single", options.single)):
+        if not os.path.exists(path):
+            if precision == "double":
+                sys.exit("tradeoff.py: no program %s. Build it: cmake --build build/release --target tradeoff-point" % path)
+            print("Single precision is left out: there is no %s. It needs a second build, with an ODE of single "
+                  "precision:\n  cmake --preset single && cmake --build build/single --target tradeoff-point" % path)
+            continue
+        says = subprocess.run([path, "precision"], stdout=subprocess.PIPE, text=True).stdout.strip()
+        if says != precision:
+            sys.exit("tradeoff.py: %s is for an ODE of %s precision, not %s" % (path, says or "unknown", precision))
+        programs[precision] = path
+    return programs
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__)
+    mode = parser.add_mutually_exclusive_group()
+    mode.add_argument("--quick", dest="mode", action="store_const", const="quick", help="about two minutes")
+    mode.add_argument("--smoke", dest="mode", action="store_const", const="smoke", help="seconds; measures nothing of use")
+    parser.add_argument("--out", help="folder of the results (default: one named by the CPU)")
+    parser.add_argument("--only", choices=("broad", "pile"), help="one of the two studies")
+    for precision, build in (("double", "release"), ("single", "single")):
+        parser.add_argument("--" + precision, metavar="PROGRAM", help="tradeoff-point for an ODE of %s precision" % precision,
+                            default=os.path.join(TOP, "build", build, "examples", "tradeoff", "tradeoff-point"))
+    options = parser.parse_args()
+    options.mode = options.mode or "full"
+    name = re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-")
+    options.out = options.out or os.path.join(HERE, "results", "%s-%s-cores%s" % (
+        name, machine()["cores"], "" if options.mode == "full" else "-" + options.mode))
+    return options
+
+
+def main():
+    options = parse()
+    programs = find_programs(options)
+    os.makedirs(options.out, exist_ok=True)
+    note = "%s, %s cores, commit %s, %s" % tuple(machine()[n] for n in ("cpu", "cores", "commit", "date"))
+    text = "%s\n" % note
+    if options.only != "pile":
+        probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
+        points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
+        table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY)
+        table.check_machine()
+        run(table, "broad", points, programs, BROAD_COLUMNS)
+        entries = study.broad_entries(table.of(points))
+        print(figures.broad(entries, options.out, note))
+        text += "\n## Broad phase: what to choose\n" + words.broad_advice(entries) + "\n" + words.broad_failures(
+            table.of(points)) + "\n" + words.broad_table(entries)
+    if options.only != "broad":
+        points = study.pile_points(options.mode, list(programs))
+        table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY)
+        table.check_machine()
+        run(table, "pile", points, programs, PILE_COLUMNS)
+        entries = study.pile_errors(table.of(points), options.mode)
+        reference = [e for e in entries if study.is_reference(e, options.mode)]
+        settings = [e for e in entries if e not in reference]
+        for path in figures.pile(settings, options.out, note, reference):
+            print(path)
+        text += "\n## Heap: what to choose\n\n" + words.pile_advice(settings, reference) + "\n" + words.pile_table(settings, reference)
+    path = os.path.join(options.out, "choices.md")
+    with open(path, "w") as file:
+        file.write(text)
+    print(path + "\n\n" + text)
+
+
+main()
