@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "parallel_sap_space.h"
 
@@ -85,11 +86,38 @@ void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
 }
 
 void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull) {
-  checked(space).settings.cull_planes = cull != 0;
+  checked(space).settings.rules.cull_planes = cull != 0;
 }
 
 int dParallelSAPSpaceGetCullPlanes(dSpaceID space) {
-  return checked(space).settings.cull_planes;
+  return checked(space).settings.rules.cull_planes;
+}
+
+void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip) {
+  checked(space).settings.rules.skip_static = skip != 0;
+}
+
+int dParallelSAPSpaceGetSkipStatic(dSpaceID space) {
+  return checked(space).settings.rules.skip_static;
+}
+
+void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip) {
+  checked(space).settings.rules.skip_asleep = skip != 0;
+}
+
+int dParallelSAPSpaceGetSkipAsleep(dSpaceID space) {
+  return checked(space).settings.rules.skip_asleep;
+}
+
+void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(distance >= 0 && distance <= std::numeric_limits<dReal>::max(),
+           "tolerance is not a length");
+  own.settings.rules.tolerance = distance;
+}
+
+dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
+  return checked(space).settings.rules.tolerance;
 }
 
 void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {

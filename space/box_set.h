@@ -31,6 +31,9 @@ struct FilterBits {
   std::uint32_t category, collide;
 };
 
+// What stands for a body in geoms at rest, no pairs of which are wanted.
+constexpr std::uint32_t resting_number = 0xffffffff;
+
 // Boxes and filters by slot. Boxes are floats, rounded outward, or, in scenes so far from the
 // origin for their size that floats would tell too few of them apart, the exact doubles.
 struct BoxSet {
@@ -38,8 +41,9 @@ struct BoxSet {
   bool wide = false;     // which of the two is filled
   Buffer<BasicBox<float>> boxes;
   Buffer<BasicBox<double>> wide_boxes;
-  Buffer<FilterBits> bits;       // read if filter_bits
-  Buffer<std::uint32_t> bodies;  // read if filter_bodies; equal and not 0: on the same body
+  Buffer<FilterBits> bits;  // read if filter_bits
+  // Read if filter_bodies. Equal and not 0: on the same body, or both at rest, and no pair.
+  Buffer<std::uint32_t> bodies;
   bool filter_bits = false;
   bool filter_bodies = false;
   // Whether the boxes are the exact ones, so that no pair needs the exact test.
@@ -51,14 +55,18 @@ struct BoxSet {
 };
 
 template <class Real>
-const BasicBox<Real>* boxesOf(const BoxSet& boxes);
+Buffer<BasicBox<Real>>& boxBufferOf(BoxSet& boxes);
 template <>
-inline const BasicBox<float>* boxesOf<float>(const BoxSet& boxes) {
-  return boxes.boxes.data();
+inline Buffer<BasicBox<float>>& boxBufferOf<float>(BoxSet& boxes) {
+  return boxes.boxes;
 }
 template <>
-inline const BasicBox<double>* boxesOf<double>(const BoxSet& boxes) {
-  return boxes.wide_boxes.data();
+inline Buffer<BasicBox<double>>& boxBufferOf<double>(BoxSet& boxes) {
+  return boxes.wide_boxes;
+}
+template <class Real>
+const BasicBox<Real>* boxesOf(const BoxSet& boxes) {
+  return boxBufferOf<Real>(const_cast<BoxSet&>(boxes)).data();
 }
 
 }  // namespace ode_parallel_sap

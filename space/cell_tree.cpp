@@ -116,6 +116,12 @@ void CellTree<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::si
 }
 
 template <class Real>
+void CellTree<Real>::renumber(const Slot* slots) {
+  for (std::size_t cell = 0; cell < cell_count_; ++cell)
+    for (std::uint32_t& slot : ids_[cell].slot) slot = slots[slot];
+}
+
+template <class Real>
 std::size_t CellTree<Real>::bytes() const {
   return groups_.bytes() + ids_.bytes() + filters_.bytes();
 }

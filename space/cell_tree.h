@@ -28,6 +28,8 @@ class CellTree {
   // What the tree takes for the bounds of a cell's boxes. Needs all levels.
   BasicBox<Real> boundsOf(std::size_t cell) const;
 
+  // Slot i becomes slots[i].
+  void renumber(const Slot* slots);
   // Valid until the next build.
   const TreeView<Real>& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }

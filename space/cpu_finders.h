@@ -26,6 +26,9 @@ class CPUFinders {
     return choose(sweep_, wide_sweep_, wide);
   }
 
+  template <class Real>
+  Sweep<Real>& sweep();
+
   std::size_t bytes() const {
     return sizeof *this + brute_force_.bytes() + wide_brute_force_.bytes() + sweep_.bytes() +
            wide_sweep_.bytes() + axis_lists_.bytes() + wide_axis_lists_.bytes();
@@ -43,6 +46,15 @@ class CPUFinders {
   AxisLists<float> axis_lists_;
   AxisLists<double> wide_axis_lists_;
 };
+
+template <>
+inline Sweep<float>& CPUFinders::sweep<float>() {
+  return sweep_;
+}
+template <>
+inline Sweep<double>& CPUFinders::sweep<double>() {
+  return wide_sweep_;
+}
 
 }  // namespace ode_parallel_sap
 

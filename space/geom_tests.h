@@ -12,6 +12,7 @@
 
 #include "floating_point.h"
 #include "ode_private.h"
+#include "pack_rules.h"
 
 namespace ode_parallel_sap {
 
@@ -70,6 +71,22 @@ inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
 inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
   return !(a->body && a->body == b->body) &&
          ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
+}
+
+// Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither
+// static nor asleep: their geoms may have bodies.
+inline bool isResting(const dxGeom* geom, const PackRules& rules) {
+  if (geom->body) return rules.skip_asleep && !dBodyIsEnabled(geom->body);
+  return rules.skip_static && !IS_SPACE(geom);
+}
+
+// Whether the rules leave a pair out: both static, or no body awake and one asleep.
+inline bool isLeftOut(const dxGeom* a, const dxGeom* b, const PackRules& rules) {
+  if (!rules.skip_static && !rules.skip_asleep) return false;
+  const bool a_rests = isResting(a, rules), b_rests = isResting(b, rules);
+  if (a_rests && b_rests) return true;
+  const auto isStatic = [](const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); };
+  return rules.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
 }
 
 // Calls both AABBTest functions; true if neither rules the pair out. Those of all classes but the

@@ -3,11 +3,14 @@
 #define ODE_PARALLEL_SAP_GEOM_UPDATE_H
 
 #include <cstddef>
+#include <cstdint>
 #include <unordered_map>
 #include <vector>
 
 #include "box_set.h"
 #include "buffer.h"
+#include "pack_rules.h"
+#include "slot_set.h"
 
 struct dxBody;
 struct dxGeom;
@@ -16,10 +19,12 @@ namespace ode_parallel_sap {
 
 // What the later stages must know of the geoms behind the boxes.
 struct UpdateFacts {
-  std::size_t moved = 0;
-  std::size_t disabled = 0;
-  std::size_t unbounded = 0;
-  std::size_t coarse = 0;     // boxes that floats make clearly larger
+  std::size_t moved = 0;  // in this frame
+  // Of all geoms.
+  std::ptrdiff_t disabled = 0;
+  std::ptrdiff_t invalid = 0;
+  std::ptrdiff_t unbounded = 0;
+  std::ptrdiff_t coarse = 0;  // boxes that floats make clearly larger
   bool user_classes = false;  // AABBTest may decide
   bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
@@ -27,7 +32,7 @@ struct UpdateFacts {
   bool exact_boxes = true;    // no float bound was rounded
   bool filter_bits = false;
   bool filter_bodies = false;
-  std::vector<Slot> invalid;  // slots of NaN bounds, ascending
+  std::vector<Slot> newly_invalid;  // slots that were packed with NaN bounds, ascending
 
   void add(const UpdateFacts& other);
 };
@@ -36,28 +41,61 @@ struct UpdateFacts {
 // boxes to a part of the storage that is its own; joining the parts then moves no box.
 class GeomUpdate {
  public:
-  // Brings every dirty geom of geoms[0..slots) up to date (null: an empty slot).
-  void clean(dxGeom* const* geoms, std::size_t slots, int threads);
-  // The same, and fills `boxes`, with doubles where floats would be too coarse for the scene.
-  // Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet& boxes);
+  // Brings the geoms of geoms[0..slots) up to date that are in `changed`, which contains all that
+  // are dirty (null: an empty slot).
+  void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed);
+
+  // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
+  // scene. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+           BoxSet& boxes);
   // The threads' facts made one. Call after pack().
   const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
 
+  // Whether repack() may follow what was packed last.
+  bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
+  // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
+  // enabled states. Returns the number of threads used.
+  int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed);
+  // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
+  // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
+  // as a whole because the facts are others now.
+  bool repack(dxGeom* const* geoms, std::size_t slots, int threads, SlotSet& changed,
+              BoxSet& boxes);
+  // The slots of the last repack() whose boxes changed, ascending.
+  const Buffer<Slot>& repacked() const { return slots_; }
+  const UpdateFacts& facts() const { return facts_; }
+  std::size_t bytes() const;
+
  private:
+  using State = std::uint8_t;  // what a slot adds to the facts, in bits
   struct alignas(64) Part {
     UpdateFacts facts;
     std::vector<Slot> deferred;  // moved geoms that only one thread may touch
+    std::vector<Slot> staying;   // slots whose boxes stay as they are
     std::uintptr_t some_body = 0;
   };
 
-  int run(dxGeom* const* geoms, std::size_t slots, int threads, BoxSet* boxes);
-  void mergeFacts();
+  template <class SlotOf, class Use>
+  int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
+  UpdateFacts mergeParts(std::uintptr_t some_body);
+  State packGeom(const dxGeom* geom, Slot slot, Part& part, BoxSet& boxes) const;
+  bool changedUnnoticed(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
+  bool mayStay(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
+  void watchAll();
+  void resizeTo(std::size_t slots, BoxSet& boxes);
+  void listSlots(const SlotSet& set, std::size_t slots);
 
   std::vector<Part> parts_;
   int part_count_ = 0;
   UpdateFacts facts_;
+  std::uintptr_t some_body_ = 0;  // of those packed
+  PackRules rules_;
+  Buffer<State> states_;  // by slot
+  SlotSet watched_;       // slots that notice() looks at
+  bool watching_ = false;
+  Buffer<Slot> slots_;  // those of a repack
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 

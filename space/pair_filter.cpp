@@ -12,12 +12,24 @@ namespace ode_parallel_sap {
 // Whether the geoms decide otherwise than the boxes did.
 struct PairFilter::ExactTest {
   dxGeom* const* geoms;
-  bool every_filter;  // the filter bits beside the boxes do not decide
+  const std::uint32_t* bodies;  // their numbers
+  bool every_filter;            // the filter bits beside the boxes do not decide
+  bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
+
+  bool everyPair() const { return every_filter || asleep_on_static; }
+  bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
+  bool isStatic(Slot slot) const { return bodies[slot] == 0 && !IS_SPACE(geoms[slot]); }
 
   bool drops(Pair pair) const {
+    const Slot earlier = earlierOf(pair), later = laterOf(pair);
+    if (asleep_on_static &&
+        ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
+      return true;
     if (!isUnsure(pair) && !every_filter) return false;
-    const dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
-    return (isUnsure(pair) && !boxesOverlap(a, b)) || (every_filter && !filtersMatch(a, b));
+    const dxGeom *const a = geoms[earlier], *const b = geoms[later];
+    // The bits of geoms at rest are a matter of verify().
+    return (isUnsure(pair) && !boxesOverlap(a, b)) ||
+           (every_filter && !atRest(earlier) && !atRest(later) && !filtersMatch(a, b));
   }
 
   // Replaces what it drops, and returns how many.
@@ -31,18 +43,6 @@ constexpr Pair dropped_pair = ~Pair{0};
 constexpr std::size_t least_pairs_a_thread = 16384;
 constexpr std::size_t chunk_pairs = 4096;
 
-std::size_t callUserTests(dxGeom* const* geoms, Buffer<Pair>& pairs) {
-  std::size_t dropped = 0;
-  for (Pair& pair : pairs) {
-    if (pair == dropped_pair) continue;
-    if (!passesAABBTests(geoms[earlierOf(pair)], geoms[laterOf(pair)])) {
-      pair = dropped_pair;
-      ++dropped;
-    }
-  }
-  return dropped;
-}
-
 }  // namespace
 
 std::size_t PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
@@ -55,19 +55,38 @@ std::size_t PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
   return dropped;
 }
 
-void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs) {
-  const ExactTest test = {geoms, !facts.exact_bits};
-  if (test.every_filter) {
+void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
+                     const BoxSet& boxes, int threads, PairList& pairs) {
+  const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
+                          rules.skip_asleep && !rules.skip_static};
+  if (test.everyPair()) {
     pairs.unsure.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
       pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
   }
-  std::size_t dropped = testStretches(test, threads, pairs);
-  if (facts.user_classes)
-    for (Buffer<Pair>& part : pairs.parts) dropped += callUserTests(geoms, part);
-  if (!dropped) return;
+  if (!testStretches(test, threads, pairs)) return;
   for (Buffer<Pair>& part : pairs.parts)
     part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
+}
+
+void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const BoxSet& boxes,
+                        const PairList& pairs, PairList& verified) {
+  const std::uint32_t* const bodies = boxes.bodies.data();
+  verified.clear(1);
+  Buffer<Pair>& passed = verified.parts[0];
+  passed.resizeDiscarding(pairs.size());
+  std::size_t count = 0;
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part) {
+      const Slot earlier = earlierOf(pair), later = laterOf(pair);
+      dxGeom *const a = geoms[earlier], *const b = geoms[later];
+      if ((bodies[earlier] == resting_number || bodies[later] == resting_number) &&
+          !(isEnabled(a) && isEnabled(b) && filtersMatch(a, b)))
+        continue;
+      if (facts.user_classes && !passesAABBTests(a, b)) continue;
+      passed[count++] = pair;
+    }
+  passed.resize(count);
 }
 
 // Stretches are cut into chunks of like size, which threads take as they come.

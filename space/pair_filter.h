@@ -11,10 +11,20 @@ namespace ode_parallel_sap {
 
 class PairFilter {
  public:
-  // Drops the pairs that ODE's exact formula excludes; the others stay in order, unsure_bit
-  // cleared. Pairs are tested by up to `threads` threads, AABBTest functions are called on the
-  // calling thread. The geoms behind all slots in `pairs` are clean and without NaN.
-  void run(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs);
+  // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
+  // leave out and `boxes` could not; the others stay in order, unsure_bit cleared. The geoms
+  // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads.
+  void run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
+           const BoxSet& boxes, int threads, PairList& pairs);
+
+  // Whether pairs that passed have to pass verify() as well, in every frame anew.
+  static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
+    return facts.user_classes || rules.skip_static || rules.skip_asleep;
+  }
+  // Copies the pairs to be reported to `verified`: those in which geoms at rest are enabled and
+  // have the bits for it, and which pass the AABBTest functions, called on the calling thread.
+  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, const BoxSet& boxes,
+                     const PairList& pairs, PairList& verified);
 
  private:
   struct ExactTest;

@@ -69,6 +69,26 @@ class ParallelSAPSpace::StageClock {
   Clock::time_point lap_;
 };
 
+// The list of pairs while the callback runs, out of reach of a collide within it, which finds the
+// members free. Goes back when the scope is left in whatever way.
+class ParallelSAPSpace::Frame {
+ public:
+  explicit Frame(ParallelSAPSpace& space)
+      : pairs(std::move(space.pairs_)), space_(space), number_(space.stats_.frames) {}
+  ~Frame() {
+    space_.pairs_ = std::move(pairs);
+    if (space_.stats_.frames != number_) space_.pair_keeper_.stop();
+  }
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+
+  PairList pairs;
+
+ private:
+  ParallelSAPSpace& space_;
+  const unsigned long long number_;
+};
+
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings(settingsFromEnvironment()) {
   type = space_class;
@@ -106,7 +126,6 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   if (geoms_.size() - count >= std::max<std::size_t>(least_gaps, count)) closeSlots();
   geoms_.push_back(geom);
   setSlot(geom, geoms_.size() - 1);
-  queries_.changed(geoms_.size() - 1);
   plane_pairs_.forget();
   geom->next = nullptr;
   geom->tome = tail_;
@@ -118,7 +137,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
 
   // A geom that comes clean from elsewhere is new here all the same.
   geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-  needs_clean_ = true;
+  dirty(geom);
   dGeomMoved(this);
 }
 
@@ -129,6 +148,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
   queries_.changed(slotIn(geom));
   plane_pairs_.forget();
+  pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -140,12 +160,14 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
   queries_.changed(slotIn(geom));
+  pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
 }
 
 // Closes the gaps that removed geoms left, once they are a quarter of all slots.
 void ParallelSAPSpace::closeSlots() {
   const std::size_t gaps = geoms_.size() - count;
   if (gaps == 0 || gaps < geoms_.size() / 4) return;
+  pair_keeper_.stop();
   std::size_t slot = 0;
   for (dxGeom* const geom : geoms_) {
     if (!geom) continue;
@@ -160,7 +182,7 @@ void ParallelSAPSpace::closeSlots() {
 void ParallelSAPSpace::cleanGeoms() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame());
+  geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
   needs_clean_ = false;
 }
 
@@ -209,41 +231,95 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 
   // A collide within the callback finds the members free: what it needs is taken out of them.
   StageClock clock;
-  PairList pairs = std::move(pairs_);
-  if (!findPairs(pairs, clock)) {
+  Frame frame(*this);
+  if (!findPairs(frame.pairs, clock)) {
     collideWithoutMemory(data, callback);
     clock.lap();
     stats_.total_ms = clock.total();
     return;
   }
   dParallelSAPStats own = stats_;
-  report(pairs, data, callback);
+  report(frame.pairs, data, callback);
   own.report_ms = clock.lap();
   own.total_ms = clock.total();
   own.frames = stats_.frames;
   stats_ = own;
   countTotals();
-  pairs_ = std::move(pairs);
 }
 
-// All stages but the report: the pairs of the frame, in their order. False where there is no memory
-// for them.
+// All stages but the report: the pairs of the frame, in their order. `pairs` comes with those of
+// the last frame. False where there is no memory for them.
 bool ParallelSAPSpace::findPairs(PairList& pairs, StageClock& clock) try {
+  stats_of_smallest_ = false;
+  stats_.report_ms = stats_.total_ms = 0;  // should the callback throw
+  stats_.backend = dParallelSAPBackendCPU;
+  stats_.devices = 0;
   frame_threads_ = threadsForFrame();
+  if (kept_apart_) std::swap(pairs, kept_);
+  kept_apart_ = false;
+  if (!findChanges(pairs, clock)) findAll(pairs, clock);
+  const bool planes_apart = settings.rules.cull_planes && plane_pairs_.any();
+  if (planes_apart || PairFilter::needsVerifying(*facts_, settings.rules)) {
+    kept_apart_ = true;
+    std::swap(pairs, kept_);
+    PairFilter::verify(geoms_.data(), *facts_, boxes_, kept_, pairs);
+    if (planes_apart)
+      stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
+                                              facts_->user_classes, frame_threads_);
+  }
+  stats_.filter_ms += clock.lap();
+  stats_.pairs = pairs.size();
+  return true;
+} catch (const std::bad_alloc&) {
+  pair_keeper_.stop();
+  return false;
+}
+
+// Where method and back end were left to the space, or to the sweep on the CPU. Not within a
+// callback, which has the pairs.
+bool ParallelSAPSpace::mayKeep() const {
+  return lock_count == 1 && settings.backend != dParallelSAPBackendCUDA &&
+         (settings.method == dParallelSAPMethodAuto || settings.method == dParallelSAPMethodSweep);
+}
+
+bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
+  if (!mayKeep() || !pair_keeper_.update(geoms_.data(), geoms_.size(), settings.rules,
+                                         frame_threads_, geom_update_, boxes_))
+    return false;
+  needs_clean_ = false;
+  if (settings.rules.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
+  stats_.update_ms = clock.lap();
+  facts_ = &geom_update_.facts();
+  noteFacts();
+  stats_.synchronise_ms = clock.lap();
+  stats_.threads = pair_keeper_.find(geoms_.data(), geom_update_, settings.rules, boxes_,
+                                     frame_threads_, finders(), pair_filter_, pairs);
+  stats_.candidates = pair_keeper_.candidates();
+  stats_.kept = pair_keeper_.kept();
+  stats_.extract_ms = clock.lap();
+  stats_.filter_ms = 0;
+  return true;
+}
+
+void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
+  pair_keeper_.stop();
+  pair_keeper_.forgetChanges();
   update();
   stats_.update_ms = clock.lap();
   synchronise();
+  stats_.moved += pair_keeper_.movedInVain();
   stats_.synchronise_ms = clock.lap();
   extract(pairs);
   stats_.extract_ms = clock.lap();
-  filter(pairs);
+  pair_filter_.run(geoms_.data(), *facts_, settings.rules, boxes_, frame_threads_, pairs);
   stats_.filter_ms = clock.lap();
-  stats_.pairs = pairs.size();
+  stats_.kept = 0;
   if (settings.threads == 0 && threadsForScene() > 1)
     team_choice_.learn(stats_.threads, geoms_.size(), clock.total());
-  return true;
-} catch (const std::bad_alloc&) {
-  return false;
+  if (!mayKeep()) return;
+  pair_keeper_.start(stats_.backend != dParallelSAPBackendCPU   ? PairKeeper::Source::device
+                     : stats_.method == dParallelSAPMethodSweep ? PairKeeper::Source::sweep
+                                                                : PairKeeper::Source::all_pairs);
 }
 
 // A contact callback that collides this space again finds the members free, as one of collide does.
@@ -279,13 +355,11 @@ void ParallelSAPSpace::collectPairs(ContactPairs& pairs, StageClock& clock) {
     collideSmallest(&pairs, &dParallelSAPAddPair);
     return;
   }
-  PairList found = std::move(pairs_);
-  if (findPairs(found, clock)) {
-    pairs.add(found, geoms_.data(), facts_->spaces, frame_threads_);
-    pairs_ = std::move(found);
-  } else {
+  Frame frame(*this);
+  if (findPairs(frame.pairs, clock))
+    pairs.add(frame.pairs, geoms_.data(), facts_->spaces, frame_threads_);
+  else
     collideWithoutMemory(&pairs, &dParallelSAPAddPair);
-  }
 }
 
 // The narrow phase itself. False where there is no memory for the contacts.
@@ -309,6 +383,7 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
 // time.
 void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const Clock::time_point begin = timed_ ? Clock::now() : Clock::time_point();
+  pair_keeper_.stop();
   dxGeom* active[smallest_scene];
   unsigned actives = 0, moved = 0, invalid = 0, unbounded = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
@@ -339,7 +414,7 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
     for (unsigned i = 0; i < actives; ++i)
       for (unsigned j = i + 1; j < actives; ++j)
         if (boxesOverlap(active[i], active[j]) && filtersMatch(active[i], active[j]) &&
-            !isCulled(active[i], active[j]))
+            !isCulled(active[i], active[j]) && !isLeftOut(active[i], active[j], settings.rules))
           couples[candidates++] = {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(j)};
   }
   for (dxGeom* geom = first; invalid && geom; geom = geom->next)
@@ -382,27 +457,28 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
 }
 
 void ParallelSAPSpace::update() {
-  stats_of_smallest_ = false;
-  stats_.report_ms = stats_.total_ms = 0;  // should the callback throw
-  stats_.backend = dParallelSAPBackendCPU;
-  stats_.devices = 0;
-  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), frame_threads_, boxes_);
+  stats_.threads =
+      geom_update_.pack(geoms_.data(), geoms_.size(), settings.rules, frame_threads_, boxes_);
   needs_clean_ = false;
 }
 
 void ParallelSAPSpace::synchronise() {
   facts_ = &geom_update_.synchronise(geoms_.data(), boxes_);
-  for (const Slot slot : facts_->invalid) reportInvalid(geoms_[slot]);
-  stats_.moved = facts_->moved;
-  stats_.disabled = facts_->disabled;
-  stats_.invalid = facts_->invalid.size();
-  stats_.unbounded = facts_->unbounded;
-  if (settings.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
+  noteFacts();
 }
 
-PairFinder& ParallelSAPSpace::finderFor(int method) {
+void ParallelSAPSpace::noteFacts() {
+  for (const Slot slot : facts_->newly_invalid) reportInvalid(geoms_[slot]);
+  stats_.moved = facts_->moved;
+  stats_.disabled = facts_->disabled;
+  stats_.invalid = facts_->invalid;
+  stats_.unbounded = facts_->unbounded;
+  if (settings.rules.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
+}
+
+CPUFinders& ParallelSAPSpace::finders() {
   if (!cpu_finders_) cpu_finders_ = std::make_unique<CPUFinders>(settings.axis_lists_bytes);
-  return cpu_finders_->of(method, boxes_.wide);
+  return *cpu_finders_;
 }
 
 void ParallelSAPSpace::extract(PairList& pairs) {
@@ -453,14 +529,8 @@ void ParallelSAPSpace::countDevices(int devices) {
 }
 
 void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
-  stats_.threads = std::max(stats_.threads, finderFor(method).find(boxes_, frame_threads_, pairs));
-}
-
-void ParallelSAPSpace::filter(PairList& pairs) {
-  pair_filter_.run(geoms_.data(), *facts_, frame_threads_, pairs);
-  if (settings.cull_planes && plane_pairs_.any())
-    stats_.candidates +=
-        plane_pairs_.addTo(pairs, geoms_.data(), boxes_, facts_->user_classes, frame_threads_);
+  stats_.threads = std::max(stats_.threads,
+                            finders().of(method, boxes_.wide).find(boxes_, frame_threads_, pairs));
 }
 
 // By bounds, bits and bodies.
@@ -471,7 +541,7 @@ bool ParallelSAPSpace::pairsExactly(dxGeom* a, dxGeom* b) const {
 
 // Needs exactMode().
 bool ParallelSAPSpace::isCulled(dxGeom* a, dxGeom* b) const {
-  return settings.cull_planes && areClearByPlane(a, b);
+  return settings.rules.cull_planes && areClearByPlane(a, b);
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {
@@ -494,7 +564,8 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
     if (!isEnabled(a) || hasNaN(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
       if (!isEnabled(b) || hasNaN(b)) continue;
-      if (!pairsExactly(a, b) || !passesAABBTests(a, b)) continue;
+      if (!pairsExactly(a, b) || isLeftOut(a, b, settings.rules) || !passesAABBTests(a, b))
+        continue;
       ++stats_.pairs;
       callback(data, a, b);
     }
@@ -511,7 +582,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   // As in collide(), a query within the callback finds the member free.
   Buffer<dxGeom*> hits = std::move(hits_);
   try {
-    queries_.find(geoms_, geom, settings.cull_planes, threadsForFrame(), hits);
+    queries_.find(geoms_, geom, settings.rules.cull_planes, threadsForFrame(), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     collide2WithoutMemory(data, geom, callback);
@@ -565,7 +636,7 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() +
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
          contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
-         plane_pairs_.bytes();
+         plane_pairs_.bytes() + kept_.bytes() + geom_update_.bytes() + pair_keeper_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -17,6 +17,7 @@
 #include "narrow_phase.h"
 #include "ode_private.h"
 #include "pair_filter.h"
+#include "pair_keeper.h"
 #include "pair_list.h"
 #include "plane_pairs.h"
 #include "settings.h"
@@ -57,6 +58,7 @@ class ParallelSAPSpace : public dxSpace {
 
  private:
   class Lock;
+  class Frame;
   class StageClock;
 
   void closeSlots();
@@ -69,15 +71,18 @@ class ParallelSAPSpace : public dxSpace {
   void collectPairs(ContactPairs& pairs, StageClock& clock);
   bool collideCollected(const Buffer<GeomPair>& pairs, const ContactRequest& request,
                         NarrowPhase& narrow_phase, dParallelSAPStats& stats);
+  bool mayKeep() const;
+  bool findChanges(PairList& pairs, StageClock& clock);
+  void findAll(PairList& pairs, StageClock& clock);
   void update();
   void synchronise();
-  PairFinder& finderFor(int method);
+  void noteFacts();
+  CPUFinders& finders();
   void extract(PairList& pairs);
   void extractBy(int method, PairList& pairs);
   void extractWhereFastest(int method, PairList& pairs);
   void countDevices(int devices);
   void extractOnProcessor(int method, PairList& pairs);
-  void filter(PairList& pairs);
   bool pairsExactly(dxGeom* a, dxGeom* b) const;
   bool isCulled(dxGeom* a, dxGeom* b) const;
   void report(const PairList& pairs, void* data, dNearCallback* callback);
@@ -103,7 +108,11 @@ class ParallelSAPSpace : public dxSpace {
   DeviceBackend device_;
   PairFilter pair_filter_;
   PlanePairs plane_pairs_;
-  PairList pairs_;
+  PairKeeper pair_keeper_;
+  PairList pairs_;  // reported in the last frame
+  // Where these are not all that may have to be reported in the next one: those.
+  PairList kept_;
+  bool kept_apart_ = false;
   Buffer<GeomPair> contact_pairs_;
   NarrowPhase narrow_phase_;
   TeamChoice narrow_team_choice_;

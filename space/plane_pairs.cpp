@@ -64,6 +64,7 @@ template <class Real>
 struct PlanePairs::Search {
   dxGeom* const* geoms;
   const BoxSet& boxes;
+  const PackRules& rules;
   const Buffer<Slot>& planes;
   const std::vector<HalfSpace<Real>>& half_spaces;
 
@@ -87,12 +88,15 @@ struct PlanePairs::Search {
   bool passes(Slot plane, Slot other, bool sure) const {
     dxGeom *const a = geoms[plane], *const b = geoms[other];
     if (!sure && (!boxesOverlap(a, b) || areClearByPlane(a, b))) return false;
+    // The boxes' bits and presence say nothing of geoms at rest.
+    if (rules.skip()) return isEnabled(b) && filtersMatch(a, b) && !isLeftOut(a, b, rules);
     return !boxes.filter_bits || filtersMatch(a, b);
   }
 };
 
 template <class Real>
-void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, int threads) {
+void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules& rules,
+                      int threads) {
   std::vector<HalfSpace<Real>> half_spaces;
   for (const Slot slot : planes_) half_spaces.push_back(halfSpaceOf<Real>(geoms[slot]));
   const std::size_t cells = (boxes.size + group_size - 1) / group_size;
@@ -106,30 +110,32 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, int threads) {
   ChunkQueue queue(cells, chunk_cells);
   runTeam(threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
-    const Search<Real> search = {geoms, boxes, planes_, half_spaces};
+    const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
     Range range;
     while (queue.next(range)) search.run(range, hits_[thread], found_[thread]);
   });
 }
 
 // No plane's AABB is clear of another plane: they pair as in ODE.
-void PlanePairs::findAmongPlanes(dxGeom* const* geoms, Buffer<Pair>& found) const {
+void PlanePairs::findAmongPlanes(dxGeom* const* geoms, const PackRules& rules,
+                                 Buffer<Pair>& found) const {
   const ScopedMode mode(exactMode());
   for (std::size_t i = 0; i < planes_.size(); ++i)
     for (std::size_t j = i + 1; j < planes_.size(); ++j) {
       dxGeom *const a = geoms[planes_[i]], *const b = geoms[planes_[j]];
-      if (boxesOverlap(a, b) && !areClearByPlane(a, b) && filtersMatch(a, b))
+      if (boxesOverlap(a, b) && !areClearByPlane(a, b) && filtersMatch(a, b) &&
+          !isLeftOut(a, b, rules))
         found.push_back(makePair(planes_[i], planes_[j]));
     }
 }
 
 std::size_t PlanePairs::addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes,
-                              bool user_classes, int threads) {
+                              const PackRules& rules, bool user_classes, int threads) {
   if (boxes.wide)
-    find<double>(geoms, boxes, threads);
+    find<double>(geoms, boxes, rules, threads);
   else
-    find<float>(geoms, boxes, threads);
-  findAmongPlanes(geoms, found_[0]);
+    find<float>(geoms, boxes, rules, threads);
+  findAmongPlanes(geoms, rules, found_[0]);
   order_.sort(found_, boxes.size, threads, list_);
   Buffer<Pair>& added = list_.parts[0];
   if (user_classes)

@@ -8,6 +8,7 @@
 
 #include "box_set.h"
 #include "buffer.h"
+#include "pack_rules.h"
 #include "pair_list.h"
 #include "pair_order.h"
 #include "simd/kernels.h"
@@ -32,10 +33,11 @@ class PlanePairs {
   bool any() const { return planes_.size() != 0; }
 
   // Finds the pairs of the planes with all boxes and with each other that pass ODE's formula and
-  // are not clear, and puts them where they belong among `pairs`, which are ascending. Calls
-  // AABBTest functions if there are `user_classes`. Returns the number of pairs added.
-  std::size_t addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes, bool user_classes,
-                    int threads);
+  // are not clear nor left out by the rules, and puts them where they belong among `pairs`, which
+  // are ascending. Calls AABBTest functions if there are `user_classes`. Returns the number of
+  // pairs added.
+  std::size_t addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes,
+                    const PackRules& rules, bool user_classes, int threads);
   std::size_t bytes() const;
 
  private:
@@ -43,8 +45,8 @@ class PlanePairs {
   struct Search;
 
   template <class Real>
-  void find(dxGeom* const* geoms, const BoxSet& boxes, int threads);
-  void findAmongPlanes(dxGeom* const* geoms, Buffer<Pair>& found) const;
+  void find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules& rules, int threads);
+  void findAmongPlanes(dxGeom* const* geoms, const PackRules& rules, Buffer<Pair>& found) const;
   static void merge(PairList& pairs, const Buffer<Pair>& added);
 
   bool known_ = false;

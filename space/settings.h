@@ -4,6 +4,8 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include "pack_rules.h"
+
 #include <cstdint>
 
 namespace ode_parallel_sap {
@@ -15,8 +17,8 @@ struct Settings {
   int method = dParallelSAPMethodAuto;
   int threads = 0;  // 0: what OpenMP would use
   int devices = 0;  // 0: chosen by the space
-  bool cull_planes = false;
   bool print_stats = false;
+  PackRules rules;
   std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 

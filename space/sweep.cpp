@@ -37,7 +37,7 @@ void Sweep<Real>::planTasks(int threads) {
 }
 
 template <class Real>
-int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
   order_.build(boxes, threads);
   const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
@@ -45,6 +45,17 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   for (std::size_t i = 0; i < classes.size(); ++i)
     trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
                     classes[i].last_cell - classes[i].first_cell, threads);
+}
+
+template <class Real>
+void Sweep<Real>::renumber(const Slot* slots) {
+  for (std::size_t i = 0; i < trees(); ++i) trees_[i].renumber(slots);
+}
+
+template <class Real>
+int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  const ScopedMode mode(exactMode());
+  build(boxes, threads);
   planTasks(threads);
 
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);

@@ -22,6 +22,15 @@ class Sweep : public PairFinder {
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override;
 
+  // The first half of find() alone: sorts the boxes into cells and packs the trees over them.
+  void build(const BoxSet& boxes, int threads);
+  // The trees of the last find() or build(), small boxes first.
+  std::size_t trees() const { return order_.classes().size(); }
+  const TreeView<Real>& tree(std::size_t i) const { return trees_[i].view(); }
+  std::size_t cells(std::size_t i) const { return trees_[i].cells(); }
+  // Slot i becomes slots[i] in all trees: for boxes that were gathered from a larger set.
+  void renumber(const Slot* slots);
+
  private:
   struct Task {
     std::uint32_t queries, tree;  // classes; the same one: pairs within it

@@ -325,6 +325,23 @@ void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t en
 }
 
 template <class Real>
+void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+              const TreeView<Real>& tree, bool exact, PairSink& sink) {
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const Query<Real> query(queries, cell, exact);
+    for (unsigned lane = 0; lane < query.count; ++lane)
+      forOverlappingNodes(tree, *query.boxes, lane, 0, [&](std::uint32_t node, unsigned mask) {
+        makeRoom(sink, group_size * group_size);
+        for (; mask; mask &= mask - 1) {
+          const std::size_t other = std::size_t{node} * group_size + __builtin_ctz(mask);
+          boxAgainstRow(query, lane, all_lanes, rowOf(tree.levels[0][other]), idsOf(tree, other),
+                        sink);
+        }
+      });
+  }
+}
+
+template <class Real>
 void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                    PairSink& sink) {
   for (std::size_t row = part.first_row; row <= part.last_row;) {
@@ -500,8 +517,9 @@ void sortLists(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,     packBounds<Real>, selfPairs<Real>,   crossPairs<Real>,
-          trianglePairs<Real>, findInTree<Real>, findInCells<Real>, meetHalfSpaces<Real>};
+  return {packCells<Real>,  packBounds<Real>,  selfPairs<Real>,
+          crossPairs<Real>, boxPairs<Real>,    trianglePairs<Real>,
+          findInTree<Real>, findInCells<Real>, meetHalfSpaces<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),

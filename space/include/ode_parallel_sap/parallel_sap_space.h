@@ -217,6 +217,28 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
 
 /* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
  * wall-clock milliseconds. */
+/* Nonzero: pairs in which neither geom has a body are not found. ODE's spaces report them, so the
+ * default is 0. A space inside this one never counts as static: its geoms may have bodies. Static
+ * geoms that do not move then cost nothing in a frame, however many they are. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
+
+/* Nonzero: pairs with at least one body, all of whose bodies are disabled (dBodyDisable, automatic
+ * disabling), are not found. A body that is enabled again, in whatever way, has its pairs in the
+ * next collide. Default: 0. Both settings hold for dSpaceCollide, not for dSpaceCollide2. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
+
+/* How far apart two bounding boxes may be on each axis and be reported all the same, in units of
+ * length: 0 or more, finite. Default: 0, no pair but those that overlap. No pair that overlaps is
+ * ever missed. What it buys: geoms that have moved by less than a quarter of it since their boxes
+ * were last looked at are not looked at again, and no pair needs the exact test. Which of the
+ * additional pairs are reported depends on the frames before; the same calls still give the same
+ * pairs. Holds for dSpaceCollide. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
+ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
+
+/* What the last dSpaceCollide on a space did. Times are wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
@@ -224,7 +246,7 @@ typedef struct dParallelSAPStats {
   size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space */
   size_t invalid;                /* geoms left out: a NaN bound */
   size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
-  unsigned long long candidates; /* pairs the extraction handed to the filter */
+  unsigned long long candidates; /* pairs the extraction found in this frame, for the filter */
   unsigned long long pairs;      /* pairs reported to the callback, or collided for contacts */
   unsigned long long contacts;   /* contacts reported to the contact callback */
   int backend;                   /* what ran: dParallelSAPBackendCPU or dParallelSAPBackendCUDA */
@@ -239,6 +261,7 @@ typedef struct dParallelSAPStats {
   double report_ms;              /* the near or contact callback, with all that it did */
   double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
+  unsigned long long kept;       /* pairs found in an earlier frame whose geoms have not changed */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before

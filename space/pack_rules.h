@@ -1,0 +1,26 @@
+// What a user lets a space leave out or add.
+#ifndef ODE_PARALLEL_SAP_PACK_RULES_H
+#define ODE_PARALLEL_SAP_PACK_RULES_H
+
+#include <ode/ode.h>
+
+namespace ode_parallel_sap {
+
+struct PackRules {
+  bool skip_static = false;  // no pairs of geoms without bodies
+  bool skip_asleep = false;  // no pairs whose bodies are all disabled
+  bool cull_planes = false;  // pairs of planes only with what reaches their half-space
+  dReal tolerance = 0;       // how far apart boxes of a pair may be
+
+  bool skip() const { return skip_static || skip_asleep; }
+
+  bool operator==(const PackRules& other) const {
+    return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
+           cull_planes == other.cull_planes && tolerance == other.tolerance;
+  }
+  bool operator!=(const PackRules& other) const { return !(*this == other); }
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,98 @@
+#include "pair_keeper.h"
+
+#include <algorithm>
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// When more than one geom in so many changed, finding all pairs anew is faster.
+constexpr std::size_t changing_share = 4;
+// Scenes of up to this number of slots are found anew faster than a tree is built for them.
+constexpr std::size_t least_slots_for_trees = 700;
+// After a frame on a device this many frames must change little before trees are built here.
+constexpr int least_quiet_frames = 2;
+// Where a tolerance turned out not to help, it is tried again after more and more frames.
+constexpr int longest_interval = 16;
+
+}  // namespace
+
+void PairKeeper::start(Source source) {
+  running_ = true;
+  source_ = source;
+  incremental_started_ = false;
+}
+
+bool PairKeeper::tooMany(std::size_t slots) const {
+  const std::size_t changes = changed_.count();
+  return changes * changing_share > slots ||
+         (changes > 0 && source_ != Source::sweep && slots <= least_slots_for_trees);
+}
+
+bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
+                        int threads, GeomUpdate& geom_update, BoxSet& boxes) {
+  moved_in_vain_ = 0;
+  if (!running_ || rules != rules_ || !geom_update.canRepack()) {
+    rules_ = rules;
+    return false;
+  }
+  // Within a tolerance most of what moved may turn out to stay.
+  const bool tolerant = rules.tolerance > 0;
+  if (tooMany(slots)) {
+    few_changes_ = 0;
+    if (!tolerant || (in_vain_ > 0 && --in_vain_ > 0)) return false;
+  }
+  changed_.growTo(slots);
+  threads_ = geom_update.notice(geoms, threads, boxes, changed_);
+  if (!tolerant && tooMany(slots)) return false;
+  if (source_ == Source::device && ++few_changes_ < least_quiet_frames && changed_.count())
+    return false;
+  const bool fits = geom_update.repack(geoms, slots, threads, changed_, boxes);
+  if (fits && !tooMany(slots)) {
+    interval_ = 1;
+    return true;
+  }
+  moved_in_vain_ = geom_update.facts().moved;
+  interval_ = std::min(2 * interval_, longest_interval);
+  in_vain_ = interval_;
+  return false;
+}
+
+template <class Real>
+int PairKeeper::findChanged(Incremental<Real>& incremental, Sweep<Real>& base,
+                            const GeomUpdate& geom_update, const BoxSet& boxes, int threads) {
+  if (!incremental_started_) {
+    if (source_ != Source::sweep) base.build(boxes, threads);
+    incremental.start(base, changed_.words() * SlotSet::word_slots, boxes);
+    incremental_started_ = true;
+  }
+  return incremental.find(boxes, geom_update.repacked(), threads, found_);
+}
+
+int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
+                     const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
+                     PairList& pairs) {
+  candidates_ = 0;
+  int used = threads_;
+  if (changed_.count()) {
+    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, finders.sweep<double>(),
+                                                   geom_update, boxes, threads)
+                                     : findChanged(incremental_, finders.sweep<float>(),
+                                                   geom_update, boxes, threads));
+    candidates_ = found_.size();
+    filter.run(geoms, geom_update.facts(), rules, boxes, threads, found_);
+    kept_pairs_.replace(changed_, found_, threads, pairs);
+    kept_ = kept_pairs_.kept();
+    changed_.clear();
+  } else {
+    kept_ = pairs.size();
+  }
+  return used;
+}
+
+std::size_t PairKeeper::bytes() const {
+  return changed_.bytes() + incremental_.bytes() + wide_incremental_.bytes() + found_.bytes() +
+         kept_pairs_.bytes();
+}
+
+}  // namespace ode_parallel_sap
