@@ -50,7 +50,7 @@ void Driver::step() {
       &Driver::changeSettings,   &Driver::stepWorld,     &Driver::collideFrames,
       &Driver::collideFrames,    &Driver::collideAnyhow, &Driver::collideAnyhow,
       &Driver::collideAnyhow,    &Driver::collideAnyhow, &Driver::collideWithGeom,
-      &Driver::collideWithGeom};
+      &Driver::collideWithMany};
   (this->*kEdits[decisions_.below(std::size(kEdits))])();
 }
 

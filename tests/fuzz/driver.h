@@ -87,8 +87,10 @@ class Driver {
   void collideWithin(int space);
   void collideChanging(int space);
   void collideWithGeom();
+  void collideWithMany();
   void collideAnyhow();
   void compare(int space, const Pairs& got);
+  void compareTwo(int first, int second);
   Pairs expectedOf(int space) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered) const;
   unsigned mode();

@@ -236,18 +236,7 @@ Pairs Driver::expectedOfTwo(int first, int second, bool& ordered) const {
   return pairs;
 }
 
-void Driver::collideWithGeom() {
-  int first = pickSpace(), second = pickSpace();
-  Random random = decisions_.random();
-  if (random.chance(0.7)) {
-    const int member = pickMember(second, random);
-    if (member != kNone) second = member;
-  } else if (random.chance(0.3) && !alive_.empty()) {
-    second = alive_[random.below(alive_.size())];
-  }
-  if (first == second) return;
-  if (random.chance(0.3)) std::swap(first, second);
-  log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
+void Driver::compareTwo(int first, int second) {
   Pairs got;
   {
     const FloatingPointMode scoped(mode());
@@ -268,7 +257,48 @@ void Driver::collideWithGeom() {
     }
     problem = difference(sorted(sound), sorted(expected));
   }
-  if (!problem.empty()) fail("dSpaceCollide2: " + problem);
+  if (problem.empty()) return;
+  fail("dSpaceCollide2 (" + std::to_string(first) + ", " + std::to_string(second) +
+       "): " + problem);
+}
+
+void Driver::collideWithGeom() {
+  int first = pickSpace(), second = pickSpace();
+  Random random = decisions_.random();
+  if (random.chance(0.7)) {
+    const int member = pickMember(second, random);
+    if (member != kNone) second = member;
+  } else if (random.chance(0.3) && !alive_.empty()) {
+    second = alive_[random.below(alive_.size())];
+  }
+  if (first == second) return;
+  if (random.chance(0.3)) std::swap(first, second);
+  log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
+  compareTwo(first, second);
+}
+
+// Many geoms against one space, which changes a little between some of them.
+void Driver::collideWithMany() {
+  const int space = pickSpace();
+  const std::size_t count = 1 + decisions_.below(40);
+  const double changing = decisions_.chance(128) ? 0 : 0.2;
+  Random random = decisions_.random();
+  log(std::to_string(count) + " geoms against " + std::to_string(space) +
+      (changing > 0 ? ", which changes between" : ""));
+  for (std::size_t i = 0; i < count && !alive_.empty() && problem_.empty(); ++i) {
+    compareTwo(space, alive_[random.below(alive_.size())]);
+    const int member = pickMember(space, random);
+    if (member == kNone || objects_[member].kind == kSpace || !random.chance(changing)) continue;
+    ++changes_;
+    const std::size_t what = random.below(4);
+    if (what == 0) (random.chance(0.5) ? dGeomEnable : dGeomDisable)(objects_[member].geom);
+    if (what == 1) compare(space, collide(spaceOf(space)));
+    if (what == 2) {
+      remove(member);
+      add(member, space);
+    }
+    if (what != 1) place(member, random, random.below(4));
+  }
 }
 
 }  // namespace sap_test
