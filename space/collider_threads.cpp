@@ -1,7 +1,5 @@
 #include "collider_threads.h"
 
-#include <algorithm>
-
 namespace ode_parallel_sap {
 
 namespace {
@@ -26,36 +24,51 @@ bool remembersCollisions(dxGeom* mesh) {
          dGeomTriMeshIsTCEnabled(mesh, dCapsuleClass);
 }
 
-ColliderUse useOf(dxGeom* geom) {
+enum class Shape {
+  Primitive,
+  Plane,
+  Solid,  // iterates until it is close enough
+  Mesh,
+  Other
+};
+
+Shape shapeOf(dxGeom* geom) {
   // dCollide would write the pose of an offset geom; a space has brought it up to date, but a pair
   // may come from elsewhere.
-  if (geom->gflags & GEOM_POSR_BAD) return ColliderUse::CallingThread;
+  if (geom->gflags & GEOM_POSR_BAD) return Shape::Other;
   switch (geom->type) {
     case dSphereClass:
     case dBoxClass:
     case dCapsuleClass:
-    case dPlaneClass:
     case dRayClass:
-      return ColliderUse::Light;
+      return Shape::Primitive;
+    case dPlaneClass:
+      return Shape::Plane;
     case dCylinderClass:
     case dConvexClass:
-      return ColliderUse::Heavy;
+      return Shape::Solid;
     case dTriMeshClass:
       return meshesMayShareCores() && !runsUserCode(geom) && !remembersCollisions(geom)
-                 ? ColliderUse::Heavy
-                 : ColliderUse::CallingThread;
+                 ? Shape::Mesh
+                 : Shape::Other;
     // A heightfield keeps its triangles in buffers of its own and moves the other geom, with its
     // body, into its frame for a while. A geom transform does so with the geom that it holds.
     // Classes of the user's: nobody knows.
     default:
-      return ColliderUse::CallingThread;
+      return Shape::Other;
   }
 }
 
 }  // namespace
 
 ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
-  return std::max(useOf(a), useOf(b));
+  const Shape p = shapeOf(a), q = shapeOf(b);
+  const auto either = [=](Shape shape) { return p == shape || q == shape; };
+  if (either(Shape::Other)) return ColliderUse::CallingThread;
+  if (either(Shape::Solid)) return ColliderUse::Heavy;
+  // A primitive meets a few triangles of a mesh; a plane all, and another mesh perhaps many.
+  if (either(Shape::Mesh) && !either(Shape::Primitive)) return ColliderUse::Heavy;
+  return ColliderUse::Light;
 }
 
 }  // namespace ode_parallel_sap

@@ -7,8 +7,8 @@
 namespace ode_parallel_sap {
 
 enum class ColliderUse {
-  Light,          // any thread; below a microsecond, so many at a time
-  Heavy,          // any thread; may take long, so one at a time
+  Light,          // any thread; about a microsecond, so many at a time
+  Heavy,          // any thread; may take long, so few at a time
   CallingThread,  // the calling thread, when no other collides
 };
 

@@ -10,7 +10,7 @@ namespace ode_parallel_sap {
 namespace {
 
 // A thread is worth its start from this many pairs on.
-constexpr std::size_t least_pairs_a_thread = 32768;
+constexpr std::size_t least_pairs_a_thread = 4096;
 
 }  // namespace
 

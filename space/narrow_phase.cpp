@@ -4,6 +4,7 @@
 #include <new>
 
 #include "collider_threads.h"
+#include "ode_private.h"
 #include "parallel.h"
 
 namespace ode_parallel_sap {
@@ -17,8 +18,30 @@ constexpr int most_contacts_mask = 0xffff;
 constexpr std::size_t least_pairs_a_thread = 128;
 constexpr std::size_t least_heavy_pairs_a_thread = 2;
 // Few enough pairs at a time that nobody waits long for the last thread.
-constexpr std::size_t most_pairs_a_chunk = 64;
+constexpr std::size_t most_pairs_a_chunk = 32;
+constexpr std::size_t most_heavy_pairs_a_chunk = 8;
 constexpr std::size_t chunks_a_thread = 32;
+
+std::size_t chunkFor(std::size_t pairs, int team, std::size_t most) {
+  return std::clamp<std::size_t>(pairs / (chunks_a_thread * static_cast<std::size_t>(team)), 1,
+                                 most);
+}
+
+// Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
+// for this many pairs before they are needed.
+constexpr std::size_t ahead = 4;
+
+void prefetchGeom(const dxGeom* geom) {
+  const char* const bytes = reinterpret_cast<const char*>(geom);
+  for (std::size_t line = 0; line < sizeof(dxGeom) + 32; line += 64)
+    __builtin_prefetch(bytes + line);
+}
+
+void prefetchPose(const dxGeom* geom) {
+  if (!geom->final_posr) return;
+  __builtin_prefetch(geom->final_posr);
+  __builtin_prefetch(reinterpret_cast<const char*>(geom->final_posr) + 64);
+}
 
 int teamFor(std::size_t pairs, std::size_t least_a_thread, int threads) {
   return static_cast<int>(
@@ -67,6 +90,13 @@ bool asksForContacts(int flags) {
   return (flags & most_contacts_mask) != 0;
 }
 
+void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
+  constexpr std::size_t most_lines = 16;
+  const char* const bytes = reinterpret_cast<const char*>(contacts);
+  const std::size_t end = std::min(count * sizeof *contacts, 64 * most_lines);
+  for (std::size_t line = 0; line < end; line += 64) __builtin_prefetch(bytes + line);
+}
+
 }  // namespace
 
 class NarrowPhase::Pass {
@@ -77,7 +107,7 @@ class NarrowPhase::Pass {
 
   std::size_t size() const { return pairs_.size(); }
 
-  // Calls work(index, share) for all of [0, count) by a team, and returns the team's size.
+  // Calls work(index, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
   int share(std::size_t count, std::size_t chunk, int threads, Work work) const {
     ChunkQueue queue(count, chunk);
@@ -93,7 +123,17 @@ class NarrowPhase::Pass {
     return used;
   }
 
+  void prefetchAfter(std::size_t pair) const {
+    if (pair + 2 * ahead < pairs_.size()) {
+      prefetchGeom(pairs_[pair + 2 * ahead].o1);
+      prefetchGeom(pairs_[pair + 2 * ahead].o2);
+      prefetchPose(pairs_[pair + ahead].o1);
+      prefetchPose(pairs_[pair + ahead].o2);
+    }
+  }
+
   void lookAt(std::size_t pair, int thread, bool alone) const {
+    prefetchAfter(pair);
     phase_.found_[pair].count = 0;
     const int flags = request_.flagsOf(pairs_[pair]);
     if (!asksForContacts(flags)) return;
@@ -154,8 +194,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
   const int team = teamFor(pass.size(), least_pairs_a_thread, threads);
-  const std::size_t chunk = std::clamp<std::size_t>(
-      pass.size() / (chunks_a_thread * static_cast<std::size_t>(team)), 1, most_pairs_a_chunk);
+  const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
   return pass.share(pass.size(), chunk, team,
                     [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
 }
@@ -166,7 +205,8 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
     for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), least_heavy_pairs_a_thread, threads);
-  return pass.share(waiting_.size(), 1, team,
+  const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
+  return pass.share(waiting_.size(), chunk, team,
                     [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });
 }
 
@@ -180,10 +220,14 @@ void NarrowPhase::collideRest(const Pass& pass) {
 }
 
 void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const {
+  const auto contactsOf = [&](const Found& found) {
+    return shares_[found.thread].contacts.data() + found.first;
+  };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (i + 4 * ahead < pairs.size() && found_[i + 4 * ahead].count)
+      prefetchContacts(contactsOf(found_[i + 4 * ahead]), found_[i + 4 * ahead].count);
     const Found& found = found_[i];
-    if (!found.count) continue;
-    request.report(pairs[i], shares_[found.thread].contacts.data() + found.first, found.count);
+    if (found.count) request.report(pairs[i], contactsOf(found), found.count);
   }
 }
 

@@ -35,7 +35,7 @@ struct ContactRequest {
 // on timing, where its contacts are found again does not.
 //
 // Pairs are taken in three passes: first all are looked at, and the light ones collided on the
-// spot; then the heavy ones, one at a time to whoever is free; at last, alone, those that only the
+// spot; then the heavy ones, a few at a time to whoever is free; at last, alone, those that only the
 // calling thread may collide (see collider_threads.h). Each thread appends contacts to storage of
 // its own, which is kept for the next frame.
 class NarrowPhase {
