@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# package.sh SOURCE BUILD
+#
+# Makes the Debian packages and the source archive of a build for the prefix /usr. Looks at what they
+# depend on and what they hold, has lintian look if it is installed, and builds and runs user.c
+# against the unpacked packages. Ends with status 77 where there are no Debian tools.
+set -euo pipefail
+source=$1 build=$2
+here=$(cd "$(dirname "$0")" && pwd)
+if ! command -v dpkg-deb >/dev/null || ! command -v dpkg-shlibdeps >/dev/null; then
+  echo "skipped: no dpkg-deb and dpkg-shlibdeps (Debian: dpkg-dev)"
+  exit 77
+fi
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+  echo "$*"
+  exit 1
+}
+
+cd "$folder"
+cpack --config "$build/CPackConfig.cmake" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+[ "$(ls ./*.deb | wc -l)" -eq 3 ] || fail "not three packages: $(ls)"
+depends() { dpkg-deb -f ./"$1"_*.deb Depends; }
+depends libode-parallel-sap0 | grep -q 'libode8 (>= 2:0.16' || fail "the library does not depend on ODE"
+depends libode-parallel-sap-dev | grep -q 'libode-dev' || fail "the header comes without ODE's"
+depends ode-parallel-sap-preload | grep -q 'libode-parallel-sap0 (= ' || fail "the preload library comes alone"
+for package in *.deb; do dpkg-deb -x "$package" root; done
+if command -v lintian >/dev/null; then
+  lintian --allow-root --fail-on error,warning ./*.deb || fail "lintian objects"
+else
+  echo "without lintian"
+fi
+
+libdir=$(dirname "$(find "$folder/root" -name pkgconfig)")
+eval "flags=($(PKG_CONFIG_PATH=$libdir/pkgconfig pkg-config --cflags --libs ode-parallel-sap))"
+"${CC:-cc}" "$here/user.c" -o user-program "${flags[@]}"
+LD_LIBRARY_PATH=$libdir ./user-program
+[ -z "$(readelf -d "$libdir"/*.so | grep -E 'RPATH|RUNPATH')" ] || fail "a search path is left in a library"
+
+# The source archive is what is in the repository.
+cpack --config "$build/CPackSourceConfig.cmake" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+tar xf ./*.tar.gz
+name=$(ls -d ode-parallel-sap-*/)
+(cd "$name" && find . -type f -o -type l | sed 's|^\./||' | sort) >packed
+grep -qx "space/include/ode_parallel_sap/parallel_sap_space.h" packed || fail "the source archive has no header"
+if git -C "$source" rev-parse --is-inside-work-tree >/dev/null 2>&1; then
+  git -C "$source" ls-files --cached --others --exclude-standard | sort | diff - packed ||
+    fail "the source archive (>) is not what the repository holds (<)"
+fi

@@ -1,0 +1,67 @@
+# An installed copy, used as users do; the symbols of the library.
+set(here "${CMAKE_CURRENT_LIST_DIR}")
+include(ProcessorCount)
+ProcessorCount(cores)
+set(user_environment "DEBFULLNAME=A Packager;DEBEMAIL=packager@debian.org;CMAKE_BUILD_PARALLEL_LEVEL=${cores};CC=${CMAKE_C_COMPILER};CXX=${CMAKE_CXX_COMPILER}")
+get_target_property(library_type ode-parallel-sap TYPE)
+
+function(add_install_test name)
+  add_test(NAME install.${name} COMMAND ${ARGN})
+  set_tests_properties(install.${name} PROPERTIES LABELS "cpu;install" TIMEOUT 1200 ENVIRONMENT "${user_environment}")
+endfunction()
+
+if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+  message(STATUS "Tests of the installation: not with sanitizers, which users would have to link")
+  return()
+endif()
+foreach(way find_package pkg-config)
+  add_install_test(${way} "${here}/use.sh" "${PROJECT_BINARY_DIR}" ${way})
+endforeach()
+if(library_type STREQUAL "SHARED_LIBRARY")
+  add_install_test(preload "${here}/use.sh" "${PROJECT_BINARY_DIR}" preload $<TARGET_FILE:stock-program>)
+  add_install_test(
+    symbols "${here}/symbols.sh" $<TARGET_FILE:ode-parallel-sap>
+    "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h" ${PROJECT_VERSION}
+    $<TARGET_FILE:ode-parallel-sap-preload>)
+endif()
+
+# add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the
+# prefix /usr. It is what the tests that name it as a fixture work on.
+function(add_build name directory)
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+  add_install_test(
+    ${name}.build "${CMAKE_CTEST_COMMAND}" --build-and-test "${PROJECT_SOURCE_DIR}" "${directory}"
+    --build-generator "${CMAKE_GENERATOR}" --build-makeprogram "${CMAKE_MAKE_PROGRAM}"
+    --build-options
+    -DBUILD_TESTING=OFF -DODE_PARALLEL_SAP_EXAMPLES=OFF -DCMAKE_INSTALL_PREFIX=/usr
+    "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}" "-DCMAKE_CXX_FLAGS_${type}=-O0"
+    "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
+    "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
+    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" ${ARGN})
+  set_tests_properties(install.${name}.build PROPERTIES FIXTURES_SETUP install.${name})
+endfunction()
+
+# add_static_build(<name> <directory> <option>...)
+function(add_static_build name directory)
+  add_build(${name} "${directory}" -DBUILD_SHARED_LIBS=OFF ${ARGN})
+  foreach(way find_package pkg-config)
+    add_install_test(${name}.${way} "${here}/use.sh" "${directory}" ${way})
+    set_tests_properties(install.${name}.${way} PROPERTIES FIXTURES_REQUIRED install.${name})
+  endforeach()
+endfunction()
+set(directory "${CMAKE_CURRENT_BINARY_DIR}/install")
+add_static_build(static "${directory}/plain" -DODE_PARALLEL_SAP_CUDA=OFF)
+option(ODE_PARALLEL_SAP_SLOW_TESTS "Also the tests that take minutes" OFF)
+if(CMAKE_CUDA_COMPILER AND ODE_PARALLEL_SAP_SLOW_TESTS)
+  add_static_build(static-cuda "${directory}/cuda" -DODE_PARALLEL_SAP_CUDA=ON
+                   "-DCMAKE_CUDA_COMPILER=${CMAKE_CUDA_COMPILER}" -DCMAKE_CUDA_ARCHITECTURES=75-real)
+endif()
+
+# Most objects of the static build serve the shared one that is packaged, too.
+if(ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM")
+  add_build(package "${directory}/plain" -DBUILD_SHARED_LIBS=ON -DODE_PARALLEL_SAP_CUDA=OFF)
+  set_tests_properties(install.package.build PROPERTIES DEPENDS "install.static.find_package;install.static.pkg-config")
+  add_install_test(package "${here}/package.sh" "${PROJECT_SOURCE_DIR}" "${directory}/plain")
+  set_tests_properties(
+    install.package PROPERTIES FIXTURES_REQUIRED install.package SKIP_RETURN_CODE 77)
+endif()

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# use.sh BUILD find_package|pkg-config|preload [PROGRAM]
+#
+# Installs a build to a new prefix, whose path has a space in it, and uses it from there: builds and
+# runs user.c against it, or runs PROGRAM under the installed preload library. CC and CXX are taken
+# from the environment.
+set -euo pipefail
+build=$1 way=$2
+here=$(cd "$(dirname "$0")" && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+prefix="$folder/a prefix"
+cmake --install "$build" --prefix "$prefix" >/dev/null
+libdir=$(dirname "$(find "$prefix" -name pkgconfig)")
+export PKG_CONFIG_PATH="$libdir/pkgconfig:${PKG_CONFIG_PATH-}"
+
+# Nothing that the library uses within may be on the command line that compiles a user's file.
+check_compile_line() {
+  if grep -Ei -e '-fopenmp|cuda|ode/src|ode-private|-std=' <<<"$1"; then
+    echo "the compile line of a user has more than the public headers need"
+    exit 1
+  fi
+}
+
+case $way in
+  find_package)
+    cmake -S "$here" -B "$folder/user" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_EXPORT_COMPILE_COMMANDS=ON >/dev/null
+    check_compile_line "$(grep '"command"' "$folder/user/compile_commands.json")"
+    cmake --build "$folder/user" >"$folder/log" || { cat "$folder/log"; exit 1; }
+    "$folder/user/user"
+    ;;
+  pkg-config)
+    check_compile_line "$(pkg-config --cflags ode-parallel-sap)"
+    eval "flags=($(pkg-config --cflags --libs ode-parallel-sap))"
+    "${CC:-cc}" "$here/user.c" -o "$folder/user-program" "${flags[@]}"
+    LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program"
+    ;;
+  preload)
+    said=$(LD_LIBRARY_PATH=$libdir LD_PRELOAD=libode-parallel-sap-preload.so ODE_PARALLEL_SAP_STATS=1 "$3" 2>&1)
+    grep -q '^ode-parallel-sap: 1 quadtree spaces replaced' <<<"$said"
+    ;;
+esac
