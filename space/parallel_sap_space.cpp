@@ -168,11 +168,15 @@ void ParallelSAPSpace::closeSlots() {
   const std::size_t gaps = geoms_.size() - count;
   if (gaps == 0 || gaps < geoms_.size() / 4) return;
   pair_keeper_.stop();
+  // What is yet to be brought up to date is known by its slot.
+  pair_keeper_.forgetChanges();
   std::size_t slot = 0;
   for (dxGeom* const geom : geoms_) {
     if (!geom) continue;
     geoms_[slot] = geom;
-    setSlot(geom, slot++);
+    setSlot(geom, slot);
+    if (geom->gflags & GEOM_DIRTY) pair_keeper_.change(static_cast<Slot>(slot));
+    ++slot;
   }
   geoms_.resize(slot);
   queries_.reset();

@@ -388,3 +388,25 @@ TEST_CASE("A thousand probes of a large space take a small part of dSimpleSpace'
   }
   dSpaceDestroy(simple);
 }
+
+TEST_CASE("A geom that moved before others went and came is found where it is", "[queries]") {
+  const Space space;
+  World world(space);
+  for (int i = 0; i < 200; ++i) {
+    const dReal at = static_cast<dReal>(3 * i);
+    world.take(createUserBox(space, {at, at + 1, 0, 1, 0, 1}));
+  }
+  collide(space);
+  const dGeomID moved = world.geoms()[190];
+  setUserBounds(moved, {-10, -9, 0, 1, 0, 1});
+  // Many enough for the space to number those that are left anew when one more comes.
+  for (int i = 0; i < 150; ++i) {
+    const dGeomID geom = world.geoms().front();
+    world.remove(geom);
+    dGeomDestroy(geom);
+  }
+  world.take(createUserBox(space, {-20, -19, 0, 1, 0, 1}));
+  const Probe probe(createUserBox(nullptr, {-10, -9, 0, 1, 0, 1}));
+  const Pairs got = collide2(space, probe);
+  CHECK(difference(got, {{number(moved), kProbeNumber}}) == "");
+}
