@@ -25,6 +25,10 @@ if(library_type STREQUAL "SHARED_LIBRARY")
     $<TARGET_FILE:ode-parallel-sap-preload>)
 endif()
 
+if(TARGET docs)
+  add_install_test(docs "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --target docs)
+endif()
+
 # add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the
 # prefix /usr. It is what the tests that name it as a fixture work on.
 function(add_build name directory)

@@ -13,7 +13,7 @@
  *   passed, both geoms enabled and neither zero-sized. This holds for every method, back end and
  *   number of threads.
  * - Their order is fixed: ascending by (earlier geom, later geom), where geoms count in the order
- * in which they were last added to the space. The earlier geom is the callback's first argument.
+ *   in which they were last added to the space. The earlier geom is the callback's first argument.
  *   dSpaceCollide2 also visits this space's geoms in that order and keeps ODE's order of arguments.
  * - Bits, bodies and enabled states are read when the collide begins; what the callback changes in
  *   them is seen by the next collide.
@@ -22,10 +22,10 @@
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
- * count it in every frame. (Infinite sizes of ODE's own classes often make one.) All other bounds,
- * infinite, inverted and denormal ones too, follow the formula above, whatever floating-point mode
- * the program runs in: rounding, flushed denormals, traps. The bounds themselves are computed by
- * ODE in the program's mode.
+ *   count it in every frame. (Infinite sizes of ODE's own classes often make one.) All other
+ *   bounds, infinite, inverted and denormal ones too, follow the formula above, whatever
+ *   floating-point mode the program runs in: rounding, flushed denormals, traps. The bounds
+ *   themselves are computed by ODE in the program's mode.
  * - A sub-space that holds no geom is never reported.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
@@ -66,14 +66,14 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
  * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Where overlapping pairs are found. The CUDA back end runs the method AxisLists, and Sweep in scenes for
- * which float boxes are fine enough; whatever else is asked for runs on the CPU, and the statistics
- * say so.
+/* Where overlapping pairs are found. The CUDA back end runs the method AxisLists, and Sweep in
+ * scenes for which float boxes are fine enough; whatever else is asked for runs on the CPU, and the
+ * statistics say so.
  *
- * Auto sends each frame to the CPU or to one or more GPUs, by what the last frames took. It loads the
- * driver once GPUs could have saved a space some 50 ms; another thread then makes them ready, which
- * takes up to a second, while frames go on on the CPU. Scenes that the CPU does as fast never touch
- * the driver. Pairs and their order do not depend on the choice.
+ * Auto sends each frame to the CPU or to one or more GPUs, by what the last frames took. It loads
+ * the driver once GPUs could have saved a space some 50 ms; another thread then makes them ready,
+ * which takes up to a second, while frames go on on the CPU. Scenes that the CPU does as fast never
+ * touch the driver. Pairs and their order do not depend on the choice.
  *
  * A GPU that fails is reported through dMessage and not used again by that space: the frame is
  * finished by the GPUs that are left, or on the CPU, and so are all frames after it. */
@@ -94,7 +94,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetBackend(dSpaceID space);
  * "Collision Detection: Broad Phase Adaptation from Multi-Core to Multi-GPU Architecture". It takes
  * time and memory for all pairs that overlap on one axis, of which there are some n^(5/3) in a cube
  * of n boxes. A scene whose lists would take more than half of the free memory (of the machine, or
- * of one of the GPUs) is reported once through dMessage and found by the method Sweep; the statistics tell which one ran. */
+ * of one of the GPUs) is reported once through dMessage and found by the method Sweep; the
+ * statistics tell which one ran. */
 enum {
   dParallelSAPMethodAuto,       /* the fastest one for the scene */
   dParallelSAPMethodSweep,      /* subdivided sweep and prune: time linear in geoms and pairs */
@@ -114,19 +115,19 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
-/* The number of GPUs that share each frame of the CUDA back end, at most as many as there are. 0, the
- * default, leaves it to the space, which takes 1, 2, 4 or more by what frames took. With the back end
- * Auto frames go to this number of GPUs or to the CPU. */
+/* The number of GPUs that share each frame of the CUDA back end, at most as many as there are. 0,
+ * the default, leaves it to the space, which takes 1, 2, 4 or more by what frames took. With the
+ * back end Auto frames go to this number of GPUs or to the CPU. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
-/* Nonzero: a geom whose AABB is wholly on the open side of a plane (dCreatePlane), by more than what
- * rounding could make of it, is no pair with that plane. ODE's spaces report a plane that is not
- * parallel to two axes with every geom, so the default is 0. No pair is left out for which dCollide
- * could find a contact: the corner of the AABB that is nearest to the plane is further from it than
- * 32 epsilon of the greatest coordinates that take part. Pairs of two planes, and of a plane with a
- * geom whose AABB is infinite where it matters, stay. Holds for dSpaceCollide, dSpaceCollide2 and
- * dParallelSAPSpaceCollideContacts. */
+/* Nonzero: a geom whose AABB is wholly on the open side of a plane (dCreatePlane), by more than
+ * what rounding could make of it, is no pair with that plane. ODE's spaces report a plane that is
+ * not parallel to two axes with every geom, so the default is 0. No pair is left out for which
+ * dCollide could find a contact: the corner of the AABB that is nearest to the plane is further
+ * from it than 32 epsilon of the greatest coordinates that take part. Pairs of two planes, and of a
+ * plane with a geom whose AABB is infinite where it matters, stay. Holds for dSpaceCollide,
+ * dSpaceCollide2 and dParallelSAPSpaceCollideContacts. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
 
@@ -182,6 +183,7 @@ typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void
  * itself found. */
 ODE_PARALLEL_SAP_API void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2);
 
+/* What dParallelSAPSpaceCollideContacts calls. */
 typedef struct dParallelSAPContactCallbacks {
   dParallelSAPContactCallback* contacts; /* must be there; the others may be 0 */
   dParallelSAPFlagsCallback* flags;      /* 0: the same flags for all pairs */
@@ -215,8 +217,6 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
-/* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
- * wall-clock milliseconds. */
 /* Nonzero: pairs in which neither geom has a body are not found. ODE's spaces report them, so the
  * default is 0. A space inside this one never counts as static: its geoms may have bodies. Static
  * geoms that do not move then cost nothing in a frame, however many they are. */
@@ -238,7 +238,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
-/* What the last dSpaceCollide on a space did. Times are wall-clock milliseconds. */
+/* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
+ * wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
@@ -276,9 +277,9 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * through dMessage and ignored.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
- * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default) and
- * simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end what
- * was replaced and where the time went. */
+ * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
+ * and simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end
+ * what was replaced and where the time went. */
 
 #ifdef __cplusplus
 }

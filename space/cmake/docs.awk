@@ -1,0 +1,14 @@
+# Makes the plain comments of the public header ones that Doxygen reads: those that begin a line
+# belong to what follows, those behind code to that. A function that follows another without a
+# comment of its own shares the comment.
+FNR == 1 { sub(/^\/\* /, "/** @file\n * @brief ") }
+# What stands alone is about the header as a whole.
+/^\/\* (Environment variables|The narrow phase on the threads)/ { sub(/\/\* /, "/** @file\n * ") }
+/^ *\/\* / { sub(/\/\* /, "/** ") }
+!/^ *(\/\*| \*)/ && / \/\* / { sub(/ \/\* /, " /**< ") }
+/^ODE_PARALLEL_SAP_API / && previous ~ /^ODE_PARALLEL_SAP_API .*;$/ {
+  match(previous, /d[A-Za-z0-9]*\(/)
+  print "/** @copydoc " substr(previous, RSTART, RLENGTH - 1) " */"
+}
+{ print }
+{ previous = $0 }
