@@ -112,6 +112,7 @@ dSpaceID createSpace(const BroadSettings& settings) {
   if (settings.space == "sap") return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
   dParallelSAPSpaceSetNumThreads(space, settings.threads);
+  dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(settings.tolerance));
   const int backend = settings.backend == "cuda" ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
   if (!dParallelSAPSpaceSetBackend(space, backend))
     throw std::runtime_error("the back end " + settings.backend + " is not to be had here");

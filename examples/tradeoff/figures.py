@@ -28,7 +28,7 @@ def draw_front(axes, entries, x, y, cost, least):
 
 
 def broad(entries, directory, note):
-    """A panel an offset: milliseconds against extra pairs."""
+    """A panel an offset: milliseconds against extra pairs; the tolerances of one back end are joined."""
     none = 1e-4  # no extra pair is drawn here
     names = sorted({broad_name(e).rsplit(",", 1)[0] for e in entries})
     figure, panels = plt.subplots(2, 2, figsize=(10, 8), sharex=True, sharey=True)
@@ -50,7 +50,7 @@ def broad(entries, directory, note):
     for axes in panels[:, 0]:
         axes.set_ylabel("ms a frame")
     panels[0][0].legend(fontsize=7)
-    figure.suptitle("Filled: double precision, hollow: single. Left out: what misses pairs",
+    figure.suptitle("Filled: double precision, hollow: single. Lines: more tolerance. Left out: what misses pairs",
                     fontsize=9)
     return save(figure, directory, "broad", note)
 

@@ -15,7 +15,7 @@ void addBroad(CLI::App& app, tradeoff::BroadSettings& settings) {
   app.add_option("--space", settings.space)->check(CLI::IsMember({"parallel", "hash", "sap"}));
   app.add_option("--backend", settings.backend)->check(CLI::IsMember({"cpu", "cuda"}));
   app.add_option("--threads", settings.threads)->check(CLI::Range(0, 256));
-  app.add_option("--tolerance", settings.tolerance)->check(CLI::Range(0.0, 0.0));
+  app.add_option("--tolerance", settings.tolerance)->check(CLI::Range(0.0, 100.0));
   app.add_option("--offset", settings.offset);
   app.add_option("--step", settings.step)->check(CLI::Range(0.0, 10.0));
   app.add_option("--boxes", settings.boxes)->check(CLI::Range(2, 1000000));

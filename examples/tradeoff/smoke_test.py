@@ -70,6 +70,11 @@ class Study(unittest.TestCase):
                 self.assertEqual(int(row["extra_of_stored"]), 0, row)
                 self.assertEqual(row["pairs"], row["exact_pairs"], row)
 
+    def test_a_tolerance_lets_extra_pairs_through(self):
+        extra = sum(int(row["extra_of_stored"]) for row in self.broad
+                    if row["space"] == "parallel" and float(row["tolerance"]) > 0)
+        self.assertGreater(extra, 0)
+
     def test_sees_the_pairs_that_float_keys_add_far_from_the_origin(self):
         extra = {float(row["offset"]): float(row["extra_per_exact"]) for row in self.broad if row["space"] == "sap"}
         self.assertEqual(extra[0], 0)
@@ -78,7 +83,8 @@ class Study(unittest.TestCase):
     def test_no_momentum_comes_from_nowhere(self):
         for row in self.pile:
             self.assertEqual(row["status"], "ok")
-            self.assertLess(float(row["momentum_drift"]), 1e-12)
+            # Several of ODE's threads may lose some of each other's changes to a body.
+            self.assertLess(float(row["momentum_drift"]), 1e-12 if row["stepping"] == "serial" else 1e-3)
             self.assertLess(float(row["angular_drift"]), 1e-3)
 
     def test_parallel_runs_make_the_same_heap_in_another_way(self):

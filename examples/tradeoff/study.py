@@ -14,7 +14,7 @@ PILE_KEY = ("dt", "iterations", "contacts", "precision", "stepping", "bodies", "
 # Boxes to a test of everything, in seconds; to two minutes; and to the study itself.
 BROAD_SIZES = {"smoke": dict(boxes=300, frames=3, step=0.01), "quick": dict(boxes=5000, frames=20, step=0.01),
                "full": dict(boxes=100000, frames=40, step=0.01)}
-TOLERANCES = {"smoke": (0,), "quick": (0,), "full": (0,)}
+TOLERANCES = {"smoke": (0, 0.1), "quick": (0, 0.03, 0.1, 0.3), "full": (0, 0.01, 0.03, 0.1, 0.3, 1)}
 
 PILE_SIZES = {"smoke": dict(bodies=8, seconds=1.0, rest_seconds=0.3),
               "quick": dict(bodies=60, seconds=5.0, rest_seconds=1.5),

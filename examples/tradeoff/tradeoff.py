@@ -32,9 +32,10 @@ def cpu():
 
 
 def commit():
-    result = subprocess.run(["git", "-C", TOP, "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE,
-                            stderr=subprocess.DEVNULL, text=True)
-    return result.stdout.strip() or "unknown"
+    """Of the sources, with a word if they were changed since."""
+    described = subprocess.run(["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10", "--dirty=-changed"],
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    return described.stdout.strip() or "unknown"
 
 
 def machine():
@@ -162,6 +163,7 @@ def parse():
     for precision, build in (("double", "release"), ("single", "single")):
         parser.add_argument("--" + precision, metavar="PROGRAM", help="tradeoff-point for an ODE of %s precision" % precision,
                             default=os.path.join(TOP, "build", build, "examples", "tradeoff", "tradeoff-point"))
+    parser.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     options = parser.parse_args()
     options.mode = options.mode or "full"
     name = re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-")
@@ -170,37 +172,64 @@ def parse():
     return options
 
 
+def note(rows):
+    """Where and from which versions the rows are."""
+    commits = sorted({row["commit"] for row in rows}, key=[row["commit"] for row in rows].index)
+    return "%s, %s cores, commit %s, %s" % (rows[0]["cpu"], rows[0]["cores"], " and ".join(commits), rows[-1]["date"])
+
+
+def study_broad(options, programs):
+    """Measures, draws, and returns what there is to say: the advice, and the tables."""
+    probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
+    points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
+    table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY)
+    table.check_machine()
+    run(table, "broad", points, programs, BROAD_COLUMNS)
+    rows = table.of(points)
+    entries = study.broad_entries(rows)
+    print(figures.broad(entries, options.out, note(rows)))
+    advice = "Broad phase, %d boxes, %s:\n%s" % (points[0]["boxes"], note(rows), words.broad_advice(entries))
+    return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
+
+
+def study_pile(options, programs):
+    """Likewise."""
+    points = study.pile_points(options.mode, list(programs))
+    table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY)
+    table.check_machine()
+    run(table, "pile", points, programs, PILE_COLUMNS)
+    rows = table.of(points)
+    entries = study.pile_errors(rows, options.mode)
+    reference = [e for e in entries if study.is_reference(e, options.mode)]
+    settings = [e for e in entries if e not in reference]
+    for path in figures.pile(settings, options.out, note(rows), reference):
+        print(path)
+    advice = "A heap of %d boxes, %s:\n\n%s" % (points[0]["bodies"], note(rows), words.pile_advice(settings, reference))
+    return advice, words.pile_limits(settings) + "\n" + words.pile_table(settings, reference)
+
+
+def write_between(path, text):
+    """Replaces what stands between the two marks in a document."""
+    begin, end = "<!-- tradeoff -->\n", "<!-- end -->"
+    with open(path) as file:
+        before, rest = file.read().split(begin, 1)
+    with open(path, "w") as file:
+        file.write(before + begin + "\n" + text + "\n" + end + rest.split(end, 1)[1])
+
+
 def main():
     options = parse()
     programs = find_programs(options)
     os.makedirs(options.out, exist_ok=True)
-    note = "%s, %s cores, commit %s, %s" % tuple(machine()[n] for n in ("cpu", "cores", "commit", "date"))
-    text = "%s\n" % note
-    if options.only != "pile":
-        probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
-        points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
-        table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY)
-        table.check_machine()
-        run(table, "broad", points, programs, BROAD_COLUMNS)
-        entries = study.broad_entries(table.of(points))
-        print(figures.broad(entries, options.out, note))
-        text += "\n## Broad phase: what to choose\n" + words.broad_advice(entries) + "\n" + words.broad_failures(
-            table.of(points)) + "\n" + words.broad_table(entries)
-    if options.only != "broad":
-        points = study.pile_points(options.mode, list(programs))
-        table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY)
-        table.check_machine()
-        run(table, "pile", points, programs, PILE_COLUMNS)
-        entries = study.pile_errors(table.of(points), options.mode)
-        reference = [e for e in entries if study.is_reference(e, options.mode)]
-        settings = [e for e in entries if e not in reference]
-        for path in figures.pile(settings, options.out, note, reference):
-            print(path)
-        text += "\n## Heap: what to choose\n\n" + words.pile_advice(settings, reference) + "\n" + words.pile_table(settings, reference)
+    said = [part(options, programs) for name, part in (("broad", study_broad), ("pile", study_pile))
+            if options.only in (None, name)]
+    text = "\n".join(advice + "\n" + tables for advice, tables in said)
     path = os.path.join(options.out, "choices.md")
     with open(path, "w") as file:
         file.write(text)
     print(path + "\n\n" + text)
+    if options.write:
+        write_between(options.write, "\n".join(advice for advice, _ in said))
 
 
 main()

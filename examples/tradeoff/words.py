@@ -11,8 +11,8 @@ def percent(share):
 
 
 def pile_name(entry):
-    return "steps of %g ms, %d iterations, %d contacts a pair, %s precision, %s" % (
-        1000 * entry["dt"], entry["iterations"], entry["contacts"], entry["precision"],
+    return "steps of %g ms, %d iterations, %d contact%s a pair, %s precision, %s" % (
+        1000 * entry["dt"], entry["iterations"], entry["contacts"], "" if entry["contacts"] == 1 else "s", entry["precision"],
         "one core" if entry["stepping"] == "serial" else "all cores")
 
 
@@ -69,6 +69,20 @@ def pile_advice(choices, reference):
                      (study.CONTROL_STEP, percent(control["error"]),
                       max(study.PARTS, key=lambda part: control[part])))
     return "\n".join(lines) + "\n"
+
+
+def pile_limits(choices):
+    """What each value of each setting can reach, whatever the others are."""
+    rows = []
+    for name, what in (("dt", "time step, s"), ("iterations", "iterations"), ("contacts", "contacts a pair"),
+                       ("precision", "precision"), ("stepping", "stepping")):
+        for value in sorted({e[name] for e in choices}):
+            some = [e for e in choices if e[name] == value]
+            best = min(some, key=lambda e: e["error"])
+            near = study.cheapest(some, "wall_s_per_s", 0.05)
+            rows.append(("%s: %s" % (what, "%g" % value if isinstance(value, float) else value), percent(best["error"]),
+                         "%.3g" % near["wall_s_per_s"] if near else "not reached"))
+    return table(("setting", "least error", "s a simulated s for 5 %"), rows)
 
 
 def pile_table(choices, reference):
