@@ -35,6 +35,10 @@ class CellOrder {
   const std::uint32_t* order() const { return order_.data(); }
   const std::uint32_t* starts() const { return starts_.data(); }
   const std::vector<Class>& classes() const { return classes_; }
+  // Whether a class holds the boxes that are infinite on some side.
+  bool isUnbounded(std::size_t index) const {
+    return size_classes_.isUnbounded(static_cast<int>(index));
+  }
   std::size_t bytes() const;
 
  private:

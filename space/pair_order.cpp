@@ -23,8 +23,23 @@ bool laterComesAfter(Pair a, Pair b) {
   return laterOf(a) < laterOf(b);
 }
 
+// That of a ground plane may hold all geoms: from this length on digits are faster, storage
+// included.
+constexpr std::size_t longest_compared = 512;
+
 void sortLong(Pair* begin, Pair* end) {
-  std::sort(begin, end, laterComesAfter);
+  const std::size_t count = end - begin;
+  if (count <= longest_compared) {
+    std::sort(begin, end, laterComesAfter);
+    return;
+  }
+  Slot all = 0;
+  for (const Pair* pair = begin; pair < end; ++pair) all |= laterOf(*pair);
+  int bits = 1;
+  while (all >> bits) ++bits;
+  Buffer<Pair> scratch;
+  scratch.resize(count);
+  radixSort(begin, scratch.data(), count, 0, bits, 1);
 }
 
 }  // namespace

@@ -15,6 +15,10 @@ namespace {
 constexpr std::size_t most_task_cells = 64;
 constexpr std::size_t tasks_a_thread = 8;
 
+// Up to this number of cells of unbounded boxes every one of these meets all others. A row of
+// sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
+constexpr std::size_t most_reaching_cells = 16;
+
 }  // namespace
 
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
@@ -72,6 +76,9 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       const TreeView<Real>& queries = trees_[task.queries].view();
       if (task.queries == task.tree)
         kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
+      else if (order_.isUnbounded(task.tree) && trees_[task.tree].cells() <= most_reaching_cells)
+        kernel.reachPairs(trees_[task.tree].view(), queries, task.begin, task.end, boxes.exact,
+                          sink);
       else
         kernel.crossPairs(queries, task.begin, task.end, trees_[task.tree].view(), boxes.exact,
                           sink);
