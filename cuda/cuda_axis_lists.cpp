@@ -25,8 +25,10 @@ using device::CommonCounts;
 constexpr std::uint64_t chunk_pairs = std::uint64_t{1} << 24;
 // Found pairs travel this many at a time.
 constexpr std::size_t piece_pairs = std::size_t{1} << 19;
-// Found pairs that a thread finishes at a time; fewer are not worth another thread.
-constexpr std::size_t finish_pairs = std::size_t{1} << 13;
+// Found pairs that a thread finishes at a time; of fewer than so many times that one thread takes
+// all. A team is used as a whole or not at all: OpenMP takes long to start threads anew.
+constexpr std::size_t finish_pairs = std::size_t{1} << 11;
+constexpr std::size_t least_shared_finishes = 4;
 
 using Clock = std::chrono::steady_clock;
 double milliseconds(Clock::time_point begin, Clock::time_point end) {
@@ -230,8 +232,8 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
   const int count = static_cast<int>(shares_.size());
   int used = 1;
   try {
-    runTeam(std::min(threads, count), [&](int thread, int team) {
-      if (thread == 0) used = team;
+    runTeam(count == 1 ? 1 : threads, [&](int thread, int team) {
+      if (thread == 0) used = std::min(team, count);
       for (int i = thread; i < count; i += team) {
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
@@ -256,7 +258,7 @@ template <class Real>
 void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
-  threads = static_cast<int>(std::min<std::size_t>(threads, count / finish_pairs + 1));
+  if (count < least_shared_finishes * finish_pairs) threads = 1;
   finished_.resize(threads);
   for (Buffer<Pair>& finished : finished_) finished.resizeDiscarding(0);
   for (const Share& share : shares_) {

@@ -19,8 +19,9 @@ constexpr Slot no_slot = ~Slot{0};
 constexpr std::uint64_t chunk_pairs = 1 << 14;
 // Lists get some room to grow.
 constexpr std::uint64_t spare_part = 8;
-// Fewer pairs than this are not worth a thread.
-constexpr std::uint64_t least_pairs_a_thread = 1 << 16;
+// Fewer pairs than this are not worth other threads. A team is used as a whole or not at all, here
+// and for the end points: OpenMP takes long to start threads anew.
+constexpr std::uint64_t least_shared_pairs = 1 << 16;
 
 std::uint64_t roomFor(std::uint64_t pairs) {
   return pairs + pairs / spare_part;
@@ -139,7 +140,7 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const AxisChoice axes = chooseAxes(
       {endpoints_.axis(0).pairs(), endpoints_.axis(1).pairs(), endpoints_.axis(2).pairs()});
   const std::uint64_t count = endpoints_.axis(axes.fullest).pairs();
-  threads = static_cast<int>(std::min<std::uint64_t>(threads, count / least_pairs_a_thread + 1));
+  if (count < least_shared_pairs) threads = 1;
   fillLists(threads);
 
   both_.resize(threads);

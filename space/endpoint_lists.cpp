@@ -181,7 +181,7 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
   complete_ = false;
   compareMembers(all, boxes.size);
   const bool repairable = newcomers_.size() <= members_ / least_members_a_newcomer;
-  runTeam(members_ < least_shared_members ? 1 : std::min(threads, 3), [&](int thread, int team) {
+  runTeam(members_ < least_shared_members ? 1 : threads, [&](int thread, int team) {
     for (int axis = thread; axis < 3; axis += team) {
       int& anew_for = axes_[axis].anew_for;
       if (anew_for > 0 || !repairable) {

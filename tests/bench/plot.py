@@ -9,7 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from results import LIBRARIES, ODE_SPACES, OURS, best, machine, one, read, timed, values
+from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
 
 COLOURS = {name: "C%d" % (i % 10) for i, name in enumerate(LIBRARIES + ODE_SPACES)}
 
@@ -199,25 +199,12 @@ def persistent(directory):
     save(figure, directory, "persistent", rows)
 
 
-def on_devices(rows, most_threads):
-    """Label, and what picks its rows: the paper's system has one thread a device, ours all threads."""
-    devices = [number for number in values(rows, "devices") if number]
-    gpus = lambda number: "%d GPU%s" % (number, "s" if number > 1 else "")
-    theirs = [("CPU, brute force", dict(method="brute-force", threads=1)),
-              ("CPU, axis lists", dict(method="axis-lists", threads=1))]
-    theirs += [(gpus(number), dict(method="cuda-axis-lists", devices=number, threads=number)) for number in devices]
-    ours = [("CPU, 1 thread", dict(method="sweep", threads=1)),
-            ("CPU, %d threads" % most_threads, dict(method="sweep", threads=most_threads))]
-    ours += [(gpus(number), dict(method="cuda", devices=number, threads=most_threads)) for number in devices]
-    return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
-
-
 def figure14(directory):
     """The paper's figure 14: percent of the time of the paper's sequential CPU method, brute force."""
     rows = read(directory, "figure14")
     scenes = values(rows, "scene")
     figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
-    for axes, (title, series) in zip(grid, on_devices(rows, max(values(rows, "threads")))):
+    for axes, (title, series) in zip(grid, on_devices(rows)):
         for i, (label, wanted) in enumerate(series):
             for k, scene in enumerate(scenes):
                 reference = one(rows, scene=scene, method="brute-force", threads=1)
@@ -243,7 +230,7 @@ def figure15(directory):
     """The paper's figure 15: the broad phase through the run of the balls."""
     rows = read(directory, "figure15")
     figure, grid = plt.subplots(1, 2, figsize=(13, 5), sharey=True)
-    for axes, (title, series) in zip(grid, on_devices(rows, max(values(rows, "threads")))):
+    for axes, (title, series) in zip(grid, on_devices(rows)):
         for label, wanted in series:
             some = timed(rows, **wanted)
             if some:

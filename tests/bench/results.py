@@ -56,6 +56,21 @@ def best(rows, scene, n, threads, peers):
     return min(found, key=lambda row: row["median_ms"], default=None)
 
 
+def on_devices(rows):
+    """Of the paper's figures 14 and 15: two titles, and labels with what picks their rows. The paper's system
+    has one thread a device, ours all threads."""
+    most_threads = max(values(rows, "threads"))
+    devices = [number for number in values(rows, "devices") if number]
+    gpus = lambda number: "%d GPU%s" % (number, "s" if number > 1 else "")
+    theirs = [("CPU, brute force", dict(method="brute-force", threads=1)),
+              ("CPU, axis lists", dict(method="axis-lists", threads=1))]
+    theirs += [(gpus(number), dict(method="cuda-axis-lists", devices=number, threads=number)) for number in devices]
+    ours = [("CPU, 1 thread", dict(method="sweep", threads=1)),
+            ("CPU, %d threads" % most_threads, dict(method="sweep", threads=most_threads))]
+    ours += [(gpus(number), dict(method="cuda", devices=number, threads=most_threads)) for number in devices]
+    return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
+
+
 def machine(rows):
     row = rows[0]
     gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row["gpu"] else ""

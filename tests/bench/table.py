@@ -12,7 +12,7 @@ import os
 import re
 import sys
 
-from results import LIBRARIES, ODE_SPACES, OURS, best, machine, one, read, timed, values
+from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
 
 
 def shown(value, suffix=""):
@@ -190,6 +190,23 @@ def oversubscription(directory):
     return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
 
 
+def figure14(directory):
+    """The paper's figure 14: a whole collide, and percent of its sequential CPU method, brute force."""
+    rows = read(directory, "figure14")
+    scenes = values(rows, "scene")
+    lines = []
+    for title, series in on_devices(rows):
+        for label, wanted in series:
+            cells = []
+            for scene in scenes:
+                row, first = one(rows, scene=scene, **wanted), one(rows, scene=scene, method="brute-force", threads=1)
+                cells.append("%s (%s)" % (shown(row["total_ms"]), shown(100 * row["total_ms"] / first["total_ms"], " %"))
+                             if row else "–")
+            lines.append(["%s: %s" % (title.split(",")[0], label)] + cells)
+    return markdown(["ms a collide"] + ["%s, %s" % (scene, count(one(rows, scene=scene)["bodies"])) for scene in scenes],
+                    lines, [machine(rows)])
+
+
 def programs(directory):
     """Other people's programs, with their own spaces and with those replaced."""
     rows = read(directory, "programs")
@@ -205,7 +222,8 @@ TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), 
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
-          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs")}
+          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
+          "figure14": (figure14, "figure14")}
 
 
 def make(name, directory):
