@@ -397,13 +397,15 @@ TEST_CASE("A geom that moved before others went and came is found where it is", 
     world.take(createUserBox(space, {at, at + 1, 0, 1, 0, 1}));
   }
   collide(space);
-  const dGeomID moved = world.geoms()[190];
+  const dGeomID moved = world.geoms()[50];
   setUserBounds(moved, {-10, -9, 0, 1, 0, 1});
-  // Many enough for the space to number those that are left anew when one more comes.
-  for (int i = 0; i < 150; ++i) {
-    const dGeomID geom = world.geoms().front();
-    world.remove(geom);
-    dGeomDestroy(geom);
+  // The first one and so many others that the space numbers those that are left anew when one more
+  // comes; none of the numbers around the moved one's is free before.
+  const std::vector<dGeomID> all = world.geoms();
+  for (std::size_t i = 0; i < 199; ++i) {
+    if (i > 0 && i < 99) continue;
+    world.remove(all[i]);
+    dGeomDestroy(all[i]);
   }
   world.take(createUserBox(space, {-20, -19, 0, 1, 0, 1}));
   const Probe probe(createUserBox(nullptr, {-10, -9, 0, 1, 0, 1}));
