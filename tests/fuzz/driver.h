@@ -38,6 +38,13 @@ class Driver {
   static constexpr int kNone = -1;
   enum Kind { kBox, kSphere, kCapsule, kUser, kRay, kPlane, kLeafKinds, kSpace };
 
+  struct Rules {
+    bool skip_static = false, skip_asleep = false, cull_planes = false;
+    dReal tolerance = 0;
+    bool any() const;
+  };
+  enum class Owed { must, may, must_not };
+
   // A geom or a space; its place in objects_ is its number.
   struct Object {
     Kind kind;
@@ -48,6 +55,7 @@ class Driver {
     bool ours = false;
     bool cleans_up = true;
     std::vector<int> members;  // in the order of adding
+    Rules rules;
   };
 
   // Edits, in driver_edits.cpp.
@@ -92,8 +100,14 @@ class Driver {
   void compare(int space, const Pairs& got);
   void compareTwo(int first, int second);
   Pairs expectedOf(int space) const;
-  Pairs expectedOfTwo(int first, int second, bool& ordered) const;
+  Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
+
+  // Rules of spaces, in driver_rules.cpp.
+  void compareByRules(int space, const Pairs& got, bool beginning_only);
+  Owed owed(const Rules& rules, int first, int second, long double gap) const;
+  Owed owedByPlanes(const Rules& rules, int first, int second) const;
+  Pairs withoutCulled(int space, const Pairs& expected, const Pairs& got) const;
 
   dSpaceID spaceOf(int object) const { return reinterpret_cast<dSpaceID>(objects_[object].geom); }
   int pickSpace();

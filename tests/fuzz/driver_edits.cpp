@@ -136,7 +136,7 @@ int Driver::createLeaf(Kind kind, Random& random) {
   }
   const int id = static_cast<int>(objects_.size());
   setNumber(geom, static_cast<std::size_t>(id));
-  objects_.push_back({kind, geom, kNone, kNone, false, true, {}});
+  objects_.push_back({kind, geom, kNone, kNone, false, true, {}, {}});
   alive_.push_back(id);
   return id;
 }
@@ -209,7 +209,7 @@ void Driver::createSpace() {
   log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
       (nested ? " in " + std::to_string(parent) : ""));
   setNumber(reinterpret_cast<dGeomID>(space), static_cast<std::size_t>(id));
-  objects_.push_back({kSpace, reinterpret_cast<dGeomID>(space), kNone, kNone, ours, true, {}});
+  objects_.push_back({kSpace, reinterpret_cast<dGeomID>(space), kNone, kNone, ours, true, {}, {}});
   spaces_.push_back(id);
   if (nested) add(id, parent);
 }
@@ -447,7 +447,7 @@ void Driver::changeUnasked() {
 
 void Driver::changeSettings() {
   const int space = pickSpace();
-  const std::size_t what = decisions_.below(4), value = decisions_.below(6);
+  const std::size_t what = decisions_.below(8), value = decisions_.below(6);
   log("setting " + std::to_string(what) + " of " + std::to_string(space) + ": " +
       std::to_string(value));
   ++changes_;
@@ -460,6 +460,16 @@ void Driver::changeSettings() {
   if (what == 1) dParallelSAPSpaceSetMethod(id, methods[value]);
   if (what == 2) dParallelSAPSpaceSetNumThreads(id, static_cast<int>(value));
   if (what == 3) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
+  Rules& rules = objects_[space].rules;
+  const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
+  if (what == 4) rules.skip_static = value % 2;
+  if (what == 5) rules.skip_asleep = value % 2;
+  if (what == 6) rules.cull_planes = value % 2;
+  if (what == 7) rules.tolerance = tolerances[value];
+  dParallelSAPSpaceSetSkipStatic(id, rules.skip_static);
+  dParallelSAPSpaceSetSkipAsleep(id, rules.skip_asleep);
+  dParallelSAPSpaceSetCullPlanes(id, rules.cull_planes);
+  dParallelSAPSpaceSetTolerance(id, rules.tolerance);
 }
 
 // Bodies fall and cross the world by themselves.

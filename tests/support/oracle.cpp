@@ -56,9 +56,13 @@ bool onOneBody(dGeomID a, dGeomID b) {
   return dGeomGetBody(a) && dGeomGetBody(a) == dGeomGetBody(b);
 }
 
+bool mayTouchIfNear(dGeomID a, const Bounds& bounds_a, dGeomID b, const Bounds& bounds_b) {
+  return bitsMatch(a, b) && !onOneBody(a, b) && passesAABBTest(a, b, bounds_b) &&
+         passesAABBTest(b, a, bounds_a);
+}
+
 bool mayTouch(dGeomID a, const Bounds& bounds_a, dGeomID b, const Bounds& bounds_b) {
-  return overlap(bounds_a, bounds_b) && bitsMatch(a, b) && !onOneBody(a, b) &&
-         passesAABBTest(a, b, bounds_b) && passesAABBTest(b, a, bounds_a);
+  return overlap(bounds_a, bounds_b) && mayTouchIfNear(a, bounds_a, b, bounds_b);
 }
 
 }  // namespace
@@ -72,6 +76,10 @@ bool takesPart(dGeomID geom) {
 
 bool mayTouch(dGeomID first, dGeomID second) {
   return mayTouch(first, boundsOf(first), second, boundsOf(second));
+}
+
+bool mayTouchIfNear(dGeomID first, dGeomID second) {
+  return mayTouchIfNear(first, boundsOf(first), second, boundsOf(second));
 }
 
 Pairs expectedPairs(const std::vector<dGeomID>& in_add_order) {

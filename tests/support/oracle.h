@@ -17,6 +17,9 @@ bool takesPart(dGeomID geom);
 // Bits, bodies, closed intervals in dReal and both AABBTest calls; both geoms take part.
 bool mayTouch(dGeomID first, dGeomID second);
 
+// The same for boxes that are not asked whether they overlap.
+bool mayTouchIfNear(dGeomID first, dGeomID second);
+
 // All pairs of the geoms, which are given in the order in which they were last added to their
 // space: ascending by (earlier, later), earlier first. Quadratic. Asks every geom for its AABB,
 // so let the space collide first, or ask about a twin.
