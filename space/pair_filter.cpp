@@ -72,15 +72,29 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
 void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const BoxSet& boxes,
                         const PairList& pairs, PairList& verified) {
   const std::uint32_t* const bodies = boxes.bodies.data();
+  const auto atRest = [bodies](Slot slot) { return bodies[slot] == resting_number; };
+  // Geoms lie anywhere in memory.
+  constexpr std::size_t ahead = 16;
+  const auto prefetchLater = [&](Pair pair) {
+    const dxGeom* const geom = geoms[laterOf(pair)];
+    __builtin_prefetch(&geom->gflags);
+    __builtin_prefetch(&geom->collide_bits);
+  };
   verified.clear(1);
   Buffer<Pair>& passed = verified.parts[0];
   passed.resizeDiscarding(pairs.size());
   std::size_t count = 0;
   for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) {
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      if (i + 2 * ahead < part.size()) {
+        __builtin_prefetch(&geoms[laterOf(part[i + 2 * ahead])]);
+        __builtin_prefetch(&bodies[laterOf(part[i + 2 * ahead])]);
+        prefetchLater(part[i + ahead]);
+      }
+      const Pair pair = part[i];
       const Slot earlier = earlierOf(pair), later = laterOf(pair);
       dxGeom *const a = geoms[earlier], *const b = geoms[later];
-      if ((bodies[earlier] == resting_number || bodies[later] == resting_number) &&
+      if ((atRest(earlier) || atRest(later)) &&
           !(isEnabled(a) && isEnabled(b) && filtersMatch(a, b)))
         continue;
       if (facts.user_classes && !passesAABBTests(a, b)) continue;

@@ -324,20 +324,49 @@ void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t en
   cellsAgainstTree(queries, begin, end, tree, false, exact, sink);
 }
 
+// A box of a query cell, and a cell that its bounds reach.
+struct Meeting {
+  std::uint32_t cell;
+  std::uint32_t lane;
+};
+
+template <class Real>
+inline void prefetchCell(const TreeView<Real>& tree, std::size_t cell) {
+  const char* const boxes = reinterpret_cast<const char*>(tree.levels[0] + cell);
+  for (std::size_t line = 0; line < sizeof(Group<Real>); line += 64)
+    __builtin_prefetch(boxes + line);
+  __builtin_prefetch(tree.ids + cell);
+}
+
+// The tree is walked for all boxes of a query cell before the cells it leads to are read, so that
+// these are on their way from memory meanwhile.
 template <class Real>
 void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
               const TreeView<Real>& tree, bool exact, PairSink& sink) {
+  constexpr std::size_t capacity = 256;
+  Meeting meetings[capacity + group_size];
   for (std::size_t cell = begin; cell < end; ++cell) {
     const Query<Real> query(queries, cell, exact);
+    std::size_t count = 0;
+    const auto meetAll = [&] {
+      for (std::size_t i = 0; i < count; ++i) {
+        makeRoom(sink, group_size);
+        const std::size_t other = meetings[i].cell;
+        boxAgainstRow(query, meetings[i].lane, all_lanes, rowOf(tree.levels[0][other]),
+                      idsOf(tree, other), sink);
+      }
+      count = 0;
+    };
     for (unsigned lane = 0; lane < query.count; ++lane)
       forOverlappingNodes(tree, *query.boxes, lane, 0, [&](std::uint32_t node, unsigned mask) {
-        makeRoom(sink, group_size * group_size);
         for (; mask; mask &= mask - 1) {
-          const std::size_t other = std::size_t{node} * group_size + __builtin_ctz(mask);
-          boxAgainstRow(query, lane, all_lanes, rowOf(tree.levels[0][other]), idsOf(tree, other),
-                        sink);
+          const std::uint32_t other = node * group_size + __builtin_ctz(mask);
+          prefetchCell(tree, other);
+          meetings[count++] = {other, lane};
         }
+        if (count >= capacity) meetAll();
       });
+    meetAll();
   }
 }
 

@@ -1,0 +1,229 @@
+// Scenes of which little moves: what a frame costs against one in which everything does, with all
+// pairs reported, with those at rest left out, and with a tolerance.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "csv.h"
+#include "machine.h"
+#include "random.h"
+#include "scenes.h"
+#include "stopwatch.h"
+
+namespace bench {
+namespace {
+
+using sap_test::Random;
+
+enum Movers { kAll, kSome, kOthersEachFrame };
+
+// What moves, what the others are, and what is asked of the space.
+struct Setting {
+  const char* name;
+  Movers movers;
+  bool bodies;  // those that move are on bodies
+  bool asleep;  // the others are on disabled bodies
+  bool skip_static, skip_asleep;
+  double tolerance;
+};
+constexpr Setting settings[] = {
+    {"all-move", kAll, false, false, false, false, 0},
+    {"some-move", kSome, false, false, false, false, 0},
+    {"others-move", kOthersEachFrame, false, false, false, false, 0},
+    {"some-awake", kSome, true, true, false, false, 0},
+    {"skip-asleep", kSome, true, true, true, true, 0},
+    {"skip-static", kSome, true, false, true, false, 0},
+    {"tolerance-0.2", kAll, false, false, false, false, 0.2},
+};
+
+struct Wishes {
+  std::vector<std::size_t> sizes{400000};
+  std::vector<std::string> names;
+  double moving = 0.01;  // part of the geoms, or their number if above 1
+  double step = 0.01;    // widths of a box
+  double seconds = 2;    // of timed frames in a turn
+  int rounds = 2;
+  int threads = 1;
+  std::string csv;
+};
+
+void count(void* data, dGeomID, dGeomID) {
+  ++*static_cast<std::size_t*>(data);
+}
+
+class Scene {
+ public:
+  Scene(const Setting& setting, std::size_t n, std::size_t movers, const Wishes& wishes)
+      : setting_(setting),
+        movers_(movers),
+        step_(wishes.step),
+        world_(dWorldCreate()),
+        space_(dParallelSAPSpaceCreate(nullptr)) {
+    dParallelSAPSpaceSetNumThreads(space_, wishes.threads);
+    dParallelSAPSpaceSetBackend(space_, dParallelSAPBackendCPU);
+    dParallelSAPSpaceSetSkipStatic(space_, setting.skip_static);
+    dParallelSAPSpaceSetSkipAsleep(space_, setting.skip_asleep);
+    dParallelSAPSpaceSetTolerance(space_, static_cast<dReal>(setting.tolerance));
+    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
+      const std::size_t i = geoms_.size();
+      geoms_.push_back(dCreateBox(space_, 1, 1, 1));
+      if (i < movers ? setting.bodies : setting.asleep) {
+        const dBodyID body = dBodyCreate(world_);
+        dGeomSetBody(geoms_[i], body);
+        if (i >= movers) dBodyDisable(body);
+      }
+      for (int axis = 0; axis < 3; ++axis)
+        places_.push_back(static_cast<dReal>((box.low[axis] + box.high[axis]) / 2));
+      dGeomSetPosition(geoms_[i], places_[3 * i], places_[3 * i + 1], places_[3 * i + 2]);
+    }
+  }
+  ~Scene() {
+    dSpaceDestroy(space_);
+    dWorldDestroy(world_);
+  }
+  Scene(const Scene&) = delete;
+  Scene& operator=(const Scene&) = delete;
+
+  void move() {
+    const std::size_t n = geoms_.size();
+    const std::size_t moves = setting_.movers == kAll ? n : movers_;
+    for (std::size_t i = 0; i < moves; ++i) {
+      const std::size_t geom = setting_.movers == kOthersEachFrame ? random_.below(n) : i;
+      dReal at[3];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        at[axis] = places_[3 * geom + axis] + static_cast<dReal>(random_.between(-step_, step_));
+      dGeomSetPosition(geoms_[geom], at[0], at[1], at[2]);
+    }
+  }
+
+  double frame() {
+    pairs_ = 0;
+    const Stopwatch clock;
+    dSpaceCollide(space_, &pairs_, count);
+    return clock.milliseconds();
+  }
+  std::size_t pairs() const { return pairs_; }
+  dParallelSAPStats stats() const {
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space_, &stats);
+    return stats;
+  }
+
+ private:
+  const Setting& setting_;
+  const std::size_t movers_;
+  const double step_;
+  dWorldID world_;
+  dSpaceID space_;
+  std::vector<dGeomID> geoms_;
+  std::vector<dReal> places_;
+  Random random_{3};
+  std::size_t pairs_ = 0;
+};
+
+struct Cell {
+  const Setting* setting;
+  std::vector<double> times{};
+  std::size_t pairs = 0;
+  dParallelSAPStats stats{};
+};
+
+void takeTurn(Cell& cell, std::size_t n, std::size_t movers, const Wishes& wishes) {
+  Scene scene(*cell.setting, n, movers, wishes);
+  constexpr int first_frames = 4;  // not timed
+  double spent = 0;
+  for (int frame = 0; frame < first_frames + 5 || spent < 1000 * wishes.seconds; ++frame) {
+    scene.move();
+    const double time = scene.frame();
+    if (frame < first_frames) continue;
+    cell.times.push_back(time);
+    spent += time;
+  }
+  cell.pairs = scene.pairs();
+  cell.stats = scene.stats();
+}
+
+double mean(const std::vector<double>& times) {
+  double sum = 0;
+  for (const double time : times) sum += time;
+  return sum / static_cast<double>(times.size());
+}
+
+void run(const Wishes& wishes) {
+  Csv csv(wishes.csv, false);
+  std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers", "threads",
+              "median ms", "mean ms", "ratio", "pairs", "kept");
+  for (const std::size_t n : wishes.sizes) {
+    const std::size_t movers = static_cast<std::size_t>(
+        wishes.moving > 1 ? wishes.moving : wishes.moving * static_cast<double>(n));
+    std::vector<Cell> cells;
+    for (const Setting& setting : settings)
+      if (wishes.names.empty() || &setting == settings ||
+          std::find(wishes.names.begin(), wishes.names.end(), setting.name) != wishes.names.end())
+        cells.push_back({&setting});
+    for (int round = 0; round < wishes.rounds; ++round)
+      for (Cell& cell : cells) takeTurn(cell, n, movers, wishes);
+    for (const Cell& cell : cells) {
+      // The mean, since now and then a frame tidies up for many.
+      const double ratio = mean(cell.times) / mean(cells[0].times);
+      std::printf("%-14s %9zu %8zu %7d %11.4f %11.4f %8.4f %10zu %10llu\n", cell.setting->name, n,
+                  movers, wishes.threads, median(cell.times), mean(cell.times), ratio, cell.pairs,
+                  cell.stats.kept);
+      std::fflush(stdout);
+      csv.write(Row()
+                    .add("setting", cell.setting->name)
+                    .add("n", n)
+                    .add("movers", cell.setting->movers == kAll ? n : movers)
+                    .add("threads", wishes.threads)
+                    .add("samples", cell.times.size())
+                    .add("median_ms", median(cell.times))
+                    .add("mean_ms", mean(cell.times))
+                    .add("max_ms", *std::max_element(cell.times.begin(), cell.times.end()))
+                    .add("ratio", ratio)
+                    .add("pairs", cell.pairs)
+                    .add("kept", static_cast<std::size_t>(cell.stats.kept))
+                    .add("update_ms", cell.stats.update_ms)
+                    .add("extract_ms", cell.stats.extract_ms)
+                    .add("filter_ms", cell.stats.filter_ms)
+                    .add("report_ms", cell.stats.report_ms)
+                    .addMachine());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv) {
+  bench::Wishes wishes;
+  CLI::App app("rest-benchmark: frames in which little moves against frames in which all does");
+  app.add_option("--sizes", wishes.sizes, "geoms")->delimiter(',');
+  std::vector<std::string> names;
+  for (const bench::Setting& setting : bench::settings) names.push_back(setting.name);
+  app.add_option("--settings", wishes.names, "default: all")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names));
+  app.add_option("--moving", wishes.moving, "part of the geoms that moves; above 1: their number")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--step", wishes.step, "how far, at most, in widths of a box");
+  app.add_option("--seconds", wishes.seconds, "of frames in a turn");
+  app.add_option("--rounds", wishes.rounds, "turns of each setting");
+  app.add_option("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  app.add_option("--csv", wishes.csv, "file to write");
+  CLI11_PARSE(app, argc, argv);
+  dInitODE2(0);
+  int result = 0;
+  try {
+    bench::run(wishes);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "rest-benchmark: %s\n", error.what());
+    result = 1;
+  }
+  dCloseODE();
+  return result;
+}
