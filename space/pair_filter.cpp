@@ -69,12 +69,10 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
     part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
 }
 
-void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const BoxSet& boxes,
-                        const PairList& pairs, PairList& verified) {
-  const std::uint32_t* const bodies = boxes.bodies.data();
-  const auto atRest = [bodies](Slot slot) { return bodies[slot] == resting_number; };
+void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const PairList& pairs,
+                        PairList& verified) {
   // Geoms lie anywhere in memory.
-  constexpr std::size_t ahead = 16;
+  constexpr std::size_t ahead = 24;
   const auto prefetchLater = [&](Pair pair) {
     const dxGeom* const geom = geoms[laterOf(pair)];
     __builtin_prefetch(&geom->gflags);
@@ -88,15 +86,11 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const Bo
     for (std::size_t i = 0; i < part.size(); ++i) {
       if (i + 2 * ahead < part.size()) {
         __builtin_prefetch(&geoms[laterOf(part[i + 2 * ahead])]);
-        __builtin_prefetch(&bodies[laterOf(part[i + 2 * ahead])]);
         prefetchLater(part[i + ahead]);
       }
       const Pair pair = part[i];
-      const Slot earlier = earlierOf(pair), later = laterOf(pair);
-      dxGeom *const a = geoms[earlier], *const b = geoms[later];
-      if ((atRest(earlier) || atRest(later)) &&
-          !(isEnabled(a) && isEnabled(b) && filtersMatch(a, b)))
-        continue;
+      dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
+      if (!isEnabled(a) || !isEnabled(b) || !filtersMatch(a, b)) continue;
       if (facts.user_classes && !passesAABBTests(a, b)) continue;
       passed[count++] = pair;
     }

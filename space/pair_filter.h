@@ -21,10 +21,11 @@ class PairFilter {
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
     return facts.user_classes || rules.skip_static || rules.skip_asleep;
   }
-  // Copies the pairs to be reported to `verified`: those in which geoms at rest are enabled and
-  // have the bits for it, and which pass the AABBTest functions, called on the calling thread.
-  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, const BoxSet& boxes,
-                     const PairList& pairs, PairList& verified);
+  // Copies the pairs to be reported to `verified`: those whose geoms are enabled and have the bits
+  // for it, which was not looked at for geoms at rest, and which pass the AABBTest functions,
+  // called on the calling thread.
+  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, const PairList& pairs,
+                     PairList& verified);
 
  private:
   struct ExactTest;

@@ -266,7 +266,7 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, StageClock& clock) try {
   if (planes_apart || PairFilter::needsVerifying(*facts_, settings.rules)) {
     kept_apart_ = true;
     std::swap(pairs, kept_);
-    PairFilter::verify(geoms_.data(), *facts_, boxes_, kept_, pairs);
+    PairFilter::verify(geoms_.data(), *facts_, kept_, pairs);
     if (planes_apart)
       stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
                                               facts_->user_classes, frame_threads_);
