@@ -9,8 +9,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// A thread is worth its start from this many pairs on.
-constexpr std::size_t least_pairs_a_thread = 4096;
+// A team is worth its start from this many pairs on.
+constexpr std::size_t least_shared_pairs = 8192;
 
 }  // namespace
 
@@ -48,8 +48,7 @@ void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces,
   for (const Buffer<Pair>& part : pairs.parts) {
     GeomPair* const list = list_.data() + at;
     at += part.size();
-    const int team =
-        static_cast<int>(std::min<std::size_t>(threads, part.size() / least_pairs_a_thread + 1));
+    const int team = part.size() < least_shared_pairs ? 1 : threads;
     runTeam(team, [&](int thread, int threads_of_team) {
       const Range range = partOf(part.size(), thread, threads_of_team);
       for (std::size_t i = range.begin; i < range.end; ++i)

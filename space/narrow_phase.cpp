@@ -14,9 +14,10 @@ namespace {
 // The bits of dCollide's flags that are the most contacts, as ODE documents them.
 constexpr int most_contacts_mask = 0xffff;
 
-// A thread is worth its start from this many pairs of boxes on, or this many of meshes.
-constexpr std::size_t least_pairs_a_thread = 128;
-constexpr std::size_t least_heavy_pairs_a_thread = 2;
+// A team is worth its start from this many pairs of boxes on, or this many of meshes. It is all or
+// one: a team of another size costs the runtime new threads.
+constexpr std::size_t least_shared_pairs = 256;
+constexpr std::size_t least_shared_heavy_pairs = 4;
 // Few enough pairs at a time that nobody waits long for the last thread.
 constexpr std::size_t most_pairs_a_chunk = 32;
 constexpr std::size_t most_heavy_pairs_a_chunk = 8;
@@ -31,21 +32,22 @@ std::size_t chunkFor(std::size_t pairs, int team, std::size_t most) {
 // for this many pairs before they are needed.
 constexpr std::size_t ahead = 4;
 
+// All lines of an object, which need not begin with one.
+void prefetchObject(const void* object, std::size_t size) {
+  const char* const bytes = static_cast<const char*>(object);
+  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
+  __builtin_prefetch(bytes + size - 1);
+}
+
+// The derived classes' sizes follow the base: one line more holds most of them.
 void prefetchGeom(const dxGeom* geom) {
-  const char* const bytes = reinterpret_cast<const char*>(geom);
-  for (std::size_t line = 0; line < sizeof(dxGeom) + 32; line += 64)
-    __builtin_prefetch(bytes + line);
+  prefetchObject(geom, sizeof(dxGeom) + 32);
 }
 
+// The pose, and the beginning of the body, which callbacks ask whether it is awake.
 void prefetchPose(const dxGeom* geom) {
-  if (!geom->final_posr) return;
-  __builtin_prefetch(geom->final_posr);
-  __builtin_prefetch(reinterpret_cast<const char*>(geom->final_posr) + 64);
-}
-
-int teamFor(std::size_t pairs, std::size_t least_a_thread, int threads) {
-  return static_cast<int>(
-      std::min<std::size_t>(threads, std::max<std::size_t>(pairs / least_a_thread, 1)));
+  if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
+  if (geom->body) prefetchObject(geom->body, 128);
 }
 
 // ODE's data for a thread of the team, the calling thread apart: that one's is its own business.
@@ -91,10 +93,8 @@ bool asksForContacts(int flags) {
 }
 
 void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
-  constexpr std::size_t most_lines = 16;
-  const char* const bytes = reinterpret_cast<const char*>(contacts);
-  const std::size_t end = std::min(count * sizeof *contacts, 64 * most_lines);
-  for (std::size_t line = 0; line < end; line += 64) __builtin_prefetch(bytes + line);
+  constexpr std::size_t most = 8;
+  prefetchObject(contacts, std::min(count, most) * sizeof *contacts);
 }
 
 }  // namespace
@@ -193,7 +193,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
 // A thread that is alone need not tell the pairs apart: this is the serial loop.
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
-  const int team = teamFor(pass.size(), least_pairs_a_thread, threads);
+  const int team = pass.size() < least_shared_pairs ? 1 : threads;
   const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
   return pass.share(pass.size(), chunk, team,
                     [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
@@ -204,7 +204,7 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
   for (const Share& share : shares_)
     for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
   if (waiting_.size() == 0) return 1;
-  const int team = teamFor(waiting_.size(), least_heavy_pairs_a_thread, threads);
+  const int team = waiting_.size() < least_shared_heavy_pairs ? 1 : threads;
   const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
   return pass.share(waiting_.size(), chunk, team,
                     [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });

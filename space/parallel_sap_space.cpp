@@ -236,7 +236,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   // A collide within the callback finds the members free: what it needs is taken out of them.
   StageClock clock;
   Frame frame(*this);
-  if (!findPairs(frame.pairs, clock)) {
+  if (!findPairs(frame.pairs, threadsForFrame(), clock)) {
     collideWithoutMemory(data, callback);
     clock.lap();
     stats_.total_ms = clock.total();
@@ -253,12 +253,12 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
 
 // All stages but the report: the pairs of the frame, in their order. `pairs` comes with those of
 // the last frame. False where there is no memory for them.
-bool ParallelSAPSpace::findPairs(PairList& pairs, StageClock& clock) try {
+bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock) try {
   stats_of_smallest_ = false;
   stats_.report_ms = stats_.total_ms = 0;  // should the callback throw
   stats_.backend = dParallelSAPBackendCPU;
   stats_.devices = 0;
-  frame_threads_ = threadsForFrame();
+  frame_threads_ = threads;
   if (kept_apart_) std::swap(pairs, kept_);
   kept_apart_ = false;
   if (!findChanges(pairs, clock)) findAll(pairs, clock);
@@ -360,7 +360,10 @@ void ParallelSAPSpace::collectPairs(ContactPairs& pairs, StageClock& clock) {
     return;
   }
   Frame frame(*this);
-  if (findPairs(frame.pairs, clock))
+  // Where there is a team, one that is as large as that of the narrow phase: some OpenMP runtimes
+  // end the threads that a smaller team does without, and start new ones for the next large one.
+  const int threads = threadsForFrame() > 1 ? threadsFor(settings) : 1;
+  if (findPairs(frame.pairs, threads, clock))
     pairs.add(frame.pairs, geoms_.data(), facts_->spaces, frame_threads_);
   else
     collideWithoutMemory(&pairs, &dParallelSAPAddPair);

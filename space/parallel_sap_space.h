@@ -67,7 +67,7 @@ class ParallelSAPSpace : public dxSpace {
   int threadsForFrame() const;
   bool isSmallest() const;
   void collideSmallest(void* data, dNearCallback* callback);
-  bool findPairs(PairList& pairs, StageClock& clock);
+  bool findPairs(PairList& pairs, int threads, StageClock& clock);
   void collectPairs(ContactPairs& pairs, StageClock& clock);
   bool collideCollected(const Buffer<GeomPair>& pairs, const ContactRequest& request,
                         NarrowPhase& narrow_phase, dParallelSAPStats& stats);

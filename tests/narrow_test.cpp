@@ -351,6 +351,18 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
   dCloseODE();
 }
 
+TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {
+  const Space space;
+  const dSpaceID hash = dHashSpaceCreate(nullptr);
+  const dParallelSAPContactCallbacks callbacks = {recordContacts, nullptr, nullptr, nullptr};
+  const dParallelSAPContactCallbacks none = {nullptr, nullptr, nullptr, nullptr};
+  CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(hash, nullptr, 8, &callbacks), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, nullptr, 8, &none), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, nullptr, 8, nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPAddPair(nullptr, nullptr, nullptr), OdeAssertion);
+  dSpaceDestroy(hash);
+}
+
 TEST_CASE("A space without pairs, and one without geoms, has no contacts", "[narrow]") {
   const Space space;
   CHECK(parallelContacts(space, 8).empty());
