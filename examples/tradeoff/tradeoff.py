@@ -188,7 +188,7 @@ def study_broad(options, programs):
     rows = table.of(points)
     entries = study.broad_entries(rows)
     print(figures.broad(entries, options.out, note(rows)))
-    advice = "Broad phase, %d boxes, %s:\n%s" % (points[0]["boxes"], note(rows), words.broad_advice(entries))
+    advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows), words.broad_advice(entries))
     return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
 
 
