@@ -6,6 +6,7 @@
 # the times of the quickest of REPEATS runs (1). Fails if the pairs owed differ in any call, if the
 # replaced spaces report a pair too many or too few, or if nothing was compared.
 set -euo pipefail
+. "$(dirname "$0")/with_preload.sh"
 recorder=$1 preload=$2 name=$3
 shift 3
 
@@ -24,7 +25,8 @@ run() {
   shift 2
   seconds=
   for ((i = 0; i < ${REPEATS:-1}; ++i)); do
-    PAIR_RECORD=$record LD_PRELOAD=$libraries ODE_PARALLEL_SAP_STATS=1 "$@" >"$folder/out" 2>"$folder/said" </dev/null ||
+    PAIR_RECORD=$record ODE_PARALLEL_SAP_STATS=1 with_preload "$libraries" "$@" \
+      >"$folder/out" 2>"$folder/said" </dev/null ||
       fail "ends with status $? under $libraries"
     once=$(tail -n 1 "$record" | cut -d, -f7)
     seconds=$(printf '%s\n' ${seconds:+"$seconds"} "$once" | sort -g | head -n 1)
@@ -33,7 +35,7 @@ run() {
 
 run "$folder/stock" "$recorder" "$@"
 stock_seconds=$seconds
-run "$folder/replaced" "$recorder $preload" "$@"
+run "$folder/replaced" "$recorder"$'\n'"$preload" "$@"
 
 IFS=, read -r calls geoms owed unowed missed _ < <(tail -n 1 "$folder/stock")
 IFS=, read -r _ _ _ own_unowed own_missed own_repeated _ < <(tail -n 1 "$folder/replaced")

@@ -4,13 +4,14 @@
 # What the program prints must be the same with and without the preload library, and REPLACED must be
 # the number of spaces that were replaced.
 set -euo pipefail
+. "$(dirname "$0")/with_preload.sh"
 preload=$1 expected=$2
 shift 2
 
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$@" >"$folder/stock"
-LD_PRELOAD=$preload ODE_PARALLEL_SAP_STATS=1 "$@" >"$folder/preloaded" 2>"$folder/said"
+ODE_PARALLEL_SAP_STATS=1 with_preload "$preload" "$@" >"$folder/preloaded" 2>"$folder/said"
 cmp "$folder/stock" "$folder/preloaded"
 [ -s "$folder/stock" ] || { echo "the program prints nothing"; exit 1; }
 replaced=$(awk '/ spaces replaced/ { sum += $2 } END { print sum + 0 }' "$folder/said")
