@@ -14,7 +14,7 @@ __device__ inline float centreOf(float low, float high) {
 // How the centres of one class become keys: each digit goes to the axis on which the steps are
 // still the longest in terms of the boxes' mean extent there (Quantizer on the CPU).
 struct Curve {
-  float origin[3], scale[3], last_step[3];
+  float origin[3], stretch[3], scale[3], last_step[3];
   unsigned long long axes;  // two bits a digit, the lowest digit's lowest
   int bits[3];
 
@@ -42,14 +42,16 @@ struct Curve {
     }
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = static_cast<double>(1u << bits[axis]);
-      const double factor = range[axis] > 0 ? steps / range[axis] : 0;
-      scale[axis] = factor < 3e38 ? static_cast<float>(factor) : 0;
+      // In two factors: ranges near the denormals need one beyond the floats.
+      stretch[axis] = range[axis] < 1e-30 ? 0x1p100f : 1.0f;
+      const double factor = range[axis] > 0 ? steps / (range[axis] * stretch[axis]) : 0;
+      scale[axis] = static_cast<float>(factor);
       last_step[axis] = static_cast<float>(steps * (1 - 1.0 / (1 << 24)));  // the greatest below
     }
   }
   // Comparisons that are false for NaN, which inverted boxes around infinity could give.
   __device__ std::uint32_t stepOf(float low, float high, int axis) const {
-    const float step = (centreOf(low, high) - origin[axis]) * scale[axis];
+    const float step = (centreOf(low, high) - origin[axis]) * stretch[axis] * scale[axis];
     return step > 0 ? static_cast<std::uint32_t>(step < last_step[axis] ? step : last_step[axis])
                     : 0;
   }

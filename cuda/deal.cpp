@@ -10,18 +10,6 @@ using device::deal_slots;
 
 static_assert(deal_slots == DealtRow::slots, "rows are the same on both sides");
 
-void DealtRow::sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts) {
-  const std::size_t begin = row * deal_slots, end = std::min(boxes.size, begin + deal_slots);
-  for (int share = 0; share < cuts.shares; ++share) count[share] = 0;
-  for (std::size_t slot = begin; slot < end; ++slot) {
-    const Box& box = boxes.boxes[slot];
-    if (!isActive(box)) continue;
-    const Span span = spanOf(box, static_cast<Slot>(slot), cuts);
-    for (int share = span.first; share <= span.last; ++share)
-      at[share][count[share]++] = static_cast<std::uint16_t>(slot - begin);
-  }
-}
-
 void DealStream::reset() {
   taken_ = 0;
   opened_ = 0;

@@ -16,14 +16,6 @@
 
 namespace ode_parallel_sap {
 
-// Sorts the boxes of one row of slots by the shares that they go to.
-struct DealtRow {
-  static constexpr std::size_t slots = 1024;
-  std::uint16_t at[most_shares][slots];
-  std::size_t count[most_shares];
-  void sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts);
-};
-
 // One device's boxes on their way: a stream of boxes without gaps, cut into pieces. Any thread
 // takes a place in the stream and writes boxes to it; the device's own thread, its driver, sends
 // the pieces that are full. A ring of pinned pieces is small enough to stay in the processor's

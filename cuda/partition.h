@@ -24,18 +24,26 @@ constexpr int most_shares = 16;
 // apart.
 using Place = std::uint64_t;
 
-ODE_PARALLEL_SAP_BOTH_SIDES inline Place placeOf(float bound, std::uint32_t slot) {
-  std::uint32_t bits;
+ODE_PARALLEL_SAP_BOTH_SIDES inline std::int32_t orderOf(float bound) {
+  std::int32_t bits;
   memcpy(&bits, &bound, sizeof bits);
-  if (bits == 0x80000000u) bits = 0;  // the two zeros are one place
-  const std::uint32_t order = bits & 0x80000000u ? ~bits : bits | 0x80000000u;
-  return Place{order} << 32 | slot;
+  // Negative floats the other way round; the two zeros are one place.
+  return bits < 0 ? static_cast<std::int32_t>(0x80000000u - static_cast<std::uint32_t>(bits))
+                  : bits;
+}
+ODE_PARALLEL_SAP_BOTH_SIDES inline Place placeOf(float bound, std::uint32_t slot) {
+  return Place{static_cast<std::uint32_t>(orderOf(bound)) ^ 0x80000000u} << 32 | slot;
 }
 
 // Share s takes the places from at[s - 1] on, below at[s].
 struct Cuts {
   int axis = 0, shares = 1;
   Place at[most_shares - 1] = {};
+
+  std::int32_t orderAt(int cut) const {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(at[cut] >> 32) ^ 0x80000000u);
+  }
+  std::uint32_t slotAt(int cut) const { return static_cast<std::uint32_t>(at[cut]); }
 
   int shareOf(Place place) const {
     int share = 0;
@@ -58,6 +66,18 @@ inline Span spanOf(const Box& box, Slot slot, const Cuts& cuts) {
   const Place begin = placeOf(low, slot), end = placeOf(high, 0xffffffffu);
   return {cuts.shareOf(begin), cuts.shareOf(end > begin ? end : begin)};
 }
+
+// The boxes of one row of slots by the shares that they go to.
+struct DealtRow {
+  static constexpr std::size_t slots = 1024;
+  std::uint16_t at[most_shares][slots];  // places in the row, ascending
+  std::size_t count[most_shares];
+  void sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts);
+
+ private:
+  std::int32_t low_[slots], high_[slots];
+  std::uint8_t first_[slots], last_[slots];
+};
 
 // Chooses the cuts from frame to frame, so that all shares have the same work.
 class Partition {

@@ -66,10 +66,11 @@ void ShareTeam::deal(const BoxSet& boxes, int thread, int team) {
     member.stream.open(*member.sweep, boxes);
   });
   const bool has_devices = static_cast<std::size_t>(thread) < count_;
+  int patience = 2000;
   const auto wait = [&] {
     if (has_devices)
       send();
-    else
+    else if (--patience < 0)
       std::this_thread::yield();
   };
   if (!drivesOnly(thread, team, count_)) {

@@ -55,6 +55,27 @@ int finderOf(Pair pair, const BoxSet& boxes, const Cuts& cuts) {
   return finders == 1 ? finder : -1;
 }
 
+// Whether rows are dealt as spanOf says, each share's boxes ascending.
+bool dealtBySpans(const BoxSet& boxes, const Cuts& cuts) {
+  DealtRow dealt;
+  bool good = true;
+  for (std::size_t row = 0; row * DealtRow::slots < boxes.size; ++row) {
+    dealt.sort(boxes, row, cuts);
+    std::vector<std::vector<std::uint16_t>> expected(static_cast<std::size_t>(cuts.shares));
+    for (std::size_t i = 0; i < DealtRow::slots && row * DealtRow::slots + i < boxes.size; ++i) {
+      const auto slot = static_cast<Slot>(row * DealtRow::slots + i);
+      if (!isActive(boxes.boxes[slot])) continue;
+      const Span span = spanOf(boxes.boxes[slot], slot, cuts);
+      for (int s = span.first; s <= span.last; ++s)
+        expected[static_cast<std::size_t>(s)].push_back(static_cast<std::uint16_t>(i));
+    }
+    for (std::size_t s = 0; s < expected.size(); ++s)
+      good = good && dealt.count[s] == expected[s].size() &&
+             std::equal(expected[s].begin(), expected[s].end(), dealt.at[s]);
+  }
+  return good;
+}
+
 // The work of each share; no pair may be found by none or by two.
 std::vector<Partition::Work> workOf(const BoxSet& boxes, const std::vector<Pair>& pairs,
                                     const Cuts& cuts) {
@@ -64,6 +85,7 @@ std::vector<Partition::Work> workOf(const BoxSet& boxes, const std::vector<Pair>
     const Span span = spanOf(boxes.boxes[slot], slot, cuts);
     for (int s = span.first; s <= span.last; ++s) ++work[static_cast<std::size_t>(s)].boxes;
   }
+  CHECK(dealtBySpans(boxes, cuts));
   std::size_t lost = 0;
   for (const Pair pair : pairs) {
     const int finder = finderOf(pair, boxes, cuts);

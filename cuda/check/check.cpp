@@ -30,6 +30,8 @@ int main(int count, char** arguments) {
   } else if (!std::strcmp(what, "devices")) {
     good = timeDevices(count > 4 ? std::strtoull(arguments[4], nullptr, 10) : 16000000, threads,
                        devices);
+  } else if (!std::strcmp(what, "csv") && count > 5) {
+    good = recordTimes(arguments[5], std::strtoull(arguments[4], nullptr, 10), threads, devices);
   } else if (!std::strcmp(what, "quick")) {
     good = timeAll(true, threads);
   } else if (!std::strcmp(what, "time")) {
@@ -44,8 +46,9 @@ int main(int count, char** arguments) {
     std::printf(
         "usage: %s [all|compare|small|faults|axis|quick|time] [threads] [devices]\n"
         "       %s devices <threads> <devices> <most boxes>\n"
+        "       %s csv <threads> <devices> <most boxes> <file>\n"
         "       %s profile <threads> <scene> <boxes>\n",
-        arguments[0], arguments[0], arguments[0]);
+        arguments[0], arguments[0], arguments[0], arguments[0]);
     return 2;
   }
   std::printf(good ? "all good\n" : "FAILED\n");

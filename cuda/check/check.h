@@ -37,6 +37,10 @@ bool timeAll(bool quick, int threads);
 // Medians of the dense cube on 1, 2, 4 ... devices, as a table.
 bool timeDevices(std::size_t most, int threads, int devices);
 
+// The dense cube from 2 to `most` boxes on the processor, on 1, 2, 4 ... devices in turn, and as
+// the back end Auto chooses; every other scene on the processor and one device. As CSV.
+bool recordTimes(const std::string& path, std::size_t most, int threads, int devices);
+
 // A few frames of one scene, for a profiler.
 void profile(const std::string& scene, std::size_t size, int threads);
 

@@ -197,6 +197,16 @@ void strange(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   }
 }
 
+// A third of the boxes are a dense cube of denormal size in the midst of the others.
+void denormals(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
+  cube(n, seed, boxes);
+  Random random(seed + 3);
+  const double unit = 1e-43, side = 0.95 * std::cbrt(n / 3.0) * unit;
+  for (std::size_t i = 0; i < n; i += 3)
+    putCube(boxes.boxes[i], random.between(0, side), random.between(0, side),
+            random.between(0, side), 0.5 * unit);
+}
+
 // The dense cube with bits and bodies.
 void filtered(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   cube(n, seed, boxes);
@@ -219,12 +229,21 @@ void exactCube(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
 
 const std::vector<Scene>& scenes() {
   constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
-  static const std::vector<Scene> all = {
-      {"cube", any, cube},           {"exact", any, exactCube},   {"filtered", any, filtered},
-      {"rows", any, rows},           {"lattice", any, lattice},   {"layer", any, layer},
-      {"line", any, line},           {"clusters", any, clusters}, {"decades", any, decades},
-      {"bars", any, bars},           {"giant", any, giant},       {"outlier", any, outlier},
-      {"same spot", 6000, sameSpot}, {"strange", 200000, strange}};
+  static const std::vector<Scene> all = {{"cube", any, cube},
+                                         {"exact", any, exactCube},
+                                         {"filtered", any, filtered},
+                                         {"rows", any, rows},
+                                         {"lattice", any, lattice},
+                                         {"layer", any, layer},
+                                         {"line", any, line},
+                                         {"clusters", any, clusters},
+                                         {"decades", any, decades},
+                                         {"bars", any, bars},
+                                         {"giant", any, giant},
+                                         {"outlier", any, outlier},
+                                         {"denormals", 200000, denormals},
+                                         {"same spot", 6000, sameSpot},
+                                         {"strange", 200000, strange}};
   return all;
 }
 
