@@ -46,6 +46,20 @@ void ShareTeam::drive(int thread, int team, Work work) {
   }
 }
 
+// So that drive() finds a driver's first device current, and need not change it again and again.
+std::unique_ptr<ScopedDevice> ShareTeam::stayOnDevice(int thread) {
+  std::unique_ptr<ScopedDevice> current;
+  if (static_cast<std::size_t>(thread) >= count_) return current;
+  Member& member = *members_[thread];
+  try {
+    if (!member.failure) current = std::make_unique<ScopedDevice>(member.sweep->device());
+  } catch (...) {
+    member.failure = std::current_exception();
+    member.stream.giveUp();
+  }
+  return current;
+}
+
 bool ShareTeam::failed() const {
   return std::any_of(members_.begin(), members_.begin() + static_cast<std::ptrdiff_t>(count_),
                      [](const auto& member) { return member->failure != nullptr; });
@@ -53,6 +67,7 @@ bool ShareTeam::failed() const {
 
 // Threads take rows of slots, sort their boxes by share and put them into the streams.
 void ShareTeam::deal(const BoxSet& boxes, int thread, int team) {
+  const auto current = stayOnDevice(thread);
   const std::size_t rows = (boxes.size + DealtRow::slots - 1) / DealtRow::slots;
   std::vector<char> sent(count_);
   const auto send = [&] {
@@ -167,6 +182,7 @@ bool ShareTeam::waitFor(const Slice& slice, int thread, int team) {
 
 // Threads take slices in the order in which they can be joined.
 void ShareTeam::collect(const BoxSet& boxes, int thread, int team, PairList& pairs) {
+  const auto current = stayOnDevice(thread);
   try {
     if (!drivesOnly(thread, team, count_))
       for (std::size_t s; (s = next_slice_.fetch_add(1)) < slices_.size();) {

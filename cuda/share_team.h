@@ -55,6 +55,7 @@ class ShareTeam {
   bool waitFor(const Slice& slice, int thread, int team);
   void collect(const BoxSet& boxes, int thread, int team, PairList& pairs);
   bool failed() const;
+  std::unique_ptr<ScopedDevice> stayOnDevice(int thread);
   template <class Work>
   void drive(int thread, int team, Work work);
 

@@ -61,13 +61,15 @@ class DevicePool {
     if (thread_.joinable()) thread_.join();
   }
 
-  // ODE_PARALLEL_SAP_VIRTUAL_DEVICES=n lets those that there are stand for n, in tests.
+  // ODE_PARALLEL_SAP_VIRTUAL_DEVICES=n takes that many of those that there are, or lets them stand
+  // for that many: for tests.
   static std::vector<int> listed() {
-    std::vector<int> devices = cudaDevices();
+    const std::vector<int> real = cudaDevices();
     const char* const text = std::getenv("ODE_PARALLEL_SAP_VIRTUAL_DEVICES");
-    const std::size_t wanted = text ? std::strtoul(text, nullptr, 10) : 0, real = devices.size();
-    if (real > 0)
-      while (devices.size() < wanted) devices.push_back(devices[devices.size() % real]);
+    const std::size_t wanted = text ? std::strtoul(text, nullptr, 10) : 0;
+    if (wanted == 0 || real.empty()) return real;
+    std::vector<int> devices;
+    while (devices.size() < wanted) devices.push_back(real[devices.size() % real.size()]);
     return devices;
   }
 

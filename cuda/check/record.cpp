@@ -175,10 +175,11 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
   {
     Finders finders(threads, devices);
     for (const std::size_t size :
-         {2,     10,     30,     100,    300,     1000,    2000,    4000,    10000,    20000,
-          50000, 100000, 200000, 500000, 1000000, 2000000, 4000000, 8000000, 16000000, 32000000})
+         {2,       10,      30,      100,     300,      1000,     2000,
+          4000,    10000,   20000,   50000,   100000,   200000,   500000,
+          1000000, 2000000, 4000000, 8000000, 16000000, 32000000, 64000000})
       if (size <= most)
-        recordScene(sceneOf("cube"), size, threads, ways, true, size > 500000 ? 900 : 300, finders,
+        recordScene(sceneOf("cube"), size, threads, ways, true, size > 500000 ? 500 : 150, finders,
                     csv);
   }
   Finders finders(threads, 1);
