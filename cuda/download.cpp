@@ -20,12 +20,6 @@ constexpr std::size_t least_piece_stretches = 64;
 constexpr std::size_t most_piece_stretches = 384;
 constexpr std::size_t pieces_wanted = 6;
 
-// Of as many words with the headers of their stretches, the last stretch not filled up.
-std::size_t bytesOf(std::size_t words) {
-  const std::size_t headers = (words + stretch_words - 1) / stretch_words;
-  return (words + headers * device::header_words) * sizeof(std::uint32_t);
-}
-
 }  // namespace
 
 std::size_t Download::pieceWords(std::size_t total) {
@@ -60,7 +54,8 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
     const std::size_t place = piece % ring_pieces;
     CHECK_CUDA(cudaStreamWaitEvent(stream, *ready[piece], 0));
     CHECK_CUDA(cudaMemcpyAsync(ring_.data() + place * piece_size, stretches + piece * piece_size,
-                               bytesOf(words), cudaMemcpyDeviceToHost, stream));
+                               device::stretchedEnd(words) * sizeof(std::uint32_t),
+                               cudaMemcpyDeviceToHost, stream));
     CHECK_CUDA(cudaEventRecord(*here_[place], stream));
   };
   std::vector<std::atomic<int>> expanded(pieces);

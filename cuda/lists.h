@@ -37,6 +37,11 @@ constexpr std::size_t stretchedSize(std::size_t words) {
   return (words + stretch_words - 1) / stretch_words * stretch_size;
 }
 
+// The same up to the last word: what there is to send.
+constexpr std::size_t stretchedEnd(std::size_t words) {
+  return words + (words + stretch_words - 1) / stretch_words * header_words;
+}
+
 // After scatter: sorts the lists of blocks [begin, end) but the long ones from `lists` into
 // `stretches`.
 void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,

@@ -148,7 +148,7 @@ void ShareTeam::fetch(Member& member) {
     CHECK_CUDA(cudaStreamWaitEvent(c.down, *c.ready[piece], 0));
     CHECK_CUDA(cudaMemcpyAsync(
         member.landing.data() + piece * piece_size, c.stretches.data() + piece * piece_size,
-        device::stretchedSize(words) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, c.down));
+        device::stretchedEnd(words) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, c.down));
     CHECK_CUDA(cudaEventRecord(*member.here[piece], c.down));
   }
   CHECK_CUDA(cudaEventSynchronize(c.has_list_here));
@@ -218,18 +218,31 @@ class StageClock {
 
 }  // namespace
 
-int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps, int threads,
-                    PairList& pairs, std::vector<std::exception_ptr>& failures) {
+// A member stays with its device, to which its events belong. Those of this frame come first.
+void ShareTeam::enlist(const std::vector<DeviceSweep*>& sweeps) {
   count_ = std::min<std::size_t>(sweeps.size(), most_shares);
-  while (members_.size() < count_) members_.push_back(std::make_unique<Member>());
   for (std::size_t i = 0; i < count_; ++i) {
+    const auto known =
+        std::find_if(members_.begin() + static_cast<std::ptrdiff_t>(i), members_.end(),
+                     [&](const auto& member) { return member->sweep == sweeps[i]; });
+    if (known == members_.end()) {
+      members_.insert(members_.begin() + static_cast<std::ptrdiff_t>(i),
+                      std::make_unique<Member>());
+      members_[i]->sweep = sweeps[i];
+    } else {
+      std::iter_swap(members_.begin() + static_cast<std::ptrdiff_t>(i), known);
+    }
     Member& member = *members_[i];
-    member.sweep = sweeps[i];
     member.stream.reset();
     member.failure = nullptr;
     member.pairs = member.pieces = member.pieces_here = 0;
     member.words_here = 0;
   }
+}
+
+int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps, int threads,
+                    PairList& pairs, std::vector<std::exception_ptr>& failures) {
+  enlist(sweeps);
   const StageClock clock;
   cuts_ = partition_.plan(boxes, static_cast<int>(count_));
   times_.plan = clock.ms();
@@ -259,6 +272,9 @@ int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps
       members_[i]->sweep->release();
       failures.push_back(members_[i]->failure);
     }
+    members_.erase(std::remove_if(members_.begin(), members_.end(),
+                                  [](const auto& member) { return member->failure != nullptr; }),
+                   members_.end());
     return used;
   }
   for (const auto& stretches : unsure_)

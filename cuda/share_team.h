@@ -47,6 +47,7 @@ class ShareTeam {
     alignas(64) std::atomic<unsigned long long> words_here{0};
   };
 
+  void enlist(const std::vector<DeviceSweep*>& sweeps);
   void deal(const BoxSet& boxes, int thread, int team);
   void search(const BoxSet& boxes, const Member& member, std::size_t index);
   void prepareJoin(const BoxSet& boxes, PairList& pairs);

@@ -20,6 +20,8 @@ int main(int count, char** arguments) {
   bool good = true;
   if (!std::strcmp(what, "small")) {
     good = compareAll(5000, threads, devices) && checkAxisLists(2000, threads);
+  } else if (!std::strcmp(what, "tiny")) {
+    good = compareAll(1234, threads, devices) && checkAxisLists(300, threads);
   } else if (!std::strcmp(what, "compare")) {
     good = compareAll(1000000, threads, devices);
   } else if (!std::strcmp(what, "faults")) {
@@ -44,7 +46,7 @@ int main(int count, char** arguments) {
            timeAll(false, threads);
   } else {
     std::printf(
-        "usage: %s [all|compare|small|faults|axis|quick|time] [threads] [devices]\n"
+        "usage: %s [all|compare|small|tiny|faults|axis|quick|time] [threads] [devices]\n"
         "       %s devices <threads> <devices> <most boxes>\n"
         "       %s csv <threads> <devices> <most boxes> <file>\n"
         "       %s profile <threads> <scene> <boxes>\n",
