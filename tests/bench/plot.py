@@ -242,9 +242,34 @@ def figure15(directory):
     save(figure, directory, "paper-figure-15", rows)
 
 
+def devices(directory):
+    """Time by size on the CPU, on GPUs and as Auto chooses; and what further GPUs bring."""
+    rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 5))
+    for on in values(rows, "on"):
+        some = timed(rows, on=on)
+        label = "Auto" if on == "auto" else "CPU" if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "")
+        look = {"color": "black", "linestyle": ":", "linewidth": 2.5} if on == "auto" else {}
+        line(left, some, "n", "median_ms", label, **look)
+        if on not in (0, 1, "auto"):
+            pairs = [(row, one(rows, n=row["n"], on=1)) for row in some if row["n"] >= 1e5]
+            right.plot([row["n"] for row, single in pairs],
+                       [single["median_ms"] / row["median_ms"] for row, single in pairs], marker="o", label=label)
+    left.plot([row["n"] for row in timed(rows, on=1)], [row["floor_ms"] for row in timed(rows, on=1)],
+              color="gray", linewidth=1, label="24 n + 8 pairs bytes at 55 GB/s")
+    left.set(xscale="log", yscale="log", xlabel="boxes", ylabel="ms, boxes to pairs in host memory",
+             title="Dense cube: finding the pairs")
+    right.set(xscale="log", xlabel="boxes", ylabel="times as fast as one GPU", title="Several GPUs")
+    right.axhline(1, color="black", linewidth=0.8)
+    for axes in (left, right):
+        axes.grid(True, alpha=0.3)
+        axes.legend(fontsize=8)
+    save(figure, directory, "devices", rows)
+
+
 FIGURES = ((peers, "peers"), (distributions, "peers"), (small, "small"), (scaling, "scaling"), (cost, "cost"),
            (memory, "memory"), (paper, "paper"), (persistent, "persistent"), (figure14, "figure14"),
-           (figure15, "figure15"))
+           (figure15, "figure15"), (devices, "devices"))
 
 
 def main():

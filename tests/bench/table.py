@@ -218,12 +218,24 @@ def programs(directory):
                      "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
+def devices(directory):
+    rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
+    fixed = [on for on in values(rows, "on") if on != "auto"]
+    names = ["CPU" if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
+    table = []
+    for n in values(rows, "n"):
+        times = [one(rows, n=n, on=on)["median_ms"] for on in fixed]
+        auto = one(rows, n=n, on="auto")["median_ms"]
+        table.append([count(n)] + [shown(ms) for ms in times] + [shown(auto), shown(auto / min(times))])
+    return markdown(["boxes"] + names + ["Auto", "by the best"], table)
+
+
 TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "figure14": (figure14, "figure14")}
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices")}
 
 
 def make(name, directory):
