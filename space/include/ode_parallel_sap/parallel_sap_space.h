@@ -225,7 +225,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 
 /* Nonzero: pairs with at least one body, all of whose bodies are disabled (dBodyDisable, automatic
  * disabling), are not found. A body that is enabled again, in whatever way, has its pairs in the
- * next collide. A space inside this one counts as awake. Default: 0. Both settings hold for dSpaceCollide, not for dSpaceCollide2. */
+ * next collide. A space inside this one counts as awake. Default: 0. Both settings hold for
+ * dSpaceCollide, not for dSpaceCollide2. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 
