@@ -44,8 +44,10 @@ long double relativeClearance(const Bounds& box, const dVector4 plane) {
     distance += normal * (normal > 0 ? low : high);
     largest = std::max({largest, std::fabs(normal * low), std::fabs(normal * high)});
   }
-  if (!std::isfinite(distance)) return -1;
-  return largest == 0 ? -1 : distance / largest;
+  if (!std::isfinite(distance) || distance <= 0) return -1;
+  // Near the ends of the type's range nobody can be sure.
+  constexpr long double most = std::numeric_limits<dReal>::max() / 16, least = 1 / most;
+  return largest > most || distance < least ? least : distance / largest;
 }
 
 }  // namespace
