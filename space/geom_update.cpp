@@ -94,15 +94,14 @@ constexpr dReal margin_share = dReal(1) / 4;
 void inflate(const dReal* exact, dReal margin, dReal* bounds) {
   for (int i = 0; i < 6; ++i) {
     bounds[i] = exact[i] + (i % 2 ? margin : -margin);
-    if (margin > 0 && std::fabs(bounds[i] - exact[i]) > margin * dReal(1.25)) bounds[i] = exact[i];
+    if (std::fabs(bounds[i] - exact[i]) > margin * dReal(1.25)) bounds[i] = exact[i];
   }
 }
 
-// The bounds that are packed, rounded to floats.
+// Rounds such bounds to floats. What they let through is within the tolerance, unless the rounding
+// adds too much to it.
 BoundsFacts roundBounds(const dReal* bounds, dReal margin, Box& box) {
   BoundsFacts facts = roundOutward(bounds, box);
-  if (margin == 0) return facts;
-  // Whatever they let through is within the tolerance, unless the rounding adds too much to it.
   facts.exact = true;
   facts.coarse = false;
   for (int axis = 0; axis < 3; ++axis) {
@@ -232,11 +231,16 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
 }
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
-                       const SlotSet& changed) {
-  listSlots(changed, slots);
+                       const SlotSet* changed) {
+  const auto ignore = [](const dxGeom*, Slot, Part&) {};
+  if (!changed) {
+    forGeoms(
+        geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); }, ignore);
+    return;
+  }
+  listSlots(*changed, slots);
   forGeoms(
-      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
-      [](const dxGeom*, Slot, Part&) {});
+      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; }, ignore);
 }
 
 void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
@@ -266,10 +270,17 @@ GeomUpdate::State GeomUpdate::packGeom(const dxGeom* geom, Slot slot, Part& part
     }
   }
   const dReal margin = rules_.tolerance * margin_share;
-  dReal bounds[6];
-  inflate(geom->aabb, margin, bounds);
+  const dReal* bounds = geom->aabb;
+  dReal inflated[6];
   Box box;
-  const BoundsFacts rounded = roundBounds(bounds, margin, box);
+  BoundsFacts rounded;
+  if (__builtin_expect(margin > 0, false)) {
+    inflate(bounds, margin, inflated);
+    bounds = inflated;
+    rounded = roundBounds(bounds, margin, box);
+  } else {
+    rounded = roundOutward(bounds, box);
+  }
   if (rounded.nan) {
     facts.newly_invalid.push_back(slot);
     deactivate(slot, boxes);

@@ -41,9 +41,9 @@ struct UpdateFacts {
 // boxes to a part of the storage that is its own; joining the parts then moves no box.
 class GeomUpdate {
  public:
-  // Brings the geoms of geoms[0..slots) up to date that are in `changed`, which contains all that
-  // are dirty (null: an empty slot).
-  void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed);
+  // Brings the dirty ones of geoms[0..slots) up to date (null: an empty slot). All of them are in
+  // `changed`, if that is not null.
+  void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
   // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
   // scene. Returns the number of threads used.

@@ -24,10 +24,12 @@ class PairKeeper {
 
   // The geom of a slot is new, gone or has moved.
   void change(Slot slot) {
+    if (!running_) return;
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
   }
-  const SlotSet& changed() const { return changed_; }
+  // The slots that changed since the last frame; null where that is not known.
+  const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
   // The last frame's boxes and pairs are complete, or are of no use any more.

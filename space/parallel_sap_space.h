@@ -66,6 +66,7 @@ class ParallelSAPSpace : public dxSpace {
   int threadsForScene() const;
   int threadsForFrame() const;
   bool isSmallest() const;
+  bool timesSmallest();
   void collideSmallest(void* data, dNearCallback* callback);
   bool findPairs(PairList& pairs, int threads, StageClock& clock);
   void collectPairs(ContactPairs& pairs, StageClock& clock);
@@ -118,7 +119,8 @@ class ParallelSAPSpace : public dxSpace {
   TeamChoice narrow_team_choice_;
   const UpdateFacts* facts_ = nullptr;
 
-  bool timed_ = false;
+  bool timed_ = false;            // statistics are asked for
+  unsigned smallest_frames_ = 0;  // since then
   bool stats_of_smallest_ = false;
   bool out_of_memory_reported_ = false;
   bool lists_too_long_reported_ = false;

@@ -267,7 +267,8 @@ typedef struct dParallelSAPStats {
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before
- * this has been called once; the clock would be a good part of what it measures. */
+ * this has been called once, and then in every sixteenth frame: the clock would be a good part of
+ * what it measures. Their times are those of the last frame that was timed. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* Environment variables, read when a space is created, take the place of the defaults above in
