@@ -13,7 +13,7 @@ PILE_KEY = ("dt", "iterations", "contacts", "precision", "stepping", "bodies", "
 
 # Boxes to a test of everything, in seconds; to two minutes; and to the study itself.
 BROAD_SIZES = {"smoke": dict(boxes=300, frames=3, step=0.01), "quick": dict(boxes=5000, frames=20, step=0.01),
-               "full": dict(boxes=100000, frames=40, step=0.01)}
+               "full": dict(boxes=50000, frames=40, step=0.01)}
 TOLERANCES = {"smoke": (0, 0.1), "quick": (0, 0.03, 0.1, 0.3), "full": (0, 0.01, 0.03, 0.1, 0.3, 1)}
 
 PILE_SIZES = {"smoke": dict(bodies=8, seconds=1.0, rest_seconds=0.3),
@@ -33,6 +33,8 @@ CONTROL_STEP = 0.8
 def broad_points(mode, precisions, has_cuda):
     points = []
     for offset, precision in itertools.product(OFFSETS, precisions):
+        if (mode, offset, precision) == ("full", 1e9, "single"):
+            continue  # floats are 64 m apart there: each of so many boxes would meet each other one
         common = dict(BROAD_SIZES[mode], offset=offset, precision=precision)
         backends = [("cpu", 1), ("cpu", 0)] + ([("cuda", 0)] if has_cuda else [])
         for (backend, threads), tolerance in itertools.product(backends, TOLERANCES[mode]):
