@@ -25,7 +25,7 @@ PARTS = {"dHashSpace": ["--space", "hash"],
          "+ solver": ["--space", "parallel", "--narrow", "parallel", "--stepping", "parallel"]}
 TIMES = ["broad_ms", "narrow_ms", "joints_ms", "solver_ms", "step_ms"]
 COLUMNS = ["scene", "bodies", "ode", "parts", "threads", "pairs", "contacts"] + TIMES + [
-    "cpu", "date"]
+    "cpu", "date", "session"]
 
 
 def cpu_name():
@@ -64,7 +64,8 @@ def record(options):
             for threads in options.threads:
                 for parts in options.parts:
                     row = measure(options.pile, scene, parts, threads, options.steps)
-                    row.update(ode=options.ode, cpu=cpu_name(), date=datetime.date.today().isoformat())
+                    row.update(ode=options.ode, cpu=cpu_name(), session=options.session,
+                               date=datetime.date.today().isoformat())
                     out.writerow(row)
                     file.flush()
                     print(scene, parts, threads, {name: row[name] for name in TIMES}, flush=True)
@@ -86,6 +87,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pile", help="the program")
     parser.add_argument("--ode", default="system", choices=["system", "tls"])
+    parser.add_argument("--session", default="1", help="tells runs on different machines apart")
     parser.add_argument("--out", default="parts.csv")
     parser.add_argument("--threads", type=int, nargs="+", default=[len(os.sched_getaffinity(0))])
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=list(SCENES))
