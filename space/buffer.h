@@ -61,6 +61,13 @@ class Buffer {
     resize(size_ + 1);
     data_[size_ - 1] = copy;
   }
+  // Gives back what is beyond the size.
+  void shrink() {
+    if (size_)
+      reallocate(size_);
+    else
+      release();
+  }
   // Gives the storage back.
   void release() {
     std::free(data_);

@@ -273,6 +273,7 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int t
                        Buffer<dxGeom*>& hits) {
   const ScopedMode mode(exactMode());
   asked_ = true;
+  idle_frames_ = 0;
   if (bringUpToDate(geoms, threads)) {
     tree_->search(geoms, geom);
     const Buffer<Slot>& found = tree_->found;

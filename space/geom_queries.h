@@ -48,6 +48,12 @@ class GeomQueries {
   // std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
 
+  // A frame went by: what no query asked for in many of them is given back.
+  void noteFrame() {
+    if (tree_ && ++idle_frames_ == patience) release();
+  }
+  static constexpr int patience = 256;
+
   // Gives back all that is held.
   void release();
   std::size_t bytes() const;
@@ -59,6 +65,7 @@ class GeomQueries {
   bool bringUpToDate(const Geoms& geoms, int threads);
 
   std::unique_ptr<Tree> tree_;
+  int idle_frames_ = 0;
   bool asked_ = false;       // there was a query
   double changes_ = 0;       // since the last query
   double queries_ = 0;       // since a great part of the geoms changed

@@ -36,6 +36,8 @@ class PairKeeper {
   void start(Source source);
   void stop() { running_ = false; }
   bool running() const { return running_; }
+  // Gives back all that is held, and knows nothing any more: the next frame is to be found anew.
+  void release() { *this = PairKeeper(); }
 
   // Brings the boxes up to date with what changed. False if the frame is to be found anew: nothing
   // is kept, or too much changed for it to pay.

@@ -2,6 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_PAIR_LIST_H
 #define ODE_PARALLEL_SAP_PAIR_LIST_H
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -50,6 +51,13 @@ struct PairList {
     std::size_t bytes = 0;
     for (const Buffer<Pair>& part : parts) bytes += part.bytes();
     return bytes;
+  }
+  // Takes the pairs of another list, in one part, without what is unsure of them.
+  void copyFrom(const PairList& other) {
+    clear(1);
+    parts[0].resizeDiscarding(other.size());
+    Pair* next = parts[0].data();
+    for (const Buffer<Pair>& part : other.parts) next = std::copy(part.begin(), part.end(), next);
   }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {

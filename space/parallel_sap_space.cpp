@@ -223,15 +223,38 @@ bool ParallelSAPSpace::isSmallest() const {
 void ParallelSAPSpace::beginFrame() {
   // Within a callback of this space the slots stay what they are.
   if (lock_count == 1) closeSlots();
+  queries_.noteFrame();
   ++stats_.frames;
   stats_.geoms = count;
   stats_.contacts = 0;
   stats_.narrow_ms = 0;
 }
 
+// Called before each frame, for the last one. The storage of the devices stays: it took too long to
+// get.
+void ParallelSAPSpace::releaseSpareMemory() {
+  if (lock_count > 1 || !memory_watch_.isTooMuchAfter(count, stats_.pairs)) return;
+  closeSlots();
+  geoms_.shrink();
+  queries_.release();
+  hits_.release();
+  pair_keeper_.release();
+  geom_update_ = GeomUpdate();
+  boxes_ = BoxSet();
+  cpu_finders_.reset();
+  pair_filter_ = PairFilter();
+  plane_pairs_ = PlanePairs();
+  pairs_ = PairList();
+  kept_ = PairList();
+  kept_apart_ = false;
+  contact_pairs_.release();
+  narrow_phase_ = NarrowPhase();
+}
+
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
+  releaseSpareMemory();
   beginFrame();
   if (isSmallest()) {
     collideSmallest(data, callback);
@@ -272,7 +295,10 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   if (planes_apart || PairFilter::needsVerifying(*facts_, settings.rules)) {
     kept_apart_ = true;
     std::swap(pairs, kept_);
-    PairFilter::verify(geoms_.data(), *facts_, kept_, pairs);
+    if (PairFilter::needsVerifying(*facts_, settings.rules))
+      PairFilter::verify(geoms_.data(), *facts_, kept_, pairs);
+    else
+      pairs.copyFrom(kept_);
     if (planes_apart)
       stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
                                               facts_->user_classes, frame_threads_);
@@ -335,6 +361,7 @@ void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
 // A contact callback that collides this space again finds the members free, as one of collide does.
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
+  releaseSpareMemory();
   StageClock clock;
   ContactPairs pairs(request, std::move(contact_pairs_));
   NarrowPhase narrow_phase = std::move(narrow_phase_);

@@ -14,6 +14,7 @@
 #include "device_backend.h"
 #include "geom_queries.h"
 #include "geom_update.h"
+#include "memory_watch.h"
 #include "narrow_phase.h"
 #include "ode_private.h"
 #include "pair_filter.h"
@@ -63,6 +64,7 @@ class ParallelSAPSpace : public dxSpace {
 
   void closeSlots();
   void beginFrame();
+  void releaseSpareMemory();
   int threadsForScene() const;
   int threadsForFrame() const;
   bool isSmallest() const;
@@ -118,6 +120,7 @@ class ParallelSAPSpace : public dxSpace {
   NarrowPhase narrow_phase_;
   TeamChoice narrow_team_choice_;
   const UpdateFacts* facts_ = nullptr;
+  MemoryWatch memory_watch_;
 
   bool timed_ = false;            // statistics are asked for
   unsigned smallest_frames_ = 0;  // since then

@@ -1,0 +1,46 @@
+// When what a space holds has become too much for its scene.
+#ifndef ODE_PARALLEL_SAP_MEMORY_WATCH_H
+#define ODE_PARALLEL_SAP_MEMORY_WATCH_H
+
+#include <algorithm>
+#include <cstddef>
+
+namespace ode_parallel_sap {
+
+// Storage grows with the largest frame and is kept, so that frames of like size allocate nothing.
+// It is given back once many frames in a row have needed less than a quarter of it: a scene that
+// breathes keeps what it has, one that ended does not hold the memory of its best days.
+class MemoryWatch {
+ public:
+  static constexpr int patience = 128;  // frames
+
+  // A frame had so many geoms and pairs. True if all that is kept is better given back, and grown
+  // again by the next frame to the size of the last ones.
+  bool isTooMuchAfter(std::size_t geoms, std::size_t pairs) {
+    // A geom takes about ten times the storage of a pair.
+    const std::size_t need = 10 * geoms + pairs;
+    if (need >= largest_ / 4) {
+      largest_ = std::max(largest_, need);
+      recent_ = 0;
+      frames_ = 0;
+      return false;
+    }
+    recent_ = std::max(recent_, need);
+    if (largest_ < least_need || ++frames_ < patience) return false;
+    largest_ = recent_;
+    recent_ = 0;
+    frames_ = 0;
+    return true;
+  }
+
+ private:
+  static constexpr std::size_t least_need = 20000;  // some hundred KB
+
+  std::size_t largest_ = 0;  // of all frames since storage was given back
+  std::size_t recent_ = 0;   // of the last frames_, all far below that
+  int frames_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

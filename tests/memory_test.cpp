@@ -1,0 +1,133 @@
+// Memory: grows with the scene, stays while the scene does, and goes when the scene has shrunk.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/knobs.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+namespace {
+
+std::size_t memoryOf(dSpaceID space) {
+  dParallelSAPStats stats;
+  dParallelSAPSpaceGetStats(space, &stats);
+  return stats.memory_bytes;
+}
+
+void ignore(void*, dGeomID, dGeomID) {}
+
+void ignoreContact(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
+
+// Frames in which a few geoms move.
+void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool contacts = false) {
+  const dParallelSAPContactCallbacks callbacks = {ignoreContact, nullptr, nullptr, nullptr};
+  Random random(7);
+  for (int frame = 0; frame < frames; ++frame) {
+    for (std::size_t i = 0; i < geoms.size(); i += 1 + random.below(50)) {
+      const dReal* at = dGeomGetPosition(geoms[i]);
+      dGeomSetPosition(geoms[i], at[0] + static_cast<dReal>(random.between(-0.1, 0.1)), at[1],
+                       at[2]);
+    }
+    if (contacts)
+      dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    else
+      dSpaceCollide(space, nullptr, ignore);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]") {
+  for (const bool contacts : {false, true})
+    for (const std::size_t left : {20, 400, 900}) {
+      const Space space;
+      dParallelSAPSpaceSetNumThreads(space, 2);
+      INFO(left << " geoms left, " << (contacts ? "contacts" : "pairs"));
+      std::vector<dGeomID> geoms;
+      for (const Box& box : denseCube(12000, seedOr(301))) {
+        geoms.push_back(dCreateBox(space, 1, 1, 1));
+        setNumber(geoms.back(), geoms.size() - 1);
+        dGeomSetPosition(geoms.back(), static_cast<dReal>(box.low[0]),
+                         static_cast<dReal>(box.low[1]), static_cast<dReal>(box.low[2]));
+      }
+      const dGeomID probe = dCreateSphere(nullptr, 2);
+      play(space, geoms, 3, contacts);
+      for (int i = 0; i < 30; ++i) collide2(space, probe);
+      const std::size_t most = memoryOf(space);
+      CHECK(most > 12000 * 100);
+      for (std::size_t i = left; i < geoms.size(); ++i) dGeomDestroy(geoms[i]);
+      geoms.resize(left);
+      play(space, geoms, 60, contacts);
+      CHECK(memoryOf(space) > most / 4);  // it could be a pause
+      play(space, geoms, 100, contacts);
+      CHECK(memoryOf(space) < most / 6);
+      for (const bool moved : {false, true, false}) {
+        if (moved) dGeomSetPosition(geoms[0], 1, 1, 1);
+        REQUIRE(difference(collide(space), expectedPairs(geoms)) == "");
+        CHECK(collide2(space, probe).size() <= left);
+      }
+      dGeomDestroy(probe);
+    }
+}
+
+TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(onePlace(1500, 1));
+  play(space, world.geoms(), 2);
+  const std::size_t most = memoryOf(space);
+  for (std::size_t i = 0; i < 1500; ++i)
+    dGeomSetPosition(world.geoms()[i], static_cast<dReal>(2 * i), 0, 0);
+  play(space, world.geoms(), 150);
+  CHECK(memoryOf(space) < most / 4);
+  CHECK(collide(space).size() < 1500);
+}
+
+TEST_CASE("Memory stays the same while the scene does, and while it breathes", "[memory]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(6000, seedOr(311)));
+  const auto setEnabled = [&](bool enabled) {
+    for (std::size_t i = 200; i < world.geoms().size(); ++i)
+      (enabled ? dGeomEnable : dGeomDisable)(world.geoms()[i]);
+  };
+  // What the ways of finding pairs need, whole frames and kept ones.
+  for (int i = 0; i < 3; ++i) {
+    play(space, world.geoms(), 20);
+    setEnabled(i % 2);
+  }
+  setEnabled(true);
+  play(space, world.geoms(), 20);
+  const std::size_t memory = memoryOf(space);
+  play(space, world.geoms(), 150);
+  CHECK(memoryOf(space) <= memory + memory / 8);
+  for (int breath = 0; breath < 6; ++breath) {
+    setEnabled(breath % 2);
+    play(space, world.geoms(), 30);
+    CHECK(memoryOf(space) > memory / 2);
+    CHECK(memoryOf(space) <= memory + memory / 4);
+  }
+}
+
+TEST_CASE("The memory of queries goes when there are none any more", "[memory]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(3000, seedOr(321)));
+  const dGeomID probe = dCreateSphere(nullptr, 1);
+  play(space, world.geoms(), 40);
+  const std::size_t without = memoryOf(space);
+  for (int i = 0; i < 100; ++i) collide2(space, probe);
+  const std::size_t with = memoryOf(space);
+  CHECK(with > without + 100000);
+  play(space, world.geoms(), 300);
+  CHECK(memoryOf(space) < with - 100000);
+  CHECK(collide2(space, probe).size() < 3000);
+  dGeomDestroy(probe);
+}
