@@ -119,7 +119,8 @@ std::size_t GeomQueries::Tree::pack(const Geoms& geoms, Buffer<BasicBox<Real>>& 
 void GeomQueries::Tree::build(const Geoms& geoms, int threads) {
   built = false;
   boxes.size = geoms.size();
-  is_wide = sizeof(dReal) > sizeof(float) && pack(geoms, boxes.boxes) > geoms.size() / coarse_part;
+  const std::size_t coarse = pack(geoms, boxes.boxes);
+  is_wide = sizeof(dReal) > sizeof(float) && coarse > geoms.size() / coarse_part;
   if (is_wide) pack(geoms, boxes.wide_boxes);
   boxes.wide = is_wide;
   (is_wide ? boxes.boxes.release() : boxes.wide_boxes.release());
