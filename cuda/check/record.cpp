@@ -94,76 +94,89 @@ void addStages(bench::Row& row, const std::vector<CudaStageTimes>& all) {
       .add("host_pairs_ms", stage(&CudaStageTimes::host_pairs));
 }
 
-// What the back end Auto does once its devices are ready.
-std::vector<double> timesOfChoice(Finders& finders, const BoxSet& boxes, int devices,
-                                  double budget_ms, int& last, PairList& pairs) {
-  BackendChoice choice;
-  const auto candidates = BackendChoice::Candidates::upTo(true, devices);
-  const auto frame = [&] {
-    last = choice.choose(boxes.size, candidates);
-    const double ms = finders.find(last, boxes, pairs);
-    choice.learn(last, boxes.size, pairs.size(), ms);
+// The back end Auto, with its devices ready; fixed ways are numbers of devices.
+constexpr int by_choice = -1;
+
+std::string nameOf(int way) {
+  return way == by_choice ? "auto" : std::to_string(way);
+}
+
+// Frames of one scene in any way; Auto goes on learning from frame to frame, as in a space.
+class Frames {
+ public:
+  Frames(Finders& finders, const BoxSet& boxes, int devices)
+      : finders_(finders),
+        boxes_(boxes),
+        candidates_(BackendChoice::Candidates::upTo(true, devices)) {}
+
+  double find(int way) {
+    if (way != by_choice) return finders_.find(way, boxes_, pairs_);
+    chosen_ = choice_.choose(boxes_.size, candidates_);
+    const double ms = finders_.find(chosen_, boxes_, pairs_);
+    choice_.learn(chosen_, boxes_.size, pairs_.size(), ms);
     return ms;
-  };
-  for (int i = 0; i < 30; ++i) frame();
-  std::vector<double> times;
-  for (double ms = 0; times.size() < 5 || (ms < budget_ms && times.size() < 500);) {
-    times.push_back(frame());
-    ms += times.back();
   }
+  int last(int way) const { return way == by_choice ? chosen_ : way; }
+  std::size_t pairs() const { return pairs_.size(); }
+
+ private:
+  Finders& finders_;
+  const BoxSet& boxes_;
+  const BackendChoice::Candidates candidates_;
+  BackendChoice choice_;
+  int chosen_ = 0;
+  PairList pairs_;
+};
+
+// As in a program that stays with one way: frames follow each other, the first of each few is not
+// counted. All ways take turns at that, so that a disturbance meets all.
+std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<int>& ways,
+                                             double budget_ms) {
+  constexpr int uncounted = 2, counted = 3;
+  constexpr std::size_t least = 5 * counted, most = 67 * counted;
+  // Storage comes into being, and Auto makes up its mind.
+  for (const int way : ways)
+    for (int i = 0; i < (way == by_choice ? 40 : 4); ++i) frames.find(way);
+  std::map<int, std::vector<double>> times;
+  std::size_t taken = 0;
+  for (double ms = 0; taken < least || (ms < budget_ms && taken < most); taken += counted)
+    for (const int way : ways)
+      for (int i = 0; i < uncounted + counted; ++i) {
+        const double frame = frames.find(way);
+        ms += frame;
+        if (i >= uncounted) times[way].push_back(frame);
+      }
   return times;
 }
 
-// The frames of all ways but Auto in turn, so that a disturbance meets all.
+// Where a frame's time goes: the kernels of one device, the host's part of any number.
+std::vector<CudaStageTimes> stagesOf(Frames& frames, Finders& finders, int way) {
+  std::vector<CudaStageTimes> stages;
+  if (way <= 0) return stages;
+  CudaPairFinder& finder = finders.on(way);
+  finder.measure(way == 1);
+  for (int i = 0; i < 9; ++i) {
+    frames.find(way);
+    stages.push_back(finder.times());
+    if (way == 1) continue;
+    stages.back() = CudaStageTimes();
+    stages.back().host_wait = finder.times().host_wait;
+    stages.back().host_pairs = finder.times().host_pairs;
+  }
+  finder.measure(false);
+  return stages;
+}
+
 void recordScene(const Scene& scene, std::size_t size, int threads, const std::vector<int>& ways,
-                 bool with_choice, double budget_ms, Finders& finders, bench::Csv& csv) {
+                 double budget_ms, Finders& finders, bench::Csv& csv) {
   BoxSet boxes;
-  PairList pairs;
   scene.fill(size, 11, boxes);
-  std::map<int, std::vector<double>> times;
-  // Storage comes into being, and where all ways share it, in turn.
-  for (const int way : ways)
-    for (int i = 0; i < (way > 0 ? 5 : 2); ++i) finders.find(way, boxes, pairs);
-  for (int i = 0; i < 2; ++i)
-    for (const int way : ways) finders.find(way, boxes, pairs);
-  double slowest = 0;
-  for (double ms = 0; times[ways[0]].size() < 5 || ms < budget_ms;) {
-    for (const int way : ways) {
-      times[way].push_back(finders.find(way, boxes, pairs));
-      slowest = std::max(slowest, times[way].back());
-      ms += times[way].back();
-    }
-    if (times[ways[0]].size() >= 200) break;
-  }
-  const std::size_t count = pairs.size();
+  Frames frames(finders, boxes, *std::max_element(ways.begin(), ways.end()));
+  const auto times = takeTurns(frames, ways, budget_ms);
   for (const int way : ways) {
-    bench::Row row = rowOf(scene.name, size, std::to_string(way), threads, times[way], count);
-    std::vector<CudaStageTimes> stages;
-    if (way == 1) {
-      finders.on(1).measure(true);
-      for (int i = 0; i < 9; ++i) {
-        finders.find(1, boxes, pairs);
-        stages.push_back(finders.on(1).times());
-      }
-      finders.on(1).measure(false);
-    } else if (way > 1) {
-      for (int i = 0; i < 5; ++i) {
-        finders.find(way, boxes, pairs);
-        stages.push_back(finders.on(way).times());
-        stages.back() = CudaStageTimes();
-        stages.back().host_wait = finders.on(way).times().host_wait;
-        stages.back().host_pairs = finders.on(way).times().host_pairs;
-      }
-    }
-    addStages(row, stages);
-    csv.write(row.add("chosen", way).addMachine());
-  }
-  if (with_choice) {
-    int chosen = 0;
-    const std::vector<double> taken =
-        timesOfChoice(finders, boxes, ways.back(), budget_ms / 2, chosen, pairs);
-    bench::Row row = rowOf(scene.name, size, "auto", threads, taken, count);
-    addStages(row, {});
+    const int chosen = frames.last(way);
+    bench::Row row = rowOf(scene.name, size, nameOf(way), threads, times.at(way), frames.pairs());
+    addStages(row, stagesOf(frames, finders, way));
     csv.write(row.add("chosen", chosen).addMachine());
   }
   std::fprintf(stderr, "%s %zu\n", scene.name.c_str(), size);
@@ -175,6 +188,7 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
   bench::Csv csv(path, false);
   std::vector<int> ways = {0};
   for (int used = 1; used <= devices; used *= 2) ways.push_back(used);
+  ways.push_back(by_choice);
   {
     Finders finders(threads, devices);
     for (const std::size_t size :
@@ -182,14 +196,13 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
           4000,    10000,   20000,   50000,   100000,   200000,   500000,
           1000000, 2000000, 4000000, 8000000, 16000000, 32000000, 64000000})
       if (size <= most)
-        recordScene(sceneOf("cube"), size, threads, ways, true, size > 500000 ? 500 : 150, finders,
-                    csv);
+        recordScene(sceneOf("cube"), size, threads, ways, size > 500000 ? 1000 : 300, finders, csv);
   }
   Finders finders(threads, 1);
   for (const Scene& scene : scenes())
     if (scene.name != "cube" && most >= 1000000)
-      recordScene(scene, std::min<std::size_t>(scene.most, 1000000), threads, {0, 1}, false, 300,
-                  finders, csv);
+      recordScene(scene, std::min<std::size_t>(scene.most, 1000000), threads, {0, 1}, 300, finders,
+                  csv);
   return true;
 }
 
