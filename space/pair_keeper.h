@@ -3,6 +3,7 @@
 #define ODE_PARALLEL_SAP_PAIR_KEEPER_H
 
 #include <cstddef>
+#include <utility>
 
 #include "box_set.h"
 #include "cpu_finders.h"
@@ -43,8 +44,8 @@ class PairKeeper {
   // is kept, or too much changed for it to pay.
   bool update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
               GeomUpdate& geom_update, BoxSet& boxes);
-  // Geoms that it has moved already when it says no.
-  std::size_t movedInVain() const { return moved_in_vain_; }
+  // Geoms that it has moved already when it says no. Told once.
+  std::size_t movedInVain() { return std::exchange(moved_in_vain_, 0); }
   // Then makes `pairs` those of this frame. `finders` has the sweep that found a frame's pairs, and
   // lends its trees. Returns the number of threads used for both.
   int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,

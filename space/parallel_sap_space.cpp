@@ -39,6 +39,12 @@ void clearSlot(dxGeom* geom) {
   geom->tome_ex = nullptr;
 }
 
+// dGeomTriMeshSetData makes a mesh dirty by itself, and dGeomMoved, which tells a space of clean
+// geoms only, says nothing of a dirty one or of the spaces around it from then on.
+bool mayBeSilent(const dxGeom* geom) {
+  return geom->type == dTriMeshClass || IS_SPACE(geom);
+}
+
 }  // namespace
 
 // Locks the space against changes to its contents, until the scope is left in whatever way.
@@ -124,8 +130,13 @@ void ParallelSAPSpace::add(dxGeom* geom) {
 
   constexpr std::size_t least_gaps = 64;
   if (geoms_.size() - count >= std::max<std::size_t>(least_gaps, count)) closeSlots();
+  // All that may throw comes before the geom is known here.
+  const Slot slot = static_cast<Slot>(geoms_.size());
+  pair_keeper_.change(slot);
+  silent_.growTo(slot + std::size_t{1});
   geoms_.push_back(geom);
-  setSlot(geom, geoms_.size() - 1);
+  setSlot(geom, slot);
+  silent_.insert(slot);  // it may not know its type yet
   plane_pairs_.forget();
   geom->next = nullptr;
   geom->tome = tail_;
@@ -149,6 +160,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   queries_.changed(slotIn(geom));
   plane_pairs_.forget();
   pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
+  silent_.erase(static_cast<Slot>(slotIn(geom)));
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -170,12 +182,14 @@ void ParallelSAPSpace::closeSlots() {
   pair_keeper_.stop();
   // What is yet to be brought up to date is known by its slot.
   pair_keeper_.forgetChanges();
+  silent_.clear();
   std::size_t slot = 0;
   for (dxGeom* const geom : geoms_) {
     if (!geom) continue;
     geoms_[slot] = geom;
     setSlot(geom, slot);
     if (geom->gflags & GEOM_DIRTY) pair_keeper_.change(static_cast<Slot>(slot));
+    if (mayBeSilent(geom)) silent_.insert(static_cast<Slot>(slot));
     ++slot;
   }
   geoms_.resize(slot);
@@ -183,11 +197,36 @@ void ParallelSAPSpace::closeSlots() {
   plane_pairs_.forget();
 }
 
+void ParallelSAPSpace::noteSilent() {
+  silent_.forEach([this](Slot slot) {
+    dxGeom* const geom = geoms_[slot];
+    if (!mayBeSilent(geom))
+      silent_.erase(slot);
+    else if (geom->gflags & GEOM_DIRTY)
+      dirty(geom);
+  });
+}
+
 void ParallelSAPSpace::cleanGeoms() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
+  noteSilent();
+  try {
+    geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
+  } catch (const std::bad_alloc&) {
+    cleanOneByOne();
+  }
   needs_clean_ = false;
+}
+
+std::size_t ParallelSAPSpace::cleanOneByOne() {
+  std::size_t moved = 0;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if (!(geom->gflags & GEOM_DIRTY)) continue;
+    cleanGeom(geom);
+    ++moved;
+  }
+  return moved;
 }
 
 // The most threads that are worth their start for this number of geoms.
@@ -290,6 +329,7 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   frame_threads_ = threads;
   if (kept_apart_) std::swap(pairs, kept_);
   kept_apart_ = false;
+  noteSilent();
   if (!findChanges(pairs, clock)) findAll(pairs, clock);
   const bool planes_apart = settings.rules.cull_planes && plane_pairs_.any();
   if (planes_apart || PairFilter::needsVerifying(*facts_, settings.rules)) {
@@ -309,6 +349,9 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
 } catch (const std::bad_alloc&) {
   pair_keeper_.stop();
   return false;
+} catch (...) {
+  pair_keeper_.stop();  // from the AABB function of a user class, say
+  throw;
 }
 
 // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
@@ -339,8 +382,8 @@ bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
 
 void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
   pair_keeper_.stop();
-  pair_keeper_.forgetChanges();
   update();
+  pair_keeper_.forgetChanges();
   stats_.update_ms = clock.lap();
   synchronise();
   stats_.moved += pair_keeper_.movedInVain();
@@ -426,12 +469,8 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   pair_keeper_.stop();
   dxGeom* active[smallest_scene];
-  unsigned actives = 0, moved = 0, invalid = 0, unbounded = 0;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!(geom->gflags & GEOM_DIRTY)) continue;
-    cleanGeom(geom);
-    ++moved;
-  }
+  unsigned actives = 0, invalid = 0, unbounded = 0;
+  const std::size_t moved = cleanOneByOne();
   needs_clean_ = false;
 
   struct Couple {
@@ -598,9 +637,7 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
   stats_.method = dParallelSAPMethodBruteForce;
   stats_.threads = 1;
   stats_.pairs = 0;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (geom->gflags & GEOM_DIRTY) cleanGeom(geom);
-  }
+  cleanOneByOne();
   for (dxGeom* a = first; a; a = a->next) {
     if (!isEnabled(a) || hasNaN(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
@@ -616,6 +653,7 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
+  if (needs_clean_) noteSilent();
   if (needs_clean_ && queries_.clean(geoms_)) needs_clean_ = false;
   cleanGeoms();
   geom->recomputeAABB();
@@ -677,7 +715,8 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() +
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
          contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
-         plane_pairs_.bytes() + kept_.bytes() + geom_update_.bytes() + pair_keeper_.bytes();
+         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + geom_update_.bytes() +
+         pair_keeper_.bytes();
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

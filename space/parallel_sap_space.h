@@ -22,6 +22,7 @@
 #include "pair_list.h"
 #include "plane_pairs.h"
 #include "settings.h"
+#include "slot_set.h"
 #include "team_choice.h"
 
 namespace ode_parallel_sap {
@@ -63,6 +64,8 @@ class ParallelSAPSpace : public dxSpace {
   class StageClock;
 
   void closeSlots();
+  void noteSilent();
+  std::size_t cleanOneByOne();
   void beginFrame();
   void releaseSpareMemory();
   int threadsForScene() const;
@@ -99,6 +102,8 @@ class ParallelSAPSpace : public dxSpace {
   Buffer<dxGeom*> geoms_;  // by slot
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
+  // Holds all meshes and spaces, which ODE also makes dirty without a call of dirty().
+  SlotSet silent_;
   std::unordered_set<const dxGeom*> reported_invalid_;
 
   TeamChoice team_choice_;
