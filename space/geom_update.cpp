@@ -44,9 +44,18 @@ enum : std::uint8_t {
   invalid_state = 2,
   unbounded_state = 4,
   coarse_state = 8,
-  no_box_state = 16,    // takes part in nothing
-  unwatched_state = 32  // no geom, or one whose silent changes are looked at pair by pair
+  no_box_state = 16,     // takes part in nothing
+  unwatched_state = 32,  // no geom, or one whose silent changes are looked at pair by pair
+  space_state = 64,
+  user_class_state = 128
 };
+// What the other stages take from a geom that has a box, without looking at it again.
+constexpr std::uint8_t kind_states = unwatched_state | space_state | user_class_state;
+
+std::uint8_t kindOf(const dxGeom* geom, bool resting) {
+  return (resting && !geom->body ? unwatched_state : 0) | (IS_SPACE(geom) ? space_state : 0) |
+         (isUserClass(geom) ? user_class_state : 0);
+}
 
 void count(std::uint8_t state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.disabled += state & disabled_state ? sign : 0;
@@ -261,7 +270,7 @@ GeomUpdate::State GeomUpdate::packGeom(const dxGeom* geom, Slot slot, Part& part
   UpdateFacts& facts = part.facts;
   const bool resting = isResting(geom, rules_);
   boxes.bodies[slot] = resting ? resting_number : numberOf(geom->body);
-  State state = resting && !geom->body ? unwatched_state : 0;
+  State state = kindOf(geom, resting);
   if (!isEnabled(geom)) {
     state |= disabled_state;
     if (!resting || geom->gflags & GEOM_ZERO_SIZED) {
@@ -296,8 +305,8 @@ GeomUpdate::State GeomUpdate::packGeom(const dxGeom* geom, Slot slot, Part& part
     boxes.boxes[slot] = box;
   }
   facts.exact_boxes = facts.exact_boxes && rounded.exact;
-  facts.user_classes = facts.user_classes || isUserClass(geom);
-  facts.spaces = facts.spaces || IS_SPACE(geom);
+  facts.user_classes = facts.user_classes || state & user_class_state;
+  facts.spaces = facts.spaces || state & space_state;
   state |= (rounded.unbounded ? unbounded_state : 0) | (rounded.coarse ? coarse_state : 0);
   if (resting) {
     boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
@@ -465,6 +474,8 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
 
 bool GeomUpdate::mayStay(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
   if (!geom || states_[slot] & no_box_state || changedUnnoticed(geom, slot, boxes)) return false;
+  // The slot may have another geom now.
+  if ((states_[slot] & kind_states) != kindOf(geom, isResting(geom, rules_))) return false;
   const dReal most = 2 * margin_share * rules_.tolerance;
   return boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)
                     : containsClosely(boxes.boxes[slot], geom->aabb, most);

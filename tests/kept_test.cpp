@@ -14,6 +14,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -305,4 +306,45 @@ TEST_CASE("A mesh with new triangles, of which no space is told, is where they a
     dGeomDestroy(geoms.back());
   }
   for (const dTriMeshDataID mesh : data) dGeomTriMeshDataDestroy(mesh);
+}
+
+TEST_CASE("A geom within the tolerance of what its slot held is looked at if it is another",
+          "[kept]") {
+  Space space;
+  World world(space);
+  world.addBoxes(denseCube(1000, 68));
+  dParallelSAPSpaceSetTolerance(space, 0.1);
+  dParallelSAPSpaceSetSkipStatic(space, 1);
+  dParallelSAPSpaceSetSkipAsleep(space, 1);
+  const dGeomID geom = world.geoms()[500];
+  CHECK(collide(space).empty());
+  const dWorldID bodies = dWorldCreate();
+  const dBodyID body = dBodyCreate(bodies);
+  const dReal* const place = dGeomGetPosition(geom);
+  dBodySetPosition(body, place[0], place[1], place[2]);
+  dBodyDisable(body);
+  dGeomSetBody(geom, body);
+  CHECK(collide(space).empty());
+  dBodyEnable(body);
+  CHECK(collide(space).size() > 0);
+
+  // The last slot: a box, then one of a user class that may touch nothing.
+  dParallelSAPSpaceSetSkipStatic(space, 0);
+  const dGeomID box = dCreateBox(space, 3, 3, 3);
+  dGeomSetPosition(box, 5, 5, 5);
+  setNumber(box, 1000);
+  const auto ofLast = [&] {
+    const Pairs pairs = collide(space);
+    return std::count_if(pairs.begin(), pairs.end(), [](Pair p) { return p.second == 1000; });
+  };
+  CHECK(ofLast() > 0);
+  CHECK(ofLast() > 0);
+  dGeomDestroy(box);
+  const dGeomID user = createUserBox(space, {3.5, 6.5, 3.5, 6.5, 3.5, 6.5}, false,
+                                     [](dGeomID, dGeomID, dReal*) { return 0; });
+  setNumber(user, 1000);
+  CHECK(ofLast() == 0);
+  dGeomDestroy(user);
+  dGeomSetBody(geom, nullptr);
+  dWorldDestroy(bodies);
 }
