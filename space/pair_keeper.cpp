@@ -26,7 +26,7 @@ void PairKeeper::start(Source source) {
 bool PairKeeper::tooMany(std::size_t slots) const {
   const std::size_t changes = changed_.count();
   return changes * changing_share > slots ||
-         (changes > 0 && source_ != Source::sweep && slots <= least_slots_for_trees);
+         (changes > 0 && source_ == Source::all_pairs && slots <= least_slots_for_trees);
 }
 
 bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
@@ -45,7 +45,10 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
   if (!tolerant && tooMany(slots)) return false;
-  if (source_ == Source::device && ++few_changes_ < least_quiet_frames && changed_.count())
+  // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
+  // those of the last frame were found.
+  if (!tolerant && source_ == Source::device && ++few_changes_ < least_quiet_frames &&
+      changed_.count())
     return false;
   const bool fits = geom_update.repack(geoms, slots, threads, changed_, boxes);
   if (fits && !tooMany(slots)) {

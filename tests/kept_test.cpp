@@ -348,3 +348,21 @@ TEST_CASE("A geom within the tolerance of what its slot held is looked at if it 
   dGeomSetBody(geom, nullptr);
   dWorldDestroy(bodies);
 }
+
+TEST_CASE("A culled plane's pairs are exact within a tolerance too", "[kept]") {
+  Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, 69));
+  const dGeomID plane = dCreatePlane(space, 1, 1, 0, -0.1);
+  setNumber(plane, 300);
+  dGeomSetPosition(world.geoms()[0], 0.5, 0.5, 0);
+  dParallelSAPSpaceSetCullPlanes(space, 1);
+  const auto ofPlane = [&] {
+    const Pairs pairs = collide(space);
+    return std::count_if(pairs.begin(), pairs.end(), [](Pair p) { return p.second == 300; });
+  };
+  const auto exact = ofPlane();
+  dParallelSAPSpaceSetTolerance(space, 1);
+  CHECK(ofPlane() == exact);
+  CHECK(ofPlane() == exact);
+}

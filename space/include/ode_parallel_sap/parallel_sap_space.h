@@ -226,7 +226,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 /* Nonzero: pairs with at least one body, all of whose bodies are disabled (dBodyDisable, automatic
  * disabling), are not found. A body that is enabled again, in whatever way, has its pairs in the
  * next collide. A space inside this one counts as awake. Default: 0. Both settings hold for
- * dSpaceCollide, not for dSpaceCollide2. */
+ * dSpaceCollide and dParallelSAPSpaceCollideContacts, not for dSpaceCollide2. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 
@@ -235,7 +235,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
  * ever missed. What it buys: geoms that have moved by less than a quarter of it since their boxes
  * were last looked at are not looked at again, and no pair needs the exact test. Which of the
  * additional pairs are reported depends on the frames before; the same calls still give the same
- * pairs. Holds for dSpaceCollide. */
+ * pairs. Holds for dSpaceCollide and dParallelSAPSpaceCollideContacts. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
