@@ -22,10 +22,12 @@ int main(int count, char** arguments) {
   if (!std::strcmp(what, "small")) {
     good = compareAll(5000, threads, devices) && checkAxisLists(2000, threads);
   } else if (!std::strcmp(what, "tiny")) {
-    // Few enough for compute-sanitizer's slower tools.
+    // Few enough for compute-sanitizer; its slowest tool wants a process for each scene.
     const std::size_t most = count > 4 ? std::strtoull(arguments[4], nullptr, 10) : 1234;
-    good = compareAll(most, threads, devices) &&
-           checkAxisLists(std::min<std::size_t>(most, 300), threads);
+    const std::string scene = count > 5 ? arguments[5] : "";
+    good = (scene == "axis lists" || compareAll(most, threads, devices, scene)) &&
+           (!(scene.empty() || scene == "axis lists") ||
+            checkAxisLists(std::min<std::size_t>(most, 300), threads));
   } else if (!std::strcmp(what, "compare")) {
     good = compareAll(1000000, threads, devices);
   } else if (!std::strcmp(what, "faults")) {
@@ -51,7 +53,7 @@ int main(int count, char** arguments) {
   } else {
     std::printf(
         "usage: %s [all|compare|small|tiny|faults|axis|quick|time] [threads] [devices]\n"
-        "       %s tiny <threads> <devices> <most boxes>\n"
+        "       %s tiny <threads> <devices> <most boxes> [scene|\"axis lists\"]\n"
         "       %s devices <threads> <devices> <most boxes>\n"
         "       %s csv <threads> <devices> <most boxes> <file>\n"
         "       %s profile <threads> <scene> <boxes>\n",

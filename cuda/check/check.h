@@ -20,8 +20,8 @@ bool samePairs(const std::string& what, const ode_parallel_sap::PairList& expect
 // The first `count` devices; where there are fewer, they stand for several.
 std::vector<int> devicesFor(int count);
 
-// Each scene at each size up to `most` against the CPU, on 1 to `devices` devices.
-bool compareAll(std::size_t most, int threads, int devices);
+// Each scene, or `only` one, at each size up to `most` against the CPU, on 1 to `devices` devices.
+bool compareAll(std::size_t most, int threads, int devices, const std::string& only = "");
 // Every CUDA call of a frame fails once.
 bool checkFaults(int threads, int devices);
 // Two finders on two threads; many finders one after the other.

@@ -64,7 +64,7 @@ std::vector<int> devicesFor(int count) {
   return devices;
 }
 
-bool compareAll(std::size_t most, int threads, int devices) {
+bool compareAll(std::size_t most, int threads, int devices, const std::string& only) {
   const std::size_t sizes[] = {0, 1, 2, 3, 31, 32, 33, 63, 65, 257, 1234, 5000, 100003, 1000000};
   // One finder for all: buffers of all sizes are met again.
   const std::unique_ptr<CudaPairFinder> device = makeCudaSweep(devicesFor(devices));
@@ -73,6 +73,7 @@ bool compareAll(std::size_t most, int threads, int devices) {
   PairList expected, found;
   bool good = true;
   for (const Scene& scene : scenes()) {
+    if (!only.empty() && scene.name != only) continue;
     std::size_t pairs = 0, unsure = 0, checked = 0;
     for (const std::size_t size : sizes) {
       if (size > std::min(most, scene.most)) continue;
