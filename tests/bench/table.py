@@ -227,7 +227,7 @@ def devices(directory):
         times = [one(rows, n=n, on=on)["median_ms"] for on in fixed]
         auto = one(rows, n=n, on="auto")["median_ms"]
         table.append([count(n)] + [shown(ms) for ms in times] + [shown(auto), shown(auto / min(times))])
-    return markdown(["boxes"] + names + ["Auto", "by the best"], table)
+    return markdown(["boxes"] + names + ["Auto", "by the best"], table, [machine(rows)])
 
 
 TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
