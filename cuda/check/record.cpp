@@ -129,7 +129,8 @@ class Frames {
 };
 
 // As in a program that stays with one way: frames follow each other, the first of each few is not
-// counted. All ways take turns at that, so that a disturbance meets all.
+// counted. All ways take turns at that, so that a disturbance meets all, every other time the other
+// way round, as it matters who went before.
 std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<int>& ways,
                                              double budget_ms) {
   constexpr int uncounted = 2, counted = 3;
@@ -139,13 +140,16 @@ std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<i
     for (int i = 0; i < (way == by_choice ? 40 : 4); ++i) frames.find(way);
   std::map<int, std::vector<double>> times;
   std::size_t taken = 0;
-  for (double ms = 0; taken < least || (ms < budget_ms && taken < most); taken += counted)
-    for (const int way : ways)
+  std::vector<int> turns = ways;
+  for (double ms = 0; taken < least || (ms < budget_ms && taken < most); taken += counted) {
+    for (const int way : turns)
       for (int i = 0; i < uncounted + counted; ++i) {
         const double frame = frames.find(way);
         ms += frame;
         if (i >= uncounted) times[way].push_back(frame);
       }
+    std::reverse(turns.begin(), turns.end());
+  }
   return times;
 }
 
