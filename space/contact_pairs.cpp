@@ -27,9 +27,11 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
       dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
     return;
   }
-  // Other threads may then read the geoms.
-  o1->recomputePosr();
-  o2->recomputePosr();
+  // Other threads may then read the geoms, and colliders of meshes ask for bounds, too.
+  for (const dGeomID geom : {o1, o2}) {
+    geom->recomputePosr();
+    geom->recomputeAABB();
+  }
   try {
     list_.push_back({o1, o2});
   } catch (const std::bad_alloc&) {

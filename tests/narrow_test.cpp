@@ -16,6 +16,7 @@
 #include "support/contact_scene.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -329,6 +330,40 @@ TEST_CASE("A spaces callback decides what is collided in the place of its pair",
     CHECK(dGeomGetSpace(contact.o1) == space);
     CHECK(dGeomGetSpace(contact.o2) == space);
   }
+}
+
+TEST_CASE("Bounds of added geoms are up to date before other threads may ask for them",
+          "[narrow]") {
+  struct Added {
+    std::vector<dGeomID> geoms;
+    unsigned long asked = 0;
+    static void spaces(void* data, dGeomID, dGeomID, void* pairs) {
+      Added& own = *static_cast<Added*>(data);
+      for (std::size_t i = 0; i < own.geoms.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) dParallelSAPAddPair(pairs, own.geoms[i], own.geoms[j]);
+      own.asked = userBoundsAsked();
+    }
+    static int flags(void*, dGeomID o1, dGeomID o2) {
+      dReal bounds[6];
+      dGeomGetAABB(o1, bounds);
+      dGeomGetAABB(o2, bounds);
+      return 0;
+    }
+    static void contacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
+  };
+  const Space space;
+  dCreateSphere(dSimpleSpaceCreate(space), 1);
+  dCreateSphere(space, 1);
+  Added added;
+  for (int i = 0; i < 40; ++i) added.geoms.push_back(createUserBox(nullptr, {0, 1, 0, 1, 0, 1}));
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  const unsigned long before = userBoundsAsked();
+  const dParallelSAPContactCallbacks callbacks = {Added::contacts, Added::flags, nullptr,
+                                                  Added::spaces};
+  dParallelSAPSpaceCollideContacts(space, &added, 8, &callbacks);
+  CHECK(added.asked == before + added.geoms.size());
+  CHECK(userBoundsAsked() == added.asked);
+  for (const dGeomID geom : added.geoms) dGeomDestroy(geom);
 }
 
 TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide all the same",
