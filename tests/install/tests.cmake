@@ -27,6 +27,8 @@ endif()
 
 if(TARGET docs)
   add_install_test(docs "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --target docs)
+else()
+  message(STATUS "Test of the header's pages: none, there is no target docs (Debian: doxygen)")
 endif()
 
 # add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the
