@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,7 @@ struct Wishes {
   int rounds = 2;
   int threads = 1;
   std::string csv;
+  bool append = false;
 };
 
 void count(void* data, dGeomID, dGeomID) {
@@ -155,7 +157,7 @@ double mean(const std::vector<double>& times) {
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv, wishes.append);
   std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers", "threads",
               "median ms", "mean ms", "ratio", "pairs", "kept");
   for (const std::size_t n : wishes.sizes) {
@@ -215,6 +217,7 @@ int main(int argc, char** argv) {
   app.add_option("--rounds", wishes.rounds, "turns of each setting");
   app.add_option("--threads", wishes.threads)->check(CLI::PositiveNumber);
   app.add_option("--csv", wishes.csv, "file to write");
+  app.add_flag("--append", wishes.append, "to what the file holds");
   CLI11_PARSE(app, argc, argv);
   dInitODE2(0);
   int result = 0;

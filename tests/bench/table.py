@@ -218,6 +218,20 @@ def programs(directory):
                      "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
+def rest(directory):
+    """Scenes of which little moves, on one thread."""
+    names = {"all-move": "all move", "some-move": "the same few move, all pairs reported",
+             "others-move": "others move in every frame", "some-awake": "the others asleep, all pairs reported",
+             "skip-asleep": "the others asleep, pairs at rest left out",
+             "skip-static": "the others static, pairs at rest left out",
+             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box"}
+    rows = [row for row in read(directory, "rest") if row["threads"] == 1]
+    lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]),
+              shown(row["ratio"]), count(row["pairs"])] for row in rows]
+    return markdown(["what moves", "boxes", "moving", "ms a frame", "of all moving", "pairs reported"], lines,
+                    [machine(rows)])
+
+
 def devices(directory):
     rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
     fixed = [on for on in values(rows, "on") if on != "auto"]
@@ -235,7 +249,7 @@ TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), 
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices")}
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "rest": (rest, "rest")}
 
 
 def make(name, directory):
