@@ -218,6 +218,29 @@ def programs(directory):
                      "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
+def nearest(directory):
+    """Ours against the nearest other library at 100,000 boxes, by scene and threads."""
+    rows = [row for row in timed(read(directory, "peers"), n=100000)]
+    ours = "parallel-sap"
+    others = [peer for peer in values(rows, "peer") if peer in LIBRARIES]
+    lines = []
+    for scene in values(rows, "scene"):
+        cells = [scene]
+        for threads in (1, 2):
+            mine = one(rows, scene=scene, peer=ours, threads=threads)
+            found = [one(rows, scene=scene, peer=peer, threads=threads) for peer in others]
+            found = [row for row in found if row]
+            if not mine or not found:
+                cells += ["–"] * 3
+                continue
+            near = min(found, key=lambda row: row["median_ms"])
+            cells += [shown(mine["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
+                      shown(near["median_ms"] / mine["median_ms"], "×")]
+        lines.append(cells)
+    return markdown(["100,000 boxes", "ours, 1 thread", "nearest library", "gain", "ours, 2 threads",
+                     "nearest", "gain"], lines, [machine(rows)])
+
+
 def rest(directory):
     """Scenes of which little moves, on one thread."""
     names = {"all-move": "all move", "some-move": "the same few move, all pairs reported",
@@ -249,7 +272,7 @@ TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), 
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "rest": (rest, "rest")}
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "rest": (rest, "rest"), "nearest": (nearest, "peers")}
 
 
 def make(name, directory):
