@@ -459,6 +459,7 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
   stats.contacts = narrow_phase.contacts();
   return true;
 } catch (const std::bad_alloc&) {
+  narrow_phase = NarrowPhase();  // going on one by one needs memory, too
   return false;
 }
 

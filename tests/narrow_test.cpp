@@ -2,8 +2,10 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <mutex>
+#include <new>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -364,6 +366,24 @@ TEST_CASE("Bounds of added geoms are up to date before other threads may ask for
   CHECK(added.asked == before + added.geoms.size());
   CHECK(userBoundsAsked() == added.asked);
   for (const dGeomID geom : added.geoms) dGeomDestroy(geom);
+}
+
+TEST_CASE("Without memory for all contacts they are found and reported pair by pair", "[narrow]") {
+  static std::atomic<int> calls{0};
+  calls = 0;
+  const auto flags = [](void*, dGeomID, dGeomID) {
+    if (++calls == 100) throw std::bad_alloc();
+    return 8;
+  };
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 600, seedOr(92));
+  const Contacts expected = serialContacts(space, {8});
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  for (int frame = 0; frame < 2; ++frame)
+    REQUIRE(difference(parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}), expected) ==
+            "");
+  CHECK(calls > 100);
 }
 
 TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide all the same",
