@@ -35,9 +35,9 @@ struct ContactRequest {
 // on timing, where its contacts are found again does not.
 //
 // Pairs are taken in three passes: first all are looked at, and the light ones collided on the
-// spot; then the heavy ones, a few at a time to whoever is free; at last, alone, those that only the
-// calling thread may collide (see collider_threads.h). Each thread appends contacts to storage of
-// its own, which is kept for the next frame.
+// spot; then the heavy ones, a few at a time to whoever is free; at last, alone, those that only
+// the calling thread may collide (see collider_threads.h). Each thread appends contacts to storage
+// of its own, which is kept for the next frame.
 class NarrowPhase {
  public:
   // Collides all pairs with up to `threads` threads; returns the number used. With

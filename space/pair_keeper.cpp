@@ -23,8 +23,7 @@ void PairKeeper::start(Source source) {
   incremental_started_ = false;
 }
 
-bool PairKeeper::tooMany(std::size_t slots) const {
-  const std::size_t changes = changed_.count();
+bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots ||
          (changes > 0 && source_ == Source::all_pairs && slots <= least_slots_for_trees);
 }
@@ -38,20 +37,22 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   }
   // Within a tolerance most of what moved may turn out to stay.
   const bool tolerant = rules.tolerance > 0;
-  if (tooMany(slots)) {
+  if (tooMany(changed_.count(), slots)) {
     few_changes_ = 0;
     if (!tolerant || (in_vain_ > 0 && --in_vain_ > 0)) return false;
   }
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
-  if (!tolerant && tooMany(slots)) return false;
+  const std::size_t changes = changed_.count();
+  if (!tolerant && tooMany(changes, slots)) return false;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
-  if (!tolerant && source_ == Source::device && ++few_changes_ < least_quiet_frames &&
-      changed_.count())
+  if (!tolerant && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
     return false;
   const bool fits = geom_update.repack(geoms, slots, threads, changed_, boxes);
-  if (fits && !tooMany(slots)) {
+  // Slots that are gone are in none of the boxes, but in pairs.
+  changes_ = tolerant ? changed_.count() : changes;
+  if (fits && !tooMany(changes_, slots)) {
     interval_ = 1;
     return true;
   }
@@ -77,7 +78,7 @@ int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const 
                      PairList& pairs) {
   candidates_ = 0;
   int used = threads_;
-  if (changed_.count()) {
+  if (changes_) {
     used = std::max(used, boxes.wide ? findChanged(wide_incremental_, finders.sweep<double>(),
                                                    geom_update, boxes, threads)
                                      : findChanged(incremental_, finders.sweep<float>(),

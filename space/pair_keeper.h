@@ -36,7 +36,6 @@ class PairKeeper {
   // The last frame's boxes and pairs are complete, or are of no use any more.
   void start(Source source);
   void stop() { running_ = false; }
-  bool running() const { return running_; }
   // Gives back all that is held, and knows nothing any more: the next frame is to be found anew.
   void release() { *this = PairKeeper(); }
 
@@ -57,7 +56,7 @@ class PairKeeper {
   std::size_t bytes() const;
 
  private:
-  bool tooMany(std::size_t slots) const;
+  bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
   int findChanged(Incremental<Real>& incremental, Sweep<Real>& base, const GeomUpdate& geom_update,
                   const BoxSet& boxes, int threads);
@@ -73,7 +72,8 @@ class PairKeeper {
   Incremental<double> wide_incremental_;
   PairList found_;
   KeptPairs kept_pairs_;
-  int threads_ = 1;  // of the last update()
+  int threads_ = 1;          // of the last update()
+  std::size_t changes_ = 0;  // likewise: the slots in changed_
   std::size_t moved_in_vain_ = 0;
   std::size_t candidates_ = 0, kept_ = 0;
 };

@@ -180,15 +180,12 @@ void ParallelSAPSpace::closeSlots() {
   const std::size_t gaps = geoms_.size() - count;
   if (gaps == 0 || gaps < geoms_.size() / 4) return;
   pair_keeper_.stop();
-  // What is yet to be brought up to date is known by its slot.
-  pair_keeper_.forgetChanges();
   silent_.clear();
   std::size_t slot = 0;
   for (dxGeom* const geom : geoms_) {
     if (!geom) continue;
     geoms_[slot] = geom;
     setSlot(geom, slot);
-    if (geom->gflags & GEOM_DIRTY) pair_keeper_.change(static_cast<Slot>(slot));
     if (mayBeSilent(geom)) silent_.insert(static_cast<Slot>(slot));
     ++slot;
   }
@@ -366,7 +363,6 @@ bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
                                          frame_threads_, geom_update_, boxes_))
     return false;
   needs_clean_ = false;
-  if (settings.rules.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
   stats_.update_ms = clock.lap();
   facts_ = &geom_update_.facts();
   noteFacts();

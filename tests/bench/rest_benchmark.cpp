@@ -158,8 +158,8 @@ double mean(const std::vector<double>& times) {
 
 void run(const Wishes& wishes) {
   Csv csv(wishes.csv, wishes.append);
-  std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers", "threads",
-              "median ms", "mean ms", "ratio", "pairs", "kept");
+  std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers",
+              "threads", "median ms", "mean ms", "ratio", "pairs", "kept");
   for (const std::size_t n : wishes.sizes) {
     const std::size_t movers = static_cast<std::size_t>(
         wishes.moving > 1 ? wishes.moving : wishes.moving * static_cast<double>(n));

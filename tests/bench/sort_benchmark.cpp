@@ -1,5 +1,5 @@
-// The sort of this library against those of others, on what it sorts: records of a key along a curve
-// and a slot.
+// The sort of this library against those of others, on what it sorts: records of a key along a
+// curve and a slot.
 #include <parallel/algorithm>
 
 #include <CLI/CLI.hpp>
@@ -76,7 +76,8 @@ struct Wishes {
 
 void run(const Wishes& wishes) {
   Csv csv(wishes.csv, false);
-  std::printf("%-22s %9s %7s %12s %12s\n", "sort", "records", "threads", "median ms", "ns a record");
+  std::printf("%-22s %9s %7s %12s %12s\n", "sort", "records", "threads", "median ms",
+              "ns a record");
   for (const std::size_t n : wishes.sizes) {
     const Records records = makeRecords(n);
     Records expected = records, scratch(n);
@@ -90,7 +91,8 @@ void run(const Wishes& wishes) {
           const Stopwatch clock;
           sort.run(sorted, scratch, threads);
           const double time = clock.milliseconds();
-          if (sorted != expected) throw std::runtime_error(std::string(sort.name) + " does not sort");
+          if (sorted != expected)
+            throw std::runtime_error(std::string(sort.name) + " does not sort");
           if (turn > 0) times.push_back(time);
           spent += time;
         }
@@ -114,7 +116,8 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("sort-benchmark: this library's sort of keys along a curve against other libraries'");
+  CLI::App app(
+      "sort-benchmark: this library's sort of keys along a curve against other libraries'");
   app.add_option("--sizes", wishes.sizes, "records")->delimiter(',');
   app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--seconds", wishes.seconds, "of sorting, a cell");

@@ -117,7 +117,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
 /* The number of GPUs that share each frame of the CUDA back end, at most as many as there are. 0,
  * the default, leaves it to the space, which takes 1, 2, 4 or more by what frames took, for the
- * method AxisLists always 1. With the back end Auto frames go to this number of GPUs or to the CPU. */
+ * method AxisLists always 1. With the back end Auto frames go to this number of GPUs or to the CPU.
+ */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
