@@ -6,9 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <limits>
 #include <map>
 #include <stdexcept>
@@ -18,6 +16,7 @@
 #include "csv.h"
 #include "pile_recording.h"
 #include "presets.h"
+#include "program.h"
 #include "world.h"
 
 namespace bench {
@@ -253,80 +252,26 @@ void run(const Wishes& wishes) {
   }
 }
 
-const char usage[] =
-    R"(pile-benchmark: AABB update and overlap time on recorded piles
-
-  --piles=directory   where record-piles wrote; default: beside the program
-  --scenes=a,b,...    default cubes,balls,skittles
-  --methods=a,b,...   brute-force, sweep (the default), axis-lists, cuda, cuda-axis-lists
-  --threads=t,t,...   default 1,2
-  --devices=d,d,...   GPUs, of the methods that run on them; default 1
-  --rounds=r          turns of each method and number of threads; default 3
-  --seconds=s         of collides in a turn; default 0.3
-  --csv=file
-)";
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (char c : text) {
-    if (c == ',')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
-}
-
-std::vector<int> numbers(const std::string& text) {
-  std::vector<int> all;
-  for (const std::string& part : split(text)) all.push_back(std::stoi(part));
-  return all;
-}
-
-Wishes parse(int argc, char** argv) {
-  Wishes wishes;
-  const std::string program = argv[0];
-  if (program.find('/') != std::string::npos) wishes.piles = program.substr(0, program.rfind('/'));
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const std::size_t equals = argument.find('=');
-    const std::string name = argument.substr(0, equals);
-    const std::string value = equals == std::string::npos ? "" : argument.substr(equals + 1);
-    if (name == "--help") {
-      std::fputs(usage, stdout);
-      std::exit(0);
-    }
-    if (value.empty()) throw std::invalid_argument(argument + ": no such option; see --help");
-    if (name == "--piles")
-      wishes.piles = value;
-    else if (name == "--scenes")
-      wishes.scenes = split(value);
-    else if (name == "--methods")
-      wishes.methods = split(value);
-    else if (name == "--rounds")
-      wishes.rounds = std::stoi(value);
-    else if (name == "--seconds")
-      wishes.seconds = std::stod(value);
-    else if (name == "--csv")
-      wishes.csv = value;
-    else if (name == "--threads")
-      wishes.threads = numbers(value);
-    else if (name == "--devices")
-      wishes.devices = numbers(value);
-    else
-      throw std::invalid_argument(argument + ": no such option; see --help");
-  }
-  return wishes;
-}
-
 }  // namespace
 }  // namespace bench
 
 int main(int argc, char** argv) {
-  try {
-    bench::run(bench::parse(argc, argv));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "pile-benchmark: %s\n", error.what());
-    return 1;
-  }
+  bench::Wishes wishes;
+  const std::string program = argv[0];
+  if (program.find('/') != std::string::npos) wishes.piles = program.substr(0, program.rfind('/'));
+  CLI::App app("pile-benchmark: AABB update and overlap time on recorded piles");
+  app.add_option("--piles", wishes.piles, "where record-piles wrote; default: beside the program");
+  app.add_option("--scenes", wishes.scenes)->delimiter(',')->capture_default_str();
+  app.add_option("--methods", wishes.methods,
+                 "brute-force, sweep, axis-lists, cuda, cuda-axis-lists")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--devices", wishes.devices, "GPUs, of the methods that run on them")
+      ->delimiter(',');
+  app.add_option("--rounds", wishes.rounds, "turns of each method and number of threads")
+      ->capture_default_str();
+  app.add_option("--seconds", wishes.seconds, "of collides in a turn")->capture_default_str();
+  app.add_option("--csv", wishes.csv, "file to write");
+  return bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
 }

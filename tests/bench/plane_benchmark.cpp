@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "csv.h"
+#include "program.h"
 #include "random.h"
 #include "scenes.h"
 #include "stopwatch.h"
@@ -177,73 +175,22 @@ void run(const Wishes& wishes) {
     }
 }
 
-const char usage[] =
-    R"(plane-benchmark: what planes cost among moving bodies, reported with every geom and culled
-
-  --sizes=n,n,...    bodies; default 10000,100000
-  --threads=t,t,...  default 1
-  --planes=p         oblique planes of the bowl; default 40
-  --rounds=r         turns of each variant; default 3
-  --seconds=s        of collides in a turn; default 0.5
-  --stock=0          leave ODE's spaces out
-  --csv=file
-)";
-
-template <class Number>
-std::vector<Number> numbers(const std::string& text) {
-  std::vector<Number> found;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    found.push_back(static_cast<Number>(std::stod(text.substr(begin, end - begin))));
-    begin = end + 1;
-  }
-  return found;
-}
-
-Wishes parse(int argc, char** argv) {
-  Wishes wishes;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const std::size_t equals = argument.find('=');
-    const std::string name = argument.substr(0, equals);
-    const std::string value = equals == std::string::npos ? "" : argument.substr(equals + 1);
-    if (name == "--help") {
-      std::fputs(usage, stdout);
-      std::exit(0);
-    }
-    if (value.empty()) throw std::invalid_argument(argument + ": no such option; see --help");
-    if (name == "--sizes")
-      wishes.sizes = numbers<std::size_t>(value);
-    else if (name == "--threads")
-      wishes.threads = numbers<int>(value);
-    else if (name == "--planes")
-      wishes.planes = std::stoi(value);
-    else if (name == "--rounds")
-      wishes.rounds = std::stoi(value);
-    else if (name == "--seconds")
-      wishes.seconds = std::stod(value);
-    else if (name == "--stock")
-      wishes.stock = value != "0";
-    else if (name == "--csv")
-      wishes.csv = value;
-    else
-      throw std::invalid_argument(argument + ": no such option; see --help");
-  }
-  return wishes;
-}
-
 }  // namespace
 }  // namespace bench
 
 int main(int argc, char** argv) {
+  bench::Wishes wishes;
+  CLI::App app(
+      "plane-benchmark: what planes cost among moving bodies, reported with every geom and culled");
+  app.add_option("--sizes", wishes.sizes, "bodies")->delimiter(',')->capture_default_str();
+  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
+  app.add_option("--planes", wishes.planes, "oblique planes of the bowl")->capture_default_str();
+  app.add_option("--rounds", wishes.rounds, "turns of each variant")->capture_default_str();
+  app.add_option("--seconds", wishes.seconds, "of collides in a turn")->capture_default_str();
+  app.add_option("--stock", wishes.stock, "0: leave ODE's spaces out");
+  app.add_option("--csv", wishes.csv, "file to write");
   dInitODE2(0);
-  int result = 0;
-  try {
-    bench::run(bench::parse(argc, argv));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "plane-benchmark: %s\n", error.what());
-    result = 1;
-  }
+  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
   dCloseODE();
   return result;
 }

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -14,6 +12,7 @@
 
 #include "csv.h"
 #include "machine.h"
+#include "program.h"
 #include "random.h"
 #include "scenes.h"
 #include "stopwatch.h"
@@ -201,88 +200,31 @@ void run(const Wishes& wishes) {
         }
 }
 
-const char usage[] =
-    R"(query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes
-
-  --spaces=a,b,...   parallel-sap, dHashSpace, dQuadTreeSpace, dSimpleSpace (default: these),
-                     dSweepAndPruneSpace
-  --kinds=a,b,...    rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the
-                     probes)
-  --sizes=n,n,...    geoms in the space; default 32000
-  --queries=q,q,...  rays or probes a step; default 1000
-  --moving=p,p,...   part of the geoms that moves between two steps; default 0,0.01,1
-  --rounds=r         turns of each space; default 2
-  --seconds=s        of queries in a turn; default 0.5
-  --csv=file
-)";
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (char c : text) {
-    if (c == ',')
-      parts.emplace_back();
-    else
-      parts.back() += c;
-  }
-  return parts;
-}
-
-template <class Number>
-std::vector<Number> numbers(const std::string& text) {
-  std::vector<Number> found;
-  for (const std::string& part : split(text)) found.push_back(static_cast<Number>(std::stod(part)));
-  return found;
-}
-
-Wishes parse(int argc, char** argv) {
-  Wishes wishes;
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const std::size_t equals = argument.find('=');
-    const std::string name = argument.substr(0, equals);
-    const std::string value = equals == std::string::npos ? "" : argument.substr(equals + 1);
-    if (name == "--help") {
-      std::fputs(usage, stdout);
-      std::exit(0);
-    }
-    if (value.empty()) throw std::invalid_argument(argument + ": no such option; see --help");
-    if (name == "--spaces")
-      wishes.spaces = split(value);
-    else if (name == "--kinds")
-      wishes.kinds = split(value);
-    else if (name == "--sizes")
-      wishes.sizes = numbers<std::size_t>(value);
-    else if (name == "--queries")
-      wishes.queries = numbers<std::size_t>(value);
-    else if (name == "--moving")
-      wishes.moving = numbers<double>(value);
-    else if (name == "--rounds")
-      wishes.rounds = std::stoi(value);
-    else if (name == "--seconds")
-      wishes.seconds = std::stod(value);
-    else if (name == "--csv")
-      wishes.csv = value;
-    else
-      throw std::invalid_argument(argument + ": no such option; see --help");
-  }
-  for (const std::string& kind : wishes.kinds)
-    if (kind != "rays" && kind != "short-rays" && kind != "probes" && kind != "space")
-      throw std::invalid_argument("no kind " + kind);
-  return wishes;
-}
-
 }  // namespace
 }  // namespace bench
 
 int main(int argc, char** argv) {
+  bench::Wishes wishes;
+  CLI::App app(
+      "query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes");
+  app.add_option("--spaces", wishes.spaces, "also dSweepAndPruneSpace")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--kinds", wishes.kinds,
+                 "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
+                 "probes)")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space"}))
+      ->capture_default_str();
+  app.add_option("--sizes", wishes.sizes, "geoms in the space")->delimiter(',');
+  app.add_option("--queries", wishes.queries, "rays or probes a step")->delimiter(',');
+  app.add_option("--moving", wishes.moving, "part of the geoms that moves between two steps")
+      ->delimiter(',');
+  app.add_option("--rounds", wishes.rounds, "turns of each space")->capture_default_str();
+  app.add_option("--seconds", wishes.seconds, "of queries in a turn")->capture_default_str();
+  app.add_option("--csv", wishes.csv, "file to write");
   dInitODE2(0);
-  int result = 0;
-  try {
-    bench::run(bench::parse(argc, argv));
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "query-benchmark: %s\n", error.what());
-    result = 1;
-  }
+  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
   dCloseODE();
   return result;
 }

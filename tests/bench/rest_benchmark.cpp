@@ -2,16 +2,15 @@
 // pairs reported, with those at rest left out, and with a tolerance.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <exception>
 #include <string>
 #include <vector>
 
 #include "csv.h"
 #include "machine.h"
+#include "program.h"
 #include "random.h"
 #include "scenes.h"
 #include "stopwatch.h"
@@ -218,15 +217,8 @@ int main(int argc, char** argv) {
   app.add_option("--threads", wishes.threads)->check(CLI::PositiveNumber);
   app.add_option("--csv", wishes.csv, "file to write");
   app.add_flag("--append", wishes.append, "to what the file holds");
-  CLI11_PARSE(app, argc, argv);
   dInitODE2(0);
-  int result = 0;
-  try {
-    bench::run(wishes);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "rest-benchmark: %s\n", error.what());
-    result = 1;
-  }
+  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
   dCloseODE();
   return result;
 }

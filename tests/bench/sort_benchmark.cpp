@@ -2,11 +2,9 @@
 // curve and a slot.
 #include <parallel/algorithm>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <exception>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -19,6 +17,7 @@
 
 #include "csv.h"
 #include "machine.h"
+#include "program.h"
 #include "radix_sort.h"
 #include "random.h"
 #include "stopwatch.h"
@@ -122,12 +121,5 @@ int main(int argc, char** argv) {
   app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--seconds", wishes.seconds, "of sorting, a cell");
   app.add_option("--csv", wishes.csv, "file to write");
-  CLI11_PARSE(app, argc, argv);
-  try {
-    bench::run(wishes);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "sort-benchmark: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  return bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
 }
