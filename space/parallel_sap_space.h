@@ -1,4 +1,5 @@
-// The dSpace itself: ODE's side of it, and the pipeline. Sees ODE's private headers.
+// The dSpace itself: ODE's side of it (parallel_sap_space.cpp) and the pipeline (collide.cpp). Sees
+// ODE's private headers.
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
 
@@ -62,6 +63,7 @@ class ParallelSAPSpace : public dxSpace {
   class Lock;
   class Frame;
   class StageClock;
+  struct SmallScene;
 
   void closeSlots();
   void noteSilent();
@@ -73,6 +75,8 @@ class ParallelSAPSpace : public dxSpace {
   bool isSmallest() const;
   bool timesSmallest();
   void collideSmallest(void* data, dNearCallback* callback);
+  void findSmallest(SmallScene& scene);
+  void noteSmallest(const SmallScene& scene);
   bool findPairs(PairList& pairs, int threads, StageClock& clock);
   void collectPairs(ContactPairs& pairs, StageClock& clock);
   bool collideCollected(const Buffer<GeomPair>& pairs, const ContactRequest& request,
