@@ -1,0 +1,129 @@
+// One box against sixteen: overlap, filter, and the pairs that come of it. Internal linkage, as in
+// kernels_impl.h.
+#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_ROWS_H
+#define ODE_PARALLEL_SAP_SIMD_KERNEL_ROWS_H
+
+#include <string.h>
+
+#include "../box_set.h"
+#include "kernels.h"
+
+namespace {
+
+using namespace ode_parallel_sap;
+
+constexpr unsigned all_lanes = 0xffff;
+
+template <class Real>
+using Row = Lanes::Row<Real>;
+
+template <class Real>
+inline Row<Real> rowOf(const Group<Real>& boxes) {
+  return Row<Real>(boxes.lower[0], boxes.upper[0], group_size);
+}
+
+// Which of sixteen boxes overlap box `lane` of `box`. NaN overlaps nothing. The formula holds for
+// inverted boxes too, and so do bounds made of least and greatest ones.
+template <class Real>
+inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
+  return rowOf(boxes).overlapping(box, lane);
+}
+
+// Two steps toward `direction` (1 up, -1 down) in the order of all floats, of which the two zeros
+// are one; NaN beyond infinity.
+inline float twoSteps(float value, int direction) {
+  std::int32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  std::int32_t sign = bits >> 31;
+  std::int32_t order = ((bits & 0x7fffffff) ^ sign) - sign + 2 * direction;
+  sign = order >> 31;
+  bits = ((order ^ sign) - sign) | (sign & std::int32_t{-0x7fffffff - 1});
+  memcpy(&value, &bits, sizeof bits);
+  return value;
+}
+
+// The boxes of a cell, shrunk so far that a shrunk box can only overlap another box's float bounds
+// if the exact boxes overlap: an exact bound is less than one step inside its float bound, for
+// both.
+inline void shrink(const Group<float>& cell, Group<float>& inner) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < group_size; ++i) {
+      inner.lower[axis][i] = twoSteps(cell.lower[axis][i], 1);
+      inner.upper[axis][i] = twoSteps(cell.upper[axis][i], -1);
+    }
+}
+
+// Boxes of doubles are always exact.
+inline void shrink(const Group<double>&, Group<double>&) {}
+
+// Which of sixteen boxes may meet box `lane` by their bits and bodies.
+inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
+                             const std::uint32_t* category, const std::uint32_t* collide,
+                             const std::uint32_t* body) {
+  const unsigned wanted = Lanes::sharesBits(collide, filter.category[lane]) |
+                          Lanes::sharesBits(category, filter.collide[lane]);
+  return filter.body[lane] ? wanted & ~Lanes::equals(body, filter.body[lane]) : wanted;
+}
+
+inline void markUnsure(std::uint64_t* pair, unsigned hits, unsigned unsure) {
+  for (; hits; hits &= hits - 1, ++pair)
+    if (unsure & hits & (0u - hits)) *pair |= std::uint64_t{1} << 63;
+}
+
+// The cell whose boxes are taken one by one.
+template <class Real>
+struct Query {
+  const Group<Real>* boxes;
+  const GroupIds* ids;
+  const GroupFilter* filter;  // null: no pair is filtered
+  Group<Real> inner;          // the boxes shrunk, unless they are exact
+  unsigned count;             // boxes in use; the others are NaN
+  bool exact;
+
+  Query(const TreeView<Real>& tree, std::size_t cell, bool exact)
+      : boxes(tree.levels[0] + cell),
+        ids(tree.ids + cell),
+        filter(tree.filters ? tree.filters + cell : nullptr),
+        count(__builtin_popcount(
+            Lanes::atMost(boxes->lower[0], static_cast<Real>(__builtin_inff())))),
+        exact(exact) {
+    if (!exact) shrink(*boxes, inner);
+  }
+};
+
+// What goes with the boxes of a row; without filters the last three are null.
+struct RowIds {
+  const std::uint32_t *slot, *category, *collide, *body;
+};
+
+template <class Real>
+inline RowIds idsOf(const TreeView<Real>& tree, std::size_t cell) {
+  if (!tree.filters) return {tree.ids[cell].slot, nullptr, nullptr, nullptr};
+  const GroupFilter& filter = tree.filters[cell];
+  return {tree.ids[cell].slot, filter.category, filter.collide, filter.body};
+}
+
+// Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
+template <class Real>
+inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask,
+                          const Row<Real>& row, const RowIds& ids, PairSink& sink) {
+  unsigned hits = row.overlapping(*query.boxes, lane) & mask;
+  if (!hits) return;
+  if (query.filter) {
+    hits &= passesFilter(*query.filter, lane, ids.category, ids.collide, ids.body);
+    if (!hits) return;
+  }
+  std::uint64_t* const first = sink.next;
+  sink.next += Lanes::writePairs(ids.slot, query.ids->slot[lane], hits, first);
+  if (sizeof(Real) > sizeof(float) || query.exact) return;
+  const unsigned unsure = hits & ~row.overlapping(query.inner, lane);
+  if (unsure) markUnsure(first, hits, unsure);
+}
+
+inline void makeRoom(PairSink& sink, std::size_t room) {
+  if (static_cast<std::size_t>(sink.end - sink.next) < room) sink.grow(sink, room);
+}
+
+}  // namespace
+
+#endif

@@ -1,0 +1,284 @@
+// Pairs and boxes that are found by walking a tree over cells. Internal linkage, as in
+// kernels_impl.h.
+#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
+#define ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
+
+#include "kernel_rows.h"
+
+namespace {
+
+// Boxes that the query's bounds reach, gathered so that the query's boxes meet sixteen of them at a
+// time.
+template <class Real>
+struct Candidates {
+  static constexpr std::size_t capacity = 2048 / sizeof(Real);
+  static constexpr std::size_t stride = capacity + group_size;
+
+  alignas(64) Real lower[3][stride];
+  alignas(64) Real upper[3][stride];
+  alignas(64) std::uint32_t slot[stride];
+  alignas(64) std::uint32_t category[stride], collide[stride], body[stride];
+  std::size_t count = 0;
+
+  bool full() const { return count > capacity - group_size; }
+
+  // Adds the boxes of `cell` in `mask`; at most 16 places are written beyond `count`.
+  void add(const TreeView<Real>& tree, std::size_t cell, unsigned mask) {
+    const Group<Real>& boxes = tree.levels[0][cell];
+    for (int axis = 0; axis < 3; ++axis) {
+      Lanes::compress(boxes.lower[axis], mask, lower[axis] + count);
+      Lanes::compress(boxes.upper[axis], mask, upper[axis] + count);
+    }
+    Lanes::compress(tree.ids[cell].slot, mask, slot + count);
+    if (tree.filters) {
+      const GroupFilter& filter = tree.filters[cell];
+      Lanes::compress(filter.category, mask, category + count);
+      Lanes::compress(filter.collide, mask, collide + count);
+      Lanes::compress(filter.body, mask, body + count);
+    }
+    count += __builtin_popcount(mask);
+  }
+};
+
+// Pairs of the query's boxes with all candidates, which are used up.
+template <class Real>
+inline void meetCandidates(const Query<Real>& query, Candidates<Real>& others, PairSink& sink) {
+  if (!others.count) return;
+  const Real nan = static_cast<Real>(__builtin_nanf(""));
+  for (std::size_t i = 0; i < group_size; ++i) others.lower[0][others.count + i] = nan;
+  for (std::size_t base = 0; base < others.count; base += group_size) {
+    makeRoom(sink, group_size * group_size);
+    const Row<Real> row(others.lower[0] + base, others.upper[0] + base, Candidates<Real>::stride);
+    const RowIds ids = {others.slot + base, others.category + base, others.collide + base,
+                        others.body + base};
+    for (unsigned lane = 0; lane < query.count; ++lane)
+      boxAgainstRow(query, lane, all_lanes, row, ids, sink);
+  }
+  others.count = 0;
+}
+
+// Cells, gathered in the same way: their bounds and numbers.
+template <class Real>
+struct CellCandidates {
+  static constexpr std::size_t capacity = 2048 / sizeof(Real);
+  static constexpr std::size_t stride = capacity + group_size;
+
+  alignas(64) Real lower[3][stride];
+  alignas(64) Real upper[3][stride];
+  alignas(64) std::uint32_t cell[stride];
+  alignas(64) std::uint32_t chosen[stride];
+  std::size_t count = 0;
+
+  bool full() const { return count > capacity - group_size; }
+
+  // Adds the cells in `mask` of the sixteen whose bounds are `bounds` and whose numbers are
+  // `cells`.
+  void add(const Group<Real>& bounds, const std::uint32_t* cells, unsigned mask) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Lanes::compress(bounds.lower[axis], mask, lower[axis] + count);
+      Lanes::compress(bounds.upper[axis], mask, upper[axis] + count);
+    }
+    Lanes::compress(cells, mask, cell + count);
+    count += __builtin_popcount(mask);
+  }
+
+  // Puts the cells from `first` on whose bounds overlap box `lane` of `box` into chosen[], and
+  // returns their number.
+  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
+    for (int i = 0; i < group_size; ++i)
+      lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
+    std::size_t number = 0;
+    for (std::size_t base = 0; base < count; base += group_size) {
+      const unsigned mask =
+          Row<Real>(lower[0] + base, upper[0] + base, stride).overlapping(box, lane) &
+          ~Lanes::below(cell + base, first);
+      Lanes::compress(cell + base, mask, chosen + number);
+      number += __builtin_popcount(mask);
+    }
+    return number;
+  }
+};
+
+// Calls visit(node, mask) for the nodes just above the cells of `tree`, from that of cell `first`
+// on: `mask` tells which of its sixteen cells have bounds that overlap box `lane` of `box`.
+template <class Real, class Visit>
+inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
+                                std::size_t first, Visit visit) {
+  struct Node {
+    std::uint32_t level, group;
+  };
+  // A node leaves at most 15 siblings a level behind on the stack.
+  Node stack[TreeView<Real>::max_levels * group_size];
+  int top = 0;
+  stack[top++] = {static_cast<std::uint32_t>(tree.depth - 1), 0};
+  while (top) {
+    const Node node = stack[--top];
+    unsigned mask = overlaps(box, lane, tree.levels[node.level][node.group]);
+    if (node.level == 1) {
+      if (mask) visit(node.group, mask);
+      continue;
+    }
+    const std::size_t base = std::size_t{node.group} * group_size;
+    const std::size_t from = first >> 4 * (node.level - 1);
+    if (from > base) mask = from - base < group_size ? mask >> (from - base) << (from - base) : 0;
+    for (; mask; mask &= mask - 1)
+      stack[top++] = {node.level - 1, static_cast<std::uint32_t>(base + __builtin_ctz(mask))};
+  }
+}
+
+// Where a thread gathers.
+template <class Real>
+struct Workplace {
+  CellCandidates<Real> cells;
+  Candidates<Real> boxes;
+};
+
+// Pairs of the cells [begin, end) of `queries`, which are all below one node, with the gathered
+// cells of `tree`; with those after the cell itself only, if `forward`. Uses the gathered cells up.
+template <class Real>
+inline void meetCells(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                      const TreeView<Real>& tree, bool forward, bool exact, Workplace<Real>& work,
+                      PairSink& sink) {
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const Group<Real>& bounds = queries.levels[1][cell / group_size];
+    const unsigned lane = cell % group_size;
+    const std::size_t others =
+        work.cells.choose(bounds, lane, forward ? static_cast<std::uint32_t>(cell + 1) : 0);
+    if (!others) continue;
+    const Query<Real> query(queries, cell, exact);
+    for (std::size_t i = 0; i < others; ++i) {
+      const std::size_t other = work.cells.chosen[i];
+      work.boxes.add(tree, other, overlaps(bounds, lane, tree.levels[0][other]));
+      if (work.boxes.full()) meetCandidates(query, work.boxes, sink);
+    }
+    meetCandidates(query, work.boxes, sink);
+  }
+  work.cells.count = 0;
+}
+
+// Pairs of the cells [begin, end) of `queries` with those of `tree`. The tree is walked once for
+// all cells below one node, then each of them chooses among what was found.
+template <class Real>
+inline void cellsAgainstTree(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                             const TreeView<Real>& tree, bool forward, bool exact, PairSink& sink) {
+  Workplace<Real> work;
+  alignas(64) std::uint32_t numbers[group_size];
+  while (begin < end) {
+    const std::size_t node = begin / group_size;
+    const std::size_t node_end = (node + 1) * group_size, stop = node_end < end ? node_end : end;
+    // The bounds of all cells below the node.
+    Group<Real> bounds;
+    const Group<Real>& cells = queries.levels[1][node];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
+      bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
+    }
+    forOverlappingNodes(tree, bounds, 0, forward ? begin : 0,
+                        [&](std::uint32_t group, unsigned mask) {
+                          for (std::uint32_t i = 0; i < group_size; ++i)
+                            numbers[i] = group * group_size + i;
+                          work.cells.add(tree.levels[1][group], numbers, mask);
+                          if (work.cells.full())
+                            meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+                        });
+    meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+    begin = stop;
+  }
+}
+
+template <class Real>
+void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
+               PairSink& sink) {
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const Query<Real> query(tree, cell, exact);
+    makeRoom(sink, group_size * group_size);
+    const Row<Real> row = rowOf(tree.levels[0][cell]);
+    const RowIds ids = idsOf(tree, cell);
+    for (unsigned lane = 0; lane + 1 < query.count; ++lane)
+      boxAgainstRow(query, lane, all_lanes << (lane + 1) & all_lanes, row, ids, sink);
+  }
+  cellsAgainstTree(tree, begin, end, tree, true, exact, sink);
+}
+
+template <class Real>
+void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+                const TreeView<Real>& tree, bool exact, PairSink& sink) {
+  cellsAgainstTree(queries, begin, end, tree, false, exact, sink);
+}
+
+// A box of a query cell, and a cell that its bounds reach.
+struct Meeting {
+  std::uint32_t cell;
+  std::uint32_t lane;
+};
+
+template <class Real>
+inline void prefetchCell(const TreeView<Real>& tree, std::size_t cell) {
+  const char* const boxes = reinterpret_cast<const char*>(tree.levels[0] + cell);
+  for (std::size_t line = 0; line < sizeof(Group<Real>); line += 64)
+    __builtin_prefetch(boxes + line);
+  __builtin_prefetch(tree.ids + cell);
+}
+
+// The tree is walked for all boxes of a query cell before the cells it leads to are read, so that
+// these are on their way from memory meanwhile.
+template <class Real>
+void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
+              const TreeView<Real>& tree, bool exact, PairSink& sink) {
+  constexpr std::size_t capacity = 256;
+  Meeting meetings[capacity + group_size];
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const Query<Real> query(queries, cell, exact);
+    std::size_t count = 0;
+    const auto meetAll = [&] {
+      for (std::size_t i = 0; i < count; ++i) {
+        makeRoom(sink, group_size);
+        const std::size_t other = meetings[i].cell;
+        boxAgainstRow(query, meetings[i].lane, all_lanes, rowOf(tree.levels[0][other]),
+                      idsOf(tree, other), sink);
+      }
+      count = 0;
+    };
+    for (unsigned lane = 0; lane < query.count; ++lane)
+      forOverlappingNodes(tree, *query.boxes, lane, 0, [&](std::uint32_t node, unsigned mask) {
+        for (; mask; mask &= mask - 1) {
+          const std::uint32_t other = node * group_size + __builtin_ctz(mask);
+          prefetchCell(tree, other);
+          meetings[count++] = {other, lane};
+        }
+        if (count >= capacity) meetAll();
+      });
+    meetAll();
+  }
+}
+
+template <class Real>
+std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
+  std::uint32_t* next = found;
+  forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
+    for (; mask; mask &= mask - 1) {
+      const std::size_t cell = std::size_t{node} * group_size + __builtin_ctz(mask);
+      const unsigned hits = overlaps(box, 0, tree.levels[0][cell]);
+      Lanes::compress(tree.ids[cell].slot, hits, next);
+      next += __builtin_popcount(hits);
+    }
+  });
+  return next - found;
+}
+
+template <class Real>
+std::size_t findInCells(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
+                        const Group<Real>& box, std::uint32_t* found) {
+  std::uint32_t* next = found;
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    const unsigned hits = overlaps(box, 0, cells[cell]);
+    if (!hits) continue;
+    Lanes::compress(ids[cell].slot, hits, next);
+    next += __builtin_popcount(hits);
+  }
+  return next - found;
+}
+
+}  // namespace
+
+#endif
