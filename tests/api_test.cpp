@@ -18,16 +18,6 @@ using namespace sap_test;
 
 namespace {
 
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
-dParallelSAPStats statsOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats;
-}
-
 // A variable of the environment as long as the scope lasts; value 0: not set.
 class Variable {
  public:

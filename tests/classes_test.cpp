@@ -283,7 +283,7 @@ TEST_CASE("Rays through a space report what dSimpleSpace reports", "[classes]") 
         hits += got.size();
         REQUIRE(difference(got, sorted(collide2(simple, ray))) == "");
         REQUIRE(difference(sorted(collide2(ray, space.geom())),
-                           sorted(collide2(ray, reinterpret_cast<dGeomID>(simple)))) == "");
+                           sorted(collide2(ray, asGeom(simple)))) == "");
       }
       CHECK(hits > 50);
       dGeomDestroy(ray);

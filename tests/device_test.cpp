@@ -42,11 +42,7 @@ struct Scene {
     fill(world, boxes);
   }
   Pairs collide() { return sap_test::collide(space); }
-  dParallelSAPStats stats() const {
-    dParallelSAPStats stats;
-    dParallelSAPSpaceGetStats(space, &stats);
-    return stats;
-  }
+  dParallelSAPStats stats() const { return statsOf(space); }
 };
 
 Pairs pairsOnProcessor(const Boxes& boxes) {

@@ -17,10 +17,6 @@ using namespace sap_test;
 
 namespace {
 
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
 int destroyed = 0;
 
 // A geom that tells when it goes.

@@ -15,12 +15,6 @@ using namespace sap_test;
 
 namespace {
 
-std::size_t memoryOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats.memory_bytes;
-}
-
 void ignore(void*, dGeomID, dGeomID) {}
 
 void ignoreContact(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
@@ -60,14 +54,14 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
       const dGeomID probe = dCreateSphere(nullptr, 2);
       play(space, geoms, 3, contacts);
       for (int i = 0; i < 30; ++i) collide2(space, probe);
-      const std::size_t most = memoryOf(space);
+      const std::size_t most = statsOf(space).memory_bytes;
       CHECK(most > 12000 * 100);
       for (std::size_t i = left; i < geoms.size(); ++i) dGeomDestroy(geoms[i]);
       geoms.resize(left);
       play(space, geoms, 60, contacts);
-      CHECK(memoryOf(space) > most / 4);  // it could be a pause
+      CHECK(statsOf(space).memory_bytes > most / 4);  // it could be a pause
       play(space, geoms, 100, contacts);
-      CHECK(memoryOf(space) < most / 6);
+      CHECK(statsOf(space).memory_bytes < most / 6);
       for (const bool moved : {false, true, false}) {
         if (moved) dGeomSetPosition(geoms[0], 1, 1, 1);
         REQUIRE(difference(collide(space), expectedPairs(geoms)) == "");
@@ -82,11 +76,11 @@ TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {
   World world(space);
   world.addBoxes(onePlace(1500, 1));
   play(space, world.geoms(), 2);
-  const std::size_t most = memoryOf(space);
+  const std::size_t most = statsOf(space).memory_bytes;
   for (std::size_t i = 0; i < 1500; ++i)
     dGeomSetPosition(world.geoms()[i], static_cast<dReal>(2 * i), 0, 0);
   play(space, world.geoms(), 150);
-  CHECK(memoryOf(space) < most / 4);
+  CHECK(statsOf(space).memory_bytes < most / 4);
   CHECK(collide(space).size() < 1500);
 }
 
@@ -105,14 +99,14 @@ TEST_CASE("Memory stays the same while the scene does, and while it breathes", "
   }
   setEnabled(true);
   play(space, world.geoms(), 20);
-  const std::size_t memory = memoryOf(space);
+  const std::size_t memory = statsOf(space).memory_bytes;
   play(space, world.geoms(), 150);
-  CHECK(memoryOf(space) <= memory + memory / 8);
+  CHECK(statsOf(space).memory_bytes <= memory + memory / 8);
   for (int breath = 0; breath < 6; ++breath) {
     setEnabled(breath % 2);
     play(space, world.geoms(), 30);
-    CHECK(memoryOf(space) > memory / 2);
-    CHECK(memoryOf(space) <= memory + memory / 4);
+    CHECK(statsOf(space).memory_bytes > memory / 2);
+    CHECK(statsOf(space).memory_bytes <= memory + memory / 4);
   }
 }
 
@@ -122,12 +116,12 @@ TEST_CASE("The memory of queries goes when there are none any more", "[memory]")
   world.addBoxes(denseCube(3000, seedOr(321)));
   const dGeomID probe = dCreateSphere(nullptr, 1);
   play(space, world.geoms(), 40);
-  const std::size_t without = memoryOf(space);
+  const std::size_t without = statsOf(space).memory_bytes;
   for (int i = 0; i < 100; ++i) collide2(space, probe);
-  const std::size_t with = memoryOf(space);
+  const std::size_t with = statsOf(space).memory_bytes;
   CHECK(with > without + 100000);
   play(space, world.geoms(), 300);
-  CHECK(memoryOf(space) < with - 100000);
+  CHECK(statsOf(space).memory_bytes < with - 100000);
   CHECK(collide2(space, probe).size() < 3000);
   dGeomDestroy(probe);
 }

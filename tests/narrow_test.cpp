@@ -40,12 +40,6 @@ void fillWithAll(ContactScene& scene, std::size_t n, std::uint64_t seed) {
   for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
 }
 
-dParallelSAPStats statsOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats;
-}
-
 struct Stop : std::runtime_error {
   Stop() : std::runtime_error("stop") {}
 };

@@ -97,6 +97,6 @@ TEST_CASE("The oracle keeps out what cannot take part", "[oracle]") {
   const dGeomID short_capsule = world.take(dCreateCapsule(space.id, 1, 0));
   world.take(createUserBox(space.id, {-half, half, nan, half, -half, half}));
   dGeomDisable(world.take(dCreateBox(space.id, 1, 1, 1)));
-  world.take(reinterpret_cast<dGeomID>(dSimpleSpaceCreate(space.id)));
+  world.take(asGeom(dSimpleSpaceCreate(space.id)));
   CHECK(difference(expectedPairs(world.geoms()), {{0, number(short_capsule)}}) == "");
 }

@@ -14,10 +14,6 @@ using namespace sap_test;
 
 namespace {
 
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
 // Geoms in one place, numbered as created, in no space yet.
 std::vector<dGeomID> looseSpheres(std::size_t n) {
   std::vector<dGeomID> geoms;

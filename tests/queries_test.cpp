@@ -24,10 +24,6 @@ namespace {
 constexpr std::size_t kProbeNumber = 1000000;
 constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
 
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
 // What dSpaceCollide2 (space, probe) owes for the space's geoms, in the order in which they were
 // last added. Asks for their bounds, so the space goes first.
 Pairs expectedOf(const std::vector<dGeomID>& in_add_order, dGeomID probe) {
@@ -67,12 +63,6 @@ void putNear(dGeomID probe, const std::vector<dGeomID>& geoms, Random& random) {
     if (!std::isfinite(at[axis])) at[axis] = static_cast<dReal>(random.gauss());
   }
   dGeomSetPosition(probe, at[0], at[1], at[2]);
-}
-
-std::size_t memoryOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats.memory_bytes;
 }
 
 void ignore(void*, dGeomID, dGeomID) {}
@@ -351,16 +341,16 @@ TEST_CASE("Nothing is kept for queries where they are too few to pay", "[queries
   dSpaceCollide(space, nullptr, ignore);
   world.jitter(0.1, 0);
   dSpaceClean(space);
-  const std::size_t without = memoryOf(space);
+  const std::size_t without = statsOf(space).memory_bytes;
   // One query a step in which all move, for ever.
   for (std::uint64_t step = 0; step < 100; ++step) {
     world.jitter(0.1, step);
     collide2(space, probe);
   }
-  CHECK(memoryOf(space) < without + 1000);
+  CHECK(statsOf(space).memory_bytes < without + 1000);
   // Thousands of queries of one step.
   for (int i = 0; i < 100; ++i) collide2(space, probe);
-  CHECK(memoryOf(space) > without + 100000);
+  CHECK(statsOf(space).memory_bytes > without + 100000);
 }
 
 TEST_CASE("A thousand probes of a large space take a small part of dSimpleSpace's time",

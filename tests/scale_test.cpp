@@ -33,9 +33,7 @@ Bounds scaled(const Box& box, double scale) {
 
 // Pairs that the extraction found, whatever the exact test made of them.
 unsigned long long candidates(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats.candidates;
+  return statsOf(space).candidates;
 }
 
 }  // namespace
@@ -87,9 +85,7 @@ TEST_CASE("Geoms that come and go leave no slots behind in a space that only mee
   const dGeomID probe = dCreateSphere(0, 1);
   const auto held = [&] {
     collide(space);
-    dParallelSAPStats stats;
-    dParallelSAPSpaceGetStats(space, &stats);
-    return stats.memory_bytes;
+    return statsOf(space).memory_bytes;
   };
   const std::size_t before = held();
   for (int i = 0; i < 100000; ++i) {

@@ -19,12 +19,6 @@ namespace {
 
 const int kThreads[] = {1, 2, 3, 7, 16};
 
-dParallelSAPStats statsOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats;
-}
-
 }  // namespace
 
 TEST_CASE("Every number of threads gives the expected sequence in every scene", "[threads]") {

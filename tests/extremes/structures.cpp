@@ -4,10 +4,6 @@
 namespace sap_test {
 namespace {
 
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
 void unitBoxes(Scene& scene, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) scene.addUnitBox();
 }

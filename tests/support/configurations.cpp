@@ -1,7 +1,5 @@
 #include "configurations.h"
 
-#include <ode_parallel_sap/parallel_sap_space.h>
-
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
@@ -65,6 +63,12 @@ void configure(dSpaceID space, const Configuration& configuration) {
       !dParallelSAPSpaceSetMethod(space, configuration.method)) {
     throw std::runtime_error(configuration.name + " was to be had and is no more");
   }
+}
+
+dParallelSAPStats statsOf(dSpaceID space) {
+  dParallelSAPStats stats;
+  dParallelSAPSpaceGetStats(space, &stats);
+  return stats;
 }
 
 Space::Space() : id_(dParallelSAPSpaceCreate(nullptr)) {}

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ const std::vector<Configuration>& configurations();
 bool anyConfigurationAskedFor();
 
 void configure(dSpaceID space, const Configuration& configuration);
+
+dParallelSAPStats statsOf(dSpaceID space);
 
 // A dParallelSAPSpace that is destroyed at the end of its scope.
 class Space {

@@ -14,6 +14,10 @@ namespace sap_test {
 using Pair = std::pair<std::size_t, std::size_t>;
 using Pairs = std::vector<Pair>;
 
+inline dGeomID asGeom(dSpaceID space) {
+  return reinterpret_cast<dGeomID>(space);
+}
+
 // The number travels in the geom's data pointer.
 void setNumber(dGeomID geom, std::size_t number);
 std::size_t number(dGeomID geom);
@@ -24,7 +28,7 @@ void record(void* pairs, dGeomID first, dGeomID second);
 Pairs collide(dSpaceID space);
 Pairs collide2(dGeomID first, dGeomID second);
 inline Pairs collide2(dSpaceID first, dGeomID second) {
-  return collide2(reinterpret_cast<dGeomID>(first), second);
+  return collide2(asGeom(first), second);
 }
 
 // Sorted, arguments as they are.

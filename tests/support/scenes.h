@@ -33,6 +33,9 @@ Boxes longBars(std::size_t n, std::uint64_t seed);         // thin, along each o
 Boxes farClusters(std::size_t n, std::uint64_t seed);      // two dense cubes a million apart
 Boxes heap(std::size_t n, std::uint64_t seed);             // a cone of unit cubes at rest
 
+// Numbers of geoms at which a space does its work in different ways.
+constexpr std::size_t kSceneSizes[] = {8, 200, 3000};
+
 struct BoxScene {
   const char* name;
   Boxes (*make)(std::size_t n, std::uint64_t seed);

@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "oracle.h"
 #include "user_box.h"
 
 namespace sap_test {
@@ -22,50 +20,6 @@ constexpr double kLowest = 8;
 // Depends on numbers only, so it says the same in every world; not symmetric on purpose.
 int rejectsSome(dGeomID self, dGeomID other, dReal[6]) {
   return (31 * number(self) + 17 * number(other)) % 7 != 0;
-}
-
-dGeomID asGeom(dSpaceID space) {
-  return reinterpret_cast<dGeomID>(space);
-}
-
-bool isEmptySpace(dGeomID geom) {
-  return dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0;
-}
-
-struct Contacts {
-  Pairs pairs;
-  bool without_empty_spaces;
-};
-
-void recordContact(void* data, dGeomID a, dGeomID b) {
-  Contacts& contacts = *static_cast<Contacts*>(data);
-  if (contacts.without_empty_spaces && (isEmptySpace(a) || isEmptySpace(b))) return;
-  contacts.pairs.emplace_back(number(a), number(b));
-}
-
-// Empty sub-spaces are the one thing in which our space owes other pairs than ODE's.
-Pairs collideWithoutEmptySpaces(dSpaceID space) {
-  Contacts contacts{{}, true};
-  dSpaceCollide(space, &contacts, recordContact);
-  return contacts.pairs;
-}
-
-Pairs collide2WithoutEmptySpaces(dGeomID a, dGeomID b) {
-  Contacts contacts{{}, true};
-  dSpaceCollide2(a, b, &contacts, recordContact);
-  return contacts.pairs;
-}
-
-// As ODE's manual has it: a space in a pair is taken apart. The order of arguments is settled by
-// number, since dSpaceCollide2 treats its two arguments differently and the spaces of the three
-// worlds report theirs in different orders.
-void recordLeaves(void* pairs, dGeomID a, dGeomID b) {
-  if (number(a) > number(b)) std::swap(a, b);
-  if (dGeomIsSpace(a) || dGeomIsSpace(b)) {
-    dSpaceCollide2(a, b, pairs, recordLeaves);
-  } else {
-    record(pairs, a, b);
-  }
 }
 
 }  // namespace
@@ -154,6 +108,27 @@ bool TwinWorlds::isStock(int space, int world) const {
   return world != kOurs || !objects_[space].ours;
 }
 
+dGeomID TwinWorlds::makeLeaf(const Object& object, dReal a, dReal b, dReal c) {
+  const std::array<dReal, 4>& plane = object.plane;
+  switch (object.kind) {
+    case kSphere:
+      return dCreateSphere(nullptr, a / 2);
+    case kBox:
+      return dCreateBox(nullptr, a, b, c);
+    case kCapsule:
+      return dCreateCapsule(nullptr, a / 2, b);
+    case kCylinder:
+      return dCreateCylinder(nullptr, a / 2, b);
+    case kRay:
+      return dCreateRay(nullptr, a + b);
+    case kUser:
+      return createUserBox(nullptr, {-a / 2, a / 2, -b / 2, b / 2, -c / 2, c / 2}, true,
+                           rejectsSome);
+    default:
+      return dCreatePlane(nullptr, plane[0], plane[1], plane[2], plane[3]);
+  }
+}
+
 int TwinWorlds::createLeaf() {
   Object object;
   object.kind = static_cast<Kind>(random_.below(kLeafKinds));
@@ -167,32 +142,8 @@ int TwinWorlds::createLeaf() {
   if (direction == 3) object.plane[0] = dReal(0.5);
   log("create leaf " + std::to_string(id) + " of kind " + std::to_string(object.kind));
 
-  for (int world = 0; world < kWorlds; ++world) {
-    dGeomID& geom = object.in[world];
-    switch (object.kind) {
-      case kSphere:
-        geom = dCreateSphere(nullptr, a / 2);
-        break;
-      case kBox:
-        geom = dCreateBox(nullptr, a, b, c);
-        break;
-      case kCapsule:
-        geom = dCreateCapsule(nullptr, a / 2, b);
-        break;
-      case kCylinder:
-        geom = dCreateCylinder(nullptr, a / 2, b);
-        break;
-      case kRay:
-        geom = dCreateRay(nullptr, a + b);
-        break;
-      case kUser:
-        geom = createUserBox(nullptr, {-a / 2, a / 2, -b / 2, b / 2, -c / 2, c / 2}, true,
-                             rejectsSome);
-        break;
-      default:
-        geom = dCreatePlane(nullptr, object.plane[0], object.plane[1], object.plane[2],
-                            object.plane[3]);
-    }
+  for (dGeomID& geom : object.in) {
+    geom = makeLeaf(object, a, b, c);
     if (object.kind != kPlane) dGeomSetPosition(geom, x, y, z);
     setNumber(geom, static_cast<std::size_t>(id));
   }
@@ -307,354 +258,6 @@ void TwinWorlds::destroy(int object) {
   }
   for (const dGeomID geom : objects_[object].in) dGeomDestroy(geom);
   forget(object);
-}
-
-void TwinWorlds::edit() {
-  const auto any = [](const Object&) { return true; };
-  switch (random_.below(20)) {
-    case 0:
-      createLeaf();
-      break;
-    case 1: {
-      const int leaf = pick([](const Object& o) { return o.kind != kSpace; });
-      if (leaf != kNone) destroy(leaf);
-      createLeaf();
-      break;
-    }
-    case 2: {
-      const int object = pick([](const Object& o) { return o.parent != kNone; });
-      if (object != kNone) remove(object);
-      break;
-    }
-    case 3:
-      reAdd();
-      break;
-    case 4:
-      moveBetweenSpaces();
-      break;
-    case 5:
-      changeBody();
-      break;
-    case 6:
-      changeOffset();
-      break;
-    case 7:
-      changeBits();
-      break;
-    case 8:
-      changeSize();
-      break;
-    case 9: {
-      const int object = pick(any);
-      const bool enable = random_.chance(0.6);
-      log((enable ? "enable " : "disable ") + std::to_string(object));
-      for (const dGeomID geom : objects_[object].in) {
-        if (enable) {
-          dGeomEnable(geom);
-        } else {
-          dGeomDisable(geom);
-        }
-      }
-      break;
-    }
-    case 10:
-      changeSpaceSettings();
-      break;
-    case 11:
-      if (random_.chance(0.3)) destroyBody();
-      break;
-    case 12:
-      if (random_.chance(0.3)) createSpaceInside();
-      break;
-    case 13:
-      onlyLook();
-      break;
-    case 14:
-    case 15:
-      turnSomething();
-      break;
-    default:
-      moveSomething();
-  }
-}
-
-void TwinWorlds::moveSomething() {
-  const int body = pickBody();
-  const dReal x = coordinate(), y = coordinate(), z = height();
-  if (body != kNone && random_.chance(0.5)) {
-    log("move body " + std::to_string(body));
-    for (const dBodyID b : bodies_[body].in) dBodySetPosition(b, x, y, z);
-    return;
-  }
-  const int object = pick([](const Object& o) { return o.kind < kPlane; });
-  if (object == kNone) return;
-  log("move geom " + std::to_string(object));
-  for (const dGeomID geom : objects_[object].in) dGeomSetPosition(geom, x, y, z);
-}
-
-void TwinWorlds::turnSomething() {
-  const int object = pick([](const Object& o) { return o.kind < kPlane; });
-  if (object == kNone) return;
-  dMatrix3 rotation;
-  const dReal a = coordinate(), b = coordinate(), c = coordinate();
-  dRFromEulerAngles(rotation, a, b, c);
-  log("turn " + std::to_string(object));
-  for (const dGeomID geom : objects_[object].in) dGeomSetRotation(geom, rotation);
-}
-
-void TwinWorlds::changeBody() {
-  const int object = pick([](const Object& o) { return o.kind < kPlane; });
-  if (object == kNone) return;
-  Object& o = objects_[object];
-  int body = pickBody();
-  if (body == kNone || random_.chance(0.3)) body = createBody();
-  if (random_.chance(0.3)) body = kNone;
-  if (o.offset && body != o.body) {
-    // dGeomSetBody (geom, another body) would leak the offset geom's own position.
-    for (const dGeomID geom : o.in) dGeomClearOffset(geom);
-    o.offset = false;
-  }
-  log("body of " + std::to_string(object) + " becomes " + std::to_string(body));
-  for (int world = 0; world < kWorlds; ++world) {
-    dGeomSetBody(o.in[world], body == kNone ? nullptr : bodies_[body].in[world]);
-  }
-  o.body = body;
-}
-
-void TwinWorlds::changeOffset() {
-  const int object = pick([](const Object& o) { return o.body != kNone; });
-  if (object == kNone) return;
-  Object& o = objects_[object];
-  const std::size_t what = random_.below(3);
-  const dReal x = coordinate() / 3, y = coordinate() / 3, z = coordinate() / 3;
-  dMatrix3 rotation;
-  dRFromEulerAngles(rotation, x, y, z);
-  log("offset " + std::to_string(what) + " of " + std::to_string(object));
-  for (const dGeomID geom : o.in) {
-    if (what == 0) dGeomClearOffset(geom);
-    if (what == 1) dGeomSetOffsetPosition(geom, x, y, z);
-    if (what == 2) dGeomSetOffsetRotation(geom, rotation);
-  }
-  o.offset = what != 0;
-}
-
-void TwinWorlds::changeBits() {
-  const int object = pick([](const Object&) { return true; });
-  const unsigned long bits = random_.chance(0.4) ? ~0ul : random_.below(8);
-  const bool category = random_.chance(0.5);
-  log("bits of " + std::to_string(object));
-  for (const dGeomID geom : objects_[object].in) {
-    if (category) {
-      dGeomSetCategoryBits(geom, bits);
-    } else {
-      dGeomSetCollideBits(geom, bits);
-    }
-  }
-}
-
-void TwinWorlds::changeSize() {
-  const int object = pick([](const Object& o) { return o.kind < kLeafKinds; });
-  if (object == kNone) return;
-  Object& o = objects_[object];
-  const dReal a = size(), b = size(), c = size();
-  if (o.kind == kPlane) o.plane[3] = o.plane[2] > 0 ? height() : coordinate();
-  log("size of " + std::to_string(object));
-  for (const dGeomID geom : o.in) {
-    switch (o.kind) {
-      case kSphere:
-        dGeomSphereSetRadius(geom, a / 2);
-        break;
-      case kBox:
-        dGeomBoxSetLengths(geom, a, b, c);
-        break;
-      case kCapsule:
-        dGeomCapsuleSetParams(geom, a / 2, b);
-        break;
-      case kCylinder:
-        dGeomCylinderSetParams(geom, a / 2, b);
-        break;
-      case kRay:
-        dGeomRaySetLength(geom, a + b);
-        break;
-      case kPlane:
-        dGeomPlaneSetParams(geom, o.plane[0], o.plane[1], o.plane[2], o.plane[3]);
-        break;
-      default:
-        // What this geom says of itself changes, and ODE is told by a move to where it is. On a
-        // body that is done exactly only by moving the body.
-        userBoxData(geom).bounds = {-a / 2, a / 2, -b / 2, b / 2, -c / 2, c / 2};
-    }
-  }
-  if (o.kind == kUser) {
-    for (int world = 0; world < kWorlds; ++world) makeDirty(object, world);
-  }
-}
-
-void TwinWorlds::destroyBody() {
-  const int body = pickBody();
-  if (body == kNone) return;
-  log("destroy body " + std::to_string(body));
-  for (const dBodyID b : bodies_[body].in) dBodyDestroy(b);
-  bodies_[body].alive = false;
-  for (Object& o : objects_) {
-    if (o.alive && o.body == body) {
-      o.body = kNone;
-      o.offset = false;
-    }
-  }
-}
-
-void TwinWorlds::reAdd() {
-  const int object = pick([](const Object& o) { return o.parent != kNone; });
-  if (object == kNone) return;
-  const int parent = objects_[object].parent;
-  remove(object);
-  add(object, parent);
-}
-
-void TwinWorlds::moveBetweenSpaces() {
-  const int object = pick([](const Object&) { return true; });
-  const int target = pick([](const Object& o) { return o.kind == kSpace; });
-  if (object <= 1 || target == kNone || isInside(target, object)) return;
-  if (objects_[object].parent != kNone) remove(object);
-  add(object, target);
-}
-
-void TwinWorlds::changeSpaceSettings() {
-  const int chosen = pick([](const Object& o) { return o.kind == kSpace; });
-  if (chosen == kNone) return;
-  const std::size_t what = random_.below(4);
-  const int value = static_cast<int>(random_.below(3));
-  log("setting " + std::to_string(what) + " of space " + std::to_string(chosen) + ": " +
-      std::to_string(value));
-  if (what == 3 && chosen > 1) {
-    destroy(chosen);
-    return;
-  }
-  for (int world = 0; world < kWorlds; ++world) {
-    if (what == 0) dSpaceSetSublevel(space(chosen, world), value);
-    if (what == 1) dSpaceSetCleanup(space(chosen, world), value != 0);
-    if (what == 2) dSpaceClean(space(chosen, world));
-  }
-  if (what == 1) objects_[chosen].cleans_up = value != 0;
-}
-
-// Calls that change nothing that a caller can see.
-void TwinWorlds::onlyLook() {
-  const int object = pick([](const Object&) { return true; });
-  log("look at " + std::to_string(object));
-  for (int world = 0; world < kWorlds; ++world) {
-    dReal bounds[6];
-    dGeomGetAABB(objects_[object].in[world], bounds);
-    if (objects_[object].kind == kSpace && random_.chance(0.5)) collide(space(object, world));
-  }
-}
-
-std::string TwinWorlds::check() {
-  // What is found in one space must not depend on which other was looked at before.
-  std::vector<int> spaces;
-  for (int i = 0; i < static_cast<int>(objects_.size()); ++i) {
-    if (objects_[i].alive && objects_[i].kind == kSpace) spaces.push_back(i);
-  }
-  for (std::size_t i = spaces.size(); i > 1; --i) {
-    std::swap(spaces[i - 1], spaces[random_.below(i)]);
-  }
-  for (const int space_object : spaces) {
-    std::string problem;
-    if (random_.chance(0.5)) problem = checkEnumeration(space_object);
-    if (problem.empty()) problem = checkPairs(space_object);
-    if (problem.empty() && random_.chance(0.3)) problem = checkPairs(space_object);
-    if (problem.empty()) problem = checkEnumeration(space_object);
-    if (problem.empty()) problem = checkAllTheWayDown(space_object);
-    if (!problem.empty()) return "space " + std::to_string(space_object) + ": " + problem;
-  }
-  return checkCollide2();
-}
-
-std::string TwinWorlds::checkEnumeration(int space_object) {
-  const dSpaceID ours = space(space_object, kOurs);
-  const std::vector<int>& members = objects_[space_object].members;
-  if (dSpaceGetNumGeoms(ours) != static_cast<int>(members.size())) {
-    return "dSpaceGetNumGeoms: got " + std::to_string(dSpaceGetNumGeoms(ours)) + ", expected " +
-           std::to_string(members.size());
-  }
-  std::vector<int> listed;
-  for (int i = 0; i < dSpaceGetNumGeoms(ours); ++i) {
-    const dGeomID geom = dSpaceGetGeom(ours, i);
-    if (!geom) return "dSpaceGetGeom (" + std::to_string(i) + ") is 0";
-    listed.push_back(static_cast<int>(number(geom)));
-  }
-  std::sort(listed.begin(), listed.end());
-  std::vector<int> expected = members;
-  std::sort(expected.begin(), expected.end());
-  if (listed != expected) return "dSpaceGetGeom does not give every geom exactly once";
-  for (int i = 0; i < static_cast<int>(objects_.size()); ++i) {
-    const Object& o = objects_[i];
-    if (!o.alive) continue;
-    if ((dSpaceQuery(ours, o.in[kOurs]) != 0) != (o.parent == space_object)) {
-      return "dSpaceQuery is wrong about " + std::to_string(i);
-    }
-  }
-  return "";
-}
-
-std::string TwinWorlds::checkPairs(int space_object) {
-  std::vector<dGeomID> twins;
-  for (const int member : objects_[space_object].members) {
-    twins.push_back(objects_[member].in[kSimple]);
-  }
-  const auto where = [](const char* what, const std::string& problem) {
-    return problem.empty() ? problem : std::string(what) + ": " + problem;
-  };
-  std::string problem;
-  if (isStock(space_object, kOurs)) {
-    problem = where("a stock space, our world against the simple one",
-                    difference(asSet(collide(space(space_object, kOurs))),
-                               asSet(collide(space(space_object, kSimple)))));
-  } else {
-    // Ours first: the oracle asks the twins for their bounds, never our geoms.
-    const Pairs got = collide(space(space_object, kOurs));
-    const Pairs expected = expectedPairs(twins);
-    problem = where("ours against the oracle", difference(got, expected));
-    for (const World world : {kSimple, kHash}) {
-      if (!problem.empty()) break;
-      problem = where(
-          world == kSimple ? "ours against dSimpleSpace" : "ours against dHashSpace",
-          difference(asSet(got), asSet(collideWithoutEmptySpaces(space(space_object, world)))));
-    }
-  }
-  return problem;
-}
-
-std::string TwinWorlds::checkAllTheWayDown(int space_object) {
-  std::array<Pairs, kWorlds> leaves;
-  for (int world = 0; world < kWorlds; ++world) {
-    dSpaceCollide(space(space_object, world), &leaves[world], recordLeaves);
-  }
-  std::string problem = difference(asSet(leaves[kOurs]), asSet(leaves[kSimple]));
-  if (problem.empty()) problem = difference(asSet(leaves[kOurs]), asSet(leaves[kHash]));
-  return problem.empty() ? problem : "all sub-spaces taken apart: " + problem;
-}
-
-std::string TwinWorlds::checkCollide2() {
-  for (int i = 0; i < 8; ++i) {
-    int first = pick([](const Object&) { return true; });
-    int second = pick([](const Object& o) { return o.kind == kSpace; });
-    if (random_.chance(0.1)) first = second;
-    if (random_.chance(0.5)) std::swap(first, second);
-    const auto found = [&](int world) {
-      return collide2WithoutEmptySpaces(objects_[first].in[world], objects_[second].in[world]);
-    };
-    const Pairs got = found(kOurs), expected = found(kSimple);
-    // A space with itself is dSpaceCollide, in which only ours fixes the arguments.
-    const std::string problem = first == second ? difference(asSet(got), asSet(expected))
-                                                : difference(sorted(got), sorted(expected));
-    if (!problem.empty()) {
-      return "dSpaceCollide2 (" + std::to_string(first) + ", " + std::to_string(second) +
-             "): " + problem;
-    }
-  }
-  return "";
 }
 
 }  // namespace sap_test

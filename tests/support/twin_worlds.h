@@ -56,6 +56,7 @@ class TwinWorlds {
     std::array<dBodyID, kWorlds> in = {};
   };
 
+  // Objects and bodies, in twin_worlds.cpp.
   void log(const std::string& call);
   dReal coordinate();
   dReal height();
@@ -66,6 +67,7 @@ class TwinWorlds {
   dSpaceID space(int object, int world) const;
   bool isStock(int space, int world) const;
 
+  static dGeomID makeLeaf(const Object& object, dReal a, dReal b, dReal c);
   int createLeaf();
   int createSpace();
   void createSpaceInside();
@@ -76,6 +78,10 @@ class TwinWorlds {
   void forget(int object);
   void makeDirty(int object, int world);
 
+  // Edits, in twin_worlds_edits.cpp.
+  void replaceLeaf();
+  void removeSomething();
+  void switchSomething();
   void moveSomething();
   void turnSomething();
   void changeBody();
@@ -88,6 +94,7 @@ class TwinWorlds {
   void changeSpaceSettings();
   void onlyLook();
 
+  // Comparisons, in twin_worlds_checks.cpp.
   std::string checkEnumeration(int space);
   std::string checkPairs(int space);
   std::string checkAllTheWayDown(int space);
