@@ -58,11 +58,22 @@ class Driver {
     Rules rules;
   };
 
-  // Edits, in driver_edits.cpp.
+  // Objects, in driver_objects.cpp.
   void populate();
   void createOne();
-  int createLeaf(Kind kind, Random& random);
   void createSpace();
+  int createLeaf(Kind kind, Random& random);
+  int createBody(int at_object);
+  void add(int object, int space);
+  void remove(int object);
+  void destroy(int object);
+  void forget(int object);
+  void markMoved(int object);
+  void place(int object, Random& random, std::size_t how);
+  static dReal randomLength(Random& random);
+  static Bounds randomBounds(Random& random);
+
+  // Edits, in driver_edits.cpp.
   void destroySome();
   void destroySpace();
   void moveSome();
@@ -79,14 +90,6 @@ class Driver {
   void changeUnasked();
   void changeSettings();
   void stepWorld();
-
-  void add(int object, int space);
-  void remove(int object);
-  void destroy(int object);
-  void forget(int object);
-  void markMoved(int object);
-  void place(int object, Random& random, std::size_t how);
-  int createBody(int at_object);
 
   // Collides, in driver_collides.cpp.
   void collideFrames();

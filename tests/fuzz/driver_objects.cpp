@@ -1,0 +1,207 @@
+// The driver's geoms, spaces and bodies: how they come, go and change places.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "driver.h"
+
+namespace sap_test {
+namespace {
+
+constexpr std::size_t kMostSpaces = 8;
+
+int vetoes(dGeomID self, dGeomID other, dReal[6]) {
+  return (31 * number(self) + 17 * number(other) + userBoxData(self).mood) % 7 != 0;
+}
+
+}  // namespace
+
+dReal Driver::randomLength(Random& random) {
+  if (random.chance(0.02)) return 0;
+  if (random.chance(0.03)) return static_cast<dReal>(random.between(1, 10));
+  return random.chance(0.3) ? 1 : static_cast<dReal>(random.between(0.1, 1.5));
+}
+
+Bounds Driver::randomBounds(Random& random) {
+  const dReal a = randomLength(random) / 2, b = randomLength(random) / 2,
+              c = randomLength(random) / 2;
+  if (random.chance(0.03)) return {a, -a, -b, b, -c, c};
+  return {-a, a, -b, b, -c, c};
+}
+
+void Driver::add(int object, int space) {
+  dSpaceAdd(spaceOf(space), objects_[object].geom);
+  objects_[object].parent = space;
+  objects_[space].members.push_back(object);
+  // ODE's own spaces get into trouble with a clean geom in front of dirty ones.
+  if (!objects_[space].ours) markMoved(object);
+}
+
+void Driver::remove(int object) {
+  Object& o = objects_[object];
+  dSpaceRemove(spaceOf(o.parent), o.geom);
+  std::vector<int>& members = objects_[o.parent].members;
+  members.erase(std::find(members.begin(), members.end(), object));
+  o.parent = kNone;
+}
+
+void Driver::markMoved(int object) {
+  const Object& o = objects_[object];
+  if (o.kind == kSpace) {
+    dGeomDestroy(dCreateSphere(spaceOf(object), 1));
+  } else if (o.kind == kPlane) {
+    dVector4 plane;
+    dGeomPlaneGetParams(o.geom, plane);
+    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2], plane[3]);
+  } else if (o.body != kNone) {
+    dVector3 position;
+    dBodyCopyPosition(bodies_[o.body], position);
+    dBodySetPosition(bodies_[o.body], position[0], position[1], position[2]);
+  } else {
+    dVector3 position;
+    dGeomCopyPosition(o.geom, position);
+    dGeomSetPosition(o.geom, position[0], position[1], position[2]);
+  }
+}
+
+void Driver::forget(int object) {
+  Object& o = objects_[object];
+  o.geom = nullptr;
+  std::vector<int>& list = o.kind == kSpace ? spaces_ : alive_;
+  list.erase(std::find(list.begin(), list.end(), object));
+  const std::vector<int> members = std::move(o.members);
+  const bool with_members = o.cleans_up;
+  for (const int member : members) {
+    objects_[member].parent = kNone;
+    if (with_members) forget(member);
+  }
+}
+
+void Driver::destroy(int object) {
+  Object& o = objects_[object];
+  if (o.parent != kNone) {
+    std::vector<int>& members = objects_[o.parent].members;
+    members.erase(std::find(members.begin(), members.end(), object));
+  }
+  dGeomDestroy(o.geom);
+  forget(object);
+}
+
+int Driver::createLeaf(Kind kind, Random& random) {
+  const dReal a = randomLength(random), b = randomLength(random), c = randomLength(random);
+  dGeomID geom = nullptr;
+  switch (kind) {
+    case kBox:
+      geom = dCreateBox(nullptr, a, b, c);
+      break;
+    case kSphere:
+      geom = dCreateSphere(nullptr, a / 2);
+      break;
+    case kCapsule:
+      geom = dCreateCapsule(nullptr, a / 2, b);
+      break;
+    case kUser:
+      geom =
+          createUserBox(nullptr, randomBounds(random), true, random.chance(0.5) ? vetoes : nullptr);
+      break;
+    case kRay:
+      geom = dCreateRay(nullptr, a + b);
+      break;
+    default: {
+      dReal normal[3] = {0, 0, 0};
+      normal[random.below(3)] = random.chance(0.5) ? 1 : -1;
+      if (random.chance(0.5)) normal[random.below(3)] += dReal(0.5);
+      geom = dCreatePlane(nullptr, normal[0], normal[1], normal[2],
+                          static_cast<dReal>(random.between(-2, side())));
+    }
+  }
+  const int id = static_cast<int>(objects_.size());
+  setNumber(geom, static_cast<std::size_t>(id));
+  objects_.push_back({kind, geom, kNone, kNone, false, true, {}, {}});
+  alive_.push_back(id);
+  return id;
+}
+
+void Driver::place(int object, Random& random, std::size_t how) {
+  const Object& o = objects_[object];
+  const double reach = side();
+  if (o.kind == kPlane) {
+    dVector4 plane;
+    dGeomPlaneGetParams(o.geom, plane);
+    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2],
+                        static_cast<dReal>(random.between(-2, reach)));
+    return;
+  }
+  double at[3];
+  for (double& coordinate : at) coordinate = random.between(0, reach);
+  if (how == 1) {
+    for (double& coordinate : at) coordinate = std::floor(coordinate);
+  } else if (how == 2) {  // a little way, where it can be followed
+    const dReal* const old = dGeomGetPosition(o.geom);
+    for (int axis = 0; axis < 3; ++axis) {
+      const double before = static_cast<double>(old[axis]);
+      if (std::fabs(before) < 10 * reach + 100) at[axis] = before + random.between(-0.05, 0.05);
+    }
+  } else if (how == 3) {
+    for (double& coordinate : at) coordinate += 1e6;
+  }
+  dGeomSetPosition(o.geom, static_cast<dReal>(at[0]), static_cast<dReal>(at[1]),
+                   static_cast<dReal>(at[2]));
+}
+
+int Driver::createBody(int at_object) {
+  const dBodyID body = dBodyCreate(world_);
+  const dReal* const at = dGeomGetPosition(objects_[at_object].geom);
+  dBodySetPosition(body, at[0], at[1], at[2]);
+  bodies_.push_back(body);
+  return static_cast<int>(bodies_.size()) - 1;
+}
+
+// A crowd of geoms at once: the sizes at which a space changes its ways.
+void Driver::populate() {
+  const std::size_t counts[] = {1, 2, 10, 38, 41, 90, 200, 450, 701, 1100, 1700, 3000};
+  const std::size_t count = counts[decisions_.below(std::size(counts))];
+  const int space = pickSpace();
+  Random random = decisions_.random();
+  const bool boxes_only = decisions_.chance(100);
+  if (alive_.size() + count > most_geoms_) return;
+  log("populate space " + std::to_string(space) + " with " + std::to_string(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    Kind kind = boxes_only ? kBox : static_cast<Kind>(random.below(kLeafKinds));
+    if (kind == kPlane && random.chance(0.9)) kind = kBox;
+    const int leaf = createLeaf(kind, random);
+    if (random.chance(0.5)) place(leaf, random, 0);  // before or after it is added
+    add(leaf, space);
+    place(leaf, random, 0);
+  }
+}
+
+void Driver::createOne() {
+  const std::size_t kind = decisions_.below(kLeafKinds);
+  const bool added = decisions_.chance(230);
+  const int space = pickSpace();
+  Random random = decisions_.random();
+  if (alive_.size() >= most_geoms_) return;
+  const int leaf = createLeaf(static_cast<Kind>(kind), random);
+  place(leaf, random, random.below(2));
+  log("create " + std::to_string(leaf) + (added ? " in " + std::to_string(space) : ""));
+  if (added) add(leaf, space);
+}
+
+void Driver::createSpace() {
+  const bool ours = spaces_.empty() || decisions_.chance(190);
+  const bool nested = !spaces_.empty() && decisions_.chance(160);
+  if (spaces_.size() >= kMostSpaces) return;
+  const int parent = nested ? pickSpace() : kNone;
+  const dSpaceID space = ours ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr);
+  const int id = static_cast<int>(objects_.size());
+  log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
+      (nested ? " in " + std::to_string(parent) : ""));
+  setNumber(asGeom(space), static_cast<std::size_t>(id));
+  objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}, {}});
+  spaces_.push_back(id);
+  if (nested) add(id, parent);
+}
+
+}  // namespace sap_test
