@@ -6,13 +6,12 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <limits>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "counting.h"
 #include "csv.h"
 #include "pile_recording.h"
 #include "presets.h"
@@ -48,10 +47,6 @@ const Method& methodOf(const std::string& name) {
   for (const Method& method : methods)
     if (name == method.name) return method;
   throw std::invalid_argument("no method " + name);
-}
-
-void count(void* data, dGeomID, dGeomID) {
-  ++*static_cast<std::size_t*>(data);
 }
 
 // One method with one number of threads and devices on one scene, over all turns.
@@ -130,7 +125,7 @@ class Pile {
 
   dParallelSAPStats collide() {
     std::size_t pairs = 0;
-    dSpaceCollide(space_, &pairs, count);
+    dSpaceCollide(space_, &pairs, countPair);
     dParallelSAPStats stats;
     dParallelSAPSpaceGetStats(space_, &stats);
     if (pairs != stats.pairs) throw std::runtime_error("the statistics miscount the pairs");

@@ -5,20 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "counting.h"
 #include "csv.h"
+#include "moving_cubes.h"
 #include "program.h"
 #include "random.h"
-#include "scenes.h"
-#include "stopwatch.h"
 
 namespace bench {
 namespace {
-
-using sap_test::Random;
 
 struct Wishes {
   std::vector<std::size_t> sizes{10000, 100000};
@@ -60,20 +57,17 @@ constexpr Variant variants[] = {
     {"bowl, dSweepAndPruneSpace", false, true, false, false, createSap},
 };
 
-void count(void* data, dGeomID, dGeomID) {
-  ++*static_cast<std::size_t*>(data);
-}
-
 class Scene {
  public:
-  Scene(const Variant& variant, std::size_t n, int planes, int threads) : space_(variant.create()) {
+  Scene(const Variant& variant, std::size_t n, int planes, int threads) : cubes_(variant.create()) {
+    const dSpaceID space = cubes_.space();
     if (variant.ours) {
-      dParallelSAPSpaceSetNumThreads(space_, threads);
-      dParallelSAPSpaceSetCullPlanes(space_, variant.cull);
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      dParallelSAPSpaceSetCullPlanes(space, variant.cull);
     }
     const double side = std::cbrt(static_cast<double>(n)) * 0.95;
-    if (variant.ground) dCreatePlane(space_, 0, 0, 1, 0);
-    Random random(2);
+    if (variant.ground) dCreatePlane(space, 0, 0, 1, 0);
+    sap_test::Random random(2);
     for (int i = 0; variant.bowl && i < planes; ++i) {
       // Their open sides hold the ball around the cube, but for its outermost shell.
       double normal[3], length = 0, through = 0;
@@ -81,48 +75,22 @@ class Scene {
       for (const double part : normal) length += part * part;
       length = std::sqrt(length);
       for (const double part : normal) through += part / length * side / 2;
-      dCreatePlane(space_, static_cast<dReal>(normal[0]), static_cast<dReal>(normal[1]),
+      dCreatePlane(space, static_cast<dReal>(normal[0]), static_cast<dReal>(normal[1]),
                    static_cast<dReal>(normal[2]),
                    static_cast<dReal>(through - 0.85 * side) * static_cast<dReal>(length));
     }
-    world_ = dWorldCreate();
-    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
-      const dGeomID geom = dCreateBox(space_, 1, 1, 1);
-      const dBodyID body = dBodyCreate(world_);
-      dGeomSetBody(geom, body);
-      bodies_.push_back(body);
-      for (int axis = 0; axis < 3; ++axis)
-        places_.push_back(static_cast<dReal>((box.low[axis] + box.high[axis]) / 2));
-    }
+    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) cubes_.add(box, true);
   }
-  ~Scene() {
-    dSpaceDestroy(space_);
-    dWorldDestroy(world_);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
 
   // Milliseconds of a collide, after every body has moved a little.
   double next() {
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      dReal at[3];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        at[axis] = places_[3 * i + axis] + static_cast<dReal>(random_.between(-0.1, 0.1));
-      dBodySetPosition(bodies_[i], at[0], at[1], at[2]);
-    }
-    pairs_ = 0;
-    const Stopwatch clock;
-    dSpaceCollide(space_, &pairs_, count);
-    return clock.milliseconds();
+    for (std::size_t i = 0; i < cubes_.size(); ++i) cubes_.move(i, 0.1);
+    return timeCollide(cubes_.space(), pairs_);
   }
   std::size_t pairs() const { return pairs_; }
 
  private:
-  dSpaceID space_;
-  dWorldID world_;
-  std::vector<dBodyID> bodies_;
-  std::vector<dReal> places_;
-  Random random_{3};
+  MovingCubes cubes_;
   std::size_t pairs_ = 0;
 };
 

@@ -5,22 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "counting.h"
 #include "csv.h"
-#include "machine.h"
+#include "moving_cubes.h"
 #include "program.h"
-#include "random.h"
-#include "scenes.h"
-#include "stopwatch.h"
 
 namespace bench {
 namespace {
 
-using sap_test::Boxes;
 using sap_test::Random;
 
 struct Wishes {
@@ -47,86 +43,65 @@ dSpaceID createSpace(const std::string& name, double side) {
   throw std::invalid_argument("no space " + name);
 }
 
-void count(void* data, dGeomID, dGeomID) {
-  ++*static_cast<std::size_t*>(data);
-}
-
 // Unit cubes in a space of some kind, and what is asked of it.
 class Scene {
  public:
   Scene(const std::string& space_name, const std::string& kind, std::size_t n, std::size_t queries)
       : side_(std::cbrt(static_cast<double>(n)) * 0.95),
-        space_(createSpace(space_name, side_)),
+        cubes_(createSpace(space_name, side_)),
         probes_(dSimpleSpaceCreate(nullptr)),
         as_space_(kind == "space") {
-    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
-      const dGeomID geom = dCreateBox(space_, 1, 1, 1);
-      geoms_.push_back(geom);
-      for (int axis = 0; axis < 3; ++axis)
-        places_.push_back(static_cast<dReal>((box.low[axis] + box.high[axis]) / 2));
-      dGeomSetPosition(geom, places_[places_.size() - 3], places_[places_.size() - 2],
-                       places_.back());
-    }
+    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) cubes_.add(box, false);
     Random random(2);
-    for (std::size_t i = 0; i < queries; ++i) {
-      const dReal at[] = {static_cast<dReal>(random.between(0, side_)),
-                          static_cast<dReal>(random.between(0, side_)),
-                          static_cast<dReal>(random.between(0, side_))};
-      dGeomID query;
-      if (kind == "rays" || kind == "short-rays") {
-        query = dCreateRay(probes_, kind == "rays" ? 10 : 2);
-        dGeomRaySet(query, at[0], at[1], at[2], static_cast<dReal>(random.gauss()),
-                    static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
-      } else {
-        query = dCreateBox(probes_, 1, 1, 1);
-        dGeomSetPosition(query, at[0], at[1], at[2]);
-      }
-      queries_.push_back(query);
-    }
+    for (std::size_t i = 0; i < queries; ++i) queries_.push_back(createQuery(kind, random));
   }
-  ~Scene() {
-    dSpaceDestroy(probes_);
-    dSpaceDestroy(space_);
-  }
+  ~Scene() { dSpaceDestroy(probes_); }
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
   // A part of the geoms take a step of up to a tenth of their width around their place.
   void move(double part) {
-    const std::size_t n = geoms_.size();
+    const std::size_t n = cubes_.size();
     const std::size_t movers = static_cast<std::size_t>(part * static_cast<double>(n));
-    for (std::size_t i = 0; i < movers; ++i) {
-      const std::size_t geom = (next_ + i) % n;
-      dReal at[3];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        at[axis] = places_[3 * geom + axis] + static_cast<dReal>(random_.between(-0.1, 0.1));
-      dGeomSetPosition(geoms_[geom], at[0], at[1], at[2]);
-    }
+    for (std::size_t i = 0; i < movers; ++i) cubes_.move((next_ + i) % n, 0.1);
     next_ = (next_ + movers) % n;
   }
 
   // Milliseconds of all queries of a step.
   double ask() {
+    const dGeomID space = reinterpret_cast<dGeomID>(cubes_.space());
     hits_ = 0;
     const Stopwatch clock;
     if (as_space_)
-      dSpaceCollide2(reinterpret_cast<dGeomID>(space_), reinterpret_cast<dGeomID>(probes_), &hits_,
-                     count);
+      dSpaceCollide2(space, reinterpret_cast<dGeomID>(probes_), &hits_, countPair);
     else
-      for (const dGeomID query : queries_)
-        dSpaceCollide2(reinterpret_cast<dGeomID>(space_), query, &hits_, count);
+      for (const dGeomID query : queries_) dSpaceCollide2(space, query, &hits_, countPair);
     return clock.milliseconds();
   }
 
   std::size_t hits() const { return hits_; }
 
  private:
+  dGeomID createQuery(const std::string& kind, Random& random) {
+    const dReal at[] = {static_cast<dReal>(random.between(0, side_)),
+                        static_cast<dReal>(random.between(0, side_)),
+                        static_cast<dReal>(random.between(0, side_))};
+    if (kind != "rays" && kind != "short-rays") {
+      const dGeomID probe = dCreateBox(probes_, 1, 1, 1);
+      dGeomSetPosition(probe, at[0], at[1], at[2]);
+      return probe;
+    }
+    const dGeomID ray = dCreateRay(probes_, kind == "rays" ? 10 : 2);
+    dGeomRaySet(ray, at[0], at[1], at[2], static_cast<dReal>(random.gauss()),
+                static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
+    return ray;
+  }
+
   const double side_;
-  dSpaceID space_, probes_;
+  MovingCubes cubes_;
+  dSpaceID probes_;
   bool as_space_;
-  std::vector<dGeomID> geoms_, queries_;
-  std::vector<dReal> places_;
-  Random random_{3};
+  std::vector<dGeomID> queries_;
   std::size_t next_ = 0, hits_ = 0;
 };
 

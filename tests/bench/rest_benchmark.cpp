@@ -3,22 +3,17 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "counting.h"
 #include "csv.h"
-#include "machine.h"
+#include "moving_cubes.h"
 #include "program.h"
-#include "random.h"
-#include "scenes.h"
-#include "stopwatch.h"
 
 namespace bench {
 namespace {
-
-using sap_test::Random;
 
 enum Movers { kAll, kSome, kOthersEachFrame };
 
@@ -53,65 +48,37 @@ struct Wishes {
   bool append = false;
 };
 
-void count(void* data, dGeomID, dGeomID) {
-  ++*static_cast<std::size_t*>(data);
-}
-
 class Scene {
  public:
   Scene(const Setting& setting, std::size_t n, std::size_t movers, const Wishes& wishes)
       : setting_(setting),
         movers_(movers),
         step_(wishes.step),
-        world_(dWorldCreate()),
-        space_(dParallelSAPSpaceCreate(nullptr)) {
-    dParallelSAPSpaceSetNumThreads(space_, wishes.threads);
-    dParallelSAPSpaceSetBackend(space_, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetSkipStatic(space_, setting.skip_static);
-    dParallelSAPSpaceSetSkipAsleep(space_, setting.skip_asleep);
-    dParallelSAPSpaceSetTolerance(space_, static_cast<dReal>(setting.tolerance));
+        cubes_(dParallelSAPSpaceCreate(nullptr)) {
+    const dSpaceID space = cubes_.space();
+    dParallelSAPSpaceSetNumThreads(space, wishes.threads);
+    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+    dParallelSAPSpaceSetSkipStatic(space, setting.skip_static);
+    dParallelSAPSpaceSetSkipAsleep(space, setting.skip_asleep);
+    dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(setting.tolerance));
     for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
-      const std::size_t i = geoms_.size();
-      geoms_.push_back(dCreateBox(space_, 1, 1, 1));
-      if (i < movers ? setting.bodies : setting.asleep) {
-        const dBodyID body = dBodyCreate(world_);
-        dGeomSetBody(geoms_[i], body);
-        if (i >= movers) dBodyDisable(body);
-      }
-      for (int axis = 0; axis < 3; ++axis)
-        places_.push_back(static_cast<dReal>((box.low[axis] + box.high[axis]) / 2));
-      dGeomSetPosition(geoms_[i], places_[3 * i], places_[3 * i + 1], places_[3 * i + 2]);
+      const bool moves = cubes_.size() < movers;
+      const dGeomID geom = cubes_.add(box, moves ? setting.bodies : setting.asleep);
+      if (!moves && setting.asleep) dBodyDisable(dGeomGetBody(geom));
     }
   }
-  ~Scene() {
-    dSpaceDestroy(space_);
-    dWorldDestroy(world_);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
 
   void move() {
-    const std::size_t n = geoms_.size();
-    const std::size_t moves = setting_.movers == kAll ? n : movers_;
-    for (std::size_t i = 0; i < moves; ++i) {
-      const std::size_t geom = setting_.movers == kOthersEachFrame ? random_.below(n) : i;
-      dReal at[3];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        at[axis] = places_[3 * geom + axis] + static_cast<dReal>(random_.between(-step_, step_));
-      dGeomSetPosition(geoms_[geom], at[0], at[1], at[2]);
-    }
+    const std::size_t moves = setting_.movers == kAll ? cubes_.size() : movers_;
+    for (std::size_t i = 0; i < moves; ++i)
+      cubes_.move(setting_.movers == kOthersEachFrame ? cubes_.any() : i, step_);
   }
 
-  double frame() {
-    pairs_ = 0;
-    const Stopwatch clock;
-    dSpaceCollide(space_, &pairs_, count);
-    return clock.milliseconds();
-  }
+  double frame() { return timeCollide(cubes_.space(), pairs_); }
   std::size_t pairs() const { return pairs_; }
   dParallelSAPStats stats() const {
     dParallelSAPStats stats;
-    dParallelSAPSpaceGetStats(space_, &stats);
+    dParallelSAPSpaceGetStats(cubes_.space(), &stats);
     return stats;
   }
 
@@ -119,11 +86,7 @@ class Scene {
   const Setting& setting_;
   const std::size_t movers_;
   const double step_;
-  dWorldID world_;
-  dSpaceID space_;
-  std::vector<dGeomID> geoms_;
-  std::vector<dReal> places_;
-  Random random_{3};
+  MovingCubes cubes_;
   std::size_t pairs_ = 0;
 };
 

@@ -1,11 +1,9 @@
 #include "ode_geoms.h"
 
+#include "../counting.h"
+
 namespace bench {
 namespace {
-
-void count(void* data, dGeomID, dGeomID) {
-  ++*static_cast<std::size_t*>(data);
-}
 
 std::size_t numberOf(dGeomID geom) {
   return reinterpret_cast<std::size_t>(dGeomGetData(geom));
@@ -56,7 +54,7 @@ void OdeSpacePeer::move(const Boxes& boxes) {
 
 std::size_t OdeSpacePeer::find() {
   std::size_t pairs = 0;
-  dSpaceCollide(space_, &pairs, count);
+  dSpaceCollide(space_, &pairs, countPair);
   return pairs;
 }
 
