@@ -18,32 +18,14 @@ void unitBoxes(Scene& scene, int frame) {
   }
 }
 
-struct Stop {};
-
-struct ThrowingCallback {
-  Pairs before;
-  std::size_t at;
-
-  static void call(void* data, dGeomID a, dGeomID b) {
-    ThrowingCallback& self = *static_cast<ThrowingCallback*>(data);
-    record(&self.before, a, b);
-    if (self.before.size() == self.at) throw Stop();
-  }
-};
-
 // The callback throws at its 1st, 2nd, 4th... call; a geom comes and goes in between, which takes a
 // space that is not locked. What was seen before the throw must be how the whole begins; if not,
 // the whole is spoilt by what came instead.
 Pairs collideThrowing(Scene& scene) {
   std::vector<Pairs> beginnings;
   for (std::size_t at = 1; at < 100000; at = at < 4 ? at * 2 : at * 5) {
-    ThrowingCallback callback{{}, at};
-    try {
-      dSpaceCollide(scene.space(), &callback, ThrowingCallback::call);
-    } catch (const Stop&) {
-    }
-    beginnings.push_back(callback.before);
-    if (callback.before.size() < at) break;
+    beginnings.push_back(collideUntil(scene.space(), at));
+    if (beginnings.back().size() < at) break;
     const dGeomID passing = dCreateSphere(scene.space(), 1);
     dGeomDestroy(passing);
   }

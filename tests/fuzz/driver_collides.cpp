@@ -7,19 +7,6 @@
 namespace sap_test {
 namespace {
 
-struct Stop {};
-
-struct Thrower {
-  Pairs pairs;
-  std::size_t at;
-
-  static void call(void* data, dGeomID a, dGeomID b) {
-    Thrower& self = *static_cast<Thrower*>(data);
-    record(&self.pairs, a, b);
-    if (self.pairs.size() == self.at) throw Stop();
-  }
-};
-
 // Runs a function at one of the calls.
 template <class Function>
 struct Interrupter {
@@ -142,19 +129,15 @@ void Driver::collideAnyhow() {
 void Driver::collideThrowing(int space) {
   const std::size_t at = 1 + decisions_.below(300);
   log("collide " + std::to_string(space) + ", throwing at call " + std::to_string(at));
-  Thrower thrower{{}, at};
-  try {
-    dSpaceCollide(spaceOf(space), &thrower, Thrower::call);
-  } catch (const Stop&) {
-  }
+  const Pairs got = collideUntil(spaceOf(space), at);
   ++collides_;
   if (objects_[space].rules.any()) {
-    compareByRules(space, thrower.pairs, thrower.pairs.size() == at);
+    compareByRules(space, got, got.size() == at);
     return;
   }
   Pairs expected = expectedOf(space);
   if (expected.size() > at) expected.resize(at);
-  const std::string problem = difference(thrower.pairs, expected);
+  const std::string problem = difference(got, expected);
   if (!problem.empty()) fail("space " + std::to_string(space) + ", throwing: " + problem);
 }
 
@@ -169,13 +152,7 @@ void Driver::collideWithin(int space) {
   const Pairs got = collideInterrupted(spaceOf(space), at, [&](dGeomID a, dGeomID) {
     was_called = true;
     collide2(spaceOf(other), a);
-    if (throws) {
-      try {
-        Thrower thrower{{}, 3};
-        dSpaceCollide(spaceOf(other), &thrower, Thrower::call);
-      } catch (const Stop&) {
-      }
-    }
+    if (throws) collideUntil(spaceOf(other), 3);
     inner = collide(spaceOf(other));
   });
   compare(space, got);

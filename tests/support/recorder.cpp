@@ -24,6 +24,24 @@ Pairs collide(dSpaceID space) {
   return pairs;
 }
 
+Pairs collideUntil(dSpaceID space, std::size_t at) {
+  struct Stop {};
+  struct Callback {
+    Pairs pairs;
+    std::size_t at;
+    static void call(void* data, dGeomID a, dGeomID b) {
+      Callback& self = *static_cast<Callback*>(data);
+      record(&self.pairs, a, b);
+      if (self.pairs.size() == self.at) throw Stop();
+    }
+  } callback{{}, at};
+  try {
+    dSpaceCollide(space, &callback, Callback::call);
+  } catch (const Stop&) {
+  }
+  return callback.pairs;
+}
+
 Pairs collide2(dGeomID first, dGeomID second) {
   Pairs pairs;
   dSpaceCollide2(first, second, &pairs, record);

@@ -26,6 +26,8 @@ std::size_t number(dGeomID geom);
 void record(void* pairs, dGeomID first, dGeomID second);
 
 Pairs collide(dSpaceID space);
+// What dSpaceCollide reports until its callback throws, at its call number `at`, counted from 1.
+Pairs collideUntil(dSpaceID space, std::size_t at);
 Pairs collide2(dGeomID first, dGeomID second);
 inline Pairs collide2(dSpaceID first, dGeomID second) {
   return collide2(asGeom(first), second);
