@@ -99,40 +99,22 @@ Region letterD(double t) {
       reversed(join({{{t, t}}, arc({0.3, 0.5}, 0.42 - t, 0.5 - t, -90, 90, 10), {{t, 1 - t}}}))};
 }
 
-Region letterE(double t) {
+// From where E and F have their middle arm, around both arms that they share.
+Loop upperArms(double t) {
   const double w = 0.62;
   const double arm = 0.85 * w;
   const double low = 0.5 - t / 2;
   const double high = 0.5 + t / 2;
-  return {{{0, 0},
-           {w, 0},
-           {w, t},
-           {t, t},
-           {t, low},
-           {arm, low},
-           {arm, high},
-           {t, high},
-           {t, 1 - t},
-           {w, 1 - t},
-           {w, 1},
-           {0, 1}}};
+  return {{t, low}, {arm, low}, {arm, high}, {t, high}, {t, 1 - t}, {w, 1 - t}, {w, 1}, {0, 1}};
+}
+
+Region letterE(double t) {
+  const double w = 0.62;
+  return {join({{{0, 0}, {w, 0}, {w, t}, {t, t}}, upperArms(t)})};
 }
 
 Region letterF(double t) {
-  const double w = 0.62;
-  const double arm = 0.85 * w;
-  const double low = 0.5 - t / 2;
-  const double high = 0.5 + t / 2;
-  return {{{0, 0},
-           {t, 0},
-           {t, low},
-           {arm, low},
-           {arm, high},
-           {t, high},
-           {t, 1 - t},
-           {w, 1 - t},
-           {w, 1},
-           {0, 1}}};
+  return {join({{{0, 0}, {t, 0}}, upperArms(t)})};
 }
 
 Region letterH(double t) {

@@ -4,7 +4,7 @@
 //
 //   move (boxes)   not timed: the user's own objects (geoms, proxies' boxes, ...) get new places
 //   find ()        timed: what the library needs to be up to date again, and all pairs
-//   stages ()      not timed: where the time of the last find went, if the library can tell
+//   account ()     not timed: where the time of the last find went, if the library can tell
 #pragma once
 
 #include <cmath>
@@ -58,6 +58,20 @@ class Peer {
   virtual void visit(const PairVisitor& visitor) = 0;
 
   virtual Account account() const { return {}; }
+};
+
+// One whose find () has two steps that it times itself.
+class TwoStepPeer : public Peer {
+ public:
+  Account account() const override {
+    Account account;
+    account.stages.update = update_ms_;
+    account.stages.extract = extract_ms_;
+    return account;
+  }
+
+ protected:
+  double update_ms_ = 0, extract_ms_ = 0;
 };
 
 struct PeerKind {

@@ -21,7 +21,7 @@ btVector3 highOf(const CentredBox& box) {
   return {floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))};
 }
 
-class BulletPeer : public Peer {
+class BulletPeer : public TwoStepPeer {
  public:
   ~BulletPeer() override {
     // A proxy takes a pass over all pairs to destroy; the pairs are worth nothing any more.
@@ -78,13 +78,6 @@ class BulletPeer : public Peer {
               reinterpret_cast<std::size_t>(pairs[i].m_pProxy1->m_clientObject));
   }
 
-  Account account() const override {
-    Account account;
-    account.stages.update = update_ms_;
-    account.stages.extract = extract_ms_;
-    return account;
-  }
-
  protected:
   virtual std::unique_ptr<btBroadphaseInterface> createBroadPhase(const Extent& extent,
                                                                   std::size_t count) = 0;
@@ -96,7 +89,6 @@ class BulletPeer : public Peer {
   std::vector<btBroadphaseProxy*> proxies_;
   std::vector<btVector3> low_, high_;
   Extent extent_;
-  double update_ms_ = 0, extract_ms_ = 0;
 };
 
 class DbvtPeer : public BulletPeer {

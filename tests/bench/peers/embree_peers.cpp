@@ -41,7 +41,7 @@ void tellCollisions(void* data, RTCCollision* collisions, unsigned count) {
       (*teller.visitor)(collisions[i].primID0, collisions[i].primID1);
 }
 
-class EmbreePeer : public Peer {
+class EmbreePeer : public TwoStepPeer {
  public:
   EmbreePeer(int threads, RTCBuildQuality quality)
       : quality_(quality), device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
@@ -101,13 +101,6 @@ class EmbreePeer : public Peer {
     rtcCollide(scene_, scene_, tellCollisions, &teller);
   }
 
-  Account account() const override {
-    Account account;
-    account.stages.update = update_ms_;
-    account.stages.extract = extract_ms_;
-    return account;
-  }
-
  private:
   void rebuild() {
     rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
@@ -120,7 +113,6 @@ class EmbreePeer : public Peer {
   RTCScene scene_ = nullptr;
   RTCGeometry geometry_ = nullptr;
   std::vector<RTCBounds> bounds_;
-  double update_ms_ = 0, extract_ms_ = 0;
 };
 
 }  // namespace

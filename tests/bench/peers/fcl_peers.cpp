@@ -25,7 +25,7 @@ bool tell(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
 }
 
 template <class Manager>
-class FclPeer : public Peer {
+class FclPeer : public TwoStepPeer {
  public:
   void create(const Boxes& boxes) override {
     for (const CentredBox& box : boxes) {
@@ -71,13 +71,6 @@ class FclPeer : public Peer {
     manager_.collide(const_cast<PairVisitor*>(&visitor), tell);
   }
 
-  Account account() const override {
-    Account account;
-    account.stages.update = update_ms_;
-    account.stages.extract = extract_ms_;
-    return account;
-  }
-
  private:
   void update() {
     for (const auto& object : objects_) object->computeAABB();
@@ -88,7 +81,6 @@ class FclPeer : public Peer {
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
   std::vector<fcl::CollisionObjectd*> pointers_;
   Manager manager_;
-  double update_ms_ = 0, extract_ms_ = 0;
 };
 
 template <class Manager>
