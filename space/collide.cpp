@@ -408,20 +408,33 @@ void ParallelSAPSpace::collideWithoutMemory(void* data, dNearCallback* callback)
   if (!out_of_memory_reported_)
     dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
   out_of_memory_reported_ = true;
-  stats_.method = dParallelSAPMethodBruteForce;
-  stats_.threads = 1;
-  stats_.pairs = 0;
-  cleanOneByOne();
+  dParallelSAPStats own = {};
+  own.frames = stats_.frames;
+  own.geoms = count;
+  own.backend = dParallelSAPBackendCPU;
+  own.method = dParallelSAPMethodBruteForce;
+  own.threads = 1;
+  own.moved = cleanOneByOne();
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    const bool invalid = isEnabled(geom) && hasNaN(geom);
+    own.disabled += !isEnabled(geom);
+    own.invalid += invalid;
+    own.unbounded += isEnabled(geom) && !invalid && isUnbounded(geom);
+  }
+  stats_ = own;  // should the callback throw
   for (dxGeom* a = first; a; a = a->next) {
     if (!isEnabled(a) || hasNaN(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
       if (!isEnabled(b) || hasNaN(b)) continue;
-      if (!pairsExactly(a, b) || isLeftOut(a, b, settings.rules) || !passesAABBTests(a, b))
-        continue;
-      ++stats_.pairs;
+      if (!pairsExactly(a, b) || isLeftOut(a, b, settings.rules)) continue;
+      ++own.candidates;
+      if (!passesAABBTests(a, b)) continue;
+      ++own.pairs;
       callback(data, a, b);
     }
   }
+  own.frames = stats_.frames;
+  stats_ = own;
 }
 
 }  // namespace ode_parallel_sap

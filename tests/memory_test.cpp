@@ -1,15 +1,19 @@
 // Memory: grows with the scene, stays while the scene does, and goes when the scene has shrunk.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <new>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
+#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -124,4 +128,38 @@ TEST_CASE("The memory of queries goes when there are none any more", "[memory]")
   CHECK(statsOf(space).memory_bytes < with - 100000);
   CHECK(collide2(space, probe).size() < 3000);
   dGeomDestroy(probe);
+}
+
+TEST_CASE("Where there is no memory for the list of pairs they are tested one by one", "[memory]") {
+  static bool failing;
+  failing = false;
+  const auto fails = [](dGeomID, dGeomID, dReal[6]) {
+    if (std::exchange(failing, false)) throw std::bad_alloc();
+    return 1;
+  };
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, seedOr(331)));
+  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, fails));
+  dGeomDisable(world.geoms()[7]);
+  const Pairs expected = expectedPairs(world.geoms());
+  REQUIRE(difference(collide(space), expected) == "");
+  REQUIRE(difference(collide(space), expected) == "");
+  CHECK(statsOf(space).kept > 0);
+  const Messages messages;
+  for (int frame = 0; frame < 2; ++frame) {
+    failing = true;
+    REQUIRE(difference(collide(space), expected) == "");
+    CHECK(!failing);
+    CHECK(messages.all().size() == 1);
+    const dParallelSAPStats stats = statsOf(space);
+    CHECK(stats.method == dParallelSAPMethodBruteForce);
+    CHECK(stats.pairs == expected.size());
+    CHECK(stats.candidates == expected.size());
+    CHECK(stats.kept == 0);
+    CHECK(stats.disabled == 1);
+    CHECK(stats.unbounded == 0);
+  }
+  REQUIRE(difference(collide(space), expected) == "");
+  CHECK(messages.all().size() == 1);
 }

@@ -19,6 +19,9 @@
  *   them is seen by the next collide.
  *   (Where there is no memory for the list of pairs, they are tested and reported one by one, and
  *   such changes take effect at once.)
+ * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
+ *   before the first pair is reported. They must not move or change a geom of the space, nor
+ *   collide it.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
@@ -199,9 +202,11 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * callback, and reports their contacts. `data` goes to all callbacks.
  *
  * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there is little to do. Each
- * gets its data by dAllocateODEDataForThread (dAllocateMaskAll); ODE frees them when the thread
- * ends, or this function before it returns if the space is set to manual cleanup
- * (dSpaceSetManualCleanup). For the calling thread the program has called it, as for dCollide.
+ * gets its data by dAllocateODEDataForThread (dAllocateMaskAll), and ODE frees them when the thread
+ * ends. If the space is set to manual cleanup (dSpaceSetManualCleanup), each thread but the calling
+ * one calls dCleanupODEAllDataForThread before this function returns, which also frees what the
+ * program had allocated for an OpenMP thread that it shares with the space. For the calling thread
+ * the program has allocated the data, as for dCollide.
  *
  * Any thread collides spheres, boxes, capsules, cylinders, convexes, planes and rays with each
  * other, and meshes with these and with each other if dCheckConfiguration ("ODE_EXT_mt_collisions")
@@ -246,7 +251,8 @@ typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
   size_t moved;                  /* geoms whose AABB was brought up to date */
-  size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space */
+  size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space;
+                                  * under SetSkipStatic, geoms without body as when last moved */
   size_t invalid;                /* geoms left out: a NaN bound */
   size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
   unsigned long long candidates; /* pairs the extraction found in this frame, for the filter */
