@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "geom_tests.h"
 #include "plane_test.h"
@@ -25,6 +26,7 @@ constexpr std::size_t coarse_part = 8;
 constexpr std::size_t most_cleaned_alone = 1024;
 // Hits are put in order by bits rather than by sorting where they are this part of all slots.
 constexpr std::size_t many_hits = 1024;
+constexpr std::size_t word_slots = 64;
 
 dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   return slot < geoms.size() ? geoms[slot] : nullptr;
@@ -64,13 +66,19 @@ void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   if (geom) prefetch(geom);
 }
 
+void growZeroed(Buffer<std::uint64_t>& words, std::size_t size) {
+  const std::size_t before = words.size();
+  if (size <= before) return;
+  words.resize(size);
+  std::fill(words.begin() + before, words.end(), 0);
+}
+
 template <class Tree>
 using RealOf = typename std::remove_reference<Tree>::type::RealType;
 
-// Needs exactMode(). NaN overlaps nothing.
-bool pairs(dxGeom* own, dxGeom* geom, bool cull_planes) {
-  return boxesOverlap(own, geom) && isEnabled(own) && filtersMatch(own, geom) &&
-         !(cull_planes && areClearByPlane(own, geom));
+// Whether geoms pair whose AABBs overlap. Needs exactMode().
+bool pairs(const dxGeom* own, const dxGeom* geom) {
+  return isEnabled(own) && filtersMatch(own, geom);
 }
 
 }  // namespace
@@ -86,7 +94,8 @@ struct GeomQueries::Tree {
   QueryTree<float> narrow;
   QueryTree<double> wide;
   Buffer<Slot> found;
-  Buffer<std::uint64_t> marks;  // a bit a slot; all 0 between queries
+  // A bit a slot, and a bit for each word of those; all 0 between queries.
+  Buffer<std::uint64_t> marks, marked_words;
 
   template <class Work>
   auto withTree(Work work) {
@@ -98,7 +107,9 @@ struct GeomQueries::Tree {
   void refresh(const Geoms& geoms);
   double strayingPart(const Geoms& geoms);
   void search(const Geoms& geoms, const dxGeom* geom);
-  void putFoundInOrder(std::size_t slots);
+  void decideUnsure(const Geoms& geoms, const dxGeom* geom);
+  template <class Visit>
+  void forFoundInOrder(std::size_t slots, Visit visit);
   void setUpToDate(std::size_t slots);
 };
 
@@ -185,25 +196,44 @@ void GeomQueries::Tree::search(const Geoms& geoms, const dxGeom* geom) {
     bool coarse;
     found.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found.data()));
   });
-  putFoundInOrder(geoms.size());
+  decideUnsure(geoms, geom);
 }
 
-// Few are sorted, many ticked off.
-void GeomQueries::Tree::putFoundInOrder(std::size_t slots_now) {
+// Where the boxes cannot decide, the AABBs do.
+void GeomQueries::Tree::decideUnsure(const Geoms& geoms, const dxGeom* geom) {
+  Slot* next = found.data();
+  for (Slot slot : found) {
+    if (slot & unsure_slot) {
+      slot &= ~unsure_slot;
+      if (!boxesOverlap(geoms[slot], geom)) continue;
+    }
+    *next++ = slot;
+  }
+  found.resize(next - found.data());
+}
+
+// Calls visit(slot) for what was found, ascending. Few slots are sorted, many ticked off.
+template <class Visit>
+void GeomQueries::Tree::forFoundInOrder(std::size_t slots_now, Visit visit) {
   if (found.size() < slots_now / many_hits + 16) {
     std::sort(found.begin(), found.end());
+    for (const Slot slot : found) visit(slot);
     return;
   }
-  const std::size_t words = slots_now / 64 + 1, before = marks.size();
-  if (before < words) {
-    marks.resize(words);
-    std::fill(marks.begin() + before, marks.end(), 0);
+  const std::size_t words = slots_now / word_slots + 1;
+  growZeroed(marks, words);
+  growZeroed(marked_words, words / word_slots + 1);
+  for (const Slot slot : found) {
+    const std::size_t word = slot / word_slots;
+    marks[word] |= std::uint64_t{1} << slot % word_slots;
+    marked_words[word / word_slots] |= std::uint64_t{1} << word % word_slots;
   }
-  for (const Slot slot : found) marks[slot / 64] |= std::uint64_t{1} << slot % 64;
-  Slot* next = found.data();
-  for (std::size_t word = 0; word < words; ++word)
-    for (std::uint64_t& bits = marks[word]; bits; bits &= bits - 1)
-      *next++ = static_cast<Slot>(word * 64 + __builtin_ctzll(bits));
+  for (std::size_t first = 0; first < words; first += word_slots)
+    for (std::uint64_t& rest = marked_words[first / word_slots]; rest; rest &= rest - 1) {
+      const std::size_t word = first + __builtin_ctzll(rest);
+      for (std::uint64_t bits = std::exchange(marks[word], 0); bits; bits &= bits - 1)
+        visit(static_cast<Slot>(word * word_slots + __builtin_ctzll(bits)));
+    }
 }
 
 GeomQueries::GeomQueries() = default;
@@ -277,13 +307,18 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int t
   idle_frames_ = 0;
   if (bringUpToDate(geoms, threads)) {
     tree_->search(geoms, geom);
-    const Buffer<Slot>& found = tree_->found;
-    hits.resizeDiscarding(found.size());
+    hits.resizeDiscarding(tree_->found.size());
     dxGeom** next = hits.data();
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      if (i + prefetch_distance < found.size()) prefetch(geoms[found[i + prefetch_distance]]);
-      *next = geoms[found[i]];
-      next += pairs(geoms[found[i]], geom, cull_planes);
+    tree_->forFoundInOrder(geoms.size(), [&](Slot slot) {
+      dxGeom* const own = geoms[slot];
+      __builtin_prefetch(&own->gflags);
+      __builtin_prefetch(&own->collide_bits);
+      *next++ = own;
+    });
+    next = hits.data();
+    for (dxGeom* const own : hits) {
+      *next = own;
+      next += pairs(own, geom) && !(cull_planes && areClearByPlane(own, geom));
     }
     hits.resize(next - hits.data());
     return;
@@ -291,14 +326,18 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int t
   hits.resizeDiscarding(0);
   for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
     prefetchAhead(geoms, slot);
-    if (geoms[slot] && pairs(geoms[slot], geom, cull_planes)) hits.push_back(geoms[slot]);
+    dxGeom* const own = geoms[slot];
+    if (own && boxesOverlap(own, geom) && pairs(own, geom) &&
+        !(cull_planes && areClearByPlane(own, geom)))
+      hits.push_back(own);
   }
 }
 
 std::size_t GeomQueries::bytes() const {
   if (!tree_) return 0;
   return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
-         tree_->wide.bytes() + tree_->found.bytes() + tree_->marks.bytes();
+         tree_->wide.bytes() + tree_->found.bytes() + tree_->marks.bytes() +
+         tree_->marked_words.bytes();
 }
 
 }  // namespace ode_parallel_sap

@@ -100,9 +100,14 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   const __m128 xy =
       stepped(_mm_movelh_ps(value[0], value[1]), _mm_movelh_ps(too_small[0], too_small[1]));
   const __m128 z = stepped(value[2], too_small[2]);
-  float bounds_of_box[8];
-  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(0, 0, 2, 0)));
-  _mm_storeu_ps(bounds_of_box + 3, _mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 1)));
+  // Two stores that do not overlap: the box is often read again at once, and a processor makes that
+  // wait where it would have to join stores.
+  const __m128 middle = _mm_shuffle_ps(z, xy, _MM_SHUFFLE(1, 1, 0, 0));
+  const __m128 uppers = _mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 3));
+  float bounds_of_box[6];
+  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy, middle, _MM_SHUFFLE(2, 0, 2, 0)));
+  _mm_storel_pd(reinterpret_cast<double*>(bounds_of_box + 4),
+                _mm_castps_pd(_mm_shuffle_ps(uppers, uppers, _MM_SHUFFLE(2, 0, 2, 0))));
   std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
   const bool exact = _mm_movemask_pd(inexact) == 0;
   // The largest extent, and the growth on each axis: NaN, and so not coarse, where a bound is

@@ -42,19 +42,19 @@ inline float twoSteps(float value, int direction) {
   return value;
 }
 
-// The boxes of a cell, shrunk so far that a shrunk box can only overlap another box's float bounds
-// if the exact boxes overlap: an exact bound is less than one step inside its float bound, for
-// both.
-inline void shrink(const Group<float>& cell, Group<float>& inner) {
+// The first `count` boxes of a cell, shrunk so far that a shrunk box can only overlap another box's
+// float bounds if the exact boxes overlap: an exact bound is less than one step inside its float
+// bound, for both.
+inline void shrink(const Group<float>& cell, Group<float>& inner, int count = group_size) {
   for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < group_size; ++i) {
+    for (int i = 0; i < count; ++i) {
       inner.lower[axis][i] = twoSteps(cell.lower[axis][i], 1);
       inner.upper[axis][i] = twoSteps(cell.upper[axis][i], -1);
     }
 }
 
 // Boxes of doubles are always exact.
-inline void shrink(const Group<double>&, Group<double>&) {}
+inline void shrink(const Group<double>&, Group<double>&, int = group_size) {}
 
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
 inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
@@ -65,9 +65,11 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
   return filter.body[lane] ? wanted & ~Lanes::equals(body, filter.body[lane]) : wanted;
 }
 
-inline void markUnsure(std::uint64_t* pair, unsigned hits, unsigned unsure) {
-  for (; hits; hits &= hits - 1, ++pair)
-    if (unsure & hits & (0u - hits)) *pair |= std::uint64_t{1} << 63;
+// Sets the top bit of those words, one for each of the hits, that are unsure.
+template <class Word>
+inline void markUnsure(Word* word, unsigned hits, unsigned unsure) {
+  for (; hits; hits &= hits - 1, ++word)
+    if (unsure & hits & (0u - hits)) *word |= Word{1} << (8 * sizeof(Word) - 1);
 }
 
 // The cell whose boxes are taken one by one.

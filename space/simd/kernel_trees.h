@@ -252,31 +252,55 @@ void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
   }
 }
 
+// A box that meets cells, and where the slots of the boxes that it overlaps go.
+template <class Real>
+struct Finder {
+  const Group<Real>& box;
+  Group<Real> inner;  // the box shrunk
+  std::uint32_t* next;
+
+  Finder(const Group<Real>& box, std::uint32_t* found) : box(box), next(found) {
+    shrink(box, inner, 1);
+  }
+
+  void meet(const Group<Real>& boxes, const GroupIds& ids) {
+    const Row<Real> row = rowOf(boxes);
+    const unsigned hits = row.overlapping(box, 0);
+    Lanes::compress(ids.slot, hits, next);
+    const unsigned unsure = sizeof(Real) > sizeof(float) ? 0 : hits & ~row.overlapping(inner, 0);
+    if (unsure) markUnsure(next, hits, unsure);
+    next += __builtin_popcount(hits);
+  }
+};
+
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
-  std::uint32_t* next = found;
+  Finder<Real> finder(box, found);
+  constexpr std::size_t capacity = 256;
+  std::uint32_t cells[capacity + group_size];
+  std::size_t count = 0;
+  const auto meetAll = [&] {
+    for (std::size_t i = 0; i < count; ++i)
+      finder.meet(tree.levels[0][cells[i]], tree.ids[cells[i]]);
+    count = 0;
+  };
+  alignas(64) std::uint32_t numbers[group_size];
   forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
-    for (; mask; mask &= mask - 1) {
-      const std::size_t cell = std::size_t{node} * group_size + __builtin_ctz(mask);
-      const unsigned hits = overlaps(box, 0, tree.levels[0][cell]);
-      Lanes::compress(tree.ids[cell].slot, hits, next);
-      next += __builtin_popcount(hits);
-    }
+    for (std::uint32_t i = 0; i < group_size; ++i) numbers[i] = node * group_size + i;
+    Lanes::compress(numbers, mask, cells + count);
+    count += __builtin_popcount(mask);
+    if (count >= capacity) meetAll();
   });
-  return next - found;
+  meetAll();
+  return finder.next - found;
 }
 
 template <class Real>
 std::size_t findInCells(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
                         const Group<Real>& box, std::uint32_t* found) {
-  std::uint32_t* next = found;
-  for (std::size_t cell = 0; cell < count; ++cell) {
-    const unsigned hits = overlaps(box, 0, cells[cell]);
-    if (!hits) continue;
-    Lanes::compress(ids[cell].slot, hits, next);
-    next += __builtin_popcount(hits);
-  }
-  return next - found;
+  Finder<Real> finder(box, found);
+  for (std::size_t cell = 0; cell < count; ++cell) finder.meet(cells[cell], ids[cell]);
+  return finder.next - found;
 }
 
 }  // namespace
