@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -69,6 +70,10 @@ TEST_CASE("A new space is empty, on automatic, and known as ours", "[api]") {
   CHECK(dParallelSAPSpaceGetMethod(space) == dParallelSAPMethodAuto);
   CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
   CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+  CHECK(dParallelSAPSpaceGetSkipStatic(space) == 0);
+  CHECK(dParallelSAPSpaceGetSkipAsleep(space) == 0);
+  CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
+  CHECK(dParallelSAPSpaceGetTolerance(space) == 0);
   CHECK(collide(space).empty());
 }
 
@@ -93,6 +98,18 @@ TEST_CASE("Settings are answered as they were set", "[api]") {
   for (const int n : {1, 2, 8, 0}) {
     dParallelSAPSpaceSetNumDevices(space, n);
     CHECK(dParallelSAPSpaceGetNumDevices(space) == n);
+  }
+  for (const int on : {1, 7, 0}) {
+    dParallelSAPSpaceSetSkipStatic(space, on);
+    CHECK(dParallelSAPSpaceGetSkipStatic(space) == (on != 0));
+    dParallelSAPSpaceSetSkipAsleep(space, on);
+    CHECK(dParallelSAPSpaceGetSkipAsleep(space) == (on != 0));
+    dParallelSAPSpaceSetCullPlanes(space, on);
+    CHECK(dParallelSAPSpaceGetCullPlanes(space) == (on != 0));
+  }
+  for (const dReal distance : {dReal(0.25), std::numeric_limits<dReal>::max(), dReal(0)}) {
+    dParallelSAPSpaceSetTolerance(space, distance);
+    CHECK(dParallelSAPSpaceGetTolerance(space) == distance);
   }
   dSpaceSetSublevel(space, 3);
   CHECK(dSpaceGetSublevel(space) == 3);
@@ -349,14 +366,26 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     CHECK_THROWS_AS(dParallelSAPSpaceGetNumThreads(wrong), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(wrong, 1), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceGetNumDevices(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetSkipStatic(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetSkipStatic(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetSkipAsleep(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetSkipAsleep(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetCullPlanes(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetCullPlanes(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetTolerance(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetTolerance(wrong), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceGetStats(wrong, &stats), OdeAssertion);
   }
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(space, -1), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(space, -1), OdeAssertion);
+  for (const dReal distance :
+       {dReal(-1), std::numeric_limits<dReal>::infinity(), std::numeric_limits<dReal>::quiet_NaN()})
+    CHECK_THROWS_AS(dParallelSAPSpaceSetTolerance(space, distance), OdeAssertion);
   CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
   CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+  CHECK(dParallelSAPSpaceGetTolerance(space) == 0);
   CHECK_THROWS_AS(dSpaceCollide(space, nullptr, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dSpaceAdd(space, nullptr), OdeAssertion);
   if (odeHasAssertions()) {
