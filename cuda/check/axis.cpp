@@ -59,11 +59,12 @@ bool compareScene(const Scene& scene, const std::vector<int>& devices, std::size
     if (size > std::min(most, scene.most)) continue;
     for (const bool wide : {false, true}) {
       scene.fill(size, 5, boxes);
-      if (wide) widen(boxes);
-      if (wide)
+      if (wide) {
+        widen(boxes);
         wide_cpu.find(boxes, threads, expected);
-      else
+      } else {
         cpu.find(boxes, threads, expected);
+      }
       finder.find(boxes, threads, found);
       good = samePairs(scene.name + ", " + std::to_string(size) + " boxes" + nameOf(devices) +
                            (wide ? ", doubles" : ""),
