@@ -38,100 +38,6 @@ bool needsDoubles(std::size_t coarse, std::size_t slots, const PackRules& rules,
   return coarse * coarse / 2 > (wide ? slots / 4 : slots);
 }
 
-// A slot's share of the facts.
-enum : std::uint8_t {
-  disabled_state = 1,
-  invalid_state = 2,
-  unbounded_state = 4,
-  coarse_state = 8,
-  no_box_state = 16,     // takes part in nothing
-  unwatched_state = 32,  // no geom, or one whose silent changes are looked at pair by pair
-  space_state = 64,
-  user_class_state = 128
-};
-// What the other stages take from a geom that has a box, without looking at it again.
-constexpr std::uint8_t kind_states = unwatched_state | space_state | user_class_state;
-
-std::uint8_t kindOf(const dxGeom* geom, bool resting) {
-  return (resting && !geom->body ? unwatched_state : 0) | (IS_SPACE(geom) ? space_state : 0) |
-         (isUserClass(geom) ? user_class_state : 0);
-}
-
-void count(std::uint8_t state, std::ptrdiff_t sign, UpdateFacts& facts) {
-  facts.disabled += state & disabled_state ? sign : 0;
-  facts.invalid += state & invalid_state ? sign : 0;
-  facts.unbounded += state & unbounded_state ? sign : 0;
-  facts.coarse += state & coarse_state ? sign : 0;
-}
-
-template <class Real>
-constexpr BasicBox<Real> inactiveBox() {
-  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
-  return {{nan, nan, nan}, {nan, nan, nan}};
-}
-
-void deactivate(Slot slot, BoxSet& boxes) {
-  if (boxes.wide)
-    boxes.wide_boxes[slot] = inactiveBox<double>();
-  else
-    boxes.boxes[slot] = inactiveBox<float>();
-}
-
-// All bits as 32: a match of the originals is always a match of these.
-std::uint32_t foldBits(unsigned long bits) {
-  const std::uint64_t wide = bits;
-  return static_cast<std::uint32_t>(wide) | static_cast<std::uint32_t>(wide >> 32);
-}
-bool foldsExactly(unsigned long bits) {
-  const std::uint64_t wide = bits;
-  return wide >> 32 == 0 || ~wide == 0;
-}
-
-// Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
-constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
-
-std::uint32_t numberOf(const dxBody* body) {
-  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
-}
-
-// A box's bounds lie this part of the tolerance outside the geom's own. They may stay until they
-// are twice as far outside on one of the sides, so that two boxes that meet are never further apart
-// than the tolerance.
-constexpr dReal margin_share = dReal(1) / 4;
-
-// Bounds moved outward by `margin`, where that is not less than the type's own steps.
-void inflate(const dReal* exact, dReal margin, dReal* bounds) {
-  for (int i = 0; i < 6; ++i) {
-    bounds[i] = exact[i] + (i % 2 ? margin : -margin);
-    if (std::fabs(bounds[i] - exact[i]) > margin * dReal(1.25)) bounds[i] = exact[i];
-  }
-}
-
-// Rounds such bounds to floats. What they let through is within the tolerance, unless the rounding
-// adds too much to it.
-BoundsFacts roundBounds(const dReal* bounds, dReal margin, Box& box) {
-  BoundsFacts facts = roundOutward(bounds, box);
-  facts.exact = true;
-  facts.coarse = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    facts.coarse |= bounds[2 * axis] - static_cast<dReal>(box.lower[axis]) > margin / 2;
-    facts.coarse |= static_cast<dReal>(box.upper[axis]) - bounds[2 * axis + 1] > margin / 2;
-  }
-  return facts;
-}
-
-// Whether `box` contains the bounds, and no bound is more than `most` outside.
-template <class Real>
-bool containsClosely(const BasicBox<Real>& box, const dReal* bounds, dReal most) {
-  bool contains = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
-    contains = contains && box.lower[axis] <= lower && box.lower[axis] >= lower - most &&
-               box.upper[axis] >= upper && box.upper[axis] <= upper + most;
-  }
-  return contains;
-}
-
 void prefetch(const void* object, std::size_t size) {
   const char* const bytes = static_cast<const char*>(object);
   for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
@@ -153,22 +59,6 @@ void prefetchStatus(const dxBody* body) {
 
 }  // namespace
 
-void UpdateFacts::add(const UpdateFacts& other) {
-  moved += other.moved;
-  disabled += other.disabled;
-  invalid += other.invalid;
-  unbounded += other.unbounded;
-  coarse += other.coarse;
-  user_classes = user_classes || other.user_classes;
-  spaces = spaces || other.spaces;
-  exact_bits = exact_bits && other.exact_bits;
-  exact_bodies = exact_bodies && other.exact_bodies;
-  exact_boxes = exact_boxes && other.exact_boxes;
-  filter_bits = filter_bits || other.filter_bits;
-  filter_bodies = filter_bodies || other.filter_bodies;
-  newly_invalid.insert(newly_invalid.end(), other.newly_invalid.begin(), other.newly_invalid.end());
-}
-
 // Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot,
 // part) for each; geom may be null.
 template <class SlotOf, class Use>
@@ -178,7 +68,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
   for (int index = 0; index <= parts; ++index) {
-    Part& part = parts_[index];
+    UpdatePart& part = parts_[index];
     part.facts = UpdateFacts();
     part.deferred.clear();
     part.staying.clear();
@@ -198,7 +88,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
   runTeam(parts, [&](int thread, int team) {
     if (thread == 0) used = team;
     for (int index = thread; index < parts; index += team) {
-      Part& part = parts_[index];
+      UpdatePart& part = parts_[index];
       const Range range = partOf(count, index, parts);
       const auto block = [&](std::size_t begin) {
         return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
@@ -229,7 +119,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
       }
     }
   });
-  Part& serial = parts_[parts];
+  UpdatePart& serial = parts_[parts];
   for (int index = 0; index < parts; ++index)
     for (const Slot slot : parts_[index].deferred) {
       cleanGeom(geoms[slot]);
@@ -241,7 +131,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  const auto ignore = [](const dxGeom*, Slot, Part&) {};
+  const auto ignore = [](const dxGeom*, Slot, UpdatePart&) {};
   if (!changed) {
     forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); }, ignore);
@@ -259,79 +149,9 @@ void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
   });
 }
 
-// Geoms at rest are packed as if enabled and with all bits set, because their silent changes are
-// not noticed here: pairs with them are looked at again in every frame.
-GeomUpdate::State GeomUpdate::packGeom(const dxGeom* geom, Slot slot, Part& part,
-                                       BoxSet& boxes) const {
-  if (!geom) {
-    deactivate(slot, boxes);
-    return no_box_state | unwatched_state;
-  }
-  UpdateFacts& facts = part.facts;
-  const bool resting = isResting(geom, rules_);
-  boxes.bodies[slot] = resting ? resting_number : numberOf(geom->body);
-  State state = kindOf(geom, resting);
-  if (!isEnabled(geom)) {
-    state |= disabled_state;
-    if (!resting || geom->gflags & GEOM_ZERO_SIZED) {
-      deactivate(slot, boxes);
-      return state | no_box_state;
-    }
-  }
-  const dReal margin = rules_.tolerance * margin_share;
-  const dReal* bounds = geom->aabb;
-  dReal inflated[6];
-  Box box;
-  BoundsFacts rounded;
-  if (__builtin_expect(margin > 0, false)) {
-    inflate(bounds, margin, inflated);
-    bounds = inflated;
-    rounded = roundBounds(bounds, margin, box);
-  } else {
-    rounded = roundOutward(bounds, box);
-  }
-  if (rounded.nan) {
-    facts.newly_invalid.push_back(slot);
-    deactivate(slot, boxes);
-    return state | no_box_state | invalid_state;
-  }
-  if (boxes.wide) {
-    BasicBox<double>& wide = boxes.wide_boxes[slot];
-    for (int axis = 0; axis < 3; ++axis) {
-      wide.lower[axis] = bounds[2 * axis];
-      wide.upper[axis] = bounds[2 * axis + 1];
-    }
-  } else {
-    boxes.boxes[slot] = box;
-  }
-  facts.exact_boxes = facts.exact_boxes && rounded.exact;
-  facts.user_classes = facts.user_classes || state & user_class_state;
-  facts.spaces = facts.spaces || state & space_state;
-  state |= (rounded.unbounded ? unbounded_state : 0) | (rounded.coarse ? coarse_state : 0);
-  if (resting) {
-    boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
-    facts.filter_bodies = true;
-    return state;
-  }
-
-  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
-  facts.exact_bits =
-      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
-  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
-  // Of two geoms on one body at least one is followed by another in the body's list.
-  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
-    facts.filter_bodies = facts.filter_bodies || geom->body_next;
-    if (!part.some_body) part.some_body = body;
-    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
-    const std::uint32_t number = boxes.bodies[slot];
-    if (number == 0 || number == resting_number) facts.exact_bodies = false;
-  }
-  return state;
-}
-
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
                      BoxSet& boxes) {
-  rules_ = rules;
+  packer_.rules = rules;
   watching_ = false;
   boxes.size = slots;
   boxes.bits.resizeDiscarding(slots);
@@ -345,8 +165,8 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
       boxes.boxes.resizeDiscarding(slots);
     const int used = forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
-        [&](const dxGeom* geom, Slot slot, Part& part) {
-          const State state = packGeom(geom, slot, part, boxes);
+        [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+          const SlotState state = packer_.pack(geom, slot, part, boxes);
           states_[slot] = state;
           if (state) count(state, 1, part.facts);
         });
@@ -354,7 +174,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(facts_.coarse, slots, rules_, boxes.wide);
+    const bool wide = needsDoubles(facts_.coarse, slots, packer_.rules, boxes.wide);
     if (wide == boxes.wide) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
@@ -365,7 +185,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
 UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
   UpdateFacts facts;
   for (int index = 0; index <= part_count_; ++index) {
-    const Part& part = parts_[index];
+    const UpdatePart& part = parts_[index];
     facts.add(part.facts);
     if (!part.some_body) continue;
     if (!some_body) some_body = part.some_body;
@@ -381,7 +201,8 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
   body_numbers_.clear();
   for (std::size_t slot = 0; slot < boxes.size; ++slot) {
     const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
-    if (boxes.bodies[slot] == resting_number && geoms[slot] && isResting(geoms[slot], rules_))
+    if (boxes.bodies[slot] == resting_number && geoms[slot] &&
+        isResting(geoms[slot], packer_.rules))
       continue;
     boxes.bodies[slot] =
         body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
@@ -397,20 +218,6 @@ const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) 
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies;
   return facts_;
-}
-
-bool GeomUpdate::changedUnnoticed(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
-  const bool resting = isResting(geom, rules_);
-  if (resting != (boxes.bodies[slot] == resting_number)) return true;
-  if (resting) return false;
-  const State state = states_[slot];
-  const bool enabled = isEnabled(geom);
-  if (enabled != !(state & disabled_state)) return true;
-  if (state & no_box_state) return false;
-  return boxes.bits[slot].category != foldBits(geom->category_bits) ||
-         boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
-         !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||
-         boxes.bodies[slot] != numberOf(geom->body);
 }
 
 void GeomUpdate::watchAll() {
@@ -442,10 +249,10 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, S
     prefetchIn(words.begin, false);
     for (std::size_t word = words.begin; word < words.end; ++word) {
       prefetchIn(word + 1, false);
-      if (rules_.skip_asleep) prefetchIn(word, true);
+      if (packer_.rules.skip_asleep) prefetchIn(word, true);
       for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
-        if (changedUnnoticed(geoms[slot], slot, boxes)) changed.insert(slot);
+        if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
       }
     }
   });
@@ -472,15 +279,6 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     states_[slot] = no_box_state | unwatched_state;
 }
 
-bool GeomUpdate::mayStay(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
-  if (!geom || states_[slot] & no_box_state || changedUnnoticed(geom, slot, boxes)) return false;
-  // The slot may have another geom now.
-  if ((states_[slot] & kind_states) != kindOf(geom, isResting(geom, rules_))) return false;
-  const dReal most = 2 * margin_share * rules_.tolerance;
-  return boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)
-                    : containsClosely(boxes.boxes[slot], geom->aabb, most);
-}
-
 bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads, SlotSet& changed,
                         BoxSet& boxes) {
   if (!watching_) watchAll();
@@ -491,12 +289,12 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads, Sl
       static_cast<int>(std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
   forGeoms(
       geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
-      [&](const dxGeom* geom, Slot slot, Part& part) {
-        if (rules_.tolerance > 0 && mayStay(geom, slot, boxes)) {
+      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+        if (packer_.rules.tolerance > 0 && packer_.mayStay(geom, slot, states_[slot], boxes)) {
           part.staying.push_back(slot);
           return;
         }
-        const State state = packGeom(geom, slot, part, boxes);
+        const SlotState state = packer_.pack(geom, slot, part, boxes);
         count(states_[slot], -1, part.facts);
         count(state, 1, part.facts);
         states_[slot] = state;
@@ -531,7 +329,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads, Sl
   boxes.exact = facts_.exact_boxes;
   return delta.exact_bits && delta.exact_bodies && (boxes.filter_bits || !delta.filter_bits) &&
          (boxes.filter_bodies || !delta.filter_bodies) &&
-         needsDoubles(facts_.coarse, slots, rules_, boxes.wide) == boxes.wide;
+         needsDoubles(facts_.coarse, slots, packer_.rules, boxes.wide) == boxes.wide;
 }
 
 std::size_t GeomUpdate::bytes() const {

@@ -9,33 +9,10 @@
 
 #include "box_set.h"
 #include "buffer.h"
-#include "pack_rules.h"
+#include "geom_packer.h"
 #include "slot_set.h"
 
-struct dxBody;
-struct dxGeom;
-
 namespace ode_parallel_sap {
-
-// What the later stages must know of the geoms behind the boxes.
-struct UpdateFacts {
-  std::size_t moved = 0;  // in this frame
-  // Of all geoms.
-  std::ptrdiff_t disabled = 0;
-  std::ptrdiff_t invalid = 0;
-  std::ptrdiff_t unbounded = 0;
-  std::ptrdiff_t coarse = 0;  // boxes that floats make clearly larger
-  bool user_classes = false;  // AABBTest may decide
-  bool spaces = false;        // some geom is a space
-  bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
-  bool exact_bodies = true;   // 32 bits of the bodies' addresses tell them apart
-  bool exact_boxes = true;    // no float bound was rounded
-  bool filter_bits = false;
-  bool filter_bodies = false;
-  std::vector<Slot> newly_invalid;  // slots that were packed with NaN bounds, ascending
-
-  void add(const UpdateFacts& other);
-};
 
 // The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
 // boxes to a part of the storage that is its own; joining the parts then moves no box.
@@ -68,32 +45,21 @@ class GeomUpdate {
   std::size_t bytes() const;
 
  private:
-  using State = std::uint8_t;  // what a slot adds to the facts, in bits
-  struct alignas(64) Part {
-    UpdateFacts facts;
-    std::vector<Slot> deferred;  // moved geoms that only one thread may touch
-    std::vector<Slot> staying;   // slots whose boxes stay as they are
-    std::uintptr_t some_body = 0;
-  };
-
   template <class SlotOf, class Use>
   int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  State packGeom(const dxGeom* geom, Slot slot, Part& part, BoxSet& boxes) const;
-  bool changedUnnoticed(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
-  bool mayStay(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
 
-  std::vector<Part> parts_;
+  std::vector<UpdatePart> parts_;
   int part_count_ = 0;
   UpdateFacts facts_;
   std::uintptr_t some_body_ = 0;  // of those packed
-  PackRules rules_;
-  Buffer<State> states_;  // by slot
-  SlotSet watched_;       // slots that notice() looks at
+  GeomPacker packer_;
+  Buffer<SlotState> states_;  // by slot
+  SlotSet watched_;           // slots that notice() looks at
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
