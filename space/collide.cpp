@@ -102,19 +102,9 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   if (kept_apart_) std::swap(pairs, kept_);
   kept_apart_ = false;
   noteSilent();
-  if (!findChanges(pairs, clock)) findAll(pairs, clock);
-  const bool planes_apart = settings.rules.cull_planes && plane_pairs_.any();
-  if (planes_apart || PairFilter::needsVerifying(*facts_, settings.rules)) {
-    kept_apart_ = true;
-    std::swap(pairs, kept_);
-    if (PairFilter::needsVerifying(*facts_, settings.rules))
-      PairFilter::verify(geoms_.data(), *facts_, kept_, pairs);
-    else
-      pairs.copyFrom(kept_);
-    if (planes_apart)
-      stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
-                                              facts_->user_classes, frame_threads_);
-  }
+  const bool kept = findChanges(pairs, clock);
+  if (!kept) findAll(pairs, clock);
+  selectPairs(pairs, kept && stats_.moved == 0 && pair_keeper_.nothingChanged());
   stats_.filter_ms += clock.lap();
   stats_.pairs = pairs.size();
   return true;
@@ -124,6 +114,28 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
 } catch (...) {
   pair_keeper_.stop();  // from the AABB function of a user class, say
   throw;
+}
+
+// Makes the pairs that are to be reported out of those that may have to be, and keeps these apart
+// where they are others. `unchanged`: nothing has changed since the last frame.
+void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
+  const bool planes_apart = settings.rules.cull_planes && plane_pairs_.any();
+  const bool verifying = PairFilter::needsVerifying(*facts_, settings.rules);
+  if (!boxes_.loose && !planes_apart && !verifying) return;
+  kept_apart_ = true;
+  std::swap(pairs, kept_);  // `pairs` may be those of the last frame now
+  if (!boxes_.loose) {
+    pairs.copyFrom(kept_);
+  } else if (!unchanged || planes_apart || verifying) {
+    stats_.threads =
+        std::max(stats_.threads, tight_pairs_.select(geoms_.data(), boxes_, facts_->exact_boxes,
+                                                     kept_, frame_threads_, pairs));
+    pair_keeper_.judgeLooseBoxes(kept_.size(), pairs.size(), geoms_.size());
+  }
+  if (verifying) PairFilter::verify(geoms_.data(), *facts_, pairs);
+  if (planes_apart)
+    stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
+                                            facts_->user_classes, frame_threads_);
 }
 
 // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
@@ -152,8 +164,9 @@ bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
 }
 
 void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
+  const bool loosely = mayKeep() && pair_keeper_.wantsLooseBoxes(geom_update_, geoms_.size());
   pair_keeper_.stop();
-  update();
+  update(loosely);
   pair_keeper_.forgetChanges();
   stats_.update_ms = clock.lap();
   synchronise();
@@ -321,9 +334,9 @@ void ParallelSAPSpace::noteSmallest(const SmallScene& scene) {
   stats_.pairs = scene.pairs;
 }
 
-void ParallelSAPSpace::update() {
-  stats_.threads =
-      geom_update_.pack(geoms_.data(), geoms_.size(), settings.rules, frame_threads_, boxes_);
+void ParallelSAPSpace::update(bool loosely) {
+  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), settings.rules, loosely,
+                                     frame_threads_, boxes_);
   needs_clean_ = false;
 }
 

@@ -72,6 +72,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
     part.facts = UpdateFacts();
     part.deferred.clear();
     part.staying.clear();
+    part.moved_within.resizeDiscarding(0);
     part.some_body = 0;
   }
   const auto prefetchGeoms = [&](const Range& range) {
@@ -149,20 +150,28 @@ void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
   });
 }
 
-int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-                     BoxSet& boxes) {
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, bool loosely,
+                     int threads, BoxSet& boxes) {
   packer_.rules = rules;
   watching_ = false;
+  const bool was_loose = boxes.loose;
+  const Box* before = boxes.wide ? nullptr : (was_loose ? boxes.tight : boxes.boxes).data();
+  const std::size_t before_count = std::min(boxes.size, slots);
   boxes.size = slots;
   boxes.bits.resizeDiscarding(slots);
   boxes.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (;;) {
+    boxes.loose = loosely && !boxes.wide;
     if (boxes.wide)
       boxes.wide_boxes.resizeDiscarding(slots);
     else
       boxes.boxes.resizeDiscarding(slots);
+    if (boxes.loose) boxes.tight.resizeDiscarding(slots);
+    const bool known = before == (was_loose ? boxes.tight : boxes.boxes).data();
+    packer_.before = known ? before : nullptr;
+    packer_.before_count = known ? before_count : 0;
     const int used = forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
         [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
@@ -178,6 +187,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     if (wide == boxes.wide) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+    before = nullptr;
   }
 }
 
@@ -214,7 +224,7 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
 const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
   if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
   facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
-  boxes.exact = facts_.exact_boxes;
+  boxes.exact = facts_.exact_boxes || boxes.loose;
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies;
   return facts_;
@@ -271,29 +281,62 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     boxes.wide_boxes.resize(slots);
   else
     boxes.boxes.resize(slots);
+  if (boxes.loose) boxes.tight.resize(slots);
   boxes.bits.resize(slots);
   boxes.bodies.resize(slots);
   states_.resize(slots);
   watched_.growTo(slots);
+  UpdatePart unread;
   for (std::size_t slot = before; slot < slots; ++slot)
-    states_[slot] = no_box_state | unwatched_state;
+    states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes);
 }
 
-bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads, SlotSet& changed,
-                        BoxSet& boxes) {
+// Takes the slots whose boxes may stay out of `changed` and slots_. False if too many may not: then
+// nothing has changed but the geoms' own bounds.
+bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+                         BoxSet& boxes) {
+  forGeoms(
+      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
+      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+        packer_.stays(geom, slot, states_[slot], boxes, part);
+      });
+  const UpdateFacts facts = mergeParts(some_body_);
+  facts_.moved = facts.moved;
+  std::size_t staying = 0;
+  for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
+  if (slots_.size() - staying > most) return false;
+  facts_.exact_boxes = facts_.exact_boxes && facts.exact_boxes;
+  if (staying == 0) return true;
+  for (int index = 0; index <= part_count_; ++index) {
+    UpdatePart& part = parts_[index];
+    for (const Slot slot : part.staying) changed.erase(slot);
+    for (std::size_t i = 0; i < part.moved_within.size(); ++i)
+      boxes.tight[part.staying[i]] = part.moved_within[i];
+  }
+  slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
+                               [&](Slot slot) { return !changed.contains(slot); }) -
+                slots_.begin());
+  return true;
+}
+
+bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+                        SlotSet& changed, BoxSet& boxes) {
   if (!watching_) watchAll();
   resizeTo(slots, boxes);
   listSlots(changed, slots);
   constexpr std::size_t least_slots_a_thread = 1024;
-  threads =
-      static_cast<int>(std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
+  const auto threadsForSlots = [&] {
+    return static_cast<int>(
+        std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
+  };
+  facts_.moved = 0;
+  const bool some_may_stay = packer_.rules.tolerance > 0 || boxes.loose;
+  if (some_may_stay && !sortOut(geoms, most, threadsForSlots(), changed, boxes)) return false;
+  packer_.before = boxes.loose ? boxes.tight.data() : nullptr;
+  packer_.before_count = boxes.loose ? boxes.size : 0;
   forGeoms(
-      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
+      geoms, slots_.size(), threadsForSlots(), [&](std::size_t i) { return slots_[i]; },
       [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-        if (packer_.rules.tolerance > 0 && packer_.mayStay(geom, slot, states_[slot], boxes)) {
-          part.staying.push_back(slot);
-          return;
-        }
         const SlotState state = packer_.pack(geom, slot, part, boxes);
         count(states_[slot], -1, part.facts);
         count(state, 1, part.facts);
@@ -304,36 +347,34 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads, Sl
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  bool some_stay = false;
-  for (int index = 0; index <= part_count_; ++index)
-    for (const Slot slot : parts_[index].staying) {
-      changed.erase(slot);
-      some_stay = true;
-    }
-  if (some_stay)
-    slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
-                                 [&](Slot slot) { return !changed.contains(slot); }) -
-                  slots_.begin());
+  return takeOver(mergeParts(some_body_), boxes);
+}
 
-  UpdateFacts delta = mergeParts(some_body_);
-  facts_.moved = delta.moved;
-  facts_.disabled += delta.disabled;
-  facts_.invalid += delta.invalid;
-  facts_.unbounded += delta.unbounded;
-  facts_.coarse += delta.coarse;
-  facts_.user_classes = facts_.user_classes || delta.user_classes;
-  facts_.spaces = facts_.spaces || delta.spaces;
-  facts_.newly_invalid.swap(delta.newly_invalid);
+// Makes the facts of some slots, packed again, part of those of all. False if these would have
+// been packed otherwise.
+bool GeomUpdate::takeOver(const UpdateFacts& packed, BoxSet& boxes) {
+  facts_.moved += packed.moved;
+  facts_.disabled += packed.disabled;
+  facts_.invalid += packed.invalid;
+  facts_.unbounded += packed.unbounded;
+  facts_.coarse += packed.coarse;
+  facts_.user_classes = facts_.user_classes || packed.user_classes;
+  facts_.spaces = facts_.spaces || packed.spaces;
+  facts_.newly_invalid = packed.newly_invalid;
   facts_.exact_boxes =
-      facts_.exact_boxes && (delta.exact_boxes || boxes.wide || std::is_same<dReal, float>::value);
-  boxes.exact = facts_.exact_boxes;
-  return delta.exact_bits && delta.exact_bodies && (boxes.filter_bits || !delta.filter_bits) &&
-         (boxes.filter_bodies || !delta.filter_bodies) &&
-         needsDoubles(facts_.coarse, slots, packer_.rules, boxes.wide) == boxes.wide;
+      facts_.exact_boxes && (packed.exact_boxes || boxes.wide || std::is_same<dReal, float>::value);
+  boxes.exact = facts_.exact_boxes || boxes.loose;
+  return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
+         (boxes.filter_bodies || !packed.filter_bodies) &&
+         needsDoubles(facts_.coarse, boxes.size, packer_.rules, boxes.wide) == boxes.wide;
 }
 
 std::size_t GeomUpdate::bytes() const {
-  return states_.bytes() + watched_.bytes() + slots_.bytes();
+  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes();
+  for (const UpdatePart& part : parts_)
+    bytes += part.moved_within.bytes() +
+             (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
+  return bytes;
 }
 
 }  // namespace ode_parallel_sap

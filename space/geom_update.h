@@ -23,9 +23,9 @@ class GeomUpdate {
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
   // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
-  // scene. Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-           BoxSet& boxes);
+  // scene, and otherwise loosely if that is wanted. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, bool loosely,
+           int threads, BoxSet& boxes);
   // The threads' facts made one. Call after pack().
   const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
 
@@ -36,9 +36,10 @@ class GeomUpdate {
   int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed);
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
   // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
-  // as a whole because the facts are others now.
-  bool repack(dxGeom* const* geoms, std::size_t slots, int threads, SlotSet& changed,
-              BoxSet& boxes);
+  // as a whole: the facts are others now, or of boxes that might have stayed more than `most` may
+  // not.
+  bool repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+              SlotSet& changed, BoxSet& boxes);
   // The slots of the last repack() whose boxes changed, ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
@@ -51,6 +52,9 @@ class GeomUpdate {
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
+  bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+               BoxSet& boxes);
+  bool takeOver(const UpdateFacts& packed, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
 
   std::vector<UpdatePart> parts_;

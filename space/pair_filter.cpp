@@ -69,8 +69,7 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
     part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
 }
 
-void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const PairList& pairs,
-                        PairList& verified) {
+void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, PairList& pairs) {
   // Geoms lie anywhere in memory.
   constexpr std::size_t ahead = 24;
   const auto prefetchLater = [&](Pair pair) {
@@ -78,11 +77,8 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const Pa
     __builtin_prefetch(&geom->gflags);
     __builtin_prefetch(&geom->collide_bits);
   };
-  verified.clear(1);
-  Buffer<Pair>& passed = verified.parts[0];
-  passed.resizeDiscarding(pairs.size());
-  std::size_t count = 0;
-  for (const Buffer<Pair>& part : pairs.parts)
+  for (Buffer<Pair>& part : pairs.parts) {
+    std::size_t count = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
       if (i + 2 * ahead < part.size()) {
         __builtin_prefetch(&geoms[laterOf(part[i + 2 * ahead])]);
@@ -92,9 +88,10 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, const Pa
       dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
       if (!isEnabled(a) || !isEnabled(b) || !filtersMatch(a, b)) continue;
       if (facts.user_classes && !passesAABBTests(a, b)) continue;
-      passed[count++] = pair;
+      part[count++] = pair;
     }
-  passed.resize(count);
+    part.resize(count);
+  }
 }
 
 // Stretches are cut into chunks of like size, which threads take as they come.

@@ -21,11 +21,10 @@ class PairFilter {
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
     return facts.user_classes || rules.skip_static || rules.skip_asleep;
   }
-  // Copies the pairs to be reported to `verified`: those whose geoms are enabled and have the bits
-  // for it, which was not looked at for geoms at rest, and which pass the AABBTest functions,
-  // called on the calling thread.
-  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, const PairList& pairs,
-                     PairList& verified);
+  // Leaves the pairs to be reported: those whose geoms are enabled and have the bits for it, which
+  // was not looked at for geoms at rest, and which pass the AABBTest functions, called on the
+  // calling thread.
+  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, PairList& pairs);
 
  private:
   struct ExactTest;

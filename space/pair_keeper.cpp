@@ -13,8 +13,12 @@ constexpr std::size_t changing_share = 8;
 constexpr std::size_t least_slots_for_trees = 700;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
-// Where a tolerance turned out not to help, it is tried again after more and more frames.
+// Where a tolerance or loose boxes turned out not to help, they are tried again after more and more
+// frames.
 constexpr int longest_interval = 16;
+// What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
+// so many a pair.
+constexpr std::size_t loose_pairs_a_slot = 24, loose_pairs_a_pair = 3;
 
 }  // namespace
 
@@ -22,11 +26,37 @@ void PairKeeper::start(Source source) {
   running_ = true;
   source_ = source;
   incremental_started_ = false;
+  has_helped_ = false;
+}
+
+bool PairKeeper::mayBuildTrees(std::size_t slots) const {
+  return source_ != Source::all_pairs || slots > least_slots_for_trees;
 }
 
 bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
-  return changes * changing_share > slots ||
-         (changes > 0 && source_ == Source::all_pairs && slots <= least_slots_for_trees);
+  return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
+}
+
+void PairKeeper::pause() {
+  interval_ = std::min(2 * interval_, longest_interval);
+  in_vain_ = interval_;
+}
+
+bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots) {
+  if (!running_ || rules_.tolerance > 0 || source_ == Source::device || !mayBuildTrees(slots) ||
+      !geom_update.canRepack())
+    return false;
+  const UpdateFacts& facts = geom_update.facts();
+  if (facts.fast * changing_share > facts.compared ||
+      (facts.moving - facts.fast) * changing_share <= facts.compared)
+    return false;
+  return in_vain_ == 0 || --in_vain_ == 0;
+}
+
+void PairKeeper::judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots) {
+  if (loose_pairs <= loose_pairs_a_slot * slots + loose_pairs_a_pair * pairs) return;
+  pause();
+  stop();
 }
 
 bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
@@ -36,30 +66,32 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
     rules_ = rules;
     return false;
   }
-  // Within a tolerance most of what moved may turn out to stay.
-  const bool tolerant = rules.tolerance > 0;
+  // Within a tolerance, or a loose box, most of what moved may turn out to stay.
+  const bool some_may_stay = rules.tolerance > 0 || boxes.loose;
   if (tooMany(changed_.count(), slots)) {
     few_changes_ = 0;
-    if (!tolerant || (in_vain_ > 0 && --in_vain_ > 0)) return false;
+    if (!some_may_stay || (!boxes.loose && in_vain_ > 0 && --in_vain_ > 0)) return false;
   }
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
   const std::size_t changes = changed_.count();
-  if (!tolerant && tooMany(changes, slots)) return false;
+  if (!some_may_stay && tooMany(changes, slots)) return false;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
-  if (!tolerant && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
+  if (!some_may_stay && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
     return false;
-  const bool fits = geom_update.repack(geoms, slots, threads, changed_, boxes);
+  const bool fits =
+      geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
   // Slots that are gone are in none of the boxes, but in pairs.
-  changes_ = tolerant ? changed_.count() : changes;
+  changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
     interval_ = 1;
+    has_helped_ = true;
     return true;
   }
   moved_in_vain_ = geom_update.facts().moved;
-  interval_ = std::min(2 * interval_, longest_interval);
-  in_vain_ = interval_;
+  // Loose boxes that are used up are made anew at once.
+  if (!boxes.loose || !has_helped_) pause();
   return false;
 }
 

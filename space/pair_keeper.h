@@ -33,6 +33,11 @@ class PairKeeper {
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
+  // Whether a frame that is found anew is to have loose boxes, so that the next ones need not be:
+  // most geoms move, and slowly. Asked once for each such frame, before stop().
+  bool wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots);
+  // What loose boxes led to: pairs of them, of which some are pairs.
+  void judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots);
   // The last frame's boxes and pairs are complete, or are of no use any more.
   void start(Source source);
   void stop() { running_ = false; }
@@ -50,13 +55,17 @@ class PairKeeper {
   int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
            const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
            PairList& pairs);
+  // Whether the last find() had nothing to do.
+  bool nothingChanged() const { return changes_ == 0; }
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const;
 
  private:
+  bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
+  void pause();
   template <class Real>
   int findChanged(Incremental<Real>& incremental, Sweep<Real>& base, const GeomUpdate& geom_update,
                   const BoxSet& boxes, int threads);
@@ -66,8 +75,9 @@ class PairKeeper {
   PackRules rules_;
   Source source_ = Source::all_pairs;
   bool incremental_started_ = false;
+  bool has_helped_ = false;         // since start()
   int few_changes_ = 0;             // frames in a row in which little changed, but were found anew
-  int interval_ = 1, in_vain_ = 0;  // frames until a tolerance is tried again
+  int interval_ = 1, in_vain_ = 0;  // frames until a tolerance or loose boxes are tried again
   Incremental<float> incremental_;
   Incremental<double> wide_incremental_;
   PairList found_;

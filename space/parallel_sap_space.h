@@ -25,6 +25,7 @@
 #include "settings.h"
 #include "slot_set.h"
 #include "team_choice.h"
+#include "tight_pairs.h"
 
 namespace ode_parallel_sap {
 
@@ -84,7 +85,8 @@ class ParallelSAPSpace : public dxSpace {
   bool mayKeep() const;
   bool findChanges(PairList& pairs, StageClock& clock);
   void findAll(PairList& pairs, StageClock& clock);
-  void update();
+  void selectPairs(PairList& pairs, bool unchanged);
+  void update(bool loosely);
   void synchronise();
   void noteFacts();
   CPUFinders& finders();
@@ -119,6 +121,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<CPUFinders> cpu_finders_;
   DeviceBackend device_;
   PairFilter pair_filter_;
+  TightPairs tight_pairs_;
   PlanePairs plane_pairs_;
   PairKeeper pair_keeper_;
   PairList pairs_;  // reported in the last frame

@@ -270,7 +270,8 @@ typedef struct dParallelSAPStats {
   double report_ms;              /* the near or contact callback, with all that it did */
   double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
-  unsigned long long kept;       /* pairs found in an earlier frame whose geoms have not changed */
+  unsigned long long kept;       /* pairs found in an earlier frame and not looked for again; some of
+                                  * them may overlap no more where geoms move slowly */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before
