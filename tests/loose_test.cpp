@@ -150,12 +150,6 @@ class DriftingScene {
   dReal was_ = 0;
 };
 
-dParallelSAPStats statsOf(dSpaceID space) {
-  dParallelSAPStats stats;
-  dParallelSAPSpaceGetStats(space, &stats);
-  return stats;
-}
-
 }  // namespace
 
 TEST_CASE("While all drifts, the pairs of every frame are those of the formula", "[loose]") {
