@@ -1,0 +1,85 @@
+#include "case.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "catch.hpp"
+#include "round_outward.h"
+
+namespace ode_parallel_sap {
+namespace {
+
+bool overlap(const double* a, const double* b) {
+  return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
+         b[4] <= a[5];
+}
+
+}  // namespace
+
+Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered) {
+  const std::size_t n = scene.size();
+  Case made;
+  BoxSet& boxes = made.boxes;
+  boxes.size = n;
+  boxes.wide = wide;
+  boxes.boxes.resize(n);
+  boxes.wide_boxes.resize(n);
+  boxes.bits.resize(n);
+  boxes.bodies.resize(n);
+  boxes.filter_bits = boxes.filter_bodies = filtered;
+  boxes.exact = true;
+  std::vector<std::vector<double>> bounds(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[i].push_back(scene[i].low[axis]);
+      bounds[i].push_back(scene[i].high[axis]);
+      boxes.wide_boxes[i].lower[axis] = scene[i].low[axis];
+      boxes.wide_boxes[i].upper[axis] = scene[i].high[axis];
+    }
+    boxes.exact = roundOutward<double>(bounds[i].data(), boxes.boxes[i]).exact && boxes.exact;
+    boxes.bits[i] = {1u << i % 3, 1u << i % 2 | 4};
+    boxes.bodies[i] = i % 5 == 0 ? static_cast<std::uint32_t>(1 + i % 4) : 0;
+  }
+  boxes.exact = boxes.exact || wide;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j) {
+      const FilterBits a = boxes.bits[i], b = boxes.bits[j];
+      if (filtered && !(a.category & b.collide) && !(b.category & a.collide)) continue;
+      if (filtered && boxes.bodies[i] && boxes.bodies[i] == boxes.bodies[j]) continue;
+      if (overlap(bounds[i].data(), bounds[j].data()))
+        made.exact.push_back(makePair(static_cast<Slot>(i), static_cast<Slot>(j)));
+    }
+  return made;
+}
+
+std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list) {
+  finder.find(boxes, threads, list);
+  std::vector<Pair> all;
+  for (const Buffer<Pair>& part : list.parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+void check(const std::vector<Pair>& got, const Case& wanted) {
+  std::vector<Pair> plain, sure;
+  for (const Pair pair : got) {
+    plain.push_back(pair & ~unsure_bit);
+    if (!isUnsure(pair)) sure.push_back(pair);
+  }
+  REQUIRE(std::adjacent_find(plain.begin(), plain.end(), std::greater_equal<Pair>()) ==
+          plain.end());
+  REQUIRE(std::includes(plain.begin(), plain.end(), wanted.exact.begin(), wanted.exact.end()));
+  REQUIRE(std::includes(wanted.exact.begin(), wanted.exact.end(), sure.begin(), sure.end()));
+}
+
+void checkUnsureStretches(const PairList& list) {
+  std::size_t covered = 0, all = 0;
+  for (const PairList::Stretch& stretch : list.unsure)
+    covered += std::count_if(list.parts[stretch.part].begin() + stretch.begin,
+                             list.parts[stretch.part].begin() + stretch.end, isUnsure);
+  for (const Buffer<Pair>& part : list.parts)
+    all += std::count_if(part.begin(), part.end(), isUnsure);
+  REQUIRE(covered == all);
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,27 @@
+// Boxes as plain arrays with the pairs they owe, for the tests of the parts that find them.
+#pragma once
+
+#include <vector>
+
+#include "pair_finder.h"
+#include "scenes.h"
+
+namespace ode_parallel_sap {
+
+// Boxes, filters and their pairs by the formula, in the order of the report.
+struct Case {
+  BoxSet boxes;
+  std::vector<Pair> exact;  // by the exact bounds
+};
+
+Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered);
+
+std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list);
+
+// Every pair owed is there; those beyond it are unsure; all are ascending.
+void check(const std::vector<Pair>& got, const Case& wanted);
+
+// The stretches of a list that are said to hold its unsure pairs do.
+void checkUnsureStretches(const PairList& list);
+
+}  // namespace ode_parallel_sap
