@@ -33,14 +33,17 @@ void deactivate(Slot slot, BoxSet& boxes) {
   if (boxes.loose) boxes.tight[slot] = inactiveBox<float>();
 }
 
-// All bits as 32: a match of the originals is always a match of these.
+// All bits as 32, of which the highest stands for all above it, too: a match of the originals is
+// always a match of these.
 std::uint32_t foldBits(unsigned long bits) {
   const std::uint64_t wide = bits;
-  return static_cast<std::uint32_t>(wide) | static_cast<std::uint32_t>(wide >> 32);
+  return static_cast<std::uint32_t>(wide) | (wide >> 32 ? std::uint32_t{1} << 31 : 0);
 }
+// Whether these decide as the originals would, among others of which that is true: the bits above
+// are clear, or set together with the highest, as in ~8ul.
 bool foldsExactly(unsigned long bits) {
   const std::uint64_t wide = bits;
-  return wide >> 32 == 0 || ~wide == 0;
+  return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
 
 std::uint32_t numberOf(const dxBody* body) {

@@ -229,6 +229,31 @@ TEST_CASE("Pairs that did not change are kept, and statistics say so", "[kept]")
   CHECK(stats.kept == 0);
 }
 
+TEST_CASE("Pairs are kept where bits are masked out of all, and right where they are not",
+          "[kept]") {
+  const unsigned long low[] = {1, 2, 8, 1ul << 31, ~0ul};
+  const unsigned long masked[] = {~1ul, ~8ul, ~10ul, 6, ~0ul};
+  const unsigned long high[] = {1ul << (8 * sizeof(long) - 1), ~(1ul << 31), ~0ul << 16 << 16, 1,
+                                0};
+  for (const bool all_bits : {false, true}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(2000, 67));
+    Random random(seedOr(68));
+    const auto change = [&](dGeomID geom) {
+      const auto& other = all_bits && random.chance(0.3) ? high : masked;
+      dGeomSetCategoryBits(geom, low[random.below(std::size(low))]);
+      dGeomSetCollideBits(geom, other[random.below(std::size(other))]);
+    };
+    for (const dGeomID geom : world.geoms()) change(geom);
+    for (int frame = 0; frame < 6; ++frame) {
+      REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
+      if (frame > 0) CHECK((statsOf(space).kept > 0) == (!all_bits || sizeof(long) == 4));
+      for (int i = 0; i < 10; ++i) change(world.geoms()[random.below(2000)]);
+    }
+  }
+}
+
 TEST_CASE("With a tolerance, small steps cost no search", "[kept]") {
   Space space;
   World world(space);

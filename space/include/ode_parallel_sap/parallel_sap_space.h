@@ -255,7 +255,7 @@ typedef struct dParallelSAPStats {
                                   * under SetSkipStatic, geoms without body as when last moved */
   size_t invalid;                /* geoms left out: a NaN bound */
   size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
-  unsigned long long candidates; /* pairs the extraction found in this frame, for the filter */
+  unsigned long long candidates; /* pairs that were found in this frame, before the filter */
   unsigned long long pairs;      /* pairs reported to the callback, or collided for contacts */
   unsigned long long contacts;   /* contacts reported to the contact callback */
   int backend;                   /* what ran: dParallelSAPBackendCPU or dParallelSAPBackendCUDA */
@@ -271,7 +271,10 @@ typedef struct dParallelSAPStats {
   double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
   unsigned long long kept;       /* pairs found in an earlier frame and not looked for again; some of
-                                  * them may overlap no more where geoms move slowly */
+                                  * them may overlap no more where geoms move slowly. None, and
+                                  * every frame is found anew, where a geom has category or collide
+                                  * bits above the lowest 32 (1ul << 40) without having all from
+                                  * the 32nd on (~8ul) */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before
