@@ -185,6 +185,60 @@ TEST_CASE("Queries cull planes on both sides", "[planes]") {
   }
 }
 
+namespace {
+
+// A turned geom of one of ODE's classes, of any size, anywhere.
+dGeomID createAnyhow(dSpaceID space, int kind, Random& random) {
+  const double reach = std::pow(10.0, random.between(-6, 8));
+  const auto length = [&] { return static_cast<dReal>(std::pow(10.0, random.between(-3, 3))); };
+  const auto place = [&] { return static_cast<dReal>(reach * random.gauss()); };
+  dGeomID geom = nullptr;
+  switch (kind) {
+    case 0:
+      geom = dCreateBox(space, length(), length(), length());
+      break;
+    case 1:
+      geom = dCreateSphere(space, length());
+      break;
+    case 2:
+      geom = dCreateCapsule(space, length(), length());
+      break;
+    default:
+      geom = dCreateCylinder(space, length(), length());
+  }
+  dGeomSetPosition(geom, place(), place(), place());
+  if (random.chance(0.7)) {
+    dMatrix3 rotation;
+    dRFromEulerAngles(rotation, static_cast<dReal>(random.gauss()),
+                      static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
+    dGeomSetRotation(geom, rotation);
+  }
+  return geom;
+}
+
+// A plane through the corner of the geom's AABB that is nearest to it, a few steps more or less.
+dGeomID createPlaneAt(dSpaceID space, dGeomID geom, Random& random) {
+  Bounds bounds;
+  dGeomGetAABB(geom, bounds.data());
+  const dReal normal[] = {static_cast<dReal>(random.gauss()),
+                          random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss()),
+                          random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss())};
+  const dGeomID plane = dCreatePlane(space, normal[0], normal[1], normal[2], 0);
+  dVector4 unit;
+  dGeomPlaneGetParams(plane, unit);
+  long double distance = 0, size = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    distance += static_cast<long double>(unit[axis]) * bounds[2 * axis + (unit[axis] < 0)];
+    size += std::fabs(static_cast<long double>(unit[axis]) * bounds[2 * axis]);
+  }
+  distance += size * std::numeric_limits<dReal>::epsilon() * random.between(-1, 1) *
+              std::pow(10.0, random.between(-1, 3));
+  dGeomPlaneSetParams(plane, unit[0], unit[1], unit[2], static_cast<dReal>(distance));
+  return plane;
+}
+
+}  // namespace
+
 TEST_CASE("No pair is culled for which dCollide finds a contact", "[planes]") {
   const int runs = scaled(3000);
   std::size_t touching = 0, culled = 0;
@@ -193,47 +247,8 @@ TEST_CASE("No pair is culled for which dCollide finds a contact", "[planes]") {
     Random random(seed);
     const Space space;
     dParallelSAPSpaceSetCullPlanes(space, 1);
-    const double reach = std::pow(10.0, random.between(-6, 8));
-    const auto length = [&] { return static_cast<dReal>(std::pow(10.0, random.between(-3, 3))); };
-    const auto place = [&] { return static_cast<dReal>(reach * random.gauss()); };
-    dGeomID geom = nullptr;
-    switch (run % 4) {
-      case 0:
-        geom = dCreateBox(space, length(), length(), length());
-        break;
-      case 1:
-        geom = dCreateSphere(space, length());
-        break;
-      case 2:
-        geom = dCreateCapsule(space, length(), length());
-        break;
-      default:
-        geom = dCreateCylinder(space, length(), length());
-    }
-    dGeomSetPosition(geom, place(), place(), place());
-    if (random.chance(0.7)) {
-      dMatrix3 rotation;
-      dRFromEulerAngles(rotation, static_cast<dReal>(random.gauss()),
-                        static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
-      dGeomSetRotation(geom, rotation);
-    }
-    // Through the corner of the AABB that is nearest to it, a few steps more or less.
-    Bounds bounds;
-    dGeomGetAABB(geom, bounds.data());
-    const dReal normal[] = {static_cast<dReal>(random.gauss()),
-                            random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss()),
-                            random.chance(0.3) ? 0 : static_cast<dReal>(random.gauss())};
-    const dGeomID plane = dCreatePlane(space, normal[0], normal[1], normal[2], 0);
-    dVector4 unit;
-    dGeomPlaneGetParams(plane, unit);
-    long double distance = 0, size = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      distance += static_cast<long double>(unit[axis]) * bounds[2 * axis + (unit[axis] < 0)];
-      size += std::fabs(static_cast<long double>(unit[axis]) * bounds[2 * axis]);
-    }
-    distance += size * std::numeric_limits<dReal>::epsilon() * random.between(-1, 1) *
-                std::pow(10.0, random.between(-1, 3));
-    dGeomPlaneSetParams(plane, unit[0], unit[1], unit[2], static_cast<dReal>(distance));
+    const dGeomID geom = createAnyhow(space, run % 4, random);
+    const dGeomID plane = createPlaneAt(space, geom, random);
 
     dContactGeom contact[4];
     const bool touches = dCollide(geom, plane, 4, contact, sizeof contact[0]) > 0;

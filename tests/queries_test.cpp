@@ -222,8 +222,11 @@ TEST_CASE("Queries follow the formula for bounds of every kind, on both sides", 
 }
 
 TEST_CASE("Queries tell boxes apart that no float does", "[queries]") {
+  if (sizeof(dReal) == sizeof(float)) {
+    WARN("SKIPPED: in single precision ODE's boxes are floats");
+    return;
+  }
   for (const double offset : {1e9, 1e12}) {
-    if (sizeof(dReal) == sizeof(float)) return;
     const Space space;
     World world(space);
     Boxes boxes = denseCube(2000, seedOr(141));

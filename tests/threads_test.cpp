@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <deque>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -87,60 +88,74 @@ TEST_CASE("A scene of fifty thousand geoms does use the threads it may", "[threa
   }
 }
 
+namespace {
+
+// A space with a scene of its own that moves from frame to frame.
+class Player {
+ public:
+  Player(const Configuration& configuration, int threads, std::uint64_t seed)
+      : space_(configuration), world_(space_), seed_(seed) {
+    dParallelSAPSpaceSetNumThreads(space_, threads);
+    world_.addBoxes(denseCube(2500 + 10 * (seed % 3), seed));
+  }
+
+  // The pairs of each frame.
+  std::vector<Pairs> play() {
+    std::vector<Pairs> record;
+    for (int frame = 0; frame < scaled(12); ++frame) {
+      world_.jitter(0.3, 100 * seed_ + static_cast<std::uint64_t>(frame));
+      record.push_back(collide(space_));
+    }
+    return record;
+  }
+
+ private:
+  const Space space_;
+  World world_;
+  const std::uint64_t seed_;
+};
+
+// What every player reports when each plays in a thread of its own.
+std::vector<std::vector<Pairs>> playAtOnce(std::deque<Player>& players) {
+  std::vector<std::vector<Pairs>> records(players.size());
+  // Catch's assertions stay on this thread.
+  std::vector<std::string> problems(players.size());
+  std::vector<std::thread> workers;
+  for (std::size_t i = 0; i < players.size(); ++i) {
+    workers.emplace_back([&, i] {
+      try {
+        if (!dAllocateODEDataForThread(dAllocateMaskAll)) throw std::runtime_error("no ODE data");
+        records[i] = players[i].play();
+      } catch (const std::exception& error) {
+        problems[i] = error.what();
+      }
+    });
+  }
+  for (std::thread& worker : workers) worker.join();
+  for (const std::string& problem : problems) REQUIRE(problem == "");
+  return records;
+}
+
+}  // namespace
+
 TEST_CASE("Spaces collide from different threads at once", "[threads]") {
   const std::uint64_t seed = seedOr(43);
-  const int frames = scaled(12);
   for (const Configuration& configuration : configurations()) {
     for (const int threads_each : {1, 3}) {
-      constexpr std::size_t kSpaces = 3;
-      // Alone first, then at once. Catch's assertions stay on this thread.
-      std::vector<Pairs> alone[kSpaces], at_once[kSpaces];
-      const auto play = [&](dSpaceID space, World& world, std::size_t which,
-                            std::vector<Pairs>& record) {
-        for (int frame = 0; frame < frames; ++frame) {
-          world.jitter(0.3, seed + 100 * which + static_cast<std::uint64_t>(frame));
-          record.push_back(collide(space));
-        }
-      };
-      const auto make = [&](dSpaceID space, World& world, std::size_t which) {
-        dParallelSAPSpaceSetNumThreads(space, threads_each);
-        world.addBoxes(denseCube(2500 + 10 * which, seed + which));
-      };
-      for (std::size_t i = 0; i < kSpaces; ++i) {
-        const Space space(configuration);
-        World world(space);
-        make(space, world, i);
-        play(space, world, i, alone[i]);
+      std::vector<std::vector<Pairs>> alone;
+      std::deque<Player> players;
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        alone.push_back(Player(configuration, threads_each, seed + i).play());
+        players.emplace_back(configuration, threads_each, seed + i);
       }
-      {
-        // One member apart from the other, so that each world goes before its space.
-        const Space a(configuration), b(configuration), c(configuration);
-        World wa(a), wb(b), wc(c);
-        const dSpaceID spaces[kSpaces] = {a, b, c};
-        World* const worlds[kSpaces] = {&wa, &wb, &wc};
-        std::vector<std::thread> workers;
-        std::vector<std::string> problems(kSpaces);
-        for (std::size_t i = 0; i < kSpaces; ++i) make(spaces[i], *worlds[i], i);
-        for (std::size_t i = 0; i < kSpaces; ++i) {
-          workers.emplace_back([&, i] {
-            try {
-              if (!dAllocateODEDataForThread(dAllocateMaskAll)) problems[i] = "no ODE data";
-              play(spaces[i], *worlds[i], i, at_once[i]);
-              dCleanupODEAllDataForThread();
-            } catch (const std::exception& error) {
-              problems[i] = error.what();
-            }
-          });
-        }
-        for (std::thread& worker : workers) worker.join();
-        for (const std::string& problem : problems) REQUIRE(problem == "");
-      }
-      for (std::size_t i = 0; i < kSpaces; ++i) {
+      const std::vector<std::vector<Pairs>> at_once = playAtOnce(players);
+      for (std::size_t i = 0; i < alone.size(); ++i) {
+        REQUIRE(at_once[i].size() == alone[i].size());
         for (std::size_t frame = 0; frame < alone[i].size(); ++frame) {
           INFO(configuration.name << ", " << threads_each << " threads each, space " << i
                                   << ", frame " << frame);
           REQUIRE(!alone[i][frame].empty());
-          REQUIRE(difference(at_once[i].at(frame), alone[i][frame]) == "");
+          REQUIRE(difference(at_once[i][frame], alone[i][frame]) == "");
         }
       }
     }
@@ -171,7 +186,6 @@ TEST_CASE("Spaces are created, used and destroyed by threads of their own", "[th
           world.addBoxes(boxes);
           problem = difference(collide(space), expected);
         }
-        dCleanupODEAllDataForThread();
       } catch (const std::exception& error) {
         problem = error.what();
       }

@@ -108,6 +108,7 @@ class Driver {
 
   // Rules of spaces, in driver_rules.cpp.
   void compareByRules(int space, const Pairs& got, bool beginning_only);
+  void failPair(int space, const char* what, int a, int b);
   Owed owed(const Rules& rules, int first, int second, long double gap) const;
   Owed owedByPlanes(const Rules& rules, int first, int second) const;
   Pairs withoutCulled(int space, const Pairs& expected, const Pairs& got) const;

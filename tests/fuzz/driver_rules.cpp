@@ -103,20 +103,6 @@ void Driver::compareByRules(int space, const Pairs& got, bool beginning_only) {
   const long double most =
       rules.tolerance * (1 + 4 * static_cast<long double>(std::numeric_limits<dReal>::epsilon()));
   std::size_t next = 0;
-  const auto show = [&](const char* what, std::size_t a, std::size_t b) {
-    std::ostringstream text;
-    text << "space " << space << " (skip static " << rules.skip_static << ", skip asleep "
-         << rules.skip_asleep << ", cull planes " << rules.cull_planes << ", tolerance "
-         << rules.tolerance << "): " << what << std::setprecision(17);
-    for (const std::size_t geom : {a, b}) {
-      const Object& o = objects_[geom];
-      text << "\n  " << geom << " of kind " << o.kind << ", body " << o.body << ":";
-      Bounds of_it;
-      dGeomGetAABB(o.geom, of_it.data());
-      for (const dReal bound : of_it) text << " " << bound;
-    }
-    fail(text.str());
-  };
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (std::size_t j = i + 1; j < members.size(); ++j) {
       const bool reported = next < got.size() && got[next].first == std::size_t(members[i]) &&
@@ -124,17 +110,34 @@ void Driver::compareByRules(int space, const Pairs& got, bool beginning_only) {
       const long double gap = gapOf(bounds[i], bounds[j]);
       const Owed due = gap > most ? Owed::must_not : owed(rules, members[i], members[j], gap);
       if (reported && due == Owed::must_not) {
-        return show("extra", members[i], members[j]);
+        return failPair(space, "extra", members[i], members[j]);
       }
       if (!reported && due == Owed::must) {
-        return show("missed", members[i], members[j]);
+        return failPair(space, "missed", members[i], members[j]);
       }
       next += reported;
       if (beginning_only && next == got.size()) return;
     }
   }
   if (next == got.size()) return;
-  show("repeated or out of order", got[next].first, got[next].second);
+  failPair(space, "repeated or out of order", static_cast<int>(got[next].first),
+           static_cast<int>(got[next].second));
+}
+
+void Driver::failPair(int space, const char* what, int a, int b) {
+  const Rules& rules = objects_[space].rules;
+  std::ostringstream text;
+  text << "space " << space << " (skip static " << rules.skip_static << ", skip asleep "
+       << rules.skip_asleep << ", cull planes " << rules.cull_planes << ", tolerance "
+       << rules.tolerance << "): " << what << std::setprecision(17);
+  for (const int geom : {a, b}) {
+    const Object& o = objects_[geom];
+    text << "\n  " << geom << " of kind " << o.kind << ", body " << o.body << ":";
+    Bounds of_it;
+    dGeomGetAABB(o.geom, of_it.data());
+    for (const dReal bound : of_it) text << " " << bound;
+  }
+  fail(text.str());
 }
 
 // Of the pairs owed by dSpaceCollide2, those that a space that culls planes owes all the same, or
