@@ -42,6 +42,12 @@ Row& Row::add(const char* column, double value) {
   return add(column, std::string(text));
 }
 
+Row& Row::addTimes(const std::vector<double>& ms) {
+  return add("samples", ms.size())
+      .add("median_ms", median(ms))
+      .add("min_ms", *std::min_element(ms.begin(), ms.end()));
+}
+
 Row& Row::addMachine() {
   const Machine& m = machine();
   return add("cpu", m.cpu)

@@ -15,6 +15,8 @@ class Row {
   Row& add(const char* column, int value);
   // Four digits; nothing for NaN.
   Row& add(const char* column, double value);
+  // How many samples there are (one at least), their median and the least.
+  Row& addTimes(const std::vector<double>& ms);
   // CPU, GPU, compiler, commit, date: the last columns of every file.
   Row& addMachine();
 

@@ -2,7 +2,6 @@
 // planes, with the planes reported against every geom, as ODE's spaces do, and culled.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -133,9 +132,7 @@ void run(const Wishes& wishes) {
                       .add("planes", (cell.variant.bowl ? wishes.planes : 0) + cell.variant.ground)
                       .add("variant", std::string(cell.variant.name))
                       .add("threads", threads)
-                      .add("samples", cell.times.size())
-                      .add("median_ms", ms)
-                      .add("min_ms", *std::min_element(cell.times.begin(), cell.times.end()))
+                      .addTimes(cell.times)
                       .add("pairs", cell.pairs)
                       .add("ratio", ms / without)
                       .addMachine());

@@ -165,9 +165,7 @@ void run(const Wishes& wishes) {
                           .add("queries", queries)
                           .add("moving", moving)
                           .add("space", cell.space)
-                          .add("samples", cell.times.size())
-                          .add("median_ms", ms)
-                          .add("min_ms", *std::min_element(cell.times.begin(), cell.times.end()))
+                          .addTimes(cell.times)
                           .add("us_per_query", 1000 * ms / static_cast<double>(queries))
                           .add("hits_per_query", hits)
                           .addMachine());

@@ -102,9 +102,7 @@ void run(const Wishes& wishes) {
                       .add("sort", sort.name)
                       .add("n", n)
                       .add("threads", threads)
-                      .add("samples", times.size())
-                      .add("median_ms", ms)
-                      .add("min_ms", *std::min_element(times.begin(), times.end()))
+                      .addTimes(times)
                       .addMachine());
       }
   }
