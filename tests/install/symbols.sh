@@ -10,8 +10,17 @@ exported=$(nm -D --defined-only "$library" | awk '{ print $3 }' | sort)
 diff <(echo "$promised") <(echo "$exported") || { echo "header (<) and library (>) differ"; exit 1; }
 [ "$(wc -l <<<"$promised")" -gt 10 ] || { echo "the header was not understood"; exit 1; }
 readelf -d "$library" | grep -q "SONAME.*\[libode-parallel-sap.so.${version%%.*}\]"
-# What only a machine with a GPU has must not be asked for by the loader; nothing may be executable
-# and writable, nor be looked for beside the source.
-needed=$(readelf -d "$library" | sed -n 's/.*NEEDED.*\[\(.*\)\]/\1/p')
-! grep -E 'cuda' <<<"$needed"
-[ $# -lt 4 ] || [ "$(readelf -d "$4" | grep -c 'NEEDED.*\(libode\|libstdc\|libgomp\|libomp\)')" -eq 0 ]
+# What only a machine with a GPU has must not be asked for by the loader; no memory may be writable
+# and executable.
+if readelf -d "$library" | grep 'NEEDED.*cuda'; then
+  echo "the library cannot be loaded without CUDA"
+  exit 1
+fi
+if readelf -lW "$library" | grep -E '(LOAD|GNU_STACK) .* RWE '; then
+  echo "the library has memory that is writable and executable"
+  exit 1
+fi
+if [ $# -eq 4 ] && readelf -d "$4" | grep 'NEEDED.*\(libode\|libstdc\|libgomp\|libomp\)'; then
+  echo "the preload library brings these into every program"
+  exit 1
+fi
