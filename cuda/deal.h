@@ -33,10 +33,10 @@ class DealStream {
   void giveUp() { lost_.store(true, std::memory_order_release); }
   bool isLost() const { return lost_.load(std::memory_order_acquire); }
 
-  // Of the row-th DealtRow::slots slots, those `at` places are this device's, `count` of them.
+  // Of the row-th DealtRow::slots slots, those of `share` are this device's.
   // Calls wait() again and again while there is no room.
   template <class Wait>
-  void put(const BoxSet& boxes, std::size_t row, const std::uint16_t* at, std::size_t count,
+  void put(const BoxSet& boxes, std::size_t row, const DealtRow& dealt, std::size_t share,
            Wait wait);
 
   // By the driver: sends what is full, and when `all_put` the rest. Never waits. True when all has
@@ -74,8 +74,10 @@ class DealStream {
 };
 
 template <class Wait>
-void DealStream::put(const BoxSet& boxes, std::size_t row, const std::uint16_t* at,
-                     std::size_t count, Wait wait) {
+void DealStream::put(const BoxSet& boxes, std::size_t row, const DealtRow& dealt, std::size_t share,
+                     Wait wait) {
+  const std::uint16_t* const at = dealt.at[share];
+  const std::size_t count = dealt.count[share];
   const auto isOpen = [&](std::uint64_t piece) {
     while (opened_.load(std::memory_order_acquire) <= piece) {
       if (lost_.load(std::memory_order_acquire)) return false;
@@ -86,9 +88,8 @@ void DealStream::put(const BoxSet& boxes, std::size_t row, const std::uint16_t* 
   if (!isOpen(0)) return;
   const std::uint64_t first = taken_.fetch_add(count, std::memory_order_relaxed);
   firsts_[row] = static_cast<std::uint32_t>(first);
-  std::uint32_t members[32] = {};
-  for (std::size_t i = 0; i < count; ++i) members[at[i] / 32] |= 1u << at[i] % 32;
-  for (std::size_t i = 0; i < 32; ++i) members_[row * 32 + i] = members[i];
+  constexpr std::size_t words = DealtRow::slots / 32;
+  std::copy_n(dealt.members[share], words, members_.data() + row * words);
   for (std::size_t done = 0; done < count;) {
     const std::uint64_t to = first + done, piece = to / piece_boxes;
     const std::size_t part = std::min<std::size_t>(count - done, (piece + 1) * piece_boxes - to);

@@ -70,13 +70,15 @@ inline Span spanOf(const Box& box, Slot slot, const Cuts& cuts) {
 // The boxes of one row of slots by the shares that they go to.
 struct DealtRow {
   static constexpr std::size_t slots = 1024;
-  std::uint16_t at[most_shares][slots];  // places in the row, ascending
+  std::uint32_t members[most_shares][slots / 32];  // bit i: the row's box i goes there
+  std::uint16_t at[most_shares][slots];            // the same as places in the row, ascending
   std::size_t count[most_shares];
   void sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts);
 
  private:
+  void add(int share, std::size_t word, std::uint32_t bits);
+
   std::int32_t low_[slots], high_[slots];
-  std::uint8_t first_[slots], last_[slots];
 };
 
 // Chooses the cuts from frame to frame, so that all shares have the same work.

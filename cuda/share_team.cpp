@@ -19,6 +19,9 @@ namespace {
 constexpr std::size_t rows_at_once = 8;
 // Lists leave in pieces of 1.5 MB, as in Download.
 constexpr std::size_t piece_words = 384 * stretch_words;
+// Pairs that go past the caches, 64 MB: no use to whoever reads them next, and a fifth less time
+// for 74 million (cuda/README.md).
+constexpr std::size_t too_many_for_caches = std::size_t{1} << 23;
 // From this many threads a device on, drivers do nothing but drive.
 constexpr int threads_with_drivers_apart = 4;
 
@@ -94,8 +97,7 @@ void ShareTeam::deal(const BoxSet& boxes, int thread, int team) {
       const std::size_t end = std::min(rows, begin + rows_at_once);
       for (std::size_t r = begin; r < end; ++r) {
         row.sort(boxes, r, cuts_);
-        for (std::size_t i = 0; i < count_; ++i)
-          members_[i]->stream.put(boxes, r, row.at[i], row.count[i], wait);
+        for (std::size_t i = 0; i < count_; ++i) members_[i]->stream.put(boxes, r, row, i, wait);
       }
       rows_put_.fetch_add(end - begin, std::memory_order_release);
       if (has_devices) send();
@@ -183,12 +185,13 @@ bool ShareTeam::waitFor(const Slice& slice, int thread, int team) {
 // Threads take slices in the order in which they can be joined.
 void ShareTeam::collect(const BoxSet& boxes, int thread, int team, PairList& pairs) {
   const auto current = stayOnDevice(thread);
+  const bool past_caches = pairs.parts[0].size() >= too_many_for_caches;
   try {
     if (!drivesOnly(thread, team, count_))
       for (std::size_t s; (s = next_slice_.fetch_add(1)) < slices_.size();) {
         if (!waitFor(slices_[s], thread, team)) return;
         joiners_[thread].join(lists_.data(), static_cast<int>(count_), slices_[s], boxes.size,
-                              boxes.exact, pairs.parts[0].data(), unsure_[thread]);
+                              boxes.exact, past_caches, pairs.parts[0].data(), unsure_[thread]);
       }
   } catch (...) {
     for (std::size_t i = 0; i < count_; ++i) members_[i]->stream.giveUp();
@@ -287,14 +290,14 @@ void ShareTeam::prepareJoin(const BoxSet& boxes, PairList& pairs) {
   std::vector<Partition::Work> work(count_);
   std::size_t total = 0;
   const std::size_t blocks = (boxes.size + list_block - 1) / list_block;
-  no_begins_.assign(blocks + 1, 0);
-  no_lists_.assign((boxes.size + 31) / 32, 0);
   lists_.resize(count_);
   for (std::size_t i = 0; i < count_; ++i) {
     Member& member = *members_[i];
     total += member.pairs;
     work[i] = {member.stream.boxes(), member.pairs};
     if (member.pairs == 0) {
+      no_begins_.assign(blocks + 1, 0);
+      no_lists_.assign((boxes.size + 31) / 32, 0);
       lists_[i] = {nullptr, no_begins_.data(), no_lists_.data()};
       continue;
     }

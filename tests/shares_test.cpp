@@ -69,9 +69,13 @@ bool dealtBySpans(const BoxSet& boxes, const Cuts& cuts) {
       for (int s = span.first; s <= span.last; ++s)
         expected[static_cast<std::size_t>(s)].push_back(static_cast<std::uint16_t>(i));
     }
-    for (std::size_t s = 0; s < expected.size(); ++s)
+    for (std::size_t s = 0; s < expected.size(); ++s) {
+      std::uint32_t members[DealtRow::slots / 32] = {};
+      for (const std::uint16_t place : expected[s]) members[place / 32] |= 1u << place % 32;
       good = good && dealt.count[s] == expected[s].size() &&
-             std::equal(expected[s].begin(), expected[s].end(), dealt.at[s]);
+             std::equal(expected[s].begin(), expected[s].end(), dealt.at[s]) &&
+             std::equal(std::begin(members), std::end(members), dealt.members[s]);
+    }
   }
   return good;
 }
@@ -256,7 +260,7 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
       for (const double both : {0.0, 0.01, 1.0}) {
         const std::vector<Pair> all = randomPairs(slots, random.unit(), random);
         // Slots in a row are of one share mostly, or of any.
-        const bool rows = random.chance(0.5);
+        const bool rows = random.chance(0.5), past_caches = random.chance(0.5);
         std::vector<std::vector<Pair>> of(static_cast<std::size_t>(shares));
         const std::size_t count = of.size();
         for (const Pair pair : all) {
@@ -279,7 +283,8 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
         // Each order of slices will do; neighbours are not written over.
         if (random.chance(0.5)) std::reverse(slices.begin(), slices.end());
         for (const Slice& slice : slices)
-          joiner.join(lists.data(), shares, slice, slots, false, joined.data(), unsure);
+          joiner.join(lists.data(), shares, slice, slots, false, past_caches, joined.data(),
+                      unsure);
         CHECK(std::all_of(joined.end() - 16, joined.end(), [](Pair p) { return p == 42; }));
         joined.resize(all.size());
         CHECK(joined == all);
@@ -288,6 +293,53 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
           for (std::size_t i = stretch.begin; i < stretch.end; ++i) covered += isUnsure(all[i]);
         CHECK(covered == static_cast<std::size_t>(std::count_if(all.begin(), all.end(), isUnsure)));
       }
+}
+
+TEST_CASE("Slices have the pairs wanted, and no block more", "[shares]") {
+  constexpr std::size_t wanted = 1 << 15;
+  sap_test::Random random(sap_test::seedOr(14));
+  for (int round = 0; round < 200; ++round) {
+    const std::size_t blocks = 1 + random.below(300);
+    const std::size_t most = random.chance(0.5) ? 3000 : 100000;
+    const double empty = random.unit();
+    std::vector<std::vector<unsigned long long>> begins(1 + random.below(4));
+    std::vector<ShareLists> shares;
+    for (auto& own : begins) {
+      own.push_back(0);
+      for (std::size_t block = 0; block < blocks; ++block)
+        own.push_back(own.back() + (random.chance(empty) ? 0 : random.below(most)));
+      shares.push_back({nullptr, own.data(), nullptr});
+    }
+    const auto before = [&](std::size_t block) {
+      unsigned long long pairs = 0;
+      for (const auto& own : begins) pairs += own[block];
+      return pairs;
+    };
+    std::vector<Slice> slices = slicesOf(shares.data(), static_cast<int>(shares.size()), blocks);
+    const auto sooner = [](const Slice& a, const Slice& b) {
+      return a.most_needed < b.most_needed;
+    };
+    CHECK(std::is_sorted(slices.begin(), slices.end(), sooner));
+    std::sort(slices.begin(), slices.end(),
+              [](const Slice& a, const Slice& b) { return a.begin < b.begin; });
+    unsigned long long sum = 0;
+    bool good = true;
+    for (std::size_t i = 0; i < slices.size(); ++i) {
+      const Slice& slice = slices[i];
+      const unsigned long long pairs = before(slice.end) - before(slice.begin);
+      good = good && slice.pairs == sum && slice.pairs == before(slice.begin);
+      good = good && (pairs >= wanted || i + 1 == slices.size()) && pairs > 0;
+      good = good &&
+             (slice.end == slice.begin + 1 || before(slice.end - 1) - before(slice.begin) < wanted);
+      for (std::size_t s = 0; s < shares.size(); ++s)
+        good =
+            good && slice.needed[s] ==
+                        (begins[s][slice.begin] < begins[s][slice.end] ? begins[s][slice.end] : 0);
+      sum += pairs;
+    }
+    CHECK(good);
+    CHECK(sum == before(blocks));
+  }
 }
 
 TEST_CASE("A stretch of words becomes its pairs", "[shares]") {
