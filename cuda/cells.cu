@@ -4,7 +4,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_select.cuh>
 
-#include "crowds.h"
+#include "cell_cut.h"
 #include "partition.h"
 #include "primitives.cuh"
 
@@ -18,70 +18,15 @@ constexpr int pack_threads = fan_out * 32;
 constexpr int level_threads = 1024;
 constexpr std::size_t most_blocks = 132 * 16;
 
-__device__ inline int highestDigit(std::uint32_t bits) {
-  return 31 - __clz(static_cast<int>(bits));
-}
-__device__ inline int highestDigit(std::uint64_t bits) {
-  return 63 - __clzll(static_cast<long long>(bits));
-}
-
-// How many of the keys from `at` on, in steps of `way`, share the digits from `shift` on with it;
-// most_counted at most. The keys are sorted, so those that do are in a row. `room` keys can be read
-// in that direction, `at` included.
-constexpr int most_counted = cell_size;
-template <class Key>
-__device__ int alikeFrom(const Key* at, int way, int room, int shift) {
-  const Key wanted = *at >> shift;
-  int low = 1, high = min(room, most_counted);  // low are alike for certain
-  while (low < high) {
-    const int middle = (low + high + 1) / 2;
-    if (at[way * (middle - 1)] >> shift == wanted)
-      low = middle;
-    else
-      high = middle - 1;
-  }
-  return low;
-}
-
 // One thread a place: whether a cell begins there. Keys are read within [0, plan->active) only.
 template <class Key>
 __global__ void __launch_bounds__(cut_threads)
     cutKernel(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags) {
-  constexpr int class_shift = sizeof(Key) * 8 - class_digits;
-  const std::uint32_t active = plan->active;
   const std::size_t i = blockIdx.x * std::size_t{cut_threads} + threadIdx.x;
   if (i >= count) return;
-  bool cut = false;
-  if (i < active) {
-    const Key own = keys[i];
-    const Key before = i ? keys[i - 1] : ~own;
-    const Key differ = own ^ before;
-    const int room_ahead = static_cast<int>(min(active - i, std::size_t{cell_size}));
-    const int room_behind = static_cast<int>(min(i, std::size_t{cell_size}));
-    if (i == 0 || differ >> class_shift) {
-      cut = true;
-    } else if (differ) {
-      // The block of space that holds both is cut here unless it fits into a cell as a whole. The
-      // keys of one class share the class's digits, so no block reaches across.
-      const int shift = highestDigit(differ) + 1;
-      cut = alikeFrom(keys + i - 1, -1, room_behind, shift) +
-                alikeFrom(keys + i, 1, room_ahead, shift) >
-            cell_size;
-    } else if (alikeFrom(keys + i - 1, -1, room_behind, 0) + alikeFrom(keys + i, 1, room_ahead, 0) >
-               cell_size) {
-      std::size_t low = 0, high = i;  // the first place with this key
-      while (low < high) {
-        const std::size_t middle = low + (high - low) / 2;
-        if (keys[middle] < own)
-          low = middle + 1;
-        else
-          high = middle;
-      }
-      cut = (i - low) % cell_size == 0;
-      if (i - low == crowd_size) plan->counters.crowded = 1;
-    }
-  }
-  flags[i] = cut;
+  const CellCut cut = i < plan->active ? cellCutAt(keys, plan->active, i) : CellCut{false, false};
+  if (cut.crowd) plan->counters.crowded = 1;
+  flags[i] = cut.begins;
 }
 
 __device__ inline void putShare(const Share& share, std::uint32_t slot, Record& box) {

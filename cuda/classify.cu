@@ -1,6 +1,7 @@
 #include "classify.h"
 //
-#include "curve.cuh"
+#include "curve.h"
+#include "primitives.cuh"
 
 namespace ode_parallel_sap {
 namespace device {
@@ -8,11 +9,9 @@ namespace device {
 namespace {
 
 // As in SizeClasses on the CPU, where the numbers come from.
-constexpr int class_octaves = 3;
 constexpr std::uint32_t least_share = 32;
 constexpr std::uint32_t least_shape_share = 16;
 constexpr std::uint32_t least_shape_count = 64;
-constexpr int unbounded_octave = 255;
 constexpr int most_windows = most_classes / 2;
 constexpr std::uint32_t no_class = 0xff;
 
@@ -27,27 +26,6 @@ constexpr std::size_t most_blocks = 132 * 8;
 // most_run of them before it hands on.
 constexpr float fixed_point = 65536.0f;
 constexpr std::uint32_t most_run = 4096;
-
-__device__ int octaveOf(float extent) {
-  const int bits = __float_as_int(extent);
-  const bool nan = (bits & 0x7fffffff) > 0x7f800000;
-  return bits < 0 && !nan ? 0 : bits >> 23 & 0xff;
-}
-
-__device__ bool isActive(const Record& box) {
-  return box.low.x == box.low.x && box.low.y == box.low.y && box.low.z == box.low.z &&
-         box.high.x == box.high.x && box.high.y == box.high.y && box.high.z == box.high.z;
-}
-
-// The octave of the greatest extent, and for each axis whether the extent there is far shorter.
-__device__ int binOf(const Record& box) {
-  const int x = octaveOf(box.high.x - box.low.x), y = octaveOf(box.high.y - box.low.y),
-            z = octaveOf(box.high.z - box.low.z);
-  const int greatest = max(x, max(y, z));
-  if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  return greatest * shapes + (greatest - x >= class_octaves) + (greatest - y >= class_octaves) * 2 +
-         (greatest - z >= class_octaves) * 4;
-}
 
 // One thread a box, survey_boxes of them; a histogram for each block in shared memory. bins + 1
 // counters: binOf is below bins, the last one counts inactive boxes.

@@ -1,6 +1,8 @@
 #include "crowds.h"
 //
-#include "curve.cuh"
+#include "cell_cut.h"
+#include "curve.h"
+#include "primitives.cuh"
 
 namespace ode_parallel_sap {
 namespace device {
@@ -28,16 +30,8 @@ __device__ int classOf(Key key) {
 // Where the crowd of place `i` begins, or `count` if it is in none.
 template <class Key>
 __device__ std::size_t crowdBegin(const Key* keys, std::size_t count, std::size_t i) {
-  const Key own = keys[i];
-  std::size_t low = 0, high = i;
-  while (low < high) {
-    const std::size_t middle = low + (high - low) / 2;
-    if (keys[middle] < own)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return low + crowd_size < count && keys[low + crowd_size] == own ? low : count;
+  const std::size_t first = firstAlike(keys, i);
+  return first + crowd_size < count && keys[first + crowd_size] == keys[i] ? first : count;
 }
 
 // One thread a crowd that there could be.

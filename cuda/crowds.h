@@ -13,10 +13,6 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// More boxes than this with one key are a crowd: its cells would have no order, and each would meet
-// all others.
-constexpr std::uint32_t crowd_size = 1024;
-
 // Lays a curve of its own through each crowd. Reads the boxes in the order of `slots`, whose keys
 // are `keys`, and writes to new_keys what has to be sorted once more, by all bits. Returns whether
 // any crowd can be told apart at all; waits for the device to know. The first time keys are of 32

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "memory_block.h"
+
 namespace ode_parallel_sap {
 
 // Throws DeviceFailure unless `status` is a success. `call` names the call in the message.
@@ -48,43 +50,7 @@ struct PinnedMemory {
   static void release(void* memory) { cudaFreeHost(memory); }
 };
 
-// Uninitialised storage that grows geometrically and is reused from frame to frame. The contents
-// are lost when it grows. Growing waits for the device.
-template <class T, class Memory>
-class MemoryBlock {
- public:
-  MemoryBlock() = default;
-  ~MemoryBlock() { release(); }
-  MemoryBlock(const MemoryBlock&) = delete;
-  MemoryBlock& operator=(const MemoryBlock&) = delete;
-
-  T* data() { return data_; }
-  const T* data() const { return data_; }
-  T& operator[](std::size_t i) { return data_[i]; }
-  const T& operator[](std::size_t i) const { return data_[i]; }
-  std::size_t capacity() const { return capacity_; }
-  std::size_t bytes() const { return capacity_ * sizeof(T); }
-
-  // Room for at least `count` elements.
-  void reserve(std::size_t count) {
-    if (count <= capacity_) return;
-    const std::size_t grown = capacity_ + capacity_ / 2;
-    const std::size_t capacity = count > grown ? count : grown;
-    release();
-    data_ = static_cast<T*>(Memory::allocate(capacity * sizeof(T)));
-    capacity_ = capacity;
-  }
-  void release() {
-    if (data_) Memory::release(data_);
-    data_ = nullptr;
-    capacity_ = 0;
-  }
-
- private:
-  T* data_ = nullptr;
-  std::size_t capacity_ = 0;
-};
-
+// Growing one of these waits for the device.
 template <class T>
 using DeviceBuffer = MemoryBlock<T, DeviceMemory>;
 template <class T>

@@ -8,12 +8,7 @@
 #include <vector>
 
 #include "../space/box_set.h"
-
-#if defined(__CUDACC__)
-#define ODE_PARALLEL_SAP_BOTH_SIDES __host__ __device__
-#else
-#define ODE_PARALLEL_SAP_BOTH_SIDES
-#endif
+#include "both_sides.h"
 
 namespace ode_parallel_sap {
 

@@ -7,17 +7,13 @@
 #include <cstdint>
 
 #include "device.h"
+#include "elements.h"
 #include "scene_plan.h"
 
 namespace ode_parallel_sap {
 namespace device {
 
 constexpr unsigned all_lanes = 0xffffffff;
-
-struct Record {
-  float4 low, high;
-};
-static_assert(sizeof(Record) == record_bytes, "records are allocated by this size");
 
 // Many records, lower and upper halves apart: a warp that reads 32 in a row reads half the lines.
 struct Records {
@@ -51,61 +47,6 @@ void launch(const char* name, void (*kernel)(Parameters...), std::size_t blocks,
 inline std::size_t blocksFor(std::size_t items, std::size_t items_a_block, std::size_t most) {
   const std::size_t blocks = (items + items_a_block - 1) / items_a_block;
   return blocks < 1 ? 1 : blocks < most ? blocks : most;
-}
-
-// Maps floats to integers of the same order, and back. -0 comes before +0; NaN beyond infinity.
-__device__ inline int ordered(float value) {
-  const int bits = __float_as_int(value);
-  return bits ^ ((bits >> 31) & 0x7fffffff);
-}
-__device__ inline float unordered(int order) {
-  return __int_as_float(order ^ ((order >> 31) & 0x7fffffff));
-}
-
-// Numbers the floats by steps, as twoSteps on the CPU does: the two zeros are one.
-__device__ inline int stepNumber(float value) {
-  const int bits = __float_as_int(value), sign = bits >> 31;
-  return ((bits & 0x7fffffff) ^ sign) - sign;
-}
-
-// Closed intervals; false for NaN. Holds for inverted boxes and for bounds of them.
-__device__ inline bool overlap(const float4& low_a, const float4& high_a, const float4& low_b,
-                               const float4& high_b) {
-  return (low_a.x <= high_b.x) & (low_b.x <= high_a.x) & (low_a.y <= high_b.y) &
-         (low_b.y <= high_a.y) & (low_a.z <= high_b.z) & (low_b.z <= high_a.z);
-}
-
-// Whether only the exact boxes can tell that two overlap whose float bounds do: one bound shrunk by
-// two steps would pass the other.
-__device__ inline bool isBorderline(float low, float high) {
-  return stepNumber(low) + 2 > stepNumber(high);
-}
-__device__ inline bool isUnsure(const float4& low_a, const float4& high_a, const float4& low_b,
-                                const float4& high_b) {
-  return isBorderline(low_a.x, high_b.x) | isBorderline(low_b.x, high_a.x) |
-         isBorderline(low_a.y, high_b.y) | isBorderline(low_b.y, high_a.y) |
-         isBorderline(low_a.z, high_b.z) | isBorderline(low_b.z, high_a.z);
-}
-
-// Whether two boxes overlap by so much more than two steps that isUnsure need not be asked. The
-// size of each high.w is the greatest magnitude of its bounds: a step is at most 2^-22 of it, a
-// quarter of the distance wanted, or the smallest number there is.
-__device__ inline bool isClear(const float4& low_a, const float4& high_a, const float4& low_b,
-                               const float4& high_b) {
-  const float x = fminf(high_b.x - low_a.x, high_a.x - low_b.x);
-  const float y = fminf(high_b.y - low_a.y, high_a.y - low_b.y);
-  const float z = fminf(high_b.z - low_a.z, high_a.z - low_b.z);
-  const float smallest_normal = 1.17549435e-38f;
-  return fminf(x, fminf(y, z)) >
-         fmaf(fmaxf(fabsf(high_a.w), fabsf(high_b.w)), 1.0f / (1 << 20), smallest_normal);
-}
-// The sign of high.w tells guests (scene_plan.h).
-__device__ inline bool isGuest(const float4& high) {
-  return __float_as_int(high.w) < 0;
-}
-__device__ inline float magnitudeOf(const float4& low, const float4& high) {
-  return fmaxf(fmaxf(fmaxf(fabsf(low.x), fabsf(high.x)), fmaxf(fabsf(low.y), fabsf(high.y))),
-               fmaxf(fabsf(low.z), fabsf(high.z)));
 }
 
 // Of all lanes of the warp.

@@ -27,7 +27,10 @@ constexpr int keyDigitsFor(std::size_t boxes) {
 constexpr std::uint32_t no_key = 0xffffffff;  // of boxes that take part in nothing; sorted last
 
 constexpr int cell_size = 32;  // a warp
-constexpr int fan_out = 32;    // children of a node
+// More boxes than this with one key are a crowd: its cells would have no order, and each would meet
+// all others.
+constexpr std::uint32_t crowd_size = 1024;
+constexpr int fan_out = 32;  // children of a node
 constexpr int most_levels = 6;
 
 // Slots whose lists are sorted by one block.

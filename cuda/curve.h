@@ -1,15 +1,11 @@
-// Keys along a space-filling (Z) curve through a range of centres.
-#ifndef ODE_PARALLEL_SAP_CUDA_CURVE_CUH
-#define ODE_PARALLEL_SAP_CUDA_CURVE_CUH
+// Keys along a space-filling (Z) curve through a range of centres. For kernels and host.
+#ifndef ODE_PARALLEL_SAP_CUDA_CURVE_H
+#define ODE_PARALLEL_SAP_CUDA_CURVE_H
 
-#include "primitives.cuh"
+#include "elements.h"
 
 namespace ode_parallel_sap {
 namespace device {
-
-__device__ inline float centreOf(float low, float high) {
-  return 0.5f * low + 0.5f * high;
-}
 
 // How the centres of one class become keys: each digit goes to the axis on which the steps are
 // still the longest in terms of the boxes' mean extent there (Quantizer on the CPU).
@@ -19,8 +15,8 @@ struct Curve {
   int bits[3];
 
   // From the centres' range, as ordered integers, and the sums of the boxes' extents.
-  __device__ void choose(const int* low, const int* high, const unsigned long long* extent,
-                         int digits) {
+  ODE_PARALLEL_SAP_BOTH_SIDES void choose(const int* low, const int* high,
+                                          const unsigned long long* extent, int digits) {
     double range[3], step[3], greatest = 0;
     for (int axis = 0; axis < 3; ++axis)
       greatest = fmax(greatest, static_cast<double>(extent[axis]));
@@ -50,12 +46,12 @@ struct Curve {
     }
   }
   // Comparisons that are false for NaN, which inverted boxes around infinity could give.
-  __device__ std::uint32_t stepOf(float low, float high, int axis) const {
+  ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t stepOf(float low, float high, int axis) const {
     const float step = (centreOf(low, high) - origin[axis]) * stretch[axis] * scale[axis];
     return step > 0 ? static_cast<std::uint32_t>(step < last_step[axis] ? step : last_step[axis])
                     : 0;
   }
-  __device__ std::uint32_t keyOf(const Record& box, int digits) const {
+  ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t keyOf(const Record& box, int digits) const {
     std::uint32_t x = stepOf(box.low.x, box.high.x, 0), y = stepOf(box.low.y, box.high.y, 1),
                   z = stepOf(box.low.z, box.high.z, 2);
     std::uint32_t key = 0;

@@ -1,0 +1,328 @@
+// What kernels do with one bound, box, pair or place, compiled for the host: held against the CPU's
+// rules and against counting by hand, without a device.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <vector>
+
+#include "../cuda/cell_cut.h"
+#include "../cuda/curve.h"
+#include "../cuda/elements.h"
+#include "pair_rule.h"
+#include "size_classes.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+
+using namespace ode_parallel_sap;
+using sap_test::Random;
+
+namespace {
+
+// Any float at all, or one beside a few that things change at.
+float anyFloat(Random& random) {
+  const float inf = std::numeric_limits<float>::infinity();
+  const float special[] = {0.0f, -0.0f,   1e-45f, -1e-45f, 1.17549435e-38f, 1, -1,
+                           3,    3.4e38f, inf,    -inf};
+  if (random.chance(0.3)) return device::floatOf(static_cast<std::int32_t>(random.bits()));
+  const float near = special[random.below(sizeof special / sizeof *special)];
+  const auto steps = static_cast<int>(random.below(9)) - 4;
+  const float moved = device::unordered(device::ordered(near) + steps);
+  return std::isinf(near) || std::isnan(moved) ? near : moved;
+}
+
+device::Record recordOf(const Box& box) {
+  device::Record record = {{box.lower[0], box.lower[1], box.lower[2], 0},
+                           {box.upper[0], box.upper[1], box.upper[2], 0}};
+  record.high.w = device::magnitudeOf(record.low, record.high);
+  return record;
+}
+
+Box anyBox(Random& random) {
+  Box box;
+  const bool ordinary = random.chance(0.4);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (ordinary) {
+      box.lower[axis] = static_cast<float>(random.between(-1, 1));
+      box.upper[axis] = box.lower[axis] + static_cast<float>(std::exp2(random.between(-24, 1)));
+      continue;
+    }
+    box.lower[axis] = anyFloat(random);
+    box.upper[axis] = anyFloat(random);
+    if (random.chance(0.7) && box.upper[axis] < box.lower[axis])
+      std::swap(box.upper[axis], box.lower[axis]);
+  }
+  return box;
+}
+
+// Its bounds are a few steps from the other box's.
+Box boxBeside(const Box& other, Random& random) {
+  const auto near = [&](float bound) {
+    if (!std::isfinite(bound)) return bound;
+    const float moved =
+        device::unordered(device::ordered(bound) + static_cast<int>(random.below(9)) - 4);
+    return std::isfinite(moved) ? moved : bound;
+  };
+  Box box = anyBox(random);
+  if (random.chance(0.4)) return box;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (random.chance(0.5)) box.lower[axis] = near(other.upper[axis]);
+    if (random.chance(0.5)) box.upper[axis] = near(other.lower[axis]);
+    if (random.chance(0.3)) box.lower[axis] = near(other.lower[axis]);
+  }
+  return box;
+}
+
+bool overlapByFormula(const Box& a, const Box& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("Integers stand for floats in their order, and come back as the same bits",
+          "[elements]") {
+  Random random(sap_test::seedOr(91));
+  for (int i = 0; i < 200000; ++i) {
+    const float a = anyFloat(random), b = anyFloat(random);
+    REQUIRE(device::bitsOf(device::unordered(device::ordered(a))) == device::bitsOf(a));
+    if (std::isnan(a) || std::isnan(b)) continue;
+    if (a < b) {
+      REQUIRE(device::ordered(a) < device::ordered(b));
+      REQUIRE(device::stepNumber(a) < device::stepNumber(b));
+      REQUIRE((device::stepNumber(b) - device::stepNumber(a) == 1) == (std::nextafter(a, b) == b));
+    }
+    if (a == b) REQUIRE(device::stepNumber(a) == device::stepNumber(b));
+  }
+}
+
+TEST_CASE("A device takes boxes to overlap, and pairs for unsure, as the CPU does", "[elements]") {
+  Random random(sap_test::seedOr(92));
+  int overlapping = 0, unsure = 0, clear = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const Box a = anyBox(random), b = random.chance(0.8) ? boxBeside(a, random) : anyBox(random);
+    const device::Record of_a = recordOf(a), of_b = recordOf(b);
+    const bool found = device::overlap(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE(found == overlapByFormula(a, b));
+    if (!found) continue;
+    ++overlapping;
+    const bool is_unsure = device::isUnsure(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE(is_unsure == isUnsure(a, b));
+    unsure += is_unsure;
+    // The quick answer may be "ask", but never wrong.
+    if (!device::isClear(of_a.low, of_a.high, of_b.low, of_b.high)) continue;
+    ++clear;
+    REQUIRE(!is_unsure);
+  }
+  CHECK(overlapping > 1000);
+  CHECK(unsure > 100);
+  CHECK(clear > 100);
+}
+
+TEST_CASE("A device never divides what the CPU puts into one bin of sizes", "[elements]") {
+  Random random(sap_test::seedOr(93));
+  BoxSet boxes;
+  boxes.size = 4000;
+  boxes.boxes.resize(boxes.size);
+  for (Box& box : boxes.boxes)
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = static_cast<float>(random.between(-10, 10));
+      box.upper[axis] =
+          box.lower[axis] + static_cast<float>(std::exp2(random.between(-9, random.below(9))));
+      if (random.chance(0.001)) box.upper[axis] = std::numeric_limits<float>::infinity();
+    }
+  SizeClasses<float> classes;
+  classes.choose(boxes, 1);
+  REQUIRE(classes.count() > 3);
+  std::map<int, int> class_of_bin;
+  for (const Box& box : boxes.boxes) {
+    const int bin = device::binOf(recordOf(box));
+    REQUIRE(bin >= 0);
+    REQUIRE(bin < device::bins);
+    REQUIRE(class_of_bin.insert({bin, classes.of(box)}).first->second == classes.of(box));
+  }
+  CHECK(class_of_bin.size() > 20);
+}
+
+TEST_CASE("An octave is the exponent of an extent, and that of infinity the last", "[elements]") {
+  Random random(sap_test::seedOr(94));
+  for (int i = 0; i < 20000; ++i) {
+    const float extent = std::fabs(anyFloat(random));
+    const int octave = device::octaveOf(extent);
+    if (!std::isfinite(extent))
+      REQUIRE(octave == device::unbounded_octave);
+    else
+      REQUIRE(octave == (extent < 1.17549435e-38f ? 0 : std::ilogb(extent) + 127));
+    if (extent > 0 && std::isfinite(extent)) REQUIRE(device::octaveOf(-extent) == 0);
+  }
+}
+
+namespace {
+
+// Boxes around centres, and the curve through them, as the stage of the keys makes it.
+struct CurvedBoxes {
+  std::vector<device::Record> boxes;
+  device::Curve curve;
+  float low[3], high[3];  // of the centres
+
+  CurvedBoxes(std::size_t count, const double (&range)[3], const double (&size)[3], int digits,
+              Random& random) {
+    int least[3], greatest[3];
+    unsigned long long extent[3] = {};
+    const double largest = std::max({size[0], size[1], size[2]});
+    for (int axis = 0; axis < 3; ++axis) {
+      least[axis] = std::numeric_limits<int>::max();
+      greatest[axis] = std::numeric_limits<int>::min();
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      Box box;
+      for (int axis = 0; axis < 3; ++axis) {
+        const double centre = range[axis] * random.between(-1, 1);
+        box.lower[axis] = static_cast<float>(centre - size[axis] / 2);
+        box.upper[axis] = static_cast<float>(centre + size[axis] / 2);
+        const float middle = device::centreOf(box.lower[axis], box.upper[axis]);
+        least[axis] = std::min(least[axis], device::ordered(middle));
+        greatest[axis] = std::max(greatest[axis], device::ordered(middle));
+        extent[axis] +=
+            largest > 0 ? static_cast<unsigned long long>(size[axis] / largest * 65536) : 0;
+      }
+      boxes.push_back(recordOf(box));
+    }
+    curve.choose(least, greatest, extent, digits);
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = device::unordered(least[axis]);
+      high[axis] = device::unordered(greatest[axis]);
+    }
+  }
+  static float centre(const device::Record& box, int axis) {
+    return axis == 0   ? device::centreOf(box.low.x, box.high.x)
+           : axis == 1 ? device::centreOf(box.low.y, box.high.y)
+                       : device::centreOf(box.low.z, box.high.z);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A place on the curve is a block of space, smaller with each digit", "[elements]") {
+  Random random(sap_test::seedOr(95));
+  const double ranges[][3] = {{10, 10, 10}, {1000, 1000, 1},       {1e6, 1, 1},
+                              {0, 5, 5},    {1e-39, 1e-39, 1e-39}, {1e30, 1e15, 1}};
+  for (const double(&range)[3] : ranges)
+    for (const double thin : {1.0, 0.01, 0.0})
+      for (const int digits :
+           {device::short_key_digits - device::class_digits, device::curve_digits}) {
+        const double least = std::min({range[0] > 0 ? range[0] : 1e300, range[1], range[2]});
+        const double size[3] = {least / 10, least / 10 * thin, least / 10};
+        const CurvedBoxes scene(300, range, size, digits, random);
+        INFO("range " << range[0] << " " << range[1] << " " << range[2] << ", thin " << thin << ", "
+                      << digits << " digits");
+        REQUIRE(scene.curve.bits[0] + scene.curve.bits[1] + scene.curve.bits[2] == digits);
+        std::vector<std::uint32_t> keys;
+        for (const device::Record& box : scene.boxes)
+          keys.push_back(scene.curve.keyOf(box, digits));
+        for (const std::uint32_t key : keys) REQUIRE(key < 1u << digits);
+        for (std::size_t i = 1; i < keys.size(); ++i) {
+          // What two keys share says how near their boxes are on each axis.
+          const int differ =
+              keys[i] == keys[i - 1] ? 0 : device::highestDigit(keys[i] ^ keys[i - 1]) + 1;
+          int shared[3] = {};
+          for (int digit = digits - 1; digit >= differ; --digit)
+            ++shared[scene.curve.axes >> 2 * digit & 3];
+          for (int axis = 0; axis < 3; ++axis) {
+            const double all = static_cast<double>(scene.high[axis]) - scene.low[axis];
+            const double apart =
+                std::fabs(static_cast<double>(CurvedBoxes::centre(scene.boxes[i], axis)) -
+                          CurvedBoxes::centre(scene.boxes[i - 1], axis));
+            // Places are computed in floats.
+            REQUIRE(apart <= all * (std::ldexp(1.0, -shared[axis]) + 1e-6));
+          }
+        }
+      }
+}
+
+TEST_CASE("Along one axis keys never decrease", "[elements]") {
+  Random random(sap_test::seedOr(96));
+  for (const double length : {1e-38, 1.0, 12345.0, 1e37}) {
+    const double range[3] = {length, 0, 0}, size[3] = {length / 100, length / 100, length / 100};
+    const CurvedBoxes scene(2000, range, size, device::curve_digits, random);
+    std::vector<device::Record> boxes = scene.boxes;
+    std::sort(boxes.begin(), boxes.end(), [](const device::Record& a, const device::Record& b) {
+      return CurvedBoxes::centre(a, 0) < CurvedBoxes::centre(b, 0);
+    });
+    const auto keyOf = [&](const device::Record& box) {
+      return scene.curve.keyOf(box, device::curve_digits);
+    };
+    for (std::size_t i = 1; i < boxes.size(); ++i) REQUIRE(keyOf(boxes[i - 1]) <= keyOf(boxes[i]));
+    CHECK(keyOf(boxes.front()) == 0);
+    CHECK(keyOf(boxes.back()) >> 4 == (1u << (device::curve_digits - 4)) - 1);  // 24 of 27 digits
+  }
+}
+
+namespace {
+
+// How many of all keys share the digits from `shift` on with this one.
+template <class Key>
+std::size_t alike(const std::vector<Key>& keys, Key key, int shift) {
+  return static_cast<std::size_t>(std::count_if(
+      keys.begin(), keys.end(), [&](Key other) { return other >> shift == key >> shift; }));
+}
+
+template <class Key>
+void checkCuts(std::vector<Key> keys) {
+  constexpr int class_shift = sizeof(Key) * 8 - device::class_digits;
+  std::sort(keys.begin(), keys.end());
+  std::size_t begin = 0, equal_from = 0;
+  bool crowded = false, crowd = false;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const device::CellCut cut = device::cellCutAt(keys.data(), keys.size(), i);
+    crowded = crowded || cut.crowd;
+    if (i == 0) {
+      REQUIRE(cut.begins);
+      continue;
+    }
+    if (keys[i] != keys[i - 1]) equal_from = i;
+    crowd = crowd || i - equal_from == device::crowd_size;
+    const Key differ = keys[i] ^ keys[i - 1];
+    bool expected;
+    if (differ >> class_shift)
+      expected = true;
+    else if (differ)
+      expected = alike(keys, keys[i], device::highestDigit(differ) + 1) > device::cell_size;
+    else
+      expected =
+          alike(keys, keys[i], 0) > device::cell_size && (i - equal_from) % device::cell_size == 0;
+    REQUIRE(cut.begins == expected);
+    if (cut.begins) {
+      REQUIRE(i - begin <= device::cell_size);
+      begin = i;
+    }
+  }
+  REQUIRE(keys.size() - begin <= device::cell_size);
+  REQUIRE(crowded == crowd);
+}
+
+}  // namespace
+
+TEST_CASE("Cells are whole blocks of space, of 32 boxes at most", "[elements]") {
+  Random random(sap_test::seedOr(97));
+  for (int round = 0; round < 60; ++round) {
+    INFO("round " << round);
+    const std::size_t count = 1 + random.below(round % 10 == 0 ? 2500 : 600);
+    // Few keys that differ anywhere, or many in one place.
+    const int digits = 1 + static_cast<int>(random.below(32));
+    const double crowded = random.chance(0.3) ? random.unit() : 0;
+    std::vector<std::uint32_t> keys;
+    std::vector<std::uint64_t> long_keys;
+    const std::uint32_t place = static_cast<std::uint32_t>(random.bits());
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto any = static_cast<std::uint32_t>(random.bits() >> 32);
+      keys.push_back(random.chance(crowded) ? place : any >> (32 - digits) << random.below(2));
+      long_keys.push_back(std::uint64_t{keys.back()} << 32 | (random.chance(0.5) ? any & 3 : 0));
+    }
+    checkCuts(keys);
+    checkCuts(long_keys);
+  }
+}

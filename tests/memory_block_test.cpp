@@ -1,0 +1,108 @@
+// How storage on a device grows, on an allocator that only counts: no device is needed for that.
+#include "../cuda/memory_block.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+struct Counted {
+  static std::size_t held, most_held, allocations, to_fail;
+  static std::vector<std::pair<void*, std::size_t>> blocks;
+
+  static void* allocate(std::size_t bytes) {
+    if (++allocations == to_fail) throw std::bad_alloc();
+    void* const memory = std::malloc(bytes);
+    blocks.push_back({memory, bytes});
+    held += bytes;
+    most_held = std::max(most_held, held);
+    return memory;
+  }
+  static void release(void* memory) {
+    const auto block = std::find_if(blocks.begin(), blocks.end(),
+                                    [memory](const auto& b) { return b.first == memory; });
+    REQUIRE(block != blocks.end());
+    held -= block->second;
+    blocks.erase(block);
+    std::free(memory);
+  }
+  static void reset() {
+    REQUIRE(blocks.empty());
+    held = most_held = allocations = to_fail = 0;
+  }
+};
+std::size_t Counted::held = 0, Counted::most_held = 0, Counted::allocations = 0,
+            Counted::to_fail = 0;
+std::vector<std::pair<void*, std::size_t>> Counted::blocks;
+
+using Block = MemoryBlock<std::uint64_t, Counted>;
+
+}  // namespace
+
+TEST_CASE("A block of memory that grows step by step is seldom allocated anew", "[memory block]") {
+  Counted::reset();
+  {
+    Block block;
+    CHECK(block.data() == nullptr);
+    for (std::size_t count = 1; count <= 1000000; ++count) block.reserve(count);
+    // 1.5^34 is a million.
+    CHECK(Counted::allocations <= 36);
+    CHECK(block.capacity() >= 1000000);
+    CHECK(block.capacity() <= 1500000);
+    CHECK(block.bytes() == block.capacity() * sizeof(std::uint64_t));
+    CHECK(Counted::held == block.bytes());
+    // Never the old and the new at once.
+    CHECK(Counted::most_held == block.bytes());
+  }
+  CHECK(Counted::held == 0);
+}
+
+TEST_CASE("A block of memory that is large enough stays what it is", "[memory block]") {
+  Counted::reset();
+  sap_test::Random random(sap_test::seedOr(81));
+  Block block;
+  std::size_t most = 0;
+  for (int frame = 0; frame < 2000; ++frame) {
+    const std::size_t wanted = random.below(100000), before = Counted::allocations;
+    const std::uint64_t* const data = block.data();
+    const std::size_t capacity = block.capacity();
+    block.reserve(wanted);
+    REQUIRE(block.capacity() >= wanted);
+    REQUIRE((Counted::allocations != before) == (wanted > capacity));
+    if (wanted <= capacity) REQUIRE(block.data() == data);
+    if (wanted > capacity) REQUIRE(block.capacity() == std::max(wanted, capacity + capacity / 2));
+    if (wanted > 0) block[wanted - 1] = wanted;
+    most = std::max(most, wanted);
+  }
+  CHECK(block.capacity() <= most + most / 2);
+  block.release();
+  CHECK(Counted::held == 0);
+  CHECK(block.capacity() == 0);
+  block.release();  // no more than nothing
+}
+
+TEST_CASE("A block of memory that could not grow is empty and may grow again", "[memory block]") {
+  Counted::reset();
+  Block block;
+  block.reserve(100);
+  Counted::to_fail = Counted::allocations + 1;
+  CHECK_THROWS_AS(block.reserve(101), std::bad_alloc);
+  CHECK(block.data() == nullptr);
+  CHECK(block.capacity() == 0);
+  CHECK(Counted::held == 0);
+  block.reserve(50);
+  CHECK(block.capacity() == 50);
+  block[49] = 1;
+  block.release();
+  CHECK(Counted::held == 0);
+}
