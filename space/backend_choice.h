@@ -9,7 +9,7 @@ namespace ode_parallel_sap {
 // Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
 // each, a model foretells how the time grows with boxes and pairs, and the frames that ran on it
 // tell by how much the model is off on this machine. Every frame goes to the choice that promises
-// the least; one that was never tried gets a trial of a few frames when it promises to be clearly
+// the least; one that was never tried gets a trial of a few frames when it promises to be
 // better, one that lost is tried again at growing intervals, in case the machine has more to give
 // by now.
 //
@@ -104,7 +104,7 @@ class BackendChoice {
     for (const int devices : candidates) {
       if (devices <= ready) continue;
       const double then = foretell(devices, boxes, pairs);
-      if (then > clearly_better * now) continue;
+      if (then > now) continue;
       missed_ms_ += now - then;
       if (missed_ms_ > least_missed_ms) {
         missed_ms_ = 0;
@@ -133,8 +133,7 @@ class BackendChoice {
 
   static constexpr double usual_weight = 0.25;  // of the newest frame
   static constexpr double weight_in_trial = 0.7;
-  static constexpr double hysteresis = 0.95;     // a change must take less than this
-  static constexpr double clearly_better = 0.9;  // for what may turn out worse
+  static constexpr double hysteresis = 0.95;  // a change must take less than this
   static constexpr double worth_another_try = 2;
   static constexpr int trial_frames = 2;
   static constexpr long longest_interval = 1 << 16;
@@ -159,7 +158,7 @@ class BackendChoice {
   bool deservesTrial(int devices, int best, std::size_t boxes, double pairs) {
     Option& option = options_[devices];
     const double promised = foretell(devices, boxes, pairs), now = foretell(best, boxes, pairs);
-    if (!isKnown(devices)) return devices > 0 ? promised < clearly_better * now : now > promised;
+    if (!isKnown(devices)) return promised < now;
     if (frame_ - option.last_frame < option.interval || promised > worth_another_try * now)
       return false;
     option.interval = option.interval < longest_interval ? 2 * option.interval : longest_interval;
