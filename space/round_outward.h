@@ -34,7 +34,7 @@ constexpr double least_fine_growth = 1e-37;
 // on it: lower bounds change their sign, then all are rounded up, by one step in the order of the
 // floats wherever the nearest float is too small. Needs rounding to nearest and denormals kept.
 template <class Real>
-inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
+inline BoundsFacts roundOutwardOneByOne(const Real* bounds, Box& box) {
   constexpr Real most = std::numeric_limits<Real>::max();
   bool exact = true, nan = false, unbounded = false;
   Real extent = 0, growth[3];
@@ -66,60 +66,74 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
   return {exact, nan, unbounded, coarse};
 }
 
+template <class Real>
+inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
+  return roundOutwardOneByOne(bounds, box);
+}
+
 #if defined(__SSE2__)
-// The same, an axis at a time.
+// The same for bounded boxes, in vectors of which one has an axis's two bounds and the others a
+// bound of two axes each.
 template <>
 inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
-  const __m128d flip_lower = _mm_set_pd(0.0, -0.0), sign = _mm_set1_pd(-0.0);
-  const __m128d most = _mm_set1_pd(std::numeric_limits<double>::max());
-  __m128d inexact = _mm_setzero_pd(), nan = inexact, unbounded = inexact;
-  __m128d extents[3];  // in the low half
-  __m128 value[3], too_small[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const __m128d bound = _mm_loadu_pd(bounds + 2 * axis), up = _mm_xor_pd(bound, flip_lower);
-    value[axis] = _mm_cvtpd_ps(up);
-    const __m128d back = _mm_cvtps_pd(value[axis]), small = _mm_cmplt_pd(back, up);
-    too_small[axis] = _mm_shuffle_ps(_mm_castpd_ps(small), _mm_castpd_ps(small), 0x88);
-    inexact = _mm_or_pd(inexact, _mm_cmpneq_pd(back, up));
-    nan = _mm_or_pd(nan, _mm_cmpunord_pd(up, up));
-    unbounded = _mm_or_pd(unbounded, _mm_cmpgt_pd(_mm_andnot_pd(sign, up), most));
-    extents[axis] = _mm_sub_sd(_mm_shuffle_pd(bound, bound, 1), bound);
-    // In the low half only: lower above upper.
-    unbounded = _mm_or_pd(
-        unbounded,
-        _mm_move_sd(_mm_setzero_pd(), _mm_cmpgt_pd(bound, _mm_shuffle_pd(bound, bound, 1))));
+  const __m128d x = _mm_loadu_pd(bounds), y = _mm_loadu_pd(bounds + 2),
+                z = _mm_loadu_pd(bounds + 4);
+  const __m128d lower = _mm_unpacklo_pd(x, y), upper = _mm_unpackhi_pd(x, y);
+  const __m128d size = _mm_sub_pd(upper, lower);
+  const __m128d size_z = _mm_sub_pd(_mm_unpackhi_pd(z, z), _mm_unpacklo_pd(z, z));
+  const __m128d infinity = _mm_set1_pd(std::numeric_limits<double>::infinity());
+  const __m128d bounded = _mm_and_pd(_mm_cmple_pd(_mm_setzero_pd(), _mm_min_pd(size, size_z)),
+                                     _mm_cmplt_pd(_mm_add_pd(size, size_z), infinity));
+  if (__builtin_expect(_mm_movemask_pd(bounded) != 3, false))
+    return roundOutwardOneByOne(bounds, box);
+
+  const __m128d up[] = {_mm_xor_pd(lower, _mm_set1_pd(-0.0)), upper,
+                        _mm_xor_pd(z, _mm_set_pd(0.0, -0.0))};
+  __m128 rounded[3];
+  __m128d too_small[3], inexact = _mm_setzero_pd();
+  for (int i = 0; i < 3; ++i) {
+    rounded[i] = _mm_cvtpd_ps(up[i]);
+    const __m128d back = _mm_cvtps_pd(rounded[i]);
+    too_small[i] = _mm_cmplt_pd(back, up[i]);
+    inexact = _mm_or_pd(inexact, _mm_cmpneq_pd(back, up[i]));
   }
-  const auto stepped = [](__m128 values, __m128 steps) {
+  const auto stepped = [](__m128 values, __m128d low_steps, __m128d high_steps) {
+    const __m128 steps = _mm_shuffle_ps(_mm_castpd_ps(low_steps), _mm_castpd_ps(high_steps), 0x88);
     const __m128i magnitude = _mm_set1_epi32(0x7fffffff);
     __m128i bits = _mm_castps_si128(values);
     bits = _mm_xor_si128(bits, _mm_and_si128(_mm_srai_epi32(bits, 31), magnitude));
     bits = _mm_sub_epi32(bits, _mm_castps_si128(steps));
-    bits = _mm_xor_si128(bits, _mm_and_si128(_mm_srai_epi32(bits, 31), magnitude));
-    return _mm_xor_ps(_mm_castsi128_ps(bits), _mm_set_ps(0.0f, -0.0f, 0.0f, -0.0f));
+    return _mm_castsi128_ps(
+        _mm_xor_si128(bits, _mm_and_si128(_mm_srai_epi32(bits, 31), magnitude)));
   };
-  const __m128 xy =
-      stepped(_mm_movelh_ps(value[0], value[1]), _mm_movelh_ps(too_small[0], too_small[1]));
-  const __m128 z = stepped(value[2], too_small[2]);
+  const __m128 xy = stepped(_mm_movelh_ps(rounded[0], rounded[1]), too_small[0], too_small[1]);
+  const __m128 zz = stepped(rounded[2], too_small[2], too_small[2]);
+
+  // The largest size, and the growth of each.
+  const __m128d back_z = _mm_cvtps_pd(zz);
+  const __m128d growth =
+      _mm_sub_pd(_mm_add_pd(_mm_cvtps_pd(xy), _mm_cvtps_pd(_mm_movehl_ps(xy, xy))), size);
+  const __m128d growth_z =
+      _mm_sub_pd(_mm_add_pd(back_z, _mm_shuffle_pd(back_z, back_z, 1)), size_z);
+  const __m128d sizes = _mm_max_pd(size, size_z);
+  const __m128d limit =
+      _mm_mul_pd(_mm_max_pd(sizes, _mm_shuffle_pd(sizes, sizes, 1)), _mm_set1_pd(coarse_growth));
+  const bool exact = _mm_movemask_pd(inexact) == 0;
+  const bool coarse = _mm_movemask_pd(_mm_cmpgt_pd(_mm_max_pd(growth, growth_z), limit)) != 0 ||
+                      (!exact && _mm_cvtsd_f64(limit) < least_fine_growth);
+
   // Two stores that do not overlap: the box is often read again at once, and a processor makes that
   // wait where it would have to join stores.
-  const __m128 middle = _mm_shuffle_ps(z, xy, _MM_SHUFFLE(1, 1, 0, 0));
-  const __m128 uppers = _mm_shuffle_ps(xy, z, _MM_SHUFFLE(1, 1, 3, 3));
+  const __m128 signs = _mm_set_ps(0.0f, 0.0f, -0.0f, -0.0f);
+  const __m128 xy_box = _mm_xor_ps(xy, signs), zz_box = _mm_xor_ps(zz, _mm_set_ss(-0.0f));
+  const __m128 middle = _mm_shuffle_ps(zz_box, xy_box, _MM_SHUFFLE(2, 2, 0, 0));
+  const __m128 uppers = _mm_shuffle_ps(xy_box, zz_box, _MM_SHUFFLE(1, 1, 3, 3));
   float bounds_of_box[6];
-  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy, middle, _MM_SHUFFLE(2, 0, 2, 0)));
+  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy_box, middle, _MM_SHUFFLE(2, 0, 1, 0)));
   _mm_storel_pd(reinterpret_cast<double*>(bounds_of_box + 4),
                 _mm_castps_pd(_mm_shuffle_ps(uppers, uppers, _MM_SHUFFLE(2, 0, 2, 0))));
   std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
-  const bool exact = _mm_movemask_pd(inexact) == 0;
-  // The largest extent, and the growth on each axis: NaN, and so not coarse, where a bound is
-  // infinite.
-  const double limit =
-      coarse_growth * _mm_cvtsd_f64(_mm_max_sd(extents[0], _mm_max_sd(extents[1], extents[2])));
-  bool coarse = !exact && limit < least_fine_growth;
-  for (int axis = 0; axis < 3; ++axis)
-    coarse |= (static_cast<double>(box.upper[axis]) - static_cast<double>(box.lower[axis])) -
-                  _mm_cvtsd_f64(extents[axis]) >
-              limit;
-  return {exact, _mm_movemask_pd(nan) != 0, _mm_movemask_pd(unbounded) != 0, coarse};
+  return {exact, false, false, coarse};
 }
 #endif
 

@@ -133,6 +133,31 @@ TEST_CASE("Rounding outward is the nearest float that is not inside, for any bit
   }
 }
 
+TEST_CASE("Rounding outward in vectors gives what it gives one by one, for boxes of every kind") {
+  sap_test::Random random(sap_test::seedOr(1));
+  const double special[] = {0.0, -0.0, NAN, HUGE_VAL, -HUGE_VAL, 1e-310, 3.5e38, 1.7e308, -1.7e308};
+  for (int round = 0; round < 200000; ++round) {
+    const double size = std::pow(10, random.between(-60, 60));
+    double bounds[6];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[2 * axis] = size * random.gauss() * std::pow(10, random.between(0, 12));
+      bounds[2 * axis + 1] = bounds[2 * axis] + size * random.between(0, 1);
+    }
+    if (random.chance(0.2)) bounds[random.below(6)] = special[random.below(9)];
+    if (random.chance(0.1)) std::swap(bounds[0], bounds[1]);
+    CAPTURE(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]);
+    Box box, wanted;
+    const BoundsFacts facts = roundOutward<double>(bounds, box);
+    const BoundsFacts truth = roundOutwardOneByOne<double>(bounds, wanted);
+    REQUIRE(facts.nan == truth.nan);
+    if (truth.nan) continue;  // the box is of no use
+    REQUIRE(std::memcmp(&box, &wanted, sizeof box) == 0);
+    REQUIRE(facts.exact == truth.exact);
+    REQUIRE(facts.unbounded == truth.unbounded);
+    REQUIRE(facts.coarse == truth.coarse);
+  }
+}
+
 TEST_CASE("Parts of a range cover it once, in order") {
   for (const std::size_t count : {0, 1, 7, 16, 1000, 1001})
     for (const int parts : {1, 2, 3, 16})
