@@ -68,9 +68,11 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       kernel.trianglePairs(cells, rows, boxes.exact, sink);
     }
   });
-  for (std::size_t part = 0; part < pairs.parts.size(); ++part)
-    if (!boxes.exact && pairs.parts[part].size())
-      pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
+  for (std::size_t part = 0; part < pairs.parts.size() && !boxes.exact; ++part) {
+    Pair all_bits = 0;
+    for (const Pair pair : pairs.parts[part]) all_bits |= pair;
+    if (isUnsure(all_bits)) pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
+  }
   return used;
 }
 

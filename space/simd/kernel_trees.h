@@ -71,14 +71,13 @@ struct CellCandidates {
 
   bool full() const { return count > capacity - group_size; }
 
-  // Adds the cells in `mask` of the sixteen whose bounds are `bounds` and whose numbers are
-  // `cells`.
-  void add(const Group<Real>& bounds, const std::uint32_t* cells, unsigned mask) {
+  // Adds the cells in `mask` of the sixteen from `first_cell` on, whose bounds are `bounds`.
+  void add(const Group<Real>& bounds, std::uint32_t first_cell, unsigned mask) {
     for (int axis = 0; axis < 3; ++axis) {
       Lanes::compress(bounds.lower[axis], mask, lower[axis] + count);
       Lanes::compress(bounds.upper[axis], mask, upper[axis] + count);
     }
-    Lanes::compress(cells, mask, cell + count);
+    Lanes::writeNumbers(first_cell, mask, cell + count);
     count += __builtin_popcount(mask);
   }
 
@@ -162,7 +161,6 @@ template <class Real>
 inline void cellsAgainstTree(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                              const TreeView<Real>& tree, bool forward, bool exact, PairSink& sink) {
   Workplace<Real> work;
-  alignas(64) std::uint32_t numbers[group_size];
   while (begin < end) {
     const std::size_t node = begin / group_size;
     const std::size_t node_end = (node + 1) * group_size, stop = node_end < end ? node_end : end;
@@ -175,9 +173,7 @@ inline void cellsAgainstTree(const TreeView<Real>& queries, std::size_t begin, s
     }
     forOverlappingNodes(tree, bounds, 0, forward ? begin : 0,
                         [&](std::uint32_t group, unsigned mask) {
-                          for (std::uint32_t i = 0; i < group_size; ++i)
-                            numbers[i] = group * group_size + i;
-                          work.cells.add(tree.levels[1][group], numbers, mask);
+                          work.cells.add(tree.levels[1][group], group * group_size, mask);
                           if (work.cells.full())
                             meetCells(queries, begin, stop, tree, forward, exact, work, sink);
                         });
@@ -284,10 +280,8 @@ std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::
       finder.meet(tree.levels[0][cells[i]], tree.ids[cells[i]]);
     count = 0;
   };
-  alignas(64) std::uint32_t numbers[group_size];
   forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
-    for (std::uint32_t i = 0; i < group_size; ++i) numbers[i] = node * group_size + i;
-    Lanes::compress(numbers, mask, cells + count);
+    Lanes::writeNumbers(node * group_size, mask, cells + count);
     count += __builtin_popcount(mask);
     if (count >= capacity) meetAll();
   });

@@ -96,6 +96,15 @@ struct Lanes {
   static void compress(const double* p, unsigned mask, double* out) {
     for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
   }
+  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)),
+                                           load(compress_order.lanes[m])));
+    };
+    eight(first, mask & 0xff, out);
+    eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
+  }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const int low = writeEight(slots, slot, mask & 0xff, out);

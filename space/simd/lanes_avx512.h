@@ -58,6 +58,11 @@ struct Lanes {
     _mm512_storeu_pd(out + __builtin_popcount(low),
                      _mm512_maskz_compress_pd(high, _mm512_load_pd(p + 8)));
   }
+  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const __m512i numbers = _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), lanes);
+    _mm512_storeu_si512(out, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), numbers));
+  }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const __m512i own = _mm512_set1_epi32(static_cast<int>(slot));

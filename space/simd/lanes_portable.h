@@ -51,6 +51,10 @@ struct Lanes {
   static void compress(const T* p, unsigned mask, T* out) {
     for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
   }
+  // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers.
+  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+  }
   // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
   // top of the larger one. Writes at most 16 words; returns the number that count.
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,

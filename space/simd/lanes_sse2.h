@@ -77,6 +77,9 @@ struct Lanes {
   static void compress(const T* p, unsigned mask, T* out) {
     for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
   }
+  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+  }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     int count = 0;
