@@ -255,6 +255,20 @@ def rest(directory):
                     [machine(rows)])
 
 
+def collide(directory):
+    """The whole dSpaceCollide with one GPU and on the processor, against ODE's two fastest spaces."""
+    rows = read(directory, "collide")
+    peers = (OURS + ":cuda", OURS, "dSweepAndPruneSpace", "dHashSpace")
+    lines = []
+    for n in sorted(set(values(rows, "n"))):
+        cells = [one(rows, n=n, peer=peer) for peer in peers]
+        theirs = [cell["median_ms"] for cell in cells[2:] if cell]
+        gain = theirs and cells[0] and min(theirs) / cells[0]["median_ms"]
+        lines.append([count(n)] + [shown(cell and cell["median_ms"]) for cell in cells] + [shown(gain or None, "×")])
+    return markdown(["boxes", "one GPU", "CPU, all threads", "dSweepAndPruneSpace", "dHashSpace", "gain of the GPU"],
+                    lines, [machine(rows)])
+
+
 def devices(directory):
     rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
     fixed = [on for on in values(rows, "on") if on != "auto"]
@@ -272,7 +286,7 @@ TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), 
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "rest": (rest, "rest"), "nearest": (nearest, "peers")}
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers")}
 
 
 def make(name, directory):
