@@ -31,13 +31,6 @@ bool needsCallingThread(const dxGeom* geom) {
          (geom->type == dTriMeshClass && hasGimpact());
 }
 
-// Coarse boxes may all overlap each other: boxes become doubles once those pairs could be more than
-// the boxes, and floats again when they would be far fewer.
-bool needsDoubles(std::size_t coarse, std::size_t slots, const PackRules& rules, bool wide) {
-  if (rules.tolerance > 0) return coarse > 0;  // which they would exceed
-  return coarse * coarse / 2 > (wide ? slots / 4 : slots);
-}
-
 void prefetch(const void* object, std::size_t size) {
   const char* const bytes = static_cast<const char*>(object);
   for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
@@ -162,14 +155,14 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   boxes.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
-  for (;;) {
+  for (bool repeated = false;; repeated = true) {
     boxes.loose = loosely && !boxes.wide;
     if (boxes.wide)
       boxes.wide_boxes.resizeDiscarding(slots);
     else
       boxes.boxes.resizeDiscarding(slots);
     if (boxes.loose) boxes.tight.resizeDiscarding(slots);
-    const bool known = before == (was_loose ? boxes.tight : boxes.boxes).data();
+    const bool known = before && before == (was_loose ? boxes.tight : boxes.boxes).data();
     packer_.before = known ? before : nullptr;
     packer_.before_count = known ? before_count : 0;
     const int used = forGeoms(
@@ -183,12 +176,26 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(facts_.coarse, slots, packer_.rules, boxes.wide);
-    if (wide == boxes.wide) return used;
+    const bool wide = needsDoubles(boxes);
+    if (wide == boxes.wide || repeated) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
     before = nullptr;
   }
+}
+
+// Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
+// exact tests, and floats again when those would be far fewer.
+bool GeomUpdate::needsDoubles(const BoxSet& boxes) {
+  const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
+  if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
+  const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
+  if (coarse * coarse / 2 <= most) return false;
+  coarse_.resizeDiscarding(0);
+  for (std::size_t slot = 0; slot < boxes.size; ++slot)
+    if (states_[slot] & coarse_state) coarse_.push_back(static_cast<Slot>(slot));
+  const ScopedMode exact(exactMode());
+  return coarse_crowds_.pairs(boxes, coarse_, most) > most;
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -366,11 +373,12 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, BoxSet& boxes) {
   boxes.exact = facts_.exact_boxes || boxes.loose;
   return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
          (boxes.filter_bodies || !packed.filter_bodies) &&
-         needsDoubles(facts_.coarse, boxes.size, packer_.rules, boxes.wide) == boxes.wide;
+         (slots_.size() == 0 || needsDoubles(boxes) == boxes.wide);
 }
 
 std::size_t GeomUpdate::bytes() const {
-  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes();
+  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
+                      coarse_crowds_.bytes();
   for (const UpdatePart& part : parts_)
     bytes += part.moved_within.bytes() +
              (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);

@@ -9,6 +9,7 @@
 
 #include "box_set.h"
 #include "buffer.h"
+#include "coarse_crowds.h"
 #include "geom_packer.h"
 #include "slot_set.h"
 
@@ -49,6 +50,7 @@ class GeomUpdate {
   template <class SlotOf, class Use>
   int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
   UpdateFacts mergeParts(std::uintptr_t some_body);
+  bool needsDoubles(const BoxSet& boxes);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
@@ -66,6 +68,8 @@ class GeomUpdate {
   SlotSet watched_;           // slots that notice() looks at
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
+  CoarseCrowds coarse_crowds_;
+  Buffer<Slot> coarse_;
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 

@@ -8,6 +8,7 @@
 
 #include "axis_lists.h"
 #include "brute_force.h"
+#include "coarse_crowds.h"
 #include "parallel.h"
 #include "radix_sort.h"
 #include "round_outward.h"
@@ -177,4 +178,48 @@ TEST_CASE("Parts of a range cover it once, in order") {
 TEST_CASE("An exception of any thread reaches the caller, once all are done") {
   for (const int threads : {1, 4})
     REQUIRE_THROWS_AS(runTeam(threads, [](int, int) { throw std::bad_alloc(); }), std::bad_alloc);
+}
+
+TEST_CASE("Coarse boxes are a crowd where they are close together, not where they are many") {
+  constexpr std::size_t count = 3000;
+  sap_test::Random random(71);
+  BoxSet boxes;
+  boxes.size = count;
+  boxes.boxes.resize(count);
+  boxes.wide_boxes.resize(count);
+  Buffer<Slot> coarse;
+  for (Slot slot = 0; slot < count; ++slot) coarse.push_back(slot);
+  CoarseCrowds crowds;
+  const auto pairs = [&](bool wide, std::size_t most) {
+    boxes.wide = wide;
+    return crowds.pairs(boxes, coarse, most);
+  };
+  const auto place = [&](double distance, double spread) {
+    for (std::size_t i = 0; i < count; ++i)
+      for (int axis = 0; axis < 3; ++axis) {
+        const double lower = distance + random.between(-spread, spread), upper = lower + 1;
+        boxes.wide_boxes[i].lower[axis] = lower;
+        boxes.wide_boxes[i].upper[axis] = upper;
+        boxes.boxes[i].lower[axis] = std::nextafter(static_cast<float>(lower), -INFINITY);
+        boxes.boxes[i].upper[axis] = std::nextafter(static_cast<float>(upper), INFINITY);
+      }
+  };
+  for (const bool wide : {false, true}) {
+    CAPTURE(wide);
+    place(1e9, 1e8);
+    CHECK(pairs(wide, count) < count / 10);
+    place(1e9, 10);
+    CHECK(pairs(wide, count) > count);
+    CHECK(pairs(wide, count * count) > count * count / 20);
+    // The largest of all, and the smallest.
+    place(3e38, 1e37);
+    CHECK(pairs(wide, count) < count / 10);
+    place(0, 0);
+    for (std::size_t i = 0; i < count; ++i)
+      for (int axis = 0; axis < 3; ++axis) {
+        boxes.boxes[i].upper[axis] = boxes.boxes[i].lower[axis] = 0;
+        boxes.wide_boxes[i].upper[axis] = boxes.wide_boxes[i].lower[axis] = 0;
+      }
+    CHECK(pairs(wide, count * count) == count * (count - 1) / 2);
+  }
 }

@@ -1,0 +1,30 @@
+// Where floats are too coarse for boxes, and whether that matters.
+#ifndef ODE_PARALLEL_SAP_COARSE_CROWDS_H
+#define ODE_PARALLEL_SAP_COARSE_CROWDS_H
+
+#include <cstddef>
+#include <cstdint>
+
+#include "box_set.h"
+#include "buffer.h"
+
+namespace ode_parallel_sap {
+
+// Boxes that floats make clearly larger overlap others in vain only where they are close together:
+// in scenes of all sizes the small ones are coarse, but lie far apart. Boxes of like size are
+// counted by the cells, of about their size, that they lie in.
+class CoarseCrowds {
+ public:
+  // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
+  // vain. Stops counting beyond `most`. Needs
+  // exactMode().
+  std::size_t pairs(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most);
+  std::size_t bytes() const { return counts_.bytes(); }
+
+ private:
+  Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
