@@ -69,7 +69,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   beginFrame();
   if (isSmallest()) {
     collideSmallest(data, callback);
-    if (timed_) countTotals();
+    countTotals();
     return;
   }
 
@@ -207,7 +207,7 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   own.frames = stats_.frames;
   stats_ = own;
   stats_of_smallest_ = false;  // these have times
-  if (!smallest || timed_) countTotals();
+  countTotals();
   contact_pairs_ = pairs.release();
   narrow_phase_ = std::move(narrow_phase);
 }
@@ -249,8 +249,11 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
 
 // A scene so small that it needs no boxes, and what was found in it.
 struct ParallelSAPSpace::SmallScene {
+  // Places in `active`; read as they are written, in one word.
   struct Couple {
-    std::uint8_t earlier, later;
+    std::uint16_t places;
+    unsigned earlier() const { return places >> 8; }
+    unsigned later() const { return places & 0xff; }
   };
   dxGeom* active[smallest_scene];
   Couple couples[smallest_scene * (smallest_scene - 1) / 2];
@@ -272,8 +275,10 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const unsigned long long frame = stats_.frames;
   noteSmallest(scene);
   const Clock::time_point found = timed ? Clock::now() : begin;
-  for (std::size_t i = 0; i < scene.pairs; ++i)
-    callback(data, scene.active[scene.couples[i].earlier], scene.active[scene.couples[i].later]);
+  for (std::size_t i = 0; i < scene.pairs; ++i) {
+    const SmallScene::Couple couple = scene.couples[i];
+    callback(data, scene.active[couple.earlier()], scene.active[couple.later()]);
+  }
   if (stats_.frames != frame) noteSmallest(scene);  // a collide within the callback wrote its own
   if (timed) {
     const Clock::time_point end = Clock::now();
@@ -302,15 +307,14 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
         dxGeom *const a = scene.active[i], *const b = scene.active[j];
         if (boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b) &&
             !isLeftOut(a, b, settings.rules))
-          scene.couples[scene.candidates++] = {static_cast<std::uint8_t>(i),
-                                               static_cast<std::uint8_t>(j)};
+          scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
       }
   }
   for (dxGeom* geom = first; scene.invalid && geom; geom = geom->next)
     if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
   for (std::size_t i = 0; i < scene.candidates; ++i) {
     const SmallScene::Couple couple = scene.couples[i];
-    if (passesAABBTests(scene.active[couple.earlier], scene.active[couple.later]))
+    if (passesAABBTests(scene.active[couple.earlier()], scene.active[couple.later()]))
       scene.couples[scene.pairs++] = couple;
   }
 }

@@ -244,6 +244,7 @@ void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
 }
 
 void ParallelSAPSpace::countTotals() {
+  if (!settings.print_stats) return;
   totals_.frames += 1;
   totals_.geoms += stats_.geoms;
   totals_.pairs += stats_.pairs;

@@ -57,7 +57,7 @@ class ParallelSAPSpace : public dxSpace {
   const dParallelSAPStats& stats();
 
  protected:
-  // The sums of all timed frames.
+  // The sums of all frames, if they are to be printed.
   const dParallelSAPStats& totals() const { return totals_; }
 
  private:
