@@ -41,16 +41,16 @@ Driver::~Driver() {
 void Driver::step() {
   // What comes more than once is done more often.
   constexpr void (Driver::*kEdits[])() = {
-      &Driver::populate,         &Driver::createOne,     &Driver::createSpace,
-      &Driver::destroySome,      &Driver::destroySpace,  &Driver::moveSome,
-      &Driver::moveSome,         &Driver::moveFar,       &Driver::resizeSome,
-      &Driver::giveBodies,       &Driver::changeBodies,  &Driver::destroyBodies,
-      &Driver::changeBits,       &Driver::changeEnabled, &Driver::reAddSome,
-      &Driver::moveToOtherSpace, &Driver::lookAtSome,    &Driver::changeUnasked,
-      &Driver::changeSettings,   &Driver::stepWorld,     &Driver::collideFrames,
-      &Driver::collideFrames,    &Driver::collideAnyhow, &Driver::collideAnyhow,
-      &Driver::collideAnyhow,    &Driver::collideAnyhow, &Driver::collideWithGeom,
-      &Driver::collideWithMany};
+      &Driver::populate,         &Driver::createOne,       &Driver::createSpace,
+      &Driver::destroySome,      &Driver::destroySpace,    &Driver::moveSome,
+      &Driver::moveSome,         &Driver::moveFar,         &Driver::resizeSome,
+      &Driver::giveBodies,       &Driver::changeBodies,    &Driver::destroyBodies,
+      &Driver::changeBits,       &Driver::changeEnabled,   &Driver::reAddSome,
+      &Driver::moveToOtherSpace, &Driver::lookAtSome,      &Driver::changeUnasked,
+      &Driver::changeSettings,   &Driver::stepWorld,       &Driver::collideFrames,
+      &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
+      &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
+      &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany};
   (this->*kEdits[decisions_.below(std::size(kEdits))])();
 }
 

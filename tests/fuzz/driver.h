@@ -93,6 +93,7 @@ class Driver {
 
   // Collides, in driver_collides.cpp.
   void collideFrames();
+  void collideDrifting();
   void collidePlain(int space);
   void collideThrowing(int space);
   void collideWithin(int space);

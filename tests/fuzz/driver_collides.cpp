@@ -105,6 +105,29 @@ void Driver::collideFrames() {
   }
 }
 
+// Frames in which everything moves a little, each geom in a direction of its own.
+void Driver::collideDrifting() {
+  const int space = pickOurSpace();
+  const std::size_t frames = 3 + decisions_.below(6);
+  Random random = decisions_.random();
+  const double distance = random.chance(0.8) ? 0.003 : 0.1;
+  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", drifting by " +
+      std::to_string(distance));
+  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
+    for (const int member : objects_[space].members) {
+      if (objects_[member].kind >= kPlane) continue;
+      Random way(static_cast<std::uint64_t>(member));
+      dReal to[3];
+      for (int axis = 0; axis < 3; ++axis)
+        to[axis] = dGeomGetPosition(objects_[member].geom)[axis] +
+                   static_cast<dReal>(way.between(-distance, distance));
+      dGeomSetPosition(objects_[member].geom, to[0], to[1], to[2]);
+      ++changes_;
+    }
+    compare(space, collide(spaceOf(space)));
+  }
+}
+
 void Driver::collideAnyhow() {
   const int ours = pickOurSpace();
   switch (decisions_.below(6)) {
