@@ -164,7 +164,7 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
   }
   first_keys_.push_back(static_cast<std::uint32_t>(buckets_ << bucket_shift_));
 
-  keys_.resizeDiscarding(boxes.size);
+  order_.resizeDiscarding(boxes.size);
   positions_.resizeDiscarding(buckets_ * threads);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   runTeam(threads, [&](int thread, int team) {
@@ -174,12 +174,12 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
       const Range range = partOf(boxes.size, part, threads);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         if (!isActive(box[slot])) {
-          keys_[slot] = no_key;
+          order_[slot] = no_key;
           continue;
         }
         const int of = size_classes_.of(box[slot]);
         const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
-        keys_[slot] = key;
+        order_[slot] = key;
         ++counts[key >> bucket_shift_];
       }
     }
@@ -188,7 +188,8 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
 
 // Puts the records of each bucket in a row. Within a bucket they keep the order of their slots.
 template <class Real>
-void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads) {
+void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
+                                      Buffer<std::uint64_t>& workspace) {
   bucket_ends_.resizeDiscarding(buckets_);
   std::uint32_t position = 0;
   for (std::size_t bucket = 0; bucket < buckets_; ++bucket) {
@@ -200,16 +201,17 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads) {
     }
     bucket_ends_[bucket] = position;
   }
-  records_.resizeDiscarding(position);
-  scratch_.resizeDiscarding(position);
-  order_.resizeDiscarding(position);
+  count_ = position;
+  workspace.resizeDiscarding(2 * count_);
+  records_ = workspace.data();
+  scratch_ = records_ + count_;
   const int classes = size_classes_.count();
   runTeam(threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const next = positions_.data() + buckets_ * part;
       const Range range = partOf(boxes.size, part, threads);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        const std::uint32_t key = keys_[slot];
+        const std::uint32_t key = order_[slot];
         if (key == no_key) continue;
         std::uint32_t first_key = 0;
         for (int of = 1; of < classes && first_keys_[of] <= key; ++of) first_key = first_keys_[of];
@@ -225,7 +227,7 @@ template <class Real>
 void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits,
                                  std::size_t most, int threads, int round) {
   if (piece.begin == piece.end) return;
-  Cutter cutter = {boxesOf<Real>(boxes), records_.data(), scratch_.data()};
+  Cutter cutter = {boxesOf<Real>(boxes), records_, scratch_};
   const std::size_t count = piece.end - piece.begin;
   if (count <= most) {
     pieces_.push_back(piece);
@@ -235,8 +237,7 @@ void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int so
          {Piece{piece.begin, middle, piece.digits - 1}, Piece{middle, piece.end, piece.digits - 1}})
       planPieces(boxes, half, sorted_digits - 1, most, threads, round);
   } else if (piece.digits > 0) {
-    radixSort(records_.data() + piece.begin, scratch_.data() + piece.begin, count, 32, piece.digits,
-              threads);
+    radixSort(records_ + piece.begin, scratch_ + piece.begin, count, 32, piece.digits, threads);
     planPieces(boxes, piece, piece.digits, most, threads, round);
   } else {
     const int digits = round < most_rounds ? cutter.sortAnew(piece.begin, piece.end, threads) : 0;
@@ -252,7 +253,7 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
   if (piece_starts_.size() < pieces_.size()) piece_starts_.resize(pieces_.size());
   ChunkQueue queue(pieces_.size(), 1);
   runTeam(threads, [&](int, int) {
-    Cutter cutter = {boxesOf<Real>(boxes), records_.data(), scratch_.data()};
+    Cutter cutter = {boxesOf<Real>(boxes), records_, scratch_};
     Range range;
     while (queue.next(range)) {
       const Piece& piece = pieces_[range.begin];
@@ -266,16 +267,16 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
 }
 
 template <class Real>
-void CellOrder<Real>::build(const BoxSet& boxes, int threads) {
+void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
   size_classes_.choose(boxes, threads);
   assignKeys(boxes, threads);
-  dealIntoBuckets(boxes, threads);
+  dealIntoBuckets(boxes, threads, workspace);
 
   pieces_.clear();
   classes_.clear();
   std::vector<std::size_t> first_pieces;
-  const std::size_t most = std::max(
-      std::min(records_.size() / (pieces_a_thread * threads), most_piece_boxes), longest_halved);
+  const std::size_t most =
+      std::max(std::min(count_ / (pieces_a_thread * threads), most_piece_boxes), longest_halved);
   for (int i = 0; i < size_classes_.count(); ++i) {
     first_pieces.push_back(pieces_.size());
     const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;
@@ -299,14 +300,13 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads) {
     }
     classes_.push_back({first_cell, starts_.size()});
   }
-  starts_.push_back(static_cast<std::uint32_t>(records_.size()));
+  starts_.push_back(static_cast<std::uint32_t>(count_));
 }
 
 template <class Real>
 std::size_t CellOrder<Real>::bytes() const {
-  std::size_t bytes = keys_.bytes() + positions_.bytes() + bucket_ends_.bytes() + records_.bytes() +
-                      scratch_.bytes() + order_.bytes() + starts_.bytes() + size_classes_.bytes() +
-                      quantizers_.capacity() * sizeof(Quantizer<Real>) +
+  std::size_t bytes = positions_.bytes() + bucket_ends_.bytes() + order_.bytes() + starts_.bytes() +
+                      size_classes_.bytes() + quantizers_.capacity() * sizeof(Quantizer<Real>) +
                       pieces_.capacity() * sizeof(Piece);
   for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
   return bytes;

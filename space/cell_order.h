@@ -28,8 +28,9 @@ class CellOrder {
     std::size_t first_cell, last_cell;
   };
 
-  // Orders all boxes of `boxes` that are not NaN.
-  void build(const BoxSet& boxes, int threads);
+  // Orders all boxes of `boxes` that are not NaN. What `workspace` holds is lost; it is of no use
+  // here afterwards.
+  void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
   // Cell i holds the slots order()[starts()[i]] to order()[starts()[i + 1] - 1].
   const std::uint32_t* order() const { return order_.data(); }
@@ -51,7 +52,7 @@ class CellOrder {
   struct Cutter;
 
   void assignKeys(const BoxSet& boxes, int threads);
-  void dealIntoBuckets(const BoxSet& boxes, int threads);
+  void dealIntoBuckets(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
   void planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits, std::size_t most,
                   int threads, int round);
   void cutPieces(const BoxSet& boxes, int threads);
@@ -62,14 +63,15 @@ class CellOrder {
   std::vector<std::uint32_t> first_keys_;
   int bucket_shift_ = 0;
   std::size_t buckets_ = 0;
-  Buffer<std::uint32_t> keys_;       // by slot
   Buffer<std::uint32_t> positions_;  // of the buckets, for each part of the slots
   Buffer<std::uint32_t> bucket_ends_;
-  Buffer<std::uint64_t> records_, scratch_;  // key within its class, above slot
-  std::vector<Piece> pieces_;                // in order
+  std::uint64_t *records_ = nullptr, *scratch_ = nullptr;  // key within its class, above slot
+  std::size_t count_ = 0;                                  // of records
+  std::vector<Piece> pieces_;                              // in order
   std::vector<Buffer<std::uint32_t>> piece_starts_;
   std::vector<Class> classes_;
-  Buffer<std::uint32_t> order_, starts_;
+  Buffer<std::uint32_t> order_;  // until the boxes are dealt into buckets: the keys, by slot
+  Buffer<std::uint32_t> starts_;
 };
 
 }  // namespace ode_parallel_sap

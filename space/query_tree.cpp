@@ -44,7 +44,8 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   stray_boxes_.resizeDiscarding(0);
   stray_ids_.resizeDiscarding(0);
   free_strays_.resizeDiscarding(0);
-  order_.build(boxes, threads);
+  Buffer<std::uint64_t> workspace;
+  order_.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
   first_cells_.assign(1, 0);

@@ -30,8 +30,8 @@ class BufferSink : public PairSink {
     const std::size_t size = self.next - self.pairs_.data();
     self.pairs_.resize(size);
     constexpr std::size_t first_capacity = 4096;
-    const std::size_t doubled = self.pairs_.capacity() * 2;
-    self.pairs_.reserve(std::max(std::max(first_capacity, doubled), size + room));
+    const std::size_t larger = self.pairs_.capacity() / 2 * 3;
+    self.pairs_.reserve(std::max(std::max(first_capacity, larger), size + room));
     self.point(size);
   }
 

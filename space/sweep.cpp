@@ -43,7 +43,8 @@ void Sweep<Real>::planTasks(int threads) {
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
-  order_.build(boxes, threads);
+  if (found_.empty()) found_.resize(1);
+  order_.build(boxes, threads, found_[0]);  // where pairs will be
   const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
   if (trees_.size() < classes.size()) trees_.resize(classes.size());
   for (std::size_t i = 0; i < classes.size(); ++i)
