@@ -93,7 +93,8 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
     if (a < b) {
       REQUIRE(device::ordered(a) < device::ordered(b));
       REQUIRE(device::stepNumber(a) < device::stepNumber(b));
-      REQUIRE((device::stepNumber(b) - device::stepNumber(a) == 1) == (std::nextafter(a, b) == b));
+      const std::int64_t steps = std::int64_t{device::stepNumber(b)} - device::stepNumber(a);
+      REQUIRE((steps == 1) == (std::nextafter(a, b) == b));
     }
     if (a == b) REQUIRE(device::stepNumber(a) == device::stepNumber(b));
   }
