@@ -104,7 +104,7 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   noteSilent();
   const bool kept = findChanges(pairs, clock);
   if (!kept) findAll(pairs, clock);
-  selectPairs(pairs, kept && stats_.moved == 0 && pair_keeper_.nothingChanged());
+  selectPairs(pairs, kept && pair_keeper_.nothingChanged());
   stats_.filter_ms += clock.lap();
   stats_.pairs = pairs.size();
   return true;

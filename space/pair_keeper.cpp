@@ -75,6 +75,7 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
   const std::size_t changes = changed_.count();
+  nothing_changed_ = changes == 0;
   if (!some_may_stay && tooMany(changes, slots)) return false;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.

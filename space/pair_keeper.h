@@ -55,8 +55,8 @@ class PairKeeper {
   int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
            const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
            PairList& pairs);
-  // Whether the last find() had nothing to do.
-  bool nothingChanged() const { return changes_ == 0; }
+  // Whether no geom changed before the last find(), not even within its loose box.
+  bool nothingChanged() const { return nothing_changed_; }
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
@@ -82,8 +82,9 @@ class PairKeeper {
   Incremental<double> wide_incremental_;
   PairList found_;
   KeptPairs kept_pairs_;
-  int threads_ = 1;          // of the last update()
-  std::size_t changes_ = 0;  // likewise: the slots in changed_
+  int threads_ = 1;               // of the last update()
+  std::size_t changes_ = 0;       // likewise: the slots in changed_
+  bool nothing_changed_ = false;  // likewise
   std::size_t moved_in_vain_ = 0;
   std::size_t candidates_ = 0, kept_ = 0;
 };
