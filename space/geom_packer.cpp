@@ -226,6 +226,8 @@ bool GeomPacker::stays(const dxGeom* geom, Slot slot, SlotState state, const Box
   if (!geom || state & no_box_state || changedUnnoticed(geom, slot, state, boxes)) return false;
   // The slot may have another geom now.
   if ((state & kind_states) != kindOf(geom, isResting(geom, rules))) return false;
+  // A culled plane's box is nowhere; one that stays would be another geom's.
+  if (rules.cull_planes && geom->type == dPlaneClass) return false;
   if (boxes.loose) return staysWithin(geom, slot, state, boxes, part);
   const dReal most = 2 * margin_share * rules.tolerance;
   if (!(boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)

@@ -295,3 +295,28 @@ TEST_CASE("Culled planes and pairs at rest are exact while boxes are loose", "[l
   }
   CHECK(kept > 0);
 }
+
+TEST_CASE("A culled plane in the slot of a geom as large is no geom as large", "[loose]") {
+  for (const double tolerance : {0.0, 0.05}) {
+    Space space;
+    World world(space);
+    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+    dParallelSAPSpaceSetCullPlanes(space, 1);
+    dParallelSAPSpaceSetTolerance(space, tolerance);
+    world.addBoxes(denseCube(1500, 87));
+    const auto pairsOfLast = [&](dGeomID last) {
+      setNumber(last, 1500);
+      world.jitter(0.001, 1);
+      const Pairs pairs = collide(space);
+      return std::count_if(pairs.begin(), pairs.end(),
+                           [](const Pair& pair) { return pair.second == 1500; });
+    };
+    dGeomID last = dCreateSphere(space, std::numeric_limits<dReal>::infinity());
+    for (int frame = 0; frame < 6; ++frame) CHECK(pairsOfLast(last) == 1500);
+    dGeomDestroy(last);
+    last = dCreatePlane(space, 0.6, 0, 0.8, -100);
+    for (int frame = 0; frame < 3; ++frame) CHECK(pairsOfLast(last) == 0);
+    CHECK(statsOf(space).kept > 0);
+    dGeomDestroy(last);
+  }
+}
