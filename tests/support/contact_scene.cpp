@@ -270,7 +270,11 @@ const char* nameOf(Kind kind) {
 ContactScene::ContactScene(dSpaceID space) : space_(space), world_(dWorldCreate()) {}
 
 ContactScene::~ContactScene() {
-  for (const dGeomID geom : geoms_) dGeomDestroy(geom);
+  for (const dGeomID geom : geoms_) {
+    // What temporal coherence holds is freed only where ODE is told to.
+    if (dGeomGetClass(geom) == dTriMeshClass) dGeomTriMeshClearTCCache(geom);
+    dGeomDestroy(geom);
+  }
   dWorldDestroy(world_);
 }
 
