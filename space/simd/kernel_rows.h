@@ -105,12 +105,10 @@ inline RowIds idsOf(const TreeView<Real>& tree, std::size_t cell) {
   return {tree.ids[cell].slot, filter.category, filter.collide, filter.body};
 }
 
-// Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
+// Pairs of box `lane` of `query` with the `hits` of sixteen boxes.
 template <class Real>
-inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask,
-                          const Row<Real>& row, const RowIds& ids, PairSink& sink) {
-  unsigned hits = row.overlapping(*query.boxes, lane) & mask;
-  if (!hits) return;
+inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits, const Row<Real>& row,
+                      const RowIds& ids, PairSink& sink) {
   if (query.filter) {
     hits &= passesFilter(*query.filter, lane, ids.category, ids.collide, ids.body);
     if (!hits) return;
@@ -120,6 +118,14 @@ inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask
   if (sizeof(Real) > sizeof(float) || query.exact) return;
   const unsigned unsure = hits & ~row.overlapping(query.inner, lane);
   if (unsure) markUnsure(first, hits, unsure);
+}
+
+// Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
+template <class Real>
+inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask,
+                          const Row<Real>& row, const RowIds& ids, PairSink& sink) {
+  const unsigned hits = row.overlapping(*query.boxes, lane) & mask;
+  if (hits) writeHits(query, lane, hits, row, ids, sink);
 }
 
 inline void makeRoom(PairSink& sink, std::size_t room) {

@@ -32,9 +32,50 @@ void reachPairs(const TreeView<Real>& queries, const TreeView<Real>& tree, std::
   }
 }
 
+// Pairs of box `lane` of the query with the boxes at places [begin, end).
+template <class Real>
+inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
+                          std::size_t begin, std::size_t end, PairSink& sink) {
+  for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
+    const std::size_t base = cell * group_size;
+    unsigned mask = all_lanes;
+    if (base < begin) mask = mask << (begin - base) & all_lanes;
+    if (end - base < group_size) mask &= (1u << (end - base)) - 1;
+    boxAgainstRow(query, lane, mask, rowOf(cells.levels[0][cell]), idsOf(cells, cell), sink);
+  }
+}
+
+// The same where there are more: a processor cannot foretell which cells have hits, so many of them
+// are met before any are written, and it is wrong once a row instead of once a hit.
+template <class Real>
+inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
+                           std::size_t begin, std::size_t end, PairSink& sink) {
+  constexpr std::size_t most_cells = 32;
+  unsigned masks[most_cells];
+  const std::size_t last = (end + group_size - 1) / group_size;
+  for (std::size_t first = begin / group_size, count; first < last; first += count) {
+    count = last - first < most_cells ? last - first : most_cells;
+    const Group<Real>* const boxes = cells.levels[0] + first;
+    unsigned mask = overlaps(*query.boxes, lane, boxes[0]);
+    if (first * group_size < begin) mask = mask >> begin % group_size << begin % group_size;
+    masks[0] = mask;
+    std::uint32_t hit = mask != 0;  // cells, by bits
+    for (std::size_t i = 1; i < count; ++i) {
+      masks[i] = mask = overlaps(*query.boxes, lane, boxes[i]);
+      hit |= std::uint32_t{mask != 0} << i;
+    }
+    if (end < (first + count) * group_size) masks[count - 1] &= (1u << end % group_size) - 1;
+    for (; hit; hit &= hit - 1) {
+      const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
+      writeHits(query, lane, masks[i], rowOf(boxes[i]), idsOf(cells, first + i), sink);
+    }
+  }
+}
+
 template <class Real>
 void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                    PairSink& sink) {
+  constexpr std::size_t few = 12 * group_size;  // boxes; pair-benchmark, study small
   for (std::size_t row = part.first_row; row <= part.last_row;) {
     const std::size_t query_cell = row / group_size;
     const Query<Real> query(cells, query_cell, exact);
@@ -42,14 +83,10 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
       const std::size_t begin = row == part.first_row ? part.first_column : row + 1;
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
       makeRoom(sink, end > begin ? end - begin + group_size : 0);
-      for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
-        const std::size_t base = cell * group_size;
-        unsigned mask = all_lanes;
-        if (base < begin) mask = mask << (begin - base) & all_lanes;
-        if (end - base < group_size) mask &= (1u << (end - base)) - 1;
-        boxAgainstRow(query, row % group_size, mask, rowOf(cells.levels[0][cell]),
-                      idsOf(cells, cell), sink);
-      }
+      if (part.places <= few)
+        rowAgainstFew(query, row % group_size, cells, begin, end, sink);
+      else
+        rowAgainstMany(query, row % group_size, cells, begin, end, sink);
     }
   }
 }
