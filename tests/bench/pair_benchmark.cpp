@@ -17,14 +17,17 @@
 #include "options.h"
 #include "pair_check.h"
 #include "peer.h"
+#include "random.h"
 #include "stopwatch.h"
 
 namespace bench {
 namespace {
 
 constexpr int frames_before_check = 3;
-constexpr int least_samples = 3;     // of a turn, if that takes no more than a second
-constexpr int frames_in_store = 32;  // of a batch: one period of the swinging scenes
+constexpr int least_samples = 3;  // of a turn, if that takes no more than a second
+// Of batches, no two alike: a few that came again and again would teach a processor by heart which
+// boxes of a small scene overlap.
+constexpr int frames_in_store = 512;
 
 // One scene at one size with one number of threads: what its cells share.
 struct Stage {
@@ -87,7 +90,10 @@ class Turn {
     if (!refusal.empty()) throw std::runtime_error(refusal);
     peer_ = cell.kind.create(cell.stage.threads);
     peer_->create(scene_->boxes());
-    if (options().batch > 0) measureMoving();
+    if (options().batch > 0) {
+      storeFrames();
+      measureMoving();
+    }
     trimHeap();
     resetPeak();
     resident_before_ = residentBytes();
@@ -95,7 +101,6 @@ class Turn {
     for (int i = 0; i < frames_before_check; ++i) findNext();
     rememberMemory();
     if (cell.turns_done == 0) check();
-    if (options().batch > 0) storeFrames();
   }
 
   // Milliseconds of one find.
@@ -111,7 +116,7 @@ class Turn {
     const int count = options().batch;
     const Stopwatch clock;
     for (int i = 0; i < count; ++i) {
-      if (!options().still) peer_->move(frames_[static_cast<std::size_t>(i) % frames_.size()]);
+      moveToStored();
       benchmark::DoNotOptimize(pairs_ = peer_->find());
     }
     return clock.milliseconds() / count;
@@ -154,11 +159,23 @@ class Turn {
     peer_->move(scene_->boxes());
   }
 
+  // Boxes tremble as well, by up to a twentieth of their width.
   void storeFrames() {
+    if (options().still) return;
+    sap_test::Random random(options().seed);
     for (int i = 0; i < frames_in_store; ++i) {
       scene_->advance();
       frames_.push_back(scene_->boxes());
+      for (CentredBox& box : frames_.back())
+        for (int axis = 0; axis < 3; ++axis)
+          box.centre[axis] += box.half[axis] * static_cast<dReal>(random.between(-0.1, 0.1));
     }
+  }
+
+  void moveToStored() {
+    if (options().still) return;
+    peer_->move(frames_[next_frame_]);
+    next_frame_ = (next_frame_ + 1) % frames_.size();
   }
 
   // The same calls while the user's objects are in no structure yet.
@@ -170,7 +187,7 @@ class Turn {
     std::vector<double> times;
     for (int round = 0; round < 20; ++round) {
       const Stopwatch clock;
-      for (int i = 0; i < options().batch; ++i) peer_->move(scene_->boxes());
+      for (int i = 0; i < options().batch; ++i) moveToStored();
       times.push_back(clock.milliseconds() / options().batch);
     }
     cell_.move_ms = median(times);
@@ -199,6 +216,7 @@ class Turn {
   std::unique_ptr<MovingScene> scene_;
   std::unique_ptr<Peer> peer_;
   std::vector<Boxes> frames_;
+  std::size_t next_frame_ = 0;
   std::size_t resident_before_ = 0;
   std::size_t pairs_ = 0;
   int samples_ = 0;
