@@ -4,6 +4,7 @@
 #define ODE_PARALLEL_SAP_LOOSE_BOXES_H
 
 #include <algorithm>
+#include <limits>
 
 #include "box_set.h"
 
@@ -25,7 +26,8 @@ struct BoxMotion {
   bool fast() const { return greatest > most_room / least_frames; }
 };
 
-inline void extentsOf(const Box& box, float* extents) {
+// Returns the longest one.
+inline float extentsOf(const Box& box, float* extents) {
   float longest = 0;
   for (int axis = 0; axis < 3; ++axis) {
     extents[axis] = box.upper[axis] - box.lower[axis];
@@ -33,6 +35,7 @@ inline void extentsOf(const Box& box, float* extents) {
   }
   for (int axis = 0; axis < 3; ++axis)
     extents[axis] = std::max(extents[axis], longest * least_extent);
+  return longest;
 }
 
 inline BoxMotion motionOf(const Box& before, const Box& now) {
@@ -48,9 +51,10 @@ inline BoxMotion motionOf(const Box& before, const Box& now) {
 }
 
 // The loose box of a bounded one. Contains it, whatever is rounded: what is added is not negative.
+// A box that floats have no extents for gets no room, which would be all there is.
 inline Box loosened(const Box& before, const Box& now) {
   float extents[3];
-  extentsOf(now, extents);
+  if (extentsOf(now, extents) > std::numeric_limits<float>::max()) return now;
   Box loose;
   for (int axis = 0; axis < 3; ++axis) {
     const float least = least_room * extents[axis], most = most_room * extents[axis];
