@@ -67,21 +67,28 @@ Box floatsOf(const BasicBox<double>& box) {
 
 }  // namespace
 
-std::size_t CoarseCrowds::pairs(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most) {
-  int bits = 2;
-  while (std::size_t{1} << bits < cells_a_box * coarse.size()) ++bits;
-  counts_.resizeDiscarding(std::size_t{1} << bits);
+std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most) {
+  counted_ = false;
+  bits_ = 2;
+  while (std::size_t{1} << bits_ < cells_a_box * coarse.size()) ++bits_;
+  counts_.resizeDiscarding(std::size_t{1} << bits_);
   std::fill(counts_.begin(), counts_.end(), 0);
-  std::size_t pairs = 0;
-  for (std::size_t i = 0; i < coarse.size() && pairs <= most; ++i) {
-    const Slot slot = coarse[i];
+  pairs_ = 0;
+  counted_ = true;
+  return countMoved(boxes, coarse, most);
+}
+
+std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
+                                     std::size_t most) {
+  for (std::size_t i = 0; i < moved.size() && pairs_ <= most; ++i) {
+    const Slot slot = moved[i];
     const std::uint64_t cell =
         cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
-    std::uint16_t& count = counts_[cell >> (64 - bits)];
-    pairs += count;
+    std::uint16_t& count = counts_[cell >> (64 - bits_)];
+    pairs_ += count;
     count += count < most_counted;
   }
-  return pairs;
+  return pairs_;
 }
 
 }  // namespace ode_parallel_sap

@@ -16,12 +16,20 @@ namespace ode_parallel_sap {
 class CoarseCrowds {
  public:
   // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
-  // vain. Stops counting beyond `most`. Needs
-  // exactMode().
-  std::size_t pairs(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most);
+  // vain. Stops counting beyond `most`. Needs exactMode().
+  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most);
+  // The same after some have moved, as if they were still where they were, too: never too few, at a
+  // cost in proportion to these.
+  std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most);
+  // Whether all others are in the last count.
+  bool counted() const { return counted_; }
+  void forget() { counted_ = false; }
   std::size_t bytes() const { return counts_.bytes(); }
 
  private:
+  bool counted_ = false;
+  int bits_ = 0;                  // of a hash
+  std::size_t pairs_ = 0;         // so far
   Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller
 };
 

@@ -176,7 +176,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(boxes);
+    const bool wide = needsDoubles(boxes, nullptr);
     if (wide == boxes.wide || repeated) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
@@ -185,17 +185,29 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
 }
 
 // Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
-// exact tests, and floats again when those would be far fewer.
-bool GeomUpdate::needsDoubles(const BoxSet& boxes) {
+// exact tests, and floats again when those would be far fewer. `changed`: the slots that were
+// packed since this was asked, or null for all.
+bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed) {
   const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
   const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
-  if (coarse * coarse / 2 <= most) return false;
+  if (coarse * coarse / 2 <= most) {
+    coarse_crowds_.forget();
+    return false;
+  }
+  if (changed && boxes.wide) return true;  // until all are packed
   coarse_.resizeDiscarding(0);
-  for (std::size_t slot = 0; slot < boxes.size; ++slot)
-    if (states_[slot] & coarse_state) coarse_.push_back(static_cast<Slot>(slot));
+  const auto list = [this](Slot slot) {
+    if (states_[slot] & coarse_state) coarse_.push_back(slot);
+  };
   const ScopedMode exact(exactMode());
-  return coarse_crowds_.pairs(boxes, coarse_, most) > most;
+  if (changed && coarse_crowds_.counted()) {
+    for (const Slot slot : *changed) list(slot);
+    if (coarse_crowds_.countMoved(boxes, coarse_, most) <= most) return false;
+    coarse_.resizeDiscarding(0);
+  }
+  for (std::size_t slot = 0; slot < boxes.size; ++slot) list(static_cast<Slot>(slot));
+  return coarse_crowds_.count(boxes, coarse_, most) > most;
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -373,7 +385,7 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, BoxSet& boxes) {
   boxes.exact = facts_.exact_boxes || boxes.loose;
   return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
          (boxes.filter_bodies || !packed.filter_bodies) &&
-         (slots_.size() == 0 || needsDoubles(boxes) == boxes.wide);
+         (slots_.size() == 0 || needsDoubles(boxes, &slots_) == boxes.wide);
 }
 
 std::size_t GeomUpdate::bytes() const {

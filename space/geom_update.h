@@ -50,7 +50,7 @@ class GeomUpdate {
   template <class SlotOf, class Use>
   int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(const BoxSet& boxes);
+  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);

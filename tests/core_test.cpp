@@ -192,7 +192,7 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
   CoarseCrowds crowds;
   const auto pairs = [&](bool wide, std::size_t most) {
     boxes.wide = wide;
-    return crowds.pairs(boxes, coarse, most);
+    return crowds.count(boxes, coarse, most);
   };
   const auto place = [&](double distance, double spread) {
     for (std::size_t i = 0; i < count; ++i)
@@ -207,8 +207,18 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
   for (const bool wide : {false, true}) {
     CAPTURE(wide);
     place(1e9, 1e8);
-    CHECK(pairs(wide, count) < count / 10);
+    const std::size_t few = pairs(wide, count);
+    CHECK(few < count / 10);
+    // What moves is counted where it is now, and goes on counting where it was.
+    Buffer<Slot> moved;
+    for (Slot slot = 0; slot < 100; ++slot) moved.push_back(slot * 7);
+    const auto counted = [&] { return crowds.countMoved(boxes, moved, count * count); };
+    CHECK(crowds.counted());
+    CHECK(counted() >= few + 100);
     place(1e9, 10);
+    CHECK(counted() > few + 100 + 100 * 99 / 40);
+    crowds.forget();
+    CHECK_FALSE(crowds.counted());
     CHECK(pairs(wide, count) > count);
     CHECK(pairs(wide, count * count) > count * count / 20);
     // The largest of all, and the smallest.
