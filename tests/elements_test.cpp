@@ -168,6 +168,7 @@ struct CurvedBoxes {
   std::vector<device::Record> boxes;
   device::Curve curve;
   float low[3], high[3];  // of the centres
+  double sum[3] = {};     // of the extents
 
   CurvedBoxes(std::size_t count, const double (&range)[3], const double (&size)[3], int digits,
               Random& random) {
@@ -193,10 +194,25 @@ struct CurvedBoxes {
       boxes.push_back(recordOf(box));
     }
     curve.choose(least, greatest, extent, digits);
+    std::copy(extent, extent + 3, sum);
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = device::unordered(least[axis]);
       high[axis] = device::unordered(greatest[axis]);
     }
+  }
+  // No step of the curve's that could have been longer is shorter than half another one, in terms
+  // of the boxes' mean extents there.
+  bool alikeSteps() const {
+    double step[3], longest = 0;
+    const double greatest = std::max({sum[0], sum[1], sum[2]});
+    for (int axis = 0; axis < 3; ++axis) {
+      step[axis] = std::ldexp(static_cast<double>(high[axis]) - low[axis], -curve.bits[axis]) /
+                   std::max(sum[axis], greatest / 1024);
+      longest = std::max(longest, step[axis]);
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      if (curve.bits[axis] > 0 && step[axis] < 0.499 * longest) return false;
+    return true;
   }
   static float centre(const device::Record& box, int axis) {
     return axis == 0   ? device::centreOf(box.low.x, box.high.x)
@@ -221,6 +237,7 @@ TEST_CASE("A place on the curve is a block of space, smaller with each digit", "
         INFO("range " << range[0] << " " << range[1] << " " << range[2] << ", thin " << thin << ", "
                       << digits << " digits");
         REQUIRE(scene.curve.bits[0] + scene.curve.bits[1] + scene.curve.bits[2] == digits);
+        REQUIRE(scene.alikeSteps());
         std::vector<std::uint32_t> keys;
         for (const device::Record& box : scene.boxes)
           keys.push_back(scene.curve.keyOf(box, digits));
@@ -306,6 +323,20 @@ void checkCuts(std::vector<Key> keys) {
 }
 
 }  // namespace
+
+TEST_CASE("More boxes with one key than a search can bear are a crowd", "[elements]") {
+  for (const std::size_t before : {0, 1, 700})
+    for (const std::size_t count : {1, 33, 1024, 1025, 5000}) {
+      std::vector<std::uint32_t> keys(before, 6);
+      keys.insert(keys.end(), count, 7);
+      keys.push_back(8);
+      int crowds = 0;
+      for (std::size_t i = 0; i < keys.size(); ++i)
+        crowds += device::cellCutAt(keys.data(), keys.size(), i).crowd;
+      INFO(count << " boxes behind " << before);
+      CHECK(crowds == (count > device::crowd_size ? 1 : 0));
+    }
+}
 
 TEST_CASE("Cells are whole blocks of space, of 32 boxes at most", "[elements]") {
   Random random(sap_test::seedOr(97));

@@ -300,14 +300,18 @@ TEST_CASE("Slices have the pairs wanted, and no block more", "[shares]") {
   sap_test::Random random(sap_test::seedOr(14));
   for (int round = 0; round < 200; ++round) {
     const std::size_t blocks = 1 + random.below(300);
-    const std::size_t most = random.chance(0.5) ? 3000 : 100000;
+    // Any number in a block, or a divisor of what is wanted.
+    const std::size_t most = random.chance(0.5) ? 3000 : 100000, even = wanted >> random.below(6);
     const double empty = random.unit();
+    const bool all_even = random.chance(0.3);
     std::vector<std::vector<unsigned long long>> begins(1 + random.below(4));
     std::vector<ShareLists> shares;
     for (auto& own : begins) {
       own.push_back(0);
       for (std::size_t block = 0; block < blocks; ++block)
-        own.push_back(own.back() + (random.chance(empty) ? 0 : random.below(most)));
+        own.push_back(own.back() + (random.chance(empty) ? 0
+                                    : all_even           ? even
+                                                         : random.below(most)));
       shares.push_back({nullptr, own.data(), nullptr});
     }
     const auto before = [&](std::size_t block) {
