@@ -12,6 +12,8 @@ namespace {
 
 // Up to this number of slots a scene is collided pair by pair on the spot.
 constexpr std::size_t smallest_scene = 40;
+// And up to this number without vectors.
+constexpr unsigned most_without_vectors = 24;
 // Up to this number of slots testing all pairs is faster than ordering boxes.
 constexpr std::size_t brute_force_scene = 700;
 // Threads are worth their start from this many slots on, and each of them from this many.
@@ -247,6 +249,37 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
   return false;
 }
 
+namespace {
+
+// Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
+// the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
+// time.
+template <class Use>
+__attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned count, Use use) {
+  constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
+  constexpr std::size_t most_pairs = smallest_scene * (smallest_scene - 1) / 2;
+  Group<dReal> boxes[cells];
+  GroupIds ids[cells];
+  for (unsigned i = 0; i < count; ++i) {
+    const unsigned lane = i % group_size;
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes[i / group_size].lower[axis][lane] = geoms[i]->aabb[2 * axis];
+      boxes[i / group_size].upper[axis][lane] = geoms[i]->aabb[2 * axis + 1];
+    }
+    ids[i / group_size].slot[lane] = i;
+  }
+  TreeView<dReal> view = {};
+  view.levels[0] = boxes;
+  view.ids = ids;
+  view.depth = 1;
+  Pair pairs[most_pairs + smallest_scene + 2 * group_size];
+  PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
+  kernels<dReal>().trianglePairs(view, {count, 0, 1, count - 2, count}, true, sink);
+  for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+}
+
+}  // namespace
+
 // A scene so small that it needs no boxes, and what was found in it.
 struct ParallelSAPSpace::SmallScene {
   // Places in `active`; read as they are written, in one word.
@@ -302,13 +335,20 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
       }
       scene.active[scene.actives++] = geom;
     }
-    for (unsigned i = 0; i < scene.actives; ++i)
-      for (unsigned j = i + 1; j < scene.actives; ++j) {
+    if (scene.actives > most_without_vectors)
+      forOverlapping(scene.active, scene.actives, [&](unsigned i, unsigned j) {
         dxGeom *const a = scene.active[i], *const b = scene.active[j];
-        if (boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b) &&
-            !isLeftOut(a, b, settings.rules))
+        if (filtersMatch(a, b) && !isCulled(a, b) && !isLeftOut(a, b, settings.rules))
           scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
-      }
+      });
+    else
+      for (unsigned i = 0; i < scene.actives; ++i)
+        for (unsigned j = i + 1; j < scene.actives; ++j) {
+          dxGeom *const a = scene.active[i], *const b = scene.active[j];
+          if (boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b) &&
+              !isLeftOut(a, b, settings.rules))
+            scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+        }
   }
   for (dxGeom* geom = first; scene.invalid && geom; geom = geom->next)
     if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
