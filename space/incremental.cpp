@@ -30,6 +30,8 @@ void Incremental<Real>::start(Sweep<Real>& base, std::size_t base_slots, const B
 // All active boxes are in the base.
 template <class Real>
 void Incremental<Real>::startBase(const BoxSet& boxes) {
+  // No level may be left behind empty where there is no memory.
+  spare_levels_.reserve(spare_levels_.size() + levels_.size());
   for (std::unique_ptr<Level>& level : levels_) spare_levels_.push_back(std::move(level));
   levels_.clear();
   homes_.resize(std::max(homes_.size(), boxes.size));
