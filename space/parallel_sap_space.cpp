@@ -228,8 +228,14 @@ void ParallelSAPSpace::collide2WithoutMemory(void* data, dxGeom* geom, dNearCall
   }
 }
 
+// Where there is no memory to note that it was, rather once more than not at all.
 void ParallelSAPSpace::reportInvalid(const dxGeom* geom) {
-  if (reported_invalid_.insert(geom).second)
+  bool first = true;
+  try {
+    first = reported_invalid_.insert(geom).second;
+  } catch (const std::bad_alloc&) {
+  }
+  if (first)
     dMessage(0, "parallel SAP space: geom %p has a NaN in its AABB and is left out of all pairs",
              static_cast<const void*>(geom));
 }
