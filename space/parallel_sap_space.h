@@ -1,5 +1,5 @@
-// The dSpace itself: ODE's side of it (parallel_sap_space.cpp) and the pipeline (collide.cpp). Sees
-// ODE's private headers.
+// The dSpace itself: ODE's side of it (parallel_sap_space.cpp), the pipeline (collide.cpp) and the
+// smallest scenes (small_scene.cpp). Sees ODE's private headers.
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_IMPL_H
 

@@ -1,0 +1,156 @@
+// dSpaceCollide of the smallest scenes: all stages in one pass.
+#include <algorithm>
+
+#include "geom_tests.h"
+#include "parallel_sap_space.h"
+#include "space_scopes.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Up to this number of slots a scene is collided pair by pair on the spot.
+constexpr std::size_t smallest_scene = 40;
+// And up to this number without vectors.
+constexpr unsigned most_without_vectors = 24;
+
+// Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
+// the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
+// time.
+template <class Use>
+__attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned count, Use use) {
+  constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
+  constexpr std::size_t most_pairs = smallest_scene * (smallest_scene - 1) / 2;
+  Group<dReal> boxes[cells];
+  GroupIds ids[cells];
+  for (unsigned i = 0; i < count; ++i) {
+    const unsigned lane = i % group_size;
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes[i / group_size].lower[axis][lane] = geoms[i]->aabb[2 * axis];
+      boxes[i / group_size].upper[axis][lane] = geoms[i]->aabb[2 * axis + 1];
+    }
+    ids[i / group_size].slot[lane] = i;
+  }
+  TreeView<dReal> view = {};
+  view.levels[0] = boxes;
+  view.ids = ids;
+  view.depth = 1;
+  Pair pairs[most_pairs + smallest_scene + 2 * group_size];
+  PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
+  kernels<dReal>().trianglePairs(view, {count, 0, 1, count - 2, count}, true, sink);
+  for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+}
+
+}  // namespace
+
+// Reading the clock takes longer than colliding a few geoms.
+bool ParallelSAPSpace::timesSmallest() {
+  constexpr unsigned interval = 16;  // frames
+  return settings.print_stats || (timed_ && smallest_frames_++ % interval == 0);
+}
+
+bool ParallelSAPSpace::isSmallest() const {
+  return geoms_.size() <= smallest_scene && settings.method != dParallelSAPMethodSweep &&
+         settings.method != dParallelSAPMethodAxisLists &&
+         settings.backend != dParallelSAPBackendCUDA;
+}
+
+// A scene so small that it needs no boxes, and what was found in it.
+struct ParallelSAPSpace::SmallScene {
+  // Places in `active`; read as they are written, in one word.
+  struct Couple {
+    std::uint16_t places;
+    unsigned earlier() const { return places >> 8; }
+    unsigned later() const { return places & 0xff; }
+  };
+  dxGeom* active[smallest_scene];
+  Couple couples[smallest_scene * (smallest_scene - 1) / 2];
+  unsigned actives = 0, invalid = 0, unbounded = 0;
+  std::size_t moved = 0, candidates = 0, pairs = 0;
+};
+
+// The same promises without boxes, lists or clocks: for so few geoms those would take most of the
+// time.
+void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
+  const bool timed = timesSmallest();
+  const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  pair_keeper_.stop();
+  SmallScene scene;
+  scene.moved = cleanOneByOne();
+  needs_clean_ = false;
+  findSmallest(scene);
+
+  const unsigned long long frame = stats_.frames;
+  noteSmallest(scene);
+  const Clock::time_point found = timed ? Clock::now() : begin;
+  for (std::size_t i = 0; i < scene.pairs; ++i) {
+    const SmallScene::Couple couple = scene.couples[i];
+    callback(data, scene.active[couple.earlier()], scene.active[couple.later()]);
+  }
+  if (stats_.frames != frame) noteSmallest(scene);  // a collide within the callback wrote its own
+  if (timed) {
+    const Clock::time_point end = Clock::now();
+    stats_.extract_ms = milliseconds(begin, found);
+    stats_.report_ms = milliseconds(found, end);
+    stats_.total_ms = milliseconds(begin, end);
+  }
+}
+
+void ParallelSAPSpace::findSmallest(SmallScene& scene) {
+  {
+    const ScopedMode mode(exactMode());
+    for (dxGeom* geom = first; geom; geom = geom->next) {
+      if (!isEnabled(geom)) continue;
+      if (!isPlain(geom)) {
+        if (hasNaN(geom)) {
+          ++scene.invalid;
+          continue;
+        }
+        scene.unbounded += isUnbounded(geom);
+      }
+      scene.active[scene.actives++] = geom;
+    }
+    if (scene.actives > most_without_vectors)
+      forOverlapping(scene.active, scene.actives, [&](unsigned i, unsigned j) {
+        dxGeom *const a = scene.active[i], *const b = scene.active[j];
+        if (filtersMatch(a, b) && !isCulled(a, b) && !isLeftOut(a, b, settings.rules))
+          scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+      });
+    else
+      for (unsigned i = 0; i < scene.actives; ++i)
+        for (unsigned j = i + 1; j < scene.actives; ++j) {
+          dxGeom *const a = scene.active[i], *const b = scene.active[j];
+          if (boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b) &&
+              !isLeftOut(a, b, settings.rules))
+            scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+        }
+  }
+  for (dxGeom* geom = first; scene.invalid && geom; geom = geom->next)
+    if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
+  for (std::size_t i = 0; i < scene.candidates; ++i) {
+    const SmallScene::Couple couple = scene.couples[i];
+    if (passesAABBTests(scene.active[couple.earlier()], scene.active[couple.later()]))
+      scene.couples[scene.pairs++] = couple;
+  }
+}
+
+void ParallelSAPSpace::noteSmallest(const SmallScene& scene) {
+  if (!stats_of_smallest_) {
+    const unsigned long long frames = stats_.frames;
+    stats_ = {};
+    stats_.frames = frames;
+    stats_.backend = dParallelSAPBackendCPU;
+    stats_.method = dParallelSAPMethodBruteForce;
+    stats_.threads = 1;
+    stats_of_smallest_ = true;
+  }
+  stats_.geoms = count;
+  stats_.moved = scene.moved;
+  stats_.disabled = count - scene.actives - scene.invalid;
+  stats_.invalid = scene.invalid;
+  stats_.unbounded = scene.unbounded;
+  stats_.candidates = scene.candidates;
+  stats_.pairs = scene.pairs;
+}
+
+}  // namespace ode_parallel_sap
