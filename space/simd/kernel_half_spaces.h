@@ -44,7 +44,9 @@ inline HalfSpaceHits meetHalfSpace(const SizedGroup<Real>& group, const HalfSpac
     depth[lane] = plane.normal[0] * corner[0][lane] + plane.normal[1] * corner[1][lane] +
                   plane.normal[2] * corner[2][lane];
   HalfSpaceHits hits = {0, 0, all_lanes, 0};
-  const double margin = plane.rounding * size;
+  // Near zero rounding has a least step, and what is on the plane is not clear of it.
+  constexpr double least_margin = 4 * (sizeof(Real) > sizeof(float) ? __DBL_MIN__ : __FLT_MIN__);
+  const double margin = plane.rounding * size + least_margin;
   if (!(size + margin < (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 4))
     return hits;
   hits.maybe &= ~Lanes::atLeast(depth, static_cast<Real>(plane.distance + margin));
