@@ -16,6 +16,9 @@ constexpr int least_quiet_frames = 2;
 // Where a tolerance or loose boxes turned out not to help, they are tried again after more and more
 // frames.
 constexpr int longest_interval = 16;
+// Likewise where loose boxes made too many pairs, as in stacks of thin sheets: one such frame may
+// cost as much as dozens without.
+constexpr int longest_interval_for_loose_pairs = 1024;
 // What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
 // so many a pair.
 constexpr std::size_t loose_pairs_a_slot = 24, loose_pairs_a_pair = 3;
@@ -37,8 +40,8 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
 }
 
-void PairKeeper::pause() {
-  interval_ = std::min(2 * interval_, longest_interval);
+void PairKeeper::pause(int factor, int longest) {
+  interval_ = std::min(factor * interval_, longest);
   in_vain_ = interval_;
 }
 
@@ -55,7 +58,7 @@ bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slot
 
 void PairKeeper::judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots) {
   if (loose_pairs <= loose_pairs_a_slot * slots + loose_pairs_a_pair * pairs) return;
-  pause();
+  pause(8, longest_interval_for_loose_pairs);
   stop();
 }
 
@@ -92,7 +95,7 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   }
   moved_in_vain_ = geom_update.facts().moved;
   // Loose boxes that are used up are made anew at once.
-  if (!boxes.loose || !has_helped_) pause();
+  if (!boxes.loose || !has_helped_) pause(2, longest_interval);
   return false;
 }
 

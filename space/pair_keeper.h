@@ -65,7 +65,7 @@ class PairKeeper {
  private:
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
-  void pause();
+  void pause(int factor, int longest);
   template <class Real>
   int findChanged(Incremental<Real>& incremental, Sweep<Real>& base, const GeomUpdate& geom_update,
                   const BoxSet& boxes, int threads);
