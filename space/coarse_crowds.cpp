@@ -1,9 +1,11 @@
 #include "coarse_crowds.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 
+#include "parallel.h"
 #include "round_outward.h"
 
 namespace ode_parallel_sap {
@@ -12,7 +14,8 @@ namespace {
 
 // So that boxes all far from each other seem to make a pair for sixteen boxes at most.
 constexpr std::size_t cells_a_box = 8;
-constexpr std::uint16_t most_counted = 0xffff;
+constexpr std::size_t block_boxes = 64;  // whose counts are on their way from memory together
+constexpr std::size_t least_boxes_a_thread = 4096;
 constexpr double step_of_floats = 0x1p-22;
 
 std::uint64_t bitsOf(double value) {
@@ -67,7 +70,8 @@ Box floatsOf(const BasicBox<double>& box) {
 
 }  // namespace
 
-std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most) {
+std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
+                                int threads) {
   counted_ = false;
   bits_ = 2;
   while (std::size_t{1} << bits_ < cells_a_box * coarse.size()) ++bits_;
@@ -75,19 +79,36 @@ std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse,
   std::fill(counts_.begin(), counts_.end(), 0);
   pairs_ = 0;
   counted_ = true;
-  return countMoved(boxes, coarse, most);
+  return countMoved(boxes, coarse, most, threads);
 }
 
 std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
-                                     std::size_t most) {
-  for (std::size_t i = 0; i < moved.size() && pairs_ <= most; ++i) {
-    const Slot slot = moved[i];
-    const std::uint64_t cell =
-        cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
-    std::uint16_t& count = counts_[cell >> (64 - bits_)];
-    pairs_ += count;
-    count += count < most_counted;
-  }
+                                     std::size_t most, int threads) {
+  threads =
+      static_cast<int>(std::min<std::size_t>(threads, moved.size() / least_boxes_a_thread + 1));
+  std::atomic<std::size_t> pairs{pairs_};
+  runTeam(threads, [&](int thread, int team) {
+    const Range range = partOf(moved.size(), thread, team);
+    const auto increment = [team](std::uint16_t* count) {
+      return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
+    };
+    // No count gets as far as 2^16: its own pairs would be too many long before.
+    std::uint16_t* places[block_boxes];
+    for (std::size_t begin = range.begin; begin < range.end; begin += block_boxes) {
+      const std::size_t count = std::min(block_boxes, range.end - begin);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Slot slot = moved[begin + i];
+        const std::uint64_t cell =
+            cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
+        places[i] = &counts_[cell >> (64 - bits_)];
+        __builtin_prefetch(places[i], 1);
+      }
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < count; ++i) found += increment(places[i]);
+      if (pairs.fetch_add(found, std::memory_order_relaxed) + found > most) return;
+    }
+  });
+  pairs_ = pairs;
   return pairs_;
 }
 

@@ -16,11 +16,13 @@ namespace ode_parallel_sap {
 class CoarseCrowds {
  public:
   // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
-  // vain. Stops counting beyond `most`. Needs exactMode().
-  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most);
+  // vain. Stops counting beyond `most`, which is below 2^31. Uses up to `threads` threads; whether
+  // there are more than `most` does not depend on them. Needs exactMode().
+  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads);
   // The same after some have moved, as if they were still where they were, too: never too few, at a
   // cost in proportion to these.
-  std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most);
+  std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most,
+                         int threads);
   // Whether all others are in the last count.
   bool counted() const { return counted_; }
   void forget() { counted_ = false; }

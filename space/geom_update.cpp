@@ -176,7 +176,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(boxes, nullptr);
+    const bool wide = needsDoubles(boxes, nullptr, threads);
     if (wide == boxes.wide || repeated) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
@@ -187,7 +187,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
 // Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
 // exact tests, and floats again when those would be far fewer. `changed`: the slots that were
 // packed since this was asked, or null for all.
-bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed) {
+bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads) {
   const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
   const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
@@ -203,11 +203,11 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed) 
   const ScopedMode exact(exactMode());
   if (changed && coarse_crowds_.counted()) {
     for (const Slot slot : *changed) list(slot);
-    if (coarse_crowds_.countMoved(boxes, coarse_, most) <= most) return false;
+    if (coarse_crowds_.countMoved(boxes, coarse_, most, threads) <= most) return false;
     coarse_.resizeDiscarding(0);
   }
   for (std::size_t slot = 0; slot < boxes.size; ++slot) list(static_cast<Slot>(slot));
-  return coarse_crowds_.count(boxes, coarse_, most) > most;
+  return coarse_crowds_.count(boxes, coarse_, most, threads) > most;
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -366,12 +366,12 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  return takeOver(mergeParts(some_body_), boxes);
+  return takeOver(mergeParts(some_body_), threads, boxes);
 }
 
 // Makes the facts of some slots, packed again, part of those of all. False if these would have
 // been packed otherwise.
-bool GeomUpdate::takeOver(const UpdateFacts& packed, BoxSet& boxes) {
+bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes) {
   facts_.moved += packed.moved;
   facts_.disabled += packed.disabled;
   facts_.invalid += packed.invalid;
@@ -385,7 +385,7 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, BoxSet& boxes) {
   boxes.exact = facts_.exact_boxes || boxes.loose;
   return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
          (boxes.filter_bodies || !packed.filter_bodies) &&
-         (slots_.size() == 0 || needsDoubles(boxes, &slots_) == boxes.wide);
+         (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
 }
 
 std::size_t GeomUpdate::bytes() const {

@@ -50,13 +50,13 @@ class GeomUpdate {
   template <class SlotOf, class Use>
   int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed);
+  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
   bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
                BoxSet& boxes);
-  bool takeOver(const UpdateFacts& packed, BoxSet& boxes);
+  bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
 
   std::vector<UpdatePart> parts_;

@@ -181,7 +181,7 @@ TEST_CASE("An exception of any thread reaches the caller, once all are done") {
 }
 
 TEST_CASE("Coarse boxes are a crowd where they are close together, not where they are many") {
-  constexpr std::size_t count = 3000;
+  constexpr std::size_t count = 20000;
   sap_test::Random random(71);
   BoxSet boxes;
   boxes.size = count;
@@ -190,9 +190,10 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
   Buffer<Slot> coarse;
   for (Slot slot = 0; slot < count; ++slot) coarse.push_back(slot);
   CoarseCrowds crowds;
+  int threads = 1;
   const auto pairs = [&](bool wide, std::size_t most) {
     boxes.wide = wide;
-    return crowds.count(boxes, coarse, most);
+    return crowds.count(boxes, coarse, most, threads);
   };
   const auto place = [&](double distance, double spread) {
     for (std::size_t i = 0; i < count; ++i)
@@ -204,15 +205,16 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
         boxes.boxes[i].upper[axis] = std::nextafter(static_cast<float>(upper), INFINITY);
       }
   };
-  for (const bool wide : {false, true}) {
-    CAPTURE(wide);
+  for (const auto& [wide, team] : {std::pair{false, 1}, {true, 1}, {false, 3}, {true, 3}}) {
+    threads = team;
+    INFO((wide ? "doubles" : "floats") << ", threads " << threads);
     place(1e9, 1e8);
     const std::size_t few = pairs(wide, count);
     CHECK(few < count / 10);
     // What moves is counted where it is now, and goes on counting where it was.
     Buffer<Slot> moved;
     for (Slot slot = 0; slot < 100; ++slot) moved.push_back(slot * 7);
-    const auto counted = [&] { return crowds.countMoved(boxes, moved, count * count); };
+    const auto counted = [&] { return crowds.countMoved(boxes, moved, count * count, threads); };
     CHECK(crowds.counted());
     CHECK(counted() >= few + 100);
     place(1e9, 10);
