@@ -218,27 +218,36 @@ def programs(directory):
                      "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
+def nearest_cells(rows, scene, threads):
+    """Our time, the nearest other library with its time, and the gain."""
+    mine = one(rows, scene=scene, peer="parallel-sap", threads=threads)
+    others = [peer for peer in values(rows, "peer") if peer in LIBRARIES]
+    found = [row for row in (one(rows, scene=scene, peer=peer, threads=threads) for peer in others) if row]
+    if not mine or not found:
+        return ["–"] * 3
+    near = min(found, key=lambda row: row["median_ms"])
+    return [shown(mine["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
+            shown(near["median_ms"] / mine["median_ms"], "×")]
+
+
 def nearest(directory):
     """Ours against the nearest other library at 100,000 boxes, by scene and threads."""
     rows = [row for row in timed(read(directory, "peers"), n=100000)]
-    ours = "parallel-sap"
-    others = [peer for peer in values(rows, "peer") if peer in LIBRARIES]
-    lines = []
-    for scene in values(rows, "scene"):
-        cells = [scene]
-        for threads in (1, 2):
-            mine = one(rows, scene=scene, peer=ours, threads=threads)
-            found = [one(rows, scene=scene, peer=peer, threads=threads) for peer in others]
-            found = [row for row in found if row]
-            if not mine or not found:
-                cells += ["–"] * 3
-                continue
-            near = min(found, key=lambda row: row["median_ms"])
-            cells += [shown(mine["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
-                      shown(near["median_ms"] / mine["median_ms"], "×")]
-        lines.append(cells)
+    lines = [[scene] + nearest_cells(rows, scene, 1) + nearest_cells(rows, scene, 2)
+             for scene in values(rows, "scene")]
     return markdown(["100,000 boxes", "ours, 1 thread", "nearest library", "gain", "ours, 2 threads",
                      "nearest", "gain"], lines, [machine(rows)])
+
+
+def many_threads(directory):
+    """The same at 100,000 and 1,000,000 boxes on all cores of a large machine."""
+    rows = read(directory, "nearest")
+    threads = rows[0]["threads"]
+    small, large = (list(timed(rows, n=n)) for n in (100000, 1000000))
+    lines = [[scene] + nearest_cells(small, scene, threads) + nearest_cells(large, scene, threads)
+             for scene in values(rows, "scene")]
+    return markdown(["%d threads" % threads, "ours, 100,000", "nearest library", "gain",
+                     "ours, 1,000,000", "nearest", "gain"], lines, [machine(rows)])
 
 
 def rest(directory):
@@ -286,7 +295,8 @@ TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), 
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers")}
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
+          "many-threads": (many_threads, "nearest")}
 
 
 def make(name, directory):
