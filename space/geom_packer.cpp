@@ -55,6 +55,13 @@ std::uint32_t numberOf(const dxBody* body) {
 // than the tolerance.
 constexpr dReal margin_share = dReal(1) / 4;
 
+void placeWide(const dReal* bounds, BasicBox<double>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = bounds[2 * axis];
+    box.upper[axis] = bounds[2 * axis + 1];
+  }
+}
+
 // Bounds moved outward by `margin`, where that is not less than the type's own steps.
 void inflate(const dReal* exact, dReal margin, dReal* bounds) {
   for (int i = 0; i < 6; ++i) {
@@ -134,6 +141,22 @@ void GeomPacker::placeLoosely(const dxGeom* geom, Slot slot, const Box& box, Box
   boxes.boxes[slot] = may_move && !isUnbounded(geom) ? loosened(last, box) : box;
 }
 
+void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+  UpdateFacts& facts = part.facts;
+  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
+  facts.exact_bits =
+      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
+  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
+    facts.filter_bodies = facts.filter_bodies || geom->body_next;
+    if (!part.some_body) part.some_body = body;
+    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
+    const std::uint32_t number = boxes.bodies[slot];
+    if (number == 0 || number == resting_number) facts.exact_bodies = false;
+  }
+}
+
 // Geoms at rest are packed as if enabled and with all bits set, because their silent changes are
 // not noticed here: pairs with them are looked at again in every frame.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
@@ -170,11 +193,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
     return state | no_box_state | invalid_state;
   }
   if (boxes.wide) {
-    BasicBox<double>& wide = boxes.wide_boxes[slot];
-    for (int axis = 0; axis < 3; ++axis) {
-      wide.lower[axis] = bounds[2 * axis];
-      wide.upper[axis] = bounds[2 * axis + 1];
-    }
+    placeWide(bounds, boxes.wide_boxes[slot]);
   } else {
     compare(slot, box, facts);
     if (boxes.loose)
@@ -191,19 +210,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
     facts.filter_bodies = true;
     return state;
   }
-
-  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
-  facts.exact_bits =
-      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
-  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
-  // Of two geoms on one body at least one is followed by another in the body's list.
-  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
-    facts.filter_bodies = facts.filter_bodies || geom->body_next;
-    if (!part.some_body) part.some_body = body;
-    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
-    const std::uint32_t number = boxes.bodies[slot];
-    if (number == 0 || number == resting_number) facts.exact_bodies = false;
-  }
+  packFilter(geom, slot, part, boxes);
   return state;
 }
 

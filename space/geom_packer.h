@@ -88,6 +88,7 @@ class GeomPacker {
   bool staysWithin(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
                    UpdatePart& part) const;
   void compare(Slot slot, const Box& box, UpdateFacts& facts) const;
+  void packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   void placeLoosely(const dxGeom* geom, Slot slot, const Box& box, BoxSet& boxes) const;
 };
 

@@ -20,7 +20,7 @@ constexpr int longest_interval = 16;
 // cost as much as dozens without.
 constexpr int longest_interval_for_loose_pairs = 1024;
 // What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
-// so many a pair.
+// so many a pair (100,000 boxes: 6 ns to tell a pair apart, some 140 a geom and 13 a pair anew).
 constexpr std::size_t loose_pairs_a_slot = 24, loose_pairs_a_pair = 3;
 
 }  // namespace
