@@ -3,6 +3,7 @@
 import csv
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -23,10 +24,13 @@ except ImportError as error:
 program = sys.argv.pop(1)
 
 
-def run_study(folder):
-    result = subprocess.run([sys.executable, os.path.join(HERE, "tradeoff.py"), "--smoke", "--out", folder, "--double",
-                             program, "--single", os.path.join(folder, "no-such-program")],
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+def call(*arguments):
+    return subprocess.run([sys.executable, os.path.join(HERE, "tradeoff.py"), "--smoke", *arguments],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def run_study(folder, *arguments):
+    result = call("--out", folder, "--double", program, "--single", os.path.join(folder, "no-such-program"), *arguments)
     if result.returncode != 0:
         raise AssertionError(result.stdout)
     return result.stdout
@@ -37,12 +41,18 @@ def read(folder, name):
         return list(csv.DictReader(file))
 
 
+def choices(folder):
+    with open(os.path.join(folder, "choices.md")) as file:
+        return file.read()
+
+
 class Study(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.output = run_study(cls.folder.name)
         cls.broad, cls.pile = read(cls.folder.name, "broad"), read(cls.folder.name, "pile")
+        cls.choices = choices(cls.folder.name)
 
     @classmethod
     def tearDownClass(cls):
@@ -107,6 +117,37 @@ class Study(unittest.TestCase):
         self.assertEqual(len(read(self.folder.name, "broad")), len(self.broad))
         self.assertEqual(read(self.folder.name, "pile"), self.pile)
 
+    def test_several_points_at_once_have_each_its_share_of_the_cores(self):
+        count = len(os.sched_getaffinity(0))
+        with tempfile.TemporaryDirectory() as folder:
+            run_study(folder, "--at-once", str(count))
+            broad, pile = read(folder, "broad"), read(folder, "pile")
+        self.assertEqual({row["cores"] for row in broad}, {str(count)})
+        self.assertEqual({row["cores"] for row in pile}, {"1"})
+        self.assertEqual(len(broad), len(self.broad))
+
+        def serial(rows):
+            return {study.key(row, study.PILE_KEY): row["height_m"] for row in rows if row["stepping"] == "serial"}
+
+        self.assertEqual(serial(pile), serial(self.pile))
+
+    def test_reports_on_rows_of_another_machine_but_measures_none(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, rows in ("broad", self.broad), ("pile", self.pile):
+                with open(os.path.join(folder, name + ".csv"), "w", newline="") as file:
+                    writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+                    writer.writeheader()
+                    writer.writerows(dict(row, cpu="another", cores="77") for row in reversed(rows))
+            result = call("--out", folder, "--report")
+            self.assertEqual(result.returncode, 0, result.stdout)
+            self.assertEqual(choices(folder).count("another, 77 cores"), 2)
+            machine = re.compile(r" [^,]*, \d+ cores, .*")
+            self.assertEqual(machine.sub("", choices(folder)), machine.sub("", self.choices))
+            self.assertIn("rows of another machine", call("--out", folder, "--double", program).stdout)
+            with open(os.path.join(folder, "pile.csv"), "a+") as file:
+                file.truncate(os.path.getsize(file.name) - 60)
+            self.assertIn("pile.csv lacks 1 of %d points" % len(self.pile), call("--out", folder, "--report").stdout)
+
     def test_draws_the_points(self):
         for name in ("broad", "pile", "pile-parts"):
             picture = imread(os.path.join(self.folder.name, name + ".png"))
@@ -114,11 +155,9 @@ class Study(unittest.TestCase):
             self.assertGreater(coloured.sum(), 100, name)
 
     def test_says_what_to_choose(self):
-        with open(os.path.join(self.folder.name, "choices.md")) as file:
-            text = file.read()
         for words_wanted in ("1e+09 m from the origin", "no extra pair: parallel-sap", "within 1 %", "within 20 %",
                              "dSweepAndPruneSpace", "differences below that say nothing"):
-            self.assertIn(words_wanted, text)
+            self.assertIn(words_wanted, self.choices)
 
 
 class Analysis(unittest.TestCase):

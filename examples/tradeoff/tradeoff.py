@@ -8,9 +8,11 @@ import argparse
 import csv
 import datetime
 import os
+import queue
 import re
 import subprocess
 import sys
+from multiprocessing.pool import ThreadPool
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
@@ -38,9 +40,18 @@ def commit():
     return described.stdout.strip() or "unknown"
 
 
-def machine():
-    return dict(cpu=cpu(), cores=str(len(os.sched_getaffinity(0))), commit=commit(),
-                date=datetime.date.today().isoformat())
+def all_cores():
+    return os.sched_getaffinity(0)
+
+
+def shares(count):
+    """The cores dealt into equal parts; what is left over idles."""
+    cores, size = sorted(all_cores()), len(all_cores()) // count
+    return [set(cores[i * size:(i + 1) * size]) for i in range(count)]
+
+
+def machine(cores):
+    return dict(cpu=cpu(), cores=str(cores), commit=commit(), date=datetime.date.today().isoformat())
 
 
 def parsed(row):
@@ -53,10 +64,11 @@ def written(row):
 
 
 class Table:
-    """A CSV file that grows by a row at a time."""
+    """A CSV file that grows by a row at a time. Its points have so many cores each."""
 
-    def __init__(self, path, key_columns):
+    def __init__(self, path, key_columns, cores):
         self.path, self.key_columns, self.rows, self.columns = path, key_columns, [], None
+        self.machine = machine(cores)
         if os.path.exists(path):
             with open(path, newline="") as file:
                 reader = csv.DictReader(file)
@@ -76,21 +88,25 @@ class Table:
         return [p for p in points if study.key(p, self.key_columns) not in self.known]
 
     def of(self, points):
-        wanted = {study.key(p, self.key_columns) for p in points}
-        return [row for row in self.rows if study.key(row, self.key_columns) in wanted]
+        """The rows of these points, in their order."""
+        rows = {study.key(row, self.key_columns): row for row in self.rows}
+        return [rows[study.key(p, self.key_columns)] for p in points]
+
+    def values(self, column):
+        return sorted({row[column] for row in self.rows})
 
     def add(self, row, measured_columns):
         if not self.columns:
-            self.columns = [*self.key_columns, "status", *measured_columns, *machine()]
+            self.columns = [*self.key_columns, "status", *measured_columns, *self.machine]
             self.write_all()
-        row = dict({name: "" for name in self.columns}, **row, **machine())
+        row = dict({name: "" for name in self.columns}, **row, **self.machine)
         with open(self.path, "a", newline="") as file:
             csv.DictWriter(file, self.columns, lineterminator="\n").writerow(written(row))
         self.rows.append(parsed({name: str(value) for name, value in row.items()}))
         self.known.add(study.key(row, self.key_columns))
 
     def check_machine(self):
-        others = {(row["cpu"], row["cores"]) for row in self.rows} - {(machine()["cpu"], machine()["cores"])}
+        others = {(row["cpu"], row["cores"]) for row in self.rows} - {(self.machine["cpu"], self.machine["cores"])}
         if others:
             sys.exit("tradeoff.py: %s has rows of another machine (%s, %s cores). Name another folder by --out." %
                      (self.path, *others.pop()))
@@ -121,12 +137,27 @@ def measure(program, command, point):
     return "ok", dict(zip(names.split(","), values.split(",")))
 
 
-def run(table, command, points, programs, columns):
+def measured(command, points, programs, parts):
+    """Yields point, status and what was measured, as they finish. As many are measured at a time as there
+    are parts of the cores, each on a part of its own."""
+    free = queue.SimpleQueue()
+    for part in parts:
+        free.put(part)
+    # A thread's cores are those of the programs that it starts.
+    with ThreadPool(len(parts), lambda: os.sched_setaffinity(0, free.get())) as pool:
+        yield from pool.imap_unordered(lambda p: (p, *measure(programs[p["precision"]], command, p)), points)
+
+
+def run(table, command, points, programs, columns, parts, alone=lambda point: False):
+    """Measures what is missing. What is to be alone has all cores, and no other point beside it."""
     todo = table.missing(points)
     print("%s: %d of %d points to measure" % (command, len(todo), len(points)), flush=True)
-    for point in tqdm(todo, desc=command, unit="point", disable=None if todo else True):
-        status, measured = measure(programs[point["precision"]], command, point)
-        table.add(dict(point, status=status, **measured), columns)
+    beside, apart = [p for p in todo if not alone(p)], [p for p in todo if alone(p)]
+    with tqdm(total=len(todo), desc=command, unit="point", disable=None if todo else True) as bar:
+        for some, their_parts in (beside, parts), (apart, [all_cores()]):
+            for point, status, values in measured(command, some, programs, their_parts):
+                table.add(dict(point, status=status, **values), columns)
+                bar.update()
 
 
 BROAD_COLUMNS = ("ms", "least_ms", "pairs", "exact_pairs", "extra_per_exact", "missed", "extra_of_stored",
@@ -163,12 +194,19 @@ def parse():
     for precision, build in (("double", "release"), ("single", "single")):
         parser.add_argument("--" + precision, metavar="PROGRAM", help="tradeoff-point for an ODE of %s precision" % precision,
                             default=os.path.join(TOP, "build", build, "examples", "tradeoff", "tradeoff-point"))
+    parser.add_argument("--at-once", type=int, default=1, metavar="N",
+                        help="measure N points at a time: of the heap each on its share of the cores; of the broad "
+                        "phase only those on one thread")
+    parser.add_argument("--report", action="store_true",
+                        help="measure nothing: draw and conclude from the rows that there are, from whatever machine")
     parser.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     options = parser.parse_args()
     options.mode = options.mode or "full"
+    if not 1 <= options.at_once <= len(all_cores()):
+        parser.error("--at-once must be from 1 to the number of cores, %d" % len(all_cores()))
     name = re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-")
     options.out = options.out or os.path.join(HERE, "results", "%s-%s-cores%s" % (
-        name, machine()["cores"], "" if options.mode == "full" else "-" + options.mode))
+        name, len(all_cores()), "" if options.mode == "full" else "-" + options.mode))
     return options
 
 
@@ -178,14 +216,27 @@ def note(rows):
     return "%s, %s cores, commit %s, %s" % (rows[0]["cpu"], rows[0]["cores"], " and ".join(commits), rows[-1]["date"])
 
 
+def found(table, points):
+    """The rows of the points where nothing may be measured."""
+    missing = len(table.missing(points))
+    if missing or not points:
+        sys.exit("tradeoff.py: %s lacks %d of %d points" % (table.path, missing, len(points)))
+    return table.of(points)
+
+
 def study_broad(options, programs):
     """Measures, draws, and returns what there is to say: the advice, and the tables."""
-    probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
-    points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
-    table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY)
-    table.check_machine()
-    run(table, "broad", points, programs, BROAD_COLUMNS)
-    rows = table.of(points)
+    table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY, len(all_cores()))
+    if options.report:
+        points = study.broad_points(options.mode, table.values("precision"), "cuda" in table.values("backend"))
+        rows = found(table, points)
+    else:
+        probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
+        points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
+        table.check_machine()
+        run(table, "broad", points, programs, BROAD_COLUMNS, [all_cores()] * options.at_once,
+            alone=lambda point: point["threads"] != 1)
+        rows = table.of(points)
     entries = study.broad_entries(rows)
     print(figures.broad(entries, options.out, note(rows)))
     advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows), words.broad_advice(entries))
@@ -194,11 +245,16 @@ def study_broad(options, programs):
 
 def study_pile(options, programs):
     """Likewise."""
-    points = study.pile_points(options.mode, list(programs))
-    table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY)
-    table.check_machine()
-    run(table, "pile", points, programs, PILE_COLUMNS)
-    rows = table.of(points)
+    parts = shares(options.at_once)
+    table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY, len(parts[0]))
+    if options.report:
+        points = study.pile_points(options.mode, table.values("precision"))
+        rows = found(table, points)
+    else:
+        points = study.pile_points(options.mode, list(programs))
+        table.check_machine()
+        run(table, "pile", points, programs, PILE_COLUMNS, parts)
+        rows = table.of(points)
     entries = study.pile_errors(rows, options.mode)
     reference = [e for e in entries if study.is_reference(e, options.mode)]
     settings = [e for e in entries if e not in reference]
@@ -219,7 +275,7 @@ def write_between(path, text):
 
 def main():
     options = parse()
-    programs = find_programs(options)
+    programs = {} if options.report else find_programs(options)
     os.makedirs(options.out, exist_ok=True)
     said = [part(options, programs) for name, part in (("broad", study_broad), ("pile", study_pile))
             if options.only in (None, name)]
