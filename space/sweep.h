@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "cell_drift.h"
 #include "cell_order.h"
 #include "cell_tree.h"
 #include "pair_finder.h"
@@ -15,15 +16,19 @@ namespace ode_parallel_sap {
 // into cells of sixteen. The sweep goes along that order: each cell meets the cells ahead of it
 // whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
 // tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
-// pair of cells, so none is found twice.
+// pair of cells, so none is found twice. The division into cells is kept from frame to frame while
+// the boxes of a cell stay together (CellDrift).
 template <class Real>
 class Sweep : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override;
 
-  // The first half of find() alone: sorts the boxes into cells and packs the trees over them.
+  // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
+  // serve, and packs the trees over them.
   void build(const BoxSet& boxes, int threads);
+  // Whether the last build() made do with the cells of an earlier one.
+  bool keptCells() const { return kept_cells_; }
   // The trees of the last find() or build(), small boxes first.
   std::size_t trees() const { return order_.classes().size(); }
   const TreeView<Real>& tree(std::size_t i) const { return trees_[i].view(); }
@@ -36,9 +41,12 @@ class Sweep : public PairFinder {
     std::uint32_t queries, tree;  // classes; the same one: pairs within it
     std::size_t begin, end;       // cells of `queries`
   };
+  void packTrees(const BoxSet& boxes, int threads);
   void planTasks(int threads);
 
   CellOrder<Real> order_;
+  CellDrift<Real> drift_;
+  bool kept_cells_ = false;
   std::vector<CellTree<Real>> trees_;  // one a class
   std::vector<Task> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread

@@ -1,0 +1,118 @@
+#include "cell_drift.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// By how much cells may have grown on average. Cutting anew takes a quarter of an extraction, and
+// so does meeting boxes, which grows with the volume that a cell reaches.
+constexpr double most_growth = 0.2;
+// Cells that drift through each other without growing are found out only by cutting anew.
+constexpr int longest_service = 32;
+// Where cells come apart within a frame, they are tried again after more and more frames.
+constexpr int longest_pause = 64;
+constexpr std::size_t word_slots = 64;
+// Below this many boxes a team costs more than it saves.
+constexpr std::size_t least_shared_words = 1024;
+
+// Sums of the extents of the cells below a node. Not a number where there is no cell.
+template <class Real>
+void spansOf(const Group<Real>& bounds, Real* spans) {
+  for (int lane = 0; lane < group_size; ++lane) {
+    spans[lane] = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      spans[lane] += bounds.upper[axis][lane] - bounds.lower[axis][lane];
+  }
+}
+
+// Sum over a node's cells of how much they have grown, as shares of what they were. What was
+// infinite has not grown.
+template <class Real>
+double growthOf(const Group<Real>& bounds, const Real* before) {
+  alignas(64) Real spans[group_size];
+  spansOf(bounds, spans);
+  Real growth = 0;
+  for (int lane = 0; lane < group_size; ++lane)
+    growth += spans[lane] > before[lane] ? spans[lane] / before[lane] - 1 : 0;
+  return growth;
+}
+
+}  // namespace
+
+template <class Real>
+bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
+  const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
+  seen_.resizeDiscarding(words);
+  const BasicBox<Real>* const box = boxesOf<Real>(boxes);
+  runTeam(words < least_shared_words ? 1 : threads, [&](int thread, int team) {
+    const Range range = partOf(words, thread, team);
+    for (std::size_t word = range.begin; word < range.end; ++word) {
+      const std::size_t first = word * word_slots, count = std::min(boxes.size - first, word_slots);
+      std::uint64_t bits = 0;
+      for (std::size_t i = 0; i < count; ++i) bits |= std::uint64_t{isActive(box[first + i])} << i;
+      seen_[word] = bits;
+    }
+  });
+  if (!known_ || size_ != boxes.size) {
+    size_ = boxes.size;
+    return false;
+  }
+  if (pause_ > 0) {
+    --pause_;
+    return false;
+  }
+  return served_ < longest_service &&
+         std::memcmp(seen_.data(), active_.data(), words * sizeof(std::uint64_t)) == 0;
+}
+
+template <class Real>
+bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+  double growth = 0;
+  std::size_t cells = 0;
+  const Real* before = spans_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (trees[i].cells() == 0) continue;
+    const TreeView<Real>& tree = trees[i].view();
+    for (std::uint32_t node = 0; node < tree.groups[1]; ++node, before += group_size)
+      growth += growthOf(tree.levels[1][node], before);
+    cells += trees[i].cells();
+  }
+  if (growth <= most_growth * static_cast<double>(cells)) {
+    if (++served_ > 1) interval_ = 1;
+    return true;
+  }
+  known_ = false;
+  if (served_ == 0) {
+    interval_ = std::min(2 * interval_, longest_pause);
+    pause_ = interval_;
+  }
+  return false;
+}
+
+template <class Real>
+void CellDrift<Real>::restart(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+  std::size_t nodes = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    if (trees[i].cells()) nodes += trees[i].view().groups[1];
+  spans_.resizeDiscarding(nodes * group_size);
+  Real* spans = spans_.data();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (trees[i].cells() == 0) continue;
+    const TreeView<Real>& tree = trees[i].view();
+    for (std::uint32_t node = 0; node < tree.groups[1]; ++node, spans += group_size)
+      spansOf(tree.levels[1][node], spans);
+  }
+  active_.swap(seen_);
+  served_ = 0;
+  known_ = true;
+}
+
+template class CellDrift<float>;
+template class CellDrift<double>;
+
+}  // namespace ode_parallel_sap
