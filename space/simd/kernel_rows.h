@@ -128,6 +128,23 @@ inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask
   if (hits) writeHits(query, lane, hits, row, ids, sink);
 }
 
+// Pairs of all boxes of `query` with those of sixteen boxes that are in maskOf(lane). A processor
+// cannot foretell which boxes have hits, so all are met before a pair is written, and it is wrong
+// once a row instead of once a hit.
+template <class Real, class MaskOf>
+inline void boxesAgainstRow(const Query<Real>& query, const Row<Real>& row, const RowIds& ids,
+                            MaskOf maskOf, PairSink& sink) {
+  unsigned masks[group_size], hit = 0;
+  for (unsigned lane = 0; lane < query.count; ++lane) {
+    masks[lane] = row.overlapping(*query.boxes, lane) & maskOf(lane);
+    hit |= unsigned{masks[lane] != 0} << lane;
+  }
+  for (; hit; hit &= hit - 1) {
+    const unsigned lane = static_cast<unsigned>(__builtin_ctz(hit));
+    writeHits(query, lane, masks[lane], row, ids, sink);
+  }
+}
+
 inline void makeRoom(PairSink& sink, std::size_t room) {
   if (static_cast<std::size_t>(sink.end - sink.next) < room) sink.grow(sink, room);
 }

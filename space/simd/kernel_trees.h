@@ -51,8 +51,8 @@ inline void meetCandidates(const Query<Real>& query, Candidates<Real>& others, P
     const Row<Real> row(others.lower[0] + base, others.upper[0] + base, Candidates<Real>::stride);
     const RowIds ids = {others.slot + base, others.category + base, others.collide + base,
                         others.body + base};
-    for (unsigned lane = 0; lane < query.count; ++lane)
-      boxAgainstRow(query, lane, all_lanes, row, ids, sink);
+    boxesAgainstRow(
+        query, row, ids, [](unsigned) { return all_lanes; }, sink);
   }
   others.count = 0;
 }
@@ -188,10 +188,9 @@ void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, b
   for (std::size_t cell = begin; cell < end; ++cell) {
     const Query<Real> query(tree, cell, exact);
     makeRoom(sink, group_size * group_size);
-    const Row<Real> row = rowOf(tree.levels[0][cell]);
-    const RowIds ids = idsOf(tree, cell);
-    for (unsigned lane = 0; lane + 1 < query.count; ++lane)
-      boxAgainstRow(query, lane, all_lanes << (lane + 1) & all_lanes, row, ids, sink);
+    boxesAgainstRow(
+        query, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
+        [](unsigned lane) { return all_lanes << (lane + 1); }, sink);
   }
   cellsAgainstTree(tree, begin, end, tree, true, exact, sink);
 }
