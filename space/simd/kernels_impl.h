@@ -127,20 +127,30 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
 
 // A pair's place in its list is the number of pairs below it: no comparison decides where to go
 // next, so none can be guessed wrong by the processor.
-void sortLists(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
-               std::uint64_t* sorted, void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
+inline void sortList(const std::uint64_t* pairs, std::size_t count, std::uint64_t* sorted) {
   alignas(64) std::uint32_t keys[group_size];
+  for (std::size_t i = 0; i < group_size; ++i) keys[i] = 0x7fffffff;
+  for (std::size_t i = 0; i < count; ++i)
+    keys[i] = static_cast<std::uint32_t>(pairs[i]) & 0x7fffffff;
+  for (std::size_t i = 0; i < count; ++i)
+    sorted[__builtin_popcount(Lanes::below(keys, keys[i]))] = pairs[i];
+}
+
+template <class Set>
+void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
+                 std::uint64_t* sorted,
+                 void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
+  const std::size_t all = lists ? ends[lists - 1] : 0;
   for (std::size_t list = 0, begin = 0; list < lists; ++list) {
     const std::size_t end = ends[list], count = end - begin;
     if (count > group_size) {
       memcpy(sorted + begin, pairs + begin, count * sizeof *pairs);
       sortLong(sorted + begin, sorted + end);
+    } else if (Set::sorts_eight && count <= 8 && begin + 8 <= all) {
+      // What this leaves behind the list is overwritten by the next ones.
+      if constexpr (Set::sorts_eight) Set::sortEight(pairs + begin, count, sorted + begin);
     } else if (count) {
-      for (std::size_t i = 0; i < group_size; ++i) keys[i] = 0x7fffffff;
-      for (std::size_t i = 0; i < count; ++i)
-        keys[i] = static_cast<std::uint32_t>(pairs[begin + i]) & 0x7fffffff;
-      for (std::size_t i = 0; i < count; ++i)
-        sorted[begin + __builtin_popcount(Lanes::below(keys, keys[i]))] = pairs[begin + i];
+      sortList(pairs + begin, count, sorted + begin);
     }
     begin = end;
   }
@@ -154,7 +164,7 @@ constexpr Kernels<Real> kernelsFor() {
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
-                                  sortLists};
+                                  sortListsBy<Lanes>};
 
 }  // namespace
 

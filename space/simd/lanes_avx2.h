@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "lanes_common.h"
+#include "sort_eight.h"
 
 namespace {
 
@@ -26,6 +27,10 @@ constexpr CompressOrder compress_order;
 
 struct Lanes {
   static constexpr const char* name = "avx2";
+  static constexpr bool sorts_eight = true;
+  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
+    sortEightWords(words, count, sorted);
+  }
 
   template <class Test>
   static unsigned each(Test test) {

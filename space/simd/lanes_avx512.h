@@ -8,11 +8,16 @@
 #include <cstdint>
 
 #include "lanes_common.h"
+#include "sort_eight.h"
 
 namespace {
 
 struct Lanes {
   static constexpr const char* name = "avx512";
+  static constexpr bool sorts_eight = true;
+  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
+    sortEightWords(words, count, sorted);
+  }
 
   static unsigned atLeast(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);

@@ -11,6 +11,7 @@ namespace {
 
 struct Lanes {
   static constexpr const char* name = "portable";
+  static constexpr bool sorts_eight = false;
 
   // Which of p[0..15] are at least `value`.
   template <class Real>

@@ -13,6 +13,7 @@ namespace {
 
 struct Lanes {
   static constexpr const char* name = "sse2";
+  static constexpr bool sorts_eight = false;
 
   template <class Test>
   static unsigned each(Test test) {
