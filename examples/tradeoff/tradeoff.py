@@ -88,9 +88,9 @@ class Table:
         return [p for p in points if study.key(p, self.key_columns) not in self.known]
 
     def of(self, points):
-        """The rows of these points, in their order."""
+        """The rows of those of these points that were measured, in the order of the points."""
         rows = {study.key(row, self.key_columns): row for row in self.rows}
-        return [rows[study.key(p, self.key_columns)] for p in points]
+        return [rows[study.key(p, self.key_columns)] for p in points if study.key(p, self.key_columns) in rows]
 
     def values(self, column):
         return sorted({row[column] for row in self.rows})
@@ -198,7 +198,8 @@ def parse():
                         help="measure N points at a time: of the heap each on its share of the cores; of the broad "
                         "phase only those on one thread")
     parser.add_argument("--report", action="store_true",
-                        help="measure nothing: draw and conclude from the rows that there are, from whatever machine")
+                        help="measure nothing: draw and conclude from the rows that there are, from whatever machine; "
+                        "a setting that lacks a seed is left out")
     parser.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     options = parser.parse_args()
     options.mode = options.mode or "full"
@@ -210,18 +211,12 @@ def parse():
     return options
 
 
-def note(rows):
-    """Where and from which versions the rows are."""
+def note(rows, points):
+    """Where and from which versions the rows are, and whether some are missing."""
     commits = sorted({row["commit"] for row in rows}, key=[row["commit"] for row in rows].index)
-    return "%s, %s cores, commit %s, %s" % (rows[0]["cpu"], rows[0]["cores"], " and ".join(commits), rows[-1]["date"])
-
-
-def found(table, points):
-    """The rows of the points where nothing may be measured."""
-    missing = len(table.missing(points))
-    if missing or not points:
-        sys.exit("tradeoff.py: %s lacks %d of %d points" % (table.path, missing, len(points)))
-    return table.of(points)
+    text = "%s, %s cores, commit %s, %s" % (rows[0]["cpu"], rows[0]["cores"], " and ".join(commits), rows[-1]["date"])
+    missing = len(points) - len(rows)
+    return text + ", %d of %d points not measured" % (missing, len(points)) if missing else text
 
 
 def study_broad(options, programs):
@@ -229,17 +224,18 @@ def study_broad(options, programs):
     table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY, len(all_cores()))
     if options.report:
         points = study.broad_points(options.mode, table.values("precision"), "cuda" in table.values("backend"))
-        rows = found(table, points)
     else:
         probe = measure(programs["double"], "broad", dict(backend="cuda", boxes=2, frames=1))
         points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
         table.check_machine()
         run(table, "broad", points, programs, BROAD_COLUMNS, [all_cores()] * options.at_once,
             alone=lambda point: point["threads"] != 1)
-        rows = table.of(points)
+    rows = table.of(points)
     entries = study.broad_entries(rows)
-    print(figures.broad(entries, options.out, note(rows)))
-    advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows), words.broad_advice(entries))
+    if not entries:
+        sys.exit("tradeoff.py: no rows to report on in " + table.path)
+    print(figures.broad(entries, options.out, note(rows, points)))
+    advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows, points), words.broad_advice(entries))
     return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
 
 
@@ -249,18 +245,19 @@ def study_pile(options, programs):
     table = Table(os.path.join(options.out, "pile.csv"), study.PILE_KEY, len(parts[0]))
     if options.report:
         points = study.pile_points(options.mode, table.values("precision"))
-        rows = found(table, points)
     else:
         points = study.pile_points(options.mode, list(programs))
         table.check_machine()
         run(table, "pile", points, programs, PILE_COLUMNS, parts)
-        rows = table.of(points)
+    rows = table.of(points)
     entries = study.pile_errors(rows, options.mode)
     reference = [e for e in entries if study.is_reference(e, options.mode)]
     settings = [e for e in entries if e not in reference]
-    for path in figures.pile(settings, options.out, note(rows), reference):
+    if not settings:
+        sys.exit("tradeoff.py: %s has no setting with all its seeds, or lacks the reference" % table.path)
+    for path in figures.pile(settings, options.out, note(rows, points), reference):
         print(path)
-    advice = "A heap of %d boxes, %s:\n\n%s" % (points[0]["bodies"], note(rows), words.pile_advice(settings, reference))
+    advice = "A heap of %d boxes, %s:\n\n%s" % (points[0]["bodies"], note(rows, points), words.pile_advice(settings, reference))
     return advice, words.pile_limits(settings) + "\n" + words.pile_table(settings, reference)
 
 

@@ -54,17 +54,19 @@ def broad_table(entries):
 
 
 def pile_advice(choices, reference):
+    controls = [e for e in reference if e["error"] > 0]
     lines = []
     for limit in study.LIMITS:
         best = study.cheapest(choices, "wall_s_per_s", limit)
+        doubt = " (less than the reference's own uncertainty)" if any(e["error"] > limit for e in controls) else ""
         if best:
-            lines.append("- within %g %%: %s: %.3g s a simulated second, error %s" %
-                         (100 * limit, pile_name(best), best["wall_s_per_s"], percent(best["error"])))
+            lines.append("- within %g %%%s: %s: %.3g s a simulated second, error %s" %
+                         (100 * limit, doubt, pile_name(best), best["wall_s_per_s"], percent(best["error"])))
         else:
             near = min(choices, key=lambda e: e["error"])
             lines.append("- within %g %%: nothing that was measured; nearest is %s with %s" %
                          (100 * limit, pile_name(near), percent(near["error"])))
-    for control in (e for e in reference if e["error"] > 0):
+    for control in controls:
         lines.append("\nThe reference with steps %g times as long is off by %s (%s): differences below that say nothing." %
                      (study.CONTROL_STEP, percent(control["error"]),
                       max(study.PARTS, key=lambda part: control[part])))
