@@ -1,0 +1,40 @@
+# What finds pairs in plain arrays, without a word of ODE. Tests reach into it; users see the library. The
+# check program of cuda/ is built from it alone.
+set(core "${CMAKE_CURRENT_LIST_DIR}/..")
+add_library(
+  ode-parallel-sap-core OBJECT
+  ${core}/axis_lists.cpp
+  ${core}/axis_parts.cpp
+  ${core}/brute_force.cpp
+  ${core}/cell_drift.cpp
+  ${core}/cell_order.cpp
+  ${core}/cell_tree.cpp
+  ${core}/coarse_crowds.cpp
+  ${core}/incremental.cpp
+  ${core}/kept_pairs.cpp
+  ${core}/endpoint_lists.cpp
+  ${core}/free_memory.cpp
+  ${core}/pair_order.cpp
+  ${core}/quantizer.cpp
+  ${core}/query_tree.cpp
+  ${core}/radix_sort.cpp
+  ${core}/simd/kernels.cpp
+  ${core}/simd/kernels_portable.cpp
+  ${core}/size_classes.cpp
+  ${core}/sweep.cpp)
+
+# Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+  target_sources(
+    ode-parallel-sap-core PRIVATE ${core}/simd/kernels_sse2.cpp ${core}/simd/kernels_avx2.cpp
+                                  ${core}/simd/kernels_avx512.cpp)
+  set_property(SOURCE ${core}/simd/kernels_avx2.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx2)
+  set_property(SOURCE ${core}/simd/kernels_avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -mavx512f -mavx512dq -mavx512vl)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # GCC 12 warns of the undefined registers in its own intrinsics.
+    set_property(SOURCE ${core}/simd/kernels_avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -Wno-maybe-uninitialized)
+  endif()
+endif()
+
+target_include_directories(ode-parallel-sap-core INTERFACE "${core}")
+target_link_libraries(ode-parallel-sap-core PUBLIC OpenMP::OpenMP_CXX)
