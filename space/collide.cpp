@@ -10,8 +10,9 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Up to this number of slots testing all pairs is faster than ordering boxes.
-constexpr std::size_t brute_force_scene = 700;
+// Up to this number of slots testing all pairs is faster than the sweep: up to 350 where it keeps its
+// cells, up to 700 where it cannot (pair-benchmark --sizes=350,700).
+constexpr std::size_t brute_force_scene = 450;
 // Threads are worth their start from this many slots on, and each of them from this many.
 constexpr std::size_t least_shared_scene = 4096;
 constexpr std::size_t least_slots_a_thread = 1024;
@@ -118,7 +119,7 @@ void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
                                                      kept_, frame_threads_, pairs));
     pair_keeper_.judgeLooseBoxes(kept_.size(), pairs.size(), geoms_.size());
   }
-  if (verifying) PairFilter::verify(geoms_.data(), *facts_, pairs);
+  if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, pairs);
   if (planes_apart)
     stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
                                             facts_->user_classes, frame_threads_);

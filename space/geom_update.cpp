@@ -275,10 +275,13 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, S
           prefetchStatus(geoms[slot]->body);
       }
     };
+    const bool bodies = packer_.rules.skip_asleep;
     prefetchIn(words.begin, false);
+    prefetchIn(words.begin + 1, false);
+    if (bodies) prefetchIn(words.begin, true);
     for (std::size_t word = words.begin; word < words.end; ++word) {
-      prefetchIn(word + 1, false);
-      if (packer_.rules.skip_asleep) prefetchIn(word, true);
+      prefetchIn(word + 2, false);
+      if (bodies) prefetchIn(word + 1, true);
       for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);

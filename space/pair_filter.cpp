@@ -42,6 +42,8 @@ constexpr Pair dropped_pair = ~Pair{0};
 // A thread is worth its start from this many pairs on.
 constexpr std::size_t least_pairs_a_thread = 16384;
 constexpr std::size_t chunk_pairs = 4096;
+// Where the geoms of each pair have to come from memory.
+constexpr std::size_t least_verified_a_thread = 4096;
 
 }  // namespace
 
@@ -69,28 +71,40 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
     part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
 }
 
-void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, PairList& pairs) {
+// Marks the pairs whose geoms rule them out.
+void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begin, Pair* end) {
   // Geoms lie anywhere in memory.
-  constexpr std::size_t ahead = 24;
-  const auto prefetchLater = [&](Pair pair) {
-    const dxGeom* const geom = geoms[laterOf(pair)];
+  constexpr std::ptrdiff_t ahead = 16;
+  const auto prefetch = [](const dxGeom* geom) {
     __builtin_prefetch(&geom->gflags);
     __builtin_prefetch(&geom->collide_bits);
   };
-  for (Buffer<Pair>& part : pairs.parts) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < part.size(); ++i) {
-      if (i + 2 * ahead < part.size()) {
-        __builtin_prefetch(&geoms[laterOf(part[i + 2 * ahead])]);
-        prefetchLater(part[i + ahead]);
-      }
-      const Pair pair = part[i];
-      dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
-      if (!isEnabled(a) || !isEnabled(b) || !filtersMatch(a, b)) continue;
-      if (facts.user_classes && !passesAABBTests(a, b)) continue;
-      part[count++] = pair;
+  for (Pair* pair = begin; pair < end; ++pair) {
+    if (end - pair > 2 * ahead) {
+      __builtin_prefetch(&geoms[earlierOf(pair[2 * ahead])]);
+      __builtin_prefetch(&geoms[laterOf(pair[2 * ahead])]);
+      prefetch(geoms[earlierOf(pair[ahead])]);
+      prefetch(geoms[laterOf(pair[ahead])]);
     }
-    part.resize(count);
+    dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
+    if (!isEnabled(a) || !isEnabled(b) || !filtersMatch(a, b) ||
+        (user_classes && !passesAABBTests(a, b)))
+      *pair = dropped_pair;
+  }
+}
+
+void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
+                        PairList& pairs) {
+  for (Buffer<Pair>& part : pairs.parts) {
+    const int team = facts.user_classes
+                         ? 1
+                         : static_cast<int>(std::min<std::size_t>(
+                               threads, part.size() / least_verified_a_thread + 1));
+    runTeam(team, [&](int thread, int size) {
+      const Range range = partOf(part.size(), thread, size);
+      verifyChunk(geoms, facts.user_classes, part.data() + range.begin, part.data() + range.end);
+    });
+    part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
   }
 }
 

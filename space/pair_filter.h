@@ -24,10 +24,11 @@ class PairFilter {
   // Leaves the pairs to be reported: those whose geoms are enabled and have the bits for it, which
   // was not looked at for geoms at rest, and which pass the AABBTest functions, called on the
   // calling thread.
-  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, PairList& pairs);
+  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs);
 
  private:
   struct ExactTest;
+  static void verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begin, Pair* end);
   std::size_t testStretches(const ExactTest& test, int threads, PairList& pairs);
 
   std::vector<PairList::Stretch> chunks_;
