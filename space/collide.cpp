@@ -10,8 +10,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Up to this number of slots testing all pairs is faster than the sweep: up to 350 where it keeps its
-// cells, up to 700 where it cannot (pair-benchmark --sizes=350,700).
+// Up to this number of slots testing all pairs is faster than the sweep: up to 350 where it keeps
+// its cells, up to 700 where it cannot (pair-benchmark --sizes=350,700).
 constexpr std::size_t brute_force_scene = 450;
 // Threads are worth their start from this many slots on, and each of them from this many.
 constexpr std::size_t least_shared_scene = 4096;

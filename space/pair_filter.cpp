@@ -96,10 +96,9 @@ void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begi
 void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
                         PairList& pairs) {
   for (Buffer<Pair>& part : pairs.parts) {
-    const int team = facts.user_classes
-                         ? 1
-                         : static_cast<int>(std::min<std::size_t>(
-                               threads, part.size() / least_verified_a_thread + 1));
+    const int team = facts.user_classes ? 1
+                                        : static_cast<int>(std::min<std::size_t>(
+                                              threads, part.size() / least_verified_a_thread + 1));
     runTeam(team, [&](int thread, int size) {
       const Range range = partOf(part.size(), thread, size);
       verifyChunk(geoms, facts.user_classes, part.data() + range.begin, part.data() + range.end);

@@ -17,6 +17,8 @@ constexpr std::size_t buckets_a_thread = 4;
 constexpr std::size_t least_bucket_pairs = 512;
 // Lists of more pairs than this, on average, are sorted by digits.
 constexpr std::size_t long_list = 24;
+// Where there are this many slots to a pair, looking at each slot takes longer than sorting.
+constexpr std::size_t sparse_slots = 4;
 
 // Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
 bool laterComesAfter(Pair a, Pair b) {
@@ -44,11 +46,32 @@ void sortLong(Pair* begin, Pair* end) {
 
 }  // namespace
 
+// By digits: of the earlier slots those that differ.
+bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch) {
+  Pair all = 0, differing = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    all |= pairs[i];
+    differing |= pairs[i] ^ pairs[0];
+  }
+  constexpr std::size_t few = 64;
+  if (count <= few) {
+    std::sort(pairs, pairs + count,
+              [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
+    return isUnsure(all);
+  }
+  int earlier_bits = 0;
+  while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
+  radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
+  if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
+  return isUnsure(all);
+}
+
 bool PairOrder::sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots,
                            int slot_bits, Scratch& scratch) {
   if (count == 0) return false;
-  scratch.ends.assign(slots + 1, 0);
   scratch.pairs.resizeDiscarding(count);
+  if (slots / count >= sparse_slots) return sortSparse(pairs, count, slot_bits, scratch);
+  scratch.ends.assign(slots + 1, 0);
   // Long lists are put in order together, before they are told apart.
   const bool lists_are_long = count / slots > long_list;
   if (lists_are_long) radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);

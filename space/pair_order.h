@@ -30,6 +30,8 @@ class PairOrder {
   bool sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots, int slot_bits,
                   Scratch& scratch);
 
+  static bool sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);
+
   std::vector<std::size_t> positions_;
   std::vector<std::size_t> bucket_begin_;
   std::vector<Scratch> scratch_;

@@ -146,7 +146,7 @@ void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::siz
     if (count > group_size) {
       memcpy(sorted + begin, pairs + begin, count * sizeof *pairs);
       sortLong(sorted + begin, sorted + end);
-    } else if (Set::sorts_eight && count <= 8 && begin + 8 <= all) {
+    } else if (Set::sorts_eight && count && count <= 8 && begin + 8 <= all) {
       // What this leaves behind the list is overwritten by the next ones.
       if constexpr (Set::sorts_eight) Set::sortEight(pairs + begin, count, sorted + begin);
     } else if (count) {

@@ -1,0 +1,87 @@
+// Pairs found in any order, put in that of the report: dense and sparse, in short lists and long.
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include "pair_order.h"
+#include "simd/kernels.h"
+#include "support/case.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+// Different pairs of slots below `slots`, of which every tenth is unsure, dealt to some buffers.
+// The earlier slots are `spread` apart.
+std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::size_t spread,
+                                    sap_test::Random& random) {
+  std::set<Pair> pairs;
+  while (pairs.size() < count) {
+    const Slot earlier = static_cast<Slot>(random.below((slots - 1) / spread + 1) * spread);
+    if (earlier + 1 >= slots) continue;
+    const Slot later = static_cast<Slot>(earlier + 1 + random.below(slots - earlier - 1));
+    pairs.insert(makePair(earlier, later));
+  }
+  std::vector<Pair> shuffled(pairs.begin(), pairs.end());
+  for (std::size_t i = shuffled.size(); i > 1; --i)
+    std::swap(shuffled[i - 1], shuffled[random.below(i)]);
+  std::vector<Buffer<Pair>> found(1 + random.below(4));
+  for (const Pair pair : shuffled)
+    found[random.below(found.size())].push_back(random.chance(0.1) ? pair | unsure_bit : pair);
+  return found;
+}
+
+void checkSorted(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+                 PairOrder& order) {
+  std::vector<Pair> wanted;
+  for (const Buffer<Pair>& part : found) wanted.insert(wanted.end(), part.begin(), part.end());
+  std::sort(wanted.begin(), wanted.end(),
+            [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
+  PairList pairs;
+  order.sort(found, slots, threads, pairs);
+  std::vector<Pair> got;
+  for (const Buffer<Pair>& part : pairs.parts) got.insert(got.end(), part.begin(), part.end());
+  REQUIRE(got == wanted);
+  checkUnsureStretches(pairs);
+}
+
+struct Shape {
+  std::size_t count, slots, spread;
+};
+
+}  // namespace
+
+TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-order]") {
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    PairOrder order;  // with what the shapes before left in it
+    for (const Shape& shape : {Shape{0, 10, 1},
+                               {1, 2, 1},
+                               {1, 100000, 1},
+                               {7, 9, 1},
+                               {40, 100000, 1},
+                               {3000, 100000, 1},
+                               {20000, 100000, 1},
+                               {20000, 20000, 1},
+                               {20000, 4500, 1},
+                               {20000, 2200, 1},
+                               {20000, 600, 1},
+                               {20000, 250, 1},
+                               {20000, 50000, 2500},
+                               {20000, 50000, 24000}})
+      for (const int threads : {1, 3}) {
+        INFO((*set)->name << ", " << shape.count << " pairs of " << shape.slots << " slots, every "
+                          << shape.spread << ", " << threads << " threads");
+        checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
+                    order);
+      }
+  }
+  chooseKernelSet(best);
+}
