@@ -47,10 +47,21 @@ class Buffer {
     if (size > capacity_) reallocate(size > capacity_ + capacity_ / 2 ? size : capacity_ * 3 / 2);
     size_ = size;
   }
-  // Sets the size; the contents are lost if the storage has to grow.
+  // Sets the size; the contents are lost if the storage has to grow. As nothing is copied then, it
+  // grows by little.
   void resizeDiscarding(std::size_t size) {
-    if (size > capacity_) size_ = 0;
-    resize(size);
+    if (size > capacity_) {
+      size_ = 0;
+      reallocate(size > capacity_ + capacity_ / 8 ? size : capacity_ + capacity_ / 8);
+    }
+    size_ = size;
+  }
+  // Empties it, and gives back storage that is half as large again as `enough` elements need.
+  void clearTo(std::size_t enough) {
+    size_ = 0;
+    if (capacity_ <= enough + enough / 2) return;
+    release();
+    reserve(enough);
   }
   // Room for at least `capacity` elements.
   void reserve(std::size_t capacity) {

@@ -12,6 +12,8 @@ namespace ode_parallel_sap {
 // Appends to `pairs`, which holds what was written once the sink is gone.
 class BufferSink : public PairSink {
  public:
+  static constexpr std::size_t first_capacity = 4096;
+
   explicit BufferSink(Buffer<Pair>& pairs) : pairs_(pairs) {
     grow = &BufferSink::growBuffer;
     point(pairs.size());
@@ -29,9 +31,8 @@ class BufferSink : public PairSink {
     BufferSink& self = static_cast<BufferSink&>(sink);
     const std::size_t size = self.next - self.pairs_.data();
     self.pairs_.resize(size);
-    constexpr std::size_t first_capacity = 4096;
     const std::size_t larger = self.pairs_.capacity() / 2 * 3;
-    self.pairs_.reserve(std::max(std::max(first_capacity, larger), size + room));
+    self.pairs_.reserve(std::max(std::max(std::size_t{first_capacity}, larger), size + room));
     self.point(size);
   }
 

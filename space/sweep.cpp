@@ -99,7 +99,25 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
     }
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
+  clearFound(boxes.size);
   return used;
+}
+
+// Keeps what the next frame will need, not what the way there took.
+template <class Real>
+void Sweep<Real>::clearFound(std::size_t slots) {
+  const auto needed = [&](const Buffer<Pair>& found) {
+    const std::size_t pairs =
+        std::max(found.size() + found.size() / 8, std::size_t{BufferSink::first_capacity});
+    return &found == &found_[0] ? std::max(pairs, 2 * slots) : pairs;  // boxes are sorted there
+  };
+  std::size_t all_held = 0, all_needed = 0;
+  for (const Buffer<Pair>& found : found_) {
+    all_held += found.capacity();
+    all_needed += needed(found);
+  }
+  if (2 * all_held > 3 * all_needed)
+    for (Buffer<Pair>& found : found_) found.clearTo(needed(found));
 }
 
 template <class Real>
