@@ -90,6 +90,7 @@ class ParallelSAPSpace : public dxSpace {
   void synchronise();
   void noteFacts();
   CPUFinders& finders();
+  int fastestMethod() const;
   void extract(PairList& pairs);
   void extractBy(int method, PairList& pairs);
   void extractWhereFastest(int method, PairList& pairs);

@@ -160,6 +160,35 @@ TEST_CASE("What is asked for is what runs", "[api]") {
   }
 }
 
+TEST_CASE("Small scenes are swept unless they are crowded", "[api]") {
+  const BareEnvironment bare;
+  const dSpaceID space = dParallelSAPSpaceCreate(0);
+  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+  {
+    World world(space);
+    world.addBoxes(denseCube(600, 1));
+    std::uint64_t seed = 1;
+    const auto frame = [&] {
+      world.jitter(0.2, seed++);
+      collide(space);
+      return statsOf(space).method;
+    };
+    CHECK(frame() == dParallelSAPMethodSweep);
+    CHECK(frame() == dParallelSAPMethodSweep);
+    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 3, 3, 3);
+    frame();  // finds out
+    CHECK(frame() == dParallelSAPMethodBruteForce);
+    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 1, 1, 1);
+    frame();
+    CHECK(frame() == dParallelSAPMethodSweep);
+    world.addBoxes(denseCube(101, 2));
+    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 3, 3, 3);
+    frame();
+    CHECK(frame() == dParallelSAPMethodSweep);  // beyond 700 always
+  }
+  dSpaceDestroy(space);
+}
+
 TEST_CASE("Statistics are zero before the first collide", "[api]") {
   const Space space;
   const dParallelSAPStats stats = statsOf(space);
