@@ -1,7 +1,6 @@
 #include "cell_drift.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "parallel.h"
 
@@ -67,7 +66,7 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
     return false;
   }
   return served_ < longest_service &&
-         std::memcmp(seen_.data(), active_.data(), words * sizeof(std::uint64_t)) == 0;
+         std::equal(seen_.data(), seen_.data() + words, active_.data());
 }
 
 template <class Real>

@@ -183,3 +183,12 @@ TEST_CASE("Cells that came apart in each frame are kept again once they stay tog
   }
   CHECK(kept > 50);
 }
+
+TEST_CASE("A scene may be empty for some frames", "[drift]") {
+  Scene<double> scene(0, sap_test::seedOr(1));
+  for (int frame = 0; frame < 3; ++frame) scene.step();
+  scene.add();
+  CHECK(!scene.step());
+  scene.boxes.size = 0;
+  for (int frame = 0; frame < 3; ++frame) scene.step();
+}
