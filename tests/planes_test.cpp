@@ -324,8 +324,10 @@ TEST_CASE("What lies flat on a culled plane through the origin is a pair with it
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
     dParallelSAPSpaceSetCullPlanes(space, 1);
     world.take(dCreatePlane(space, 0, 0, 1, distance));
-    for (int i = 0; i < 60; ++i)
-      world.take(createUserBox(space, {i * 2.0, i * 2.0 + 1, 0, 1, 0, 0}));
+    for (int i = 0; i < 60; ++i) {
+      const dReal x = static_cast<dReal>(2 * i);
+      world.take(createUserBox(space, {x, x + 1, 0, 1, 0, 0}));
+    }
     CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
     CHECK(statsOf(space).pairs == 60);
   }
