@@ -50,7 +50,8 @@ void Driver::step() {
       &Driver::changeSettings,   &Driver::stepWorld,       &Driver::collideFrames,
       &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
       &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
-      &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany};
+      &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany,
+      &Driver::collideContacts};
   (this->*kEdits[decisions_.below(std::size(kEdits))])();
 }
 

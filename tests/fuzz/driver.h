@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "../support/contact_scene.h"
 #include "../support/floating_point.h"
 #include "../support/recorder.h"
 #include "../support/user_box.h"
@@ -106,6 +107,11 @@ class Driver {
   Pairs expectedOf(int space) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
+
+  // The narrow phase, in driver_contacts.cpp.
+  void collideContacts();
+  Pairs ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const;
+  Contacts expectedContacts(const Pairs& pairs, const SerialLoop& how, bool descends) const;
 
   // Rules of spaces, in driver_rules.cpp.
   void compareByRules(int space, const Pairs& got, bool beginning_only);

@@ -1,0 +1,203 @@
+// The narrow phase: its pairs compared with the oracle, its contacts with a loop over dCollide.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "driver.h"
+
+namespace sap_test {
+namespace {
+
+// Where ODE's colliders compute with numbers; infinities make them abort.
+bool isTame(dGeomID geom) {
+  if (dGeomGetClass(geom) == dPlaneClass) return true;
+  const dReal* const at = dGeomGetPosition(geom);
+  return std::all_of(at, at + 3, [](dReal x) { return std::fabs(x) < dReal(1e7); });
+}
+
+struct Stop : std::runtime_error {
+  Stop() : std::runtime_error("stop") {}
+};
+
+enum class Interruption { none, collides, throws, flags_throw };
+
+// The data of all callbacks: what they are to do, and what they saw.
+struct Call {
+  std::size_t salt = 0;
+  bool reduces = false;
+  bool descends = false;  // into spaces, which are passed over otherwise
+  Interruption interruption = Interruption::none;
+  std::size_t at = 0;
+  std::function<void()> collide_within = {};
+
+  std::mutex lock = {};
+  Pairs pairs = {};        // asked for their flags, in any order
+  Pairs with_spaces = {};  // in the order of the calls
+  Contacts contacts = {};
+  std::size_t reports = 0;
+  const std::thread::id caller = std::this_thread::get_id();
+  bool elsewhere = false;  // a callback that belongs to the caller's thread
+
+  std::size_t decide(dGeomID o1, dGeomID o2) const {
+    return 7 * number(o1) + 11 * number(o2) + salt;
+  }
+  void mustBeCaller() { elsewhere = elsewhere || std::this_thread::get_id() != caller; }
+};
+
+int flagsOf(void* data, dGeomID o1, dGeomID o2) {
+  if (!isTame(o1) || !isTame(o2)) return 0;
+  const std::size_t way = static_cast<const Call*>(data)->decide(o1, o2);
+  int flags = static_cast<int>(way % 5 * 3);
+  if (way % 3 == 0) flags |= static_cast<int>(CONTACTS_UNIMPORTANT);
+  if (way % 7 == 0) flags |= dParallelSAPOnCallingThread;
+  return flags;
+}
+
+int flagsOfNext(void* data, dGeomID o1, dGeomID o2) {
+  Call& call = *static_cast<Call*>(data);
+  {
+    const std::lock_guard<std::mutex> guard(call.lock);
+    record(&call.pairs, o1, o2);
+    if (call.interruption == Interruption::flags_throw && call.pairs.size() == call.at)
+      throw Stop();
+  }
+  return flagsOf(data, o1, o2);
+}
+
+int reduceAny(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts, int count) {
+  const std::size_t way = static_cast<const Call*>(data)->decide(o1, o2);
+  if (way % 2) std::reverse(contacts, contacts + count);
+  return static_cast<int>(way % static_cast<std::size_t>(count + 1));
+}
+
+void replaceSpaces(void* data, dGeomID o1, dGeomID o2, void* pairs) {
+  Call& call = *static_cast<Call*>(data);
+  call.mustBeCaller();
+  record(&call.with_spaces, o1, o2);
+  if (call.descends) dSpaceCollide2(o1, o2, pairs, dParallelSAPAddPair);
+}
+
+void report(void* data, dGeomID o1, dGeomID o2, const dContactGeom* contacts, int count) {
+  Call& call = *static_cast<Call*>(data);
+  call.mustBeCaller();
+  if (++call.reports == call.at && call.interruption == Interruption::collides)
+    call.collide_within();
+  recordContacts(&call.contacts, o1, o2, contacts, count);
+  if (call.reports == call.at && call.interruption == Interruption::throws) throw Stop();
+}
+
+// Returns whether it came to its end.
+bool collideContacts(dSpaceID space, Call& call) try {
+  dParallelSAPContactCallbacks callbacks = {report, flagsOfNext, nullptr, replaceSpaces};
+  if (call.reduces) callbacks.reduce = reduceAny;
+  dParallelSAPSpaceCollideContacts(space, &call, 0, &callbacks);
+  return true;
+} catch (const Stop&) {
+  return false;
+}
+
+// Everything but what is done within. `other` is to be such a call that nothing interrupts.
+void decide(Decisions& decisions, Call& call, Call& other) {
+  call.salt = other.salt = decisions.below(256);
+  call.reduces = other.reduces = call.salt % 2;
+  call.descends = other.descends = call.salt % 8 < 6;
+  if (decisions.chance(96)) call.interruption = static_cast<Interruption>(decisions.below(4));
+  call.at = 1 + decisions.below(call.interruption == Interruption::flags_throw ? 600 : 100);
+}
+
+// What is wrong about a call that came to its end or not; "" if nothing is.
+std::string problemOf(const Call& call, bool finished, Contacts expected) {
+  if (call.elsewhere) return "a callback ran in another thread";
+  if (!finished) {
+    const bool by_flags = call.interruption == Interruption::flags_throw;
+    if (by_flags && !call.contacts.empty()) return "contacts reported after a callback threw";
+    expected.resize(std::min(expected.size(), call.contacts.size()));
+  }
+  return difference(call.contacts, expected);
+}
+
+}  // namespace
+
+// What the space itself found of a call's pairs, in the order that is owed.
+Pairs Driver::ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const {
+  std::vector<std::size_t> places(objects_.size());
+  const std::vector<int>& members = objects_[space].members;
+  for (std::size_t i = 0; i < members.size(); ++i) places[members[i]] = i;
+  Pairs own;
+  for (const Pairs* list : {&pairs, &with_spaces}) {
+    for (const Pair& pair : *list) {
+      if (objects_[pair.first].parent == space && objects_[pair.second].parent == space)
+        own.push_back(pair);
+    }
+  }
+  std::sort(own.begin(), own.end(), [&places](const Pair& a, const Pair& b) {
+    return std::make_pair(places[a.first], places[a.second]) <
+           std::make_pair(places[b.first], places[b.second]);
+  });
+  return own;
+}
+
+// What a loop over these pairs of a space finds.
+Contacts Driver::expectedContacts(const Pairs& pairs, const SerialLoop& how, bool descends) const {
+  SerialLoop loop = how;
+  for (const Pair& pair : pairs) {
+    const Object &a = objects_[pair.first], &b = objects_[pair.second];
+    if (descends || (a.kind != kSpace && b.kind != kSpace)) {
+      SerialLoop::collide(&loop, a.geom, b.geom);
+    }
+  }
+  return loop.contacts;
+}
+
+void Driver::collideContacts() {
+  const int space = pickOurSpace();
+  const dSpaceID id = spaceOf(space);
+  const int usual_threads = dParallelSAPSpaceGetNumThreads(id);
+  const int threads[] = {1, 2, 3, 7, usual_threads};
+  const int some_threads = threads[decisions_.below(std::size(threads))];
+  Call call, inner;
+  decide(decisions_, call, inner);
+  Pairs inner_pairs;
+  call.collide_within = [&] {
+    inner_pairs = collide(id);
+    sap_test::collideContacts(id, inner);
+  };
+  SerialLoop loop;
+  loop.flags_of = flagsOf;
+  loop.reduce = call.reduces ? reduceAny : nullptr;
+  loop.data = &call;
+  log("contacts of " + std::to_string(space) + " by " + std::to_string(some_threads) +
+      " threads, salt " + std::to_string(call.salt) + ", interruption " +
+      std::to_string(static_cast<int>(call.interruption)) + " at " + std::to_string(call.at));
+
+  bool finished;
+  Pairs own;
+  Contacts expected;
+  {
+    const FloatingPointMode scoped(mode());
+    dParallelSAPSpaceSetNumThreads(id, some_threads);
+    finished = sap_test::collideContacts(id, call);
+    dParallelSAPSpaceSetNumThreads(id, usual_threads);
+    // Where its callback threw it did not ask for all flags.
+    const bool asked = finished || call.interruption != Interruption::flags_throw;
+    own = asked ? ownPairs(space, call.pairs, call.with_spaces) : collide(id);
+    expected = expectedContacts(own, loop, call.descends);
+  }
+  compare(space, own);
+  std::string problem = problemOf(call, finished, expected);
+  if (problem.empty() && !inner_pairs.empty()) {
+    compare(space, inner_pairs);
+    // Two frames may find different pairs beyond those owed.
+    if (objects_[space].rules.tolerance == 0) problem = problemOf(inner, true, expected);
+  }
+  if (!problem.empty()) fail("contacts of space " + std::to_string(space) + ": " + problem);
+}
+
+}  // namespace sap_test
