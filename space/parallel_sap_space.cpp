@@ -108,6 +108,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
+  is_still_ = false;
   queries_.changed(slotIn(geom));
   pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
 }
@@ -163,10 +164,8 @@ std::size_t ParallelSAPSpace::cleanOneByOne() {
   return moved;
 }
 
-// Called before each frame, for the last one. The storage of the devices stays: it took too long to
-// get.
+// The storage of the devices stays: it took too long to get.
 void ParallelSAPSpace::releaseSpareMemory() {
-  if (lock_count > 1 || !memory_watch_.isTooMuchAfter(count, stats_.pairs)) return;
   closeSlots();
   geoms_.shrink();
   queries_.release();
@@ -250,7 +249,6 @@ void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
 }
 
 void ParallelSAPSpace::countTotals() {
-  if (!settings.print_stats) return;
   totals_.frames += 1;
   totals_.geoms += stats_.geoms;
   totals_.pairs += stats_.pairs;
@@ -269,7 +267,7 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
          contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
          plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + geom_update_.bytes() +
-         pair_keeper_.bytes();
+         pair_keeper_.bytes() + (still_scene_ ? sizeof *still_scene_ : 0);
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

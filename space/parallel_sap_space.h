@@ -24,6 +24,7 @@
 #include "plane_pairs.h"
 #include "settings.h"
 #include "slot_set.h"
+#include "small_scene.h"
 #include "team_choice.h"
 #include "tight_pairs.h"
 
@@ -64,12 +65,15 @@ class ParallelSAPSpace : public dxSpace {
   class Lock;
   class Frame;
   class StageClock;
-  struct SmallScene;
 
   void closeSlots();
   void noteSilent();
   std::size_t cleanOneByOne();
   void beginFrame();
+  // Asked before each frame, of the last one.
+  bool hasSpareMemory() {
+    return lock_count == 1 && memory_watch_.isTooMuchAfter(count, stats_.pairs);
+  }
   void releaseSpareMemory();
   int threadsForScene() const;
   int threadsForFrame() const;
@@ -77,6 +81,9 @@ class ParallelSAPSpace : public dxSpace {
   bool timesSmallest();
   void collideSmallest(void* data, dNearCallback* callback);
   void findSmallest(SmallScene& scene);
+  bool isStill() const;
+  void rememberStill(const SmallScene& scene);
+  static void testSmallest(SmallScene& scene);
   void noteSmallest(const SmallScene& scene);
   bool findPairs(PairList& pairs, int threads, StageClock& clock);
   void collectPairs(ContactPairs& pairs, StageClock& clock);
@@ -134,6 +141,11 @@ class ParallelSAPSpace : public dxSpace {
   TeamChoice narrow_team_choice_;
   const UpdateFacts* facts_ = nullptr;
   MemoryWatch memory_watch_;
+
+  std::unique_ptr<StillScene> still_scene_;  // of the smallest scenes
+  bool is_still_ = false;                    // it was remembered, and no geom became dirty since
+  unsigned still_frames_ = 0;                // without a move, in a row
+  PackRules still_rules_;
 
   bool timed_ = false;            // statistics are asked for
   unsigned smallest_frames_ = 0;  // since then

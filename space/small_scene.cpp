@@ -1,5 +1,6 @@
 // dSpaceCollide of the smallest scenes: all stages in one pass.
 #include <algorithm>
+#include <new>
 
 #include "geom_tests.h"
 #include "parallel_sap_space.h"
@@ -9,10 +10,10 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Up to this number of slots a scene is collided pair by pair on the spot.
-constexpr std::size_t smallest_scene = 40;
-// And up to this number without vectors.
+// Up to this number of geoms pairs are tested without vectors.
 constexpr unsigned most_without_vectors = 24;
+// From this number of geoms on it pays to look whether they are as before.
+constexpr int least_remembered = 4;
 
 // Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
 // the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
@@ -55,20 +56,6 @@ bool ParallelSAPSpace::isSmallest() const {
          settings.backend != dParallelSAPBackendCUDA;
 }
 
-// A scene so small that it needs no boxes, and what was found in it.
-struct ParallelSAPSpace::SmallScene {
-  // Places in `active`; read as they are written, in one word.
-  struct Couple {
-    std::uint16_t places;
-    unsigned earlier() const { return places >> 8; }
-    unsigned later() const { return places & 0xff; }
-  };
-  dxGeom* active[smallest_scene];
-  Couple couples[smallest_scene * (smallest_scene - 1) / 2];
-  unsigned actives = 0, invalid = 0, unbounded = 0;
-  std::size_t moved = 0, candidates = 0, pairs = 0;
-};
-
 // The same promises without boxes, lists or clocks: for so few geoms those would take most of the
 // time.
 void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
@@ -76,9 +63,15 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   pair_keeper_.stop();
   SmallScene scene;
-  scene.moved = cleanOneByOne();
-  needs_clean_ = false;
-  findSmallest(scene);
+  if (isStill()) {
+    still_scene_->recall(scene);
+  } else {
+    scene.moved = cleanOneByOne();
+    needs_clean_ = false;
+    findSmallest(scene);
+    rememberStill(scene);
+  }
+  testSmallest(scene);
 
   const unsigned long long frame = stats_.frames;
   noteSmallest(scene);
@@ -108,6 +101,7 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
         }
         scene.unbounded += isUnbounded(geom);
       }
+      scene.user_classes = scene.user_classes || isUserClass(geom);
       scene.active[scene.actives++] = geom;
     }
     if (scene.actives > most_without_vectors)
@@ -127,6 +121,32 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
   }
   for (dxGeom* geom = first; scene.invalid && geom; geom = geom->next)
     if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
+}
+
+// Whether all is as in the frame that was remembered. What dirty() is called for ends that.
+bool ParallelSAPSpace::isStill() const {
+  return is_still_ && settings.rules == still_rules_ && still_scene_->holds(first);
+}
+
+// The second of two frames without a move is remembered, where that says it all: not what rules
+// leave out by the state of bodies.
+void ParallelSAPSpace::rememberStill(const SmallScene& scene) {
+  is_still_ = false;
+  still_frames_ = scene.moved == 0 ? still_frames_ + 1 : 0;
+  if (still_frames_ < 2 || count < least_remembered || settings.rules.skip()) return;
+  if (!still_scene_) still_scene_.reset(new (std::nothrow) StillScene);
+  if (!still_scene_) return;
+  still_scene_->remember(first, scene);
+  still_rules_ = settings.rules;
+  is_still_ = true;
+}
+
+// Leaves the couples that pass the AABBTest functions as the pairs.
+void ParallelSAPSpace::testSmallest(SmallScene& scene) {
+  if (!scene.user_classes) {
+    scene.pairs = scene.candidates;
+    return;
+  }
   for (std::size_t i = 0; i < scene.candidates; ++i) {
     const SmallScene::Couple couple = scene.couples[i];
     if (passesAABBTests(scene.active[couple.earlier()], scene.active[couple.later()]))
