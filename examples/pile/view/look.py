@@ -107,7 +107,7 @@ def test_colours():
     picture.expect("asleep", 0, 0)
     picture.expect("flat_ground", 0.2, 0.9)
     picture.expect("sky", 0.005, 0.3)
-    picture, output = snapshot(*options, "--steps", "1200")
+    picture, output = snapshot(*options, "--steps", "3000")
     check("12 of 12 bodies asleep" in output, "all bodies are asleep")
     picture.expect("awake", 0, 0)
     picture.expect("asleep", 0.05, 0.6)
