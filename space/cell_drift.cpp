@@ -19,7 +19,7 @@ constexpr std::size_t word_slots = 64;
 // Below this many boxes a team costs more than it saves.
 constexpr std::size_t least_shared_words = 1024;
 
-// Sums of the extents of the cells below a node. Not a number where there is no cell.
+// Sums of the extents of what is below a node. Not a number where there is nothing.
 template <class Real>
 void spansOf(const Group<Real>& bounds, Real* spans) {
   for (int lane = 0; lane < group_size; ++lane) {
@@ -29,7 +29,22 @@ void spansOf(const Group<Real>& bounds, Real* spans) {
   }
 }
 
-// Sum over a node's cells of how much they have grown, as shares of what they were. What was
+// Calls visit() for the nodes of a level of all trees that have it, and returns how many cells or
+// nodes are right below them.
+template <class Real, class Visit>
+std::size_t forNodes(const std::vector<CellTree<Real>>& trees, std::size_t count, int level,
+                     Visit visit) {
+  std::size_t children = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const TreeView<Real>& tree = trees[i].view();
+    if (level >= tree.depth) continue;
+    for (std::uint32_t node = 0; node < tree.groups[level]; ++node) visit(tree.levels[level][node]);
+    children += tree.groups[level - 1];
+  }
+  return children;
+}
+
+// Sum over what is below a node of how much it has grown, as shares of what they were. What was
 // infinite has not grown.
 template <class Real>
 double growthOf(const Group<Real>& bounds, const Real* before) {
@@ -71,17 +86,17 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
 
 template <class Real>
 bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_t count) {
-  double growth = 0;
-  std::size_t cells = 0;
   const Real* before = spans_.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    if (trees[i].cells() == 0) continue;
-    const TreeView<Real>& tree = trees[i].view();
-    for (std::uint32_t node = 0; node < tree.groups[1]; ++node, before += group_size)
-      growth += growthOf(tree.levels[1][node], before);
-    cells += trees[i].cells();
+  bool serve = true;
+  for (const int level : {1, 2}) {
+    double growth = 0;
+    const std::size_t children = forNodes(trees, count, level, [&](const Group<Real>& bounds) {
+      growth += growthOf(bounds, before);
+      before += group_size;
+    });
+    serve = serve && growth <= most_growth * static_cast<double>(children);
   }
-  if (growth <= most_growth * static_cast<double>(cells)) {
+  if (serve) {
     if (++served_ > 1) interval_ = 1;
     return true;
   }
@@ -95,17 +110,12 @@ bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_
 
 template <class Real>
 void CellDrift<Real>::restart(const std::vector<CellTree<Real>>& trees, std::size_t count) {
-  std::size_t nodes = 0;
-  for (std::size_t i = 0; i < count; ++i)
-    if (trees[i].cells()) nodes += trees[i].view().groups[1];
-  spans_.resizeDiscarding(nodes * group_size);
-  Real* spans = spans_.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    if (trees[i].cells() == 0) continue;
-    const TreeView<Real>& tree = trees[i].view();
-    for (std::uint32_t node = 0; node < tree.groups[1]; ++node, spans += group_size)
-      spansOf(tree.levels[1][node], spans);
-  }
+  spans_.resizeDiscarding(0);
+  for (const int level : {1, 2})
+    forNodes(trees, count, level, [&](const Group<Real>& bounds) {
+      spans_.resize(spans_.size() + group_size);
+      spansOf(bounds, spans_.end() - group_size);
+    });
   active_.swap(seen_);
   served_ = 0;
   known_ = true;

@@ -33,9 +33,9 @@ class CellDrift {
   bool known_ = false;
   std::size_t size_ = 0;
   Buffer<std::uint64_t> active_, seen_;  // a bit for each slot: when cut, and as seen last
-  Buffer<Real> spans_;                   // by cell, sixteen for each node: sums of extents when cut
-  int served_ = 0;                       // frames since then
-  int pause_ = 0, interval_ = 1;         // frames until they are tried again
+  Buffer<Real> spans_;  // of all below the nodes of the two lowest levels: sums of extents when cut
+  int served_ = 0;      // frames since then
+  int pause_ = 0, interval_ = 1;  // frames until they are tried again
 };
 
 }  // namespace ode_parallel_sap

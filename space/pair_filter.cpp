@@ -42,7 +42,7 @@ constexpr Pair dropped_pair = ~Pair{0};
 // A thread is worth its start from this many pairs on.
 constexpr std::size_t least_pairs_a_thread = 16384;
 constexpr std::size_t chunk_pairs = 4096;
-// Where the geoms of each pair have to come from memory.
+// And this many where the geoms of each pair have to come from memory.
 constexpr std::size_t least_verified_a_thread = 4096;
 
 }  // namespace

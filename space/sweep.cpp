@@ -73,6 +73,7 @@ void Sweep<Real>::renumber(const Slot* slots) {
 template <class Real>
 int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
+  releaseSpare(boxes.size);
   build(boxes, threads);
   planTasks(threads);
 
@@ -99,25 +100,25 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
     }
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
-  clearFound(boxes.size);
   return used;
 }
 
-// Keeps what the next frame will need, not what the way there took.
+// Keeps what a frame like the last one needs, not what the way there took.
 template <class Real>
-void Sweep<Real>::clearFound(std::size_t slots) {
-  const auto needed = [&](const Buffer<Pair>& found) {
-    const std::size_t pairs =
-        std::max(found.size() + found.size() / 8, std::size_t{BufferSink::first_capacity});
-    return &found == &found_[0] ? std::max(pairs, 2 * slots) : pairs;  // boxes are sorted there
+void Sweep<Real>::releaseSpare(std::size_t slots) {
+  const auto needed = [&](std::size_t thread) {
+    const std::size_t last = found_[thread].size();
+    const std::size_t pairs = std::max(last + last / 8, std::size_t{BufferSink::first_capacity});
+    return thread == 0 ? std::max(pairs, 2 * slots) : pairs;  // boxes are sorted there
   };
   std::size_t all_held = 0, all_needed = 0;
-  for (const Buffer<Pair>& found : found_) {
-    all_held += found.capacity();
-    all_needed += needed(found);
+  for (std::size_t thread = 0; thread < found_.size(); ++thread) {
+    all_held += found_[thread].capacity();
+    all_needed += needed(thread);
   }
   if (2 * all_held > 3 * all_needed)
-    for (Buffer<Pair>& found : found_) found.clearTo(needed(found));
+    for (std::size_t thread = 0; thread < found_.size(); ++thread)
+      found_[thread].clearTo(needed(thread));
 }
 
 template <class Real>

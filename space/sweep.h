@@ -43,7 +43,7 @@ class Sweep : public PairFinder {
   };
   void packTrees(const BoxSet& boxes, int threads);
   void planTasks(int threads);
-  void clearFound(std::size_t slots);
+  void releaseSpare(std::size_t slots);
 
   CellOrder<Real> order_;
   CellDrift<Real> drift_;

@@ -184,6 +184,28 @@ TEST_CASE("Cells that came apart in each frame are kept again once they stay tog
   CHECK(kept > 50);
 }
 
+TEST_CASE("Cells that go apart as wholes end with the frame, too", "[drift]") {
+  // Sixteen boxes to a swarm, and a swarm to a cell: no cell ever grows.
+  Scene<float> scene(0, sap_test::seedOr(1));
+  constexpr std::size_t swarms = 300;
+  for (std::size_t i = 0; i < 16 * swarms; ++i) scene.add();
+  const auto place = [&](double side) {
+    for (std::size_t swarm = 0; swarm < swarms; ++swarm)
+      for (int axis = 0; axis < 3; ++axis) {
+        const float low = static_cast<float>(scene.random.between(0, side));
+        for (std::size_t i = 0; i < 16; ++i) {
+          scene[16 * swarm + i].lower[axis] = low;
+          scene[16 * swarm + i].upper[axis] = low + 1;
+        }
+      }
+  };
+  place(1000);
+  scene.step();
+  REQUIRE(scene.step());
+  place(1000);
+  CHECK(!scene.step());
+}
+
 TEST_CASE("A scene may be empty for some frames", "[drift]") {
   Scene<double> scene(0, sap_test::seedOr(1));
   for (int frame = 0; frame < 3; ++frame) scene.step();
