@@ -20,7 +20,7 @@ void checkGrowth() {
   INFO(sizeof(E) << " bytes an element");
   for (const std::size_t bytes : {std::size_t{1} << 6, std::size_t{1} << 18, std::size_t{1} << 22})
     for (const int off : {-1, 0, 1}) {
-      const std::size_t count = bytes / sizeof(E) + 1 + off;
+      const std::size_t count = bytes / sizeof(E) + 2 + off;
       Buffer<E> buffer;
       buffer.reserve(count);
       REQUIRE(buffer.capacity() >= count);
