@@ -2,12 +2,12 @@
 #ifndef ODE_PARALLEL_SAP_CELL_DRIFT_H
 #define ODE_PARALLEL_SAP_CELL_DRIFT_H
 
-#include <cstdint>
 #include <vector>
 
 #include "box_set.h"
 #include "buffer.h"
 #include "cell_tree.h"
+#include "slot_set.h"
 
 namespace ode_parallel_sap {
 
@@ -32,7 +32,7 @@ class CellDrift {
  private:
   bool known_ = false;
   std::size_t size_ = 0;
-  Buffer<std::uint64_t> active_, seen_;  // a bit for each slot: when cut, and as seen last
+  SlotSet active_, seen_;  // slots: when the cells were cut, and as seen last
   Buffer<Real> spans_;  // of all below the nodes of the two lowest levels: sums of extents when cut
   int served_ = 0;      // frames since then
   int pause_ = 0, interval_ = 1;  // frames until they are tried again

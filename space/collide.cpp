@@ -45,7 +45,7 @@ int ParallelSAPSpace::threadsForFrame() const {
 
 void ParallelSAPSpace::beginFrame() {
   // Within a callback of this space the slots stay what they are.
-  if (lock_count == 1 && geoms_.size() > static_cast<std::size_t>(count)) closeSlots();
+  if (lock_count == 1) closeSlots();
   queries_.noteFrame();
   ++stats_.frames;
   stats_.geoms = count;
@@ -56,11 +56,11 @@ void ParallelSAPSpace::beginFrame() {
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
-  if (hasSpareMemory()) releaseSpareMemory();
+  releaseSpareMemory();
   beginFrame();
   if (isSmallest()) {
     collideSmallest(data, callback);
-    if (settings.print_stats) countTotals();
+    countTotals();
     return;
   }
 
@@ -79,7 +79,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   own.total_ms = clock.total();
   own.frames = stats_.frames;
   stats_ = own;
-  if (settings.print_stats) countTotals();
+  countTotals();
 }
 
 // All stages but the report: the pairs of the frame, in their order. `pairs` comes with those of
@@ -179,7 +179,7 @@ void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
 // A contact callback that collides this space again finds the members free, as one of collide does.
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
-  if (hasSpareMemory()) releaseSpareMemory();
+  releaseSpareMemory();
   StageClock clock;
   ContactPairs pairs(request, std::move(contact_pairs_));
   NarrowPhase narrow_phase = std::move(narrow_phase_);
@@ -198,7 +198,7 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   own.frames = stats_.frames;
   stats_ = own;
   stats_of_smallest_ = false;  // these have times
-  if (settings.print_stats) countTotals();
+  countTotals();
   contact_pairs_ = pairs.release();
   narrow_phase_ = std::move(narrow_phase);
 }

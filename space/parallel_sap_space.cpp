@@ -164,8 +164,10 @@ std::size_t ParallelSAPSpace::cleanOneByOne() {
   return moved;
 }
 
-// The storage of the devices stays: it took too long to get.
+// Called before each frame, for the last one. The storage of the devices stays: it took too long to
+// get.
 void ParallelSAPSpace::releaseSpareMemory() {
+  if (lock_count > 1 || !memory_watch_.isTooMuchAfter(count, stats_.pairs)) return;
   closeSlots();
   geoms_.shrink();
   queries_.release();
@@ -249,6 +251,7 @@ void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
 }
 
 void ParallelSAPSpace::countTotals() {
+  if (!settings.print_stats) return;
   totals_.frames += 1;
   totals_.geoms += stats_.geoms;
   totals_.pairs += stats_.pairs;

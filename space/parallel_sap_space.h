@@ -70,10 +70,6 @@ class ParallelSAPSpace : public dxSpace {
   void noteSilent();
   std::size_t cleanOneByOne();
   void beginFrame();
-  // Asked before each frame, of the last one.
-  bool hasSpareMemory() {
-    return lock_count == 1 && memory_watch_.isTooMuchAfter(count, stats_.pairs);
-  }
   void releaseSpareMemory();
   int threadsForScene() const;
   int threadsForFrame() const;
@@ -145,7 +141,6 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<StillScene> still_scene_;  // of the smallest scenes
   bool is_still_ = false;                    // it was remembered, and no geom became dirty since
   unsigned still_frames_ = 0;                // without a move, in a row
-  PackRules still_rules_;
 
   bool timed_ = false;            // statistics are asked for
   unsigned smallest_frames_ = 0;  // since then

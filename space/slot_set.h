@@ -37,6 +37,7 @@ class SlotSet {
   // own.
   std::size_t words() const { return words_.size(); }
   std::uint64_t word(std::size_t i) const { return words_[i]; }
+  void setWord(std::size_t i, std::uint64_t slots) { words_[i] = slots; }
 
   // Calls visit(slot) for the slots of words [range.begin, range.end), ascending.
   template <class Visit>

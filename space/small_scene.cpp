@@ -125,7 +125,7 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
 
 // Whether all is as in the frame that was remembered. What dirty() is called for ends that.
 bool ParallelSAPSpace::isStill() const {
-  return is_still_ && settings.rules == still_rules_ && still_scene_->holds(first);
+  return is_still_ && still_scene_->holds(first, settings.rules);
 }
 
 // The second of two frames without a move is remembered, where that says it all: not what rules
@@ -136,8 +136,7 @@ void ParallelSAPSpace::rememberStill(const SmallScene& scene) {
   if (still_frames_ < 2 || count < least_remembered || settings.rules.skip()) return;
   if (!still_scene_) still_scene_.reset(new (std::nothrow) StillScene);
   if (!still_scene_) return;
-  still_scene_->remember(first, scene);
-  still_rules_ = settings.rules;
+  still_scene_->remember(first, settings.rules, scene);
   is_still_ = true;
 }
 

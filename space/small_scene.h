@@ -8,6 +8,7 @@
 
 #include "geom_tests.h"
 #include "ode_private.h"
+#include "pack_rules.h"
 
 namespace ode_parallel_sap {
 
@@ -33,15 +34,17 @@ struct SmallScene {
 // and all are as they were in what a geom does not tell its space.
 class StillScene {
  public:
-  // Whether all geoms of a space, from the first in its list on, are as remembered.
-  bool holds(const dxGeom* first) const {
+  // Whether the rules and all geoms of a space, from the first in its list on, are as remembered.
+  bool holds(const dxGeom* first, const PackRules& rules) const {
+    if (rules != rules_) return false;
     const Seen* seen = seen_;
     const Seen* const end = seen_ + count_;
     for (const dxGeom* geom = first; geom; geom = geom->next, ++seen)
       if (seen == end || !seen->is(geom)) return false;
     return seen == end;
   }
-  void remember(const dxGeom* first, const SmallScene& scene) {
+  void remember(const dxGeom* first, const PackRules& rules, const SmallScene& scene) {
+    rules_ = rules;
     count_ = 0;
     for (const dxGeom* geom = first; geom; geom = geom->next)
       seen_[count_++] = {geom, geom->body, geom->category_bits, geom->collide_bits,
@@ -73,6 +76,7 @@ class StillScene {
     to.candidates = from.candidates;
   }
 
+  PackRules rules_;
   std::size_t count_ = 0;
   Seen seen_[smallest_scene];
   SmallScene scene_;

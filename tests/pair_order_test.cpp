@@ -52,6 +52,15 @@ struct Shape {
   std::size_t count, slots, spread;
 };
 
+// None, few and many pairs to a slot.
+constexpr Shape shapes[] = {{0, 10, 1},           {1, 2, 1},
+                            {1, 100000, 1},       {7, 9, 1},
+                            {40, 100000, 1},      {3000, 100000, 1},
+                            {20000, 100000, 1},   {20000, 20000, 1},
+                            {20000, 4500, 1},     {20000, 2200, 1},
+                            {20000, 600, 1},      {20000, 250, 1},
+                            {20000, 50000, 2500}, {20000, 50000, 24000}};
+
 }  // namespace
 
 TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-order]") {
@@ -62,20 +71,7 @@ TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-order
   for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
     chooseKernelSet(**set);
     PairOrder order;  // with what the shapes before left in it
-    for (const Shape& shape : {Shape{0, 10, 1},
-                               {1, 2, 1},
-                               {1, 100000, 1},
-                               {7, 9, 1},
-                               {40, 100000, 1},
-                               {3000, 100000, 1},
-                               {20000, 100000, 1},
-                               {20000, 20000, 1},
-                               {20000, 4500, 1},
-                               {20000, 2200, 1},
-                               {20000, 600, 1},
-                               {20000, 250, 1},
-                               {20000, 50000, 2500},
-                               {20000, 50000, 24000}})
+    for (const Shape& shape : shapes)
       for (const int threads : {1, 3}) {
         INFO((*set)->name << ", " << shape.count << " pairs of " << shape.slots << " slots, every "
                           << shape.spread << ", " << threads << " threads");

@@ -143,16 +143,22 @@ void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::siz
   const std::size_t all = lists ? ends[lists - 1] : 0;
   for (std::size_t list = 0, begin = 0; list < lists; ++list) {
     const std::size_t end = ends[list], count = end - begin;
-    if (count > group_size) {
-      memcpy(sorted + begin, pairs + begin, count * sizeof *pairs);
-      sortLong(sorted + begin, sorted + end);
-    } else if (Set::sorts_eight && count && count <= 8 && begin + 8 <= all) {
-      // What this leaves behind the list is overwritten by the next ones.
-      if constexpr (Set::sorts_eight) Set::sortEight(pairs + begin, count, sorted + begin);
-    } else if (count) {
-      sortList(pairs + begin, count, sorted + begin);
-    }
+    const std::uint64_t* const from = pairs + begin;
+    std::uint64_t* const to = sorted + begin;
+    const bool has_room = begin + 8 <= all;
     begin = end;
+    if constexpr (Set::sorts_eight) {
+      if (count && count <= 8 && has_room) {
+        Set::sortEight(from, count, to);  // the next lists overwrite what it leaves behind this one
+        continue;
+      }
+    }
+    if (count > group_size) {
+      memcpy(to, from, count * sizeof *from);
+      sortLong(to, to + count);
+    } else if (count) {
+      sortList(from, count, to);
+    }
   }
 }
 
