@@ -9,6 +9,7 @@
 #include "axis_lists.h"
 #include "brute_force.h"
 #include "coarse_crowds.h"
+#include "incremental.h"
 #include "parallel.h"
 #include "radix_sort.h"
 #include "round_outward.h"
@@ -52,6 +53,57 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
           checkUnsureStretches(tested);
         }
   }
+  chooseKernelSet(best);
+}
+
+namespace {
+
+// The pairs of `wanted` that a slot of `changed` is in, found by it and by all others in a tree.
+template <class Real>
+void checkChanged(const Case& wanted, const Buffer<Slot>& changed) {
+  Sweep<Real> base;
+  Incremental<Real> incremental;
+  PairList list;
+  base.build(wanted.boxes, 2);
+  incremental.start(base, wanted.boxes.size, wanted.boxes);
+  incremental.find(wanted.boxes, changed, 2, list);
+  Case part;
+  const auto isChanged = [&](Slot slot) {
+    return std::binary_search(changed.begin(), changed.end(), slot);
+  };
+  for (const Pair pair : wanted.exact)
+    if (isChanged(earlierOf(pair)) || isChanged(laterOf(pair))) part.exact.push_back(pair);
+  check({list.parts[0].begin(), list.parts[0].end()}, part);
+  checkUnsureStretches(list);
+}
+
+}  // namespace
+
+TEST_CASE("A few boxes, some of which reach all others, find their pairs in the tree of the rest") {
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  constexpr std::size_t n = 6000, interval = 97, giants = 20;
+  std::vector<sap_test::Box> scene = sap_test::denseCube(n, seed);
+  for (std::size_t i = 0; i < giants; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      scene[i * 3 * interval].low[axis] -= 10.0 * static_cast<double>(i % 3);
+      scene[i * 3 * interval].high[axis] += 10.0 * static_cast<double>(i % 4);
+    }
+  Buffer<Slot> changed;
+  for (std::size_t slot = 0; slot < n; slot += interval) changed.push_back(static_cast<Slot>(slot));
+  const KernelSet& best = kernelSet();
+  for (const bool wide : {false, true})
+    for (const bool filtered : {false, true}) {
+      const Case wanted = makeCase(scene, wide, filtered);
+      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
+        chooseKernelSet(**set);
+        if (wide)
+          checkChanged<double>(wanted, changed);
+        else
+          checkChanged<float>(wanted, changed);
+      }
+    }
   chooseKernelSet(best);
 }
 

@@ -201,10 +201,22 @@ void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t en
   cellsAgainstTree(queries, begin, end, tree, false, exact, sink);
 }
 
-// A box of a query cell, and a cell that its bounds reach.
-struct Meeting {
-  std::uint32_t cell;
-  std::uint32_t lane;
+// Boxes of a query cell, each with a node of one level, or a cell, that it may reach.
+struct Front {
+  static constexpr std::size_t capacity = 256;
+
+  alignas(64) std::uint32_t node[capacity + group_size];
+  std::uint8_t lane[capacity + group_size];
+  std::size_t count = 0;
+
+  bool full() const { return count > capacity; }
+
+  // Adds box `box_lane` with those of the sixteen nodes from `first` on that are in `mask`.
+  void add(std::uint32_t first, unsigned mask, unsigned box_lane) {
+    Lanes::writeNumbers(first, mask, node + count);
+    memset(lane + count, static_cast<int>(box_lane), group_size);
+    count += __builtin_popcount(mask);
+  }
 };
 
 template <class Real>
@@ -215,35 +227,64 @@ inline void prefetchCell(const TreeView<Real>& tree, std::size_t cell) {
   __builtin_prefetch(tree.ids + cell);
 }
 
-// The tree is walked for all boxes of a query cell before the cells it leads to are read, so that
-// these are on their way from memory meanwhile.
+// Pairs of the query's boxes with those of the cells that they reach, which are used up. As in
+// boxesAgainstRow, all are met before a pair is written.
+template <class Real>
+inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Front& front,
+                      PairSink& sink) {
+  std::uint16_t hits[Front::capacity + group_size];
+  std::uint16_t hit[Front::capacity + group_size];
+  std::size_t count = 0;
+  constexpr std::size_t ahead = 8;
+  for (std::size_t i = 0; i < ahead && i < front.count; ++i) prefetchCell(tree, front.node[i]);
+  for (std::size_t i = 0; i < front.count; ++i) {
+    if (i + ahead < front.count) prefetchCell(tree, front.node[i + ahead]);
+    hits[i] = static_cast<std::uint16_t>(
+        overlaps(*query.boxes, front.lane[i], tree.levels[0][front.node[i]]));
+    hit[count] = static_cast<std::uint16_t>(i);
+    count += hits[i] != 0;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t cell = front.node[hit[i]];
+    makeRoom(sink, group_size);
+    writeHits(query, front.lane[hit[i]], hits[hit[i]], rowOf(tree.levels[0][cell]),
+              idsOf(tree, cell), sink);
+  }
+  front.count = 0;
+}
+
+// Walks `tree` from the nodes of `level` in fronts[level] on, with all boxes at once: which nodes a
+// box overlaps, a processor cannot foretell, but it need not know the one to look at the next.
+template <class Real>
+void descend(const Query<Real>& query, const TreeView<Real>& tree, int level, Front* fronts,
+             PairSink& sink) {
+  Front& here = fronts[level];
+  Front& below = fronts[level - 1];
+  const auto goOn = [&] {
+    if (level == 1)
+      meetFront(query, tree, below, sink);
+    else
+      descend(query, tree, level - 1, fronts, sink);
+  };
+  for (std::size_t i = 0; i < here.count; ++i) {
+    const std::uint32_t node = here.node[i];
+    const unsigned lane = here.lane[i];
+    below.add(node * group_size, overlaps(*query.boxes, lane, tree.levels[level][node]), lane);
+    if (below.full()) goOn();
+  }
+  here.count = 0;
+  goOn();
+}
+
 template <class Real>
 void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
               const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  constexpr std::size_t capacity = 256;
-  Meeting meetings[capacity + group_size];
+  Front fronts[TreeView<Real>::max_levels];
+  const int top = tree.depth - 1;
   for (std::size_t cell = begin; cell < end; ++cell) {
     const Query<Real> query(queries, cell, exact);
-    std::size_t count = 0;
-    const auto meetAll = [&] {
-      for (std::size_t i = 0; i < count; ++i) {
-        makeRoom(sink, group_size);
-        const std::size_t other = meetings[i].cell;
-        boxAgainstRow(query, meetings[i].lane, all_lanes, rowOf(tree.levels[0][other]),
-                      idsOf(tree, other), sink);
-      }
-      count = 0;
-    };
-    for (unsigned lane = 0; lane < query.count; ++lane)
-      forOverlappingNodes(tree, *query.boxes, lane, 0, [&](std::uint32_t node, unsigned mask) {
-        for (; mask; mask &= mask - 1) {
-          const std::uint32_t other = node * group_size + __builtin_ctz(mask);
-          prefetchCell(tree, other);
-          meetings[count++] = {other, lane};
-        }
-        if (count >= capacity) meetAll();
-      });
-    meetAll();
+    for (unsigned lane = 0; lane < query.count; ++lane) fronts[top].add(0, 1, lane);
+    descend(query, tree, top, fronts, sink);
   }
 }
 
