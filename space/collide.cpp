@@ -92,6 +92,7 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   frame_threads_ = threads;
   if (kept_apart_) std::swap(pairs, kept_);
   kept_apart_ = false;
+  rules_ = lock_count == 1 ? pair_keeper_.rulesOfFrame(settings.rules) : settings.rules;
   noteSilent();
   const bool kept = findChanges(pairs, clock);
   if (!kept) findAll(pairs, clock);
@@ -110,8 +111,8 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
 // Makes the pairs that are to be reported out of those that may have to be, and keeps these apart
 // where they are others. `unchanged`: nothing has changed since the last frame.
 void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
-  const bool planes_apart = settings.rules.cull_planes && plane_pairs_.any();
-  const bool verifying = PairFilter::needsVerifying(*facts_, settings.rules);
+  const bool planes_apart = rules_.cull_planes && plane_pairs_.any();
+  const bool verifying = PairFilter::needsVerifying(*facts_, rules_);
   if (!boxes_.loose && !planes_apart && !verifying) return;
   kept_apart_ = true;
   std::swap(pairs, kept_);  // `pairs` may be those of the last frame now
@@ -125,7 +126,7 @@ void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
   }
   if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, pairs);
   if (planes_apart)
-    stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, settings.rules,
+    stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, rules_,
                                             facts_->user_classes, frame_threads_);
 }
 
@@ -137,16 +138,16 @@ bool ParallelSAPSpace::mayKeep() const {
 }
 
 bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
-  if (!mayKeep() || !pair_keeper_.update(geoms_.data(), geoms_.size(), settings.rules,
-                                         frame_threads_, geom_update_, boxes_))
+  if (!mayKeep() || !pair_keeper_.update(geoms_.data(), geoms_.size(), rules_, frame_threads_,
+                                         geom_update_, boxes_))
     return false;
   needs_clean_ = false;
   stats_.update_ms = clock.lap();
   facts_ = &geom_update_.facts();
   noteFacts();
   stats_.synchronise_ms = clock.lap();
-  stats_.threads = pair_keeper_.find(geoms_.data(), geom_update_, settings.rules, boxes_,
-                                     frame_threads_, finders(), pair_filter_, pairs);
+  stats_.threads = pair_keeper_.find(geoms_.data(), geom_update_, rules_, boxes_, frame_threads_,
+                                     finders(), pair_filter_, pairs);
   stats_.candidates = pair_keeper_.candidates();
   stats_.kept = pair_keeper_.kept();
   stats_.extract_ms = clock.lap();
@@ -165,7 +166,7 @@ void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
   stats_.synchronise_ms = clock.lap();
   extract(pairs);
   stats_.extract_ms = clock.lap();
-  pair_filter_.run(geoms_.data(), *facts_, settings.rules, boxes_, frame_threads_, pairs);
+  pair_filter_.run(geoms_.data(), *facts_, rules_, boxes_, frame_threads_, pairs);
   stats_.filter_ms = clock.lap();
   stats_.kept = 0;
   if (settings.threads == 0 && threadsForScene() > 1)
@@ -239,8 +240,8 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
 }
 
 void ParallelSAPSpace::update(bool loosely) {
-  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), settings.rules, loosely,
-                                     frame_threads_, boxes_);
+  stats_.threads =
+      geom_update_.pack(geoms_.data(), geoms_.size(), rules_, loosely, frame_threads_, boxes_);
   needs_clean_ = false;
 }
 
@@ -255,7 +256,7 @@ void ParallelSAPSpace::noteFacts() {
   stats_.disabled = facts_->disabled;
   stats_.invalid = facts_->invalid;
   stats_.unbounded = facts_->unbounded;
-  if (settings.rules.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
+  if (rules_.cull_planes) plane_pairs_.take(geoms_.data(), boxes_);
 }
 
 CPUFinders& ParallelSAPSpace::finders() {

@@ -13,12 +13,14 @@ constexpr std::size_t changing_share = 8;
 constexpr std::size_t least_slots_for_trees = 700;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
-// Where a tolerance or loose boxes turned out not to help, they are tried again after more and more
-// frames.
-constexpr int longest_interval = 16;
+// Where loose boxes turned out not to help, they are tried again after more and more frames.
+constexpr int longest_loose_pause = 16;
 // Likewise where loose boxes made too many pairs, as in stacks of thin sheets: one such frame may
 // cost as much as dozens without.
-constexpr int longest_interval_for_loose_pairs = 1024;
+constexpr int longest_pause_for_loose_pairs = 1024;
+// Likewise where a tolerance did: each time it is tried takes a few frames, since the boxes are
+// others then.
+constexpr int longest_tolerance_pause = 512;
 // What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
 // so many a pair (100,000 boxes: 6 ns to tell a pair apart, some 140 a geom and 13 a pair anew).
 constexpr std::size_t loose_pairs_a_slot = 24, loose_pairs_a_pair = 3;
@@ -32,17 +34,21 @@ void PairKeeper::start(Source source) {
   has_helped_ = false;
 }
 
+// How long it holds must not depend on where pairs were found, since the pairs do on it.
+PackRules PairKeeper::rulesOfFrame(const PackRules& wanted) {
+  if (wanted != wanted_) tolerance_pause_ = Pause();
+  wanted_ = wanted;
+  PackRules rules = wanted;
+  if (tolerance_pause_.holds()) rules.tolerance = 0;
+  return rules;
+}
+
 bool PairKeeper::mayBuildTrees(std::size_t slots) const {
   return source_ != Source::all_pairs || slots > least_slots_for_trees;
 }
 
 bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
-}
-
-void PairKeeper::pause(int factor, int longest) {
-  interval_ = std::min(factor * interval_, longest);
-  in_vain_ = interval_;
 }
 
 bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots) {
@@ -53,12 +59,12 @@ bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slot
   if (facts.fast * changing_share > facts.compared ||
       (facts.moving - facts.fast) * changing_share <= facts.compared)
     return false;
-  return in_vain_ == 0 || --in_vain_ == 0;
+  return !loose_pause_.holds();
 }
 
 void PairKeeper::judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots) {
   if (loose_pairs <= loose_pairs_a_slot * slots + loose_pairs_a_pair * pairs) return;
-  pause(8, longest_interval_for_loose_pairs);
+  loose_pause_.lengthen(8, longest_pause_for_loose_pairs);
   stop();
 }
 
@@ -73,7 +79,7 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   const bool some_may_stay = rules.tolerance > 0 || boxes.loose;
   if (tooMany(changed_.count(), slots)) {
     few_changes_ = 0;
-    if (!some_may_stay || (!boxes.loose && in_vain_ > 0 && --in_vain_ > 0)) return false;
+    if (!some_may_stay) return false;
   }
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
@@ -89,13 +95,14 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   // Slots that are gone are in none of the boxes, but in pairs.
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
-    interval_ = 1;
     has_helped_ = true;
+    (boxes.loose ? loose_pause_ : tolerance_pause_).reset();
     return true;
   }
   moved_in_vain_ = geom_update.facts().moved;
-  // Loose boxes that are used up are made anew at once.
-  if (!boxes.loose || !has_helped_) pause(2, longest_interval);
+  // Boxes that are used up are made anew at once.
+  if (!has_helped_ && boxes.loose) loose_pause_.lengthen(2, longest_loose_pause);
+  if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(4, longest_tolerance_pause);
   return false;
 }
 

@@ -15,6 +15,21 @@
 
 namespace ode_parallel_sap {
 
+// Leaves out for a while what turned out not to help, longer each time.
+class Pause {
+ public:
+  // Whether it is left out now. Asked once a turn.
+  bool holds() { return left_ > 0 && --left_ > 0; }
+  void lengthen(int factor, int longest) {
+    length_ = length_ * factor < longest ? length_ * factor : longest;
+    left_ = length_;
+  }
+  void reset() { length_ = 1; }
+
+ private:
+  int length_ = 1, left_ = 0;
+};
+
 // A space tells it which slots changed as ODE tells the space. A frame first tries update(): if
 // that succeeds, find() makes the last frame's pairs this frame's. Otherwise the frame is found
 // anew and start() begins again from it.
@@ -29,6 +44,9 @@ class PairKeeper {
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
   }
+  // The rules of the frame that begins: those that are wanted, but for some frames without a
+  // tolerance that did not help.
+  PackRules rulesOfFrame(const PackRules& wanted);
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
@@ -65,19 +83,18 @@ class PairKeeper {
  private:
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
-  void pause(int factor, int longest);
   template <class Real>
   int findChanged(Incremental<Real>& incremental, Sweep<Real>& base, const GeomUpdate& geom_update,
                   const BoxSet& boxes, int threads);
 
   SlotSet changed_;
   bool running_ = false;
-  PackRules rules_;
+  PackRules wanted_, rules_;  // of the last frame
   Source source_ = Source::all_pairs;
   bool incremental_started_ = false;
-  bool has_helped_ = false;         // since start()
-  int few_changes_ = 0;             // frames in a row in which little changed, but were found anew
-  int interval_ = 1, in_vain_ = 0;  // frames until a tolerance or loose boxes are tried again
+  bool has_helped_ = false;  // since start()
+  int few_changes_ = 0;      // frames in a row in which little changed, but were found anew
+  Pause tolerance_pause_, loose_pause_;
   Incremental<float> incremental_;
   Incremental<double> wide_incremental_;
   PairList found_;

@@ -128,6 +128,7 @@ class ParallelSAPSpace : public dxSpace {
   TightPairs tight_pairs_;
   PlanePairs plane_pairs_;
   PairKeeper pair_keeper_;
+  PackRules rules_;  // of the frame
   PairList pairs_;  // reported in the last frame
   // Where these are not all that may have to be reported in the next one: those.
   PairList kept_;
