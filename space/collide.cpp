@@ -116,8 +116,9 @@ void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
   if (!boxes_.loose && !planes_apart && !verifying) return;
   kept_apart_ = true;
   std::swap(pairs, kept_);  // `pairs` may be those of the last frame now
+  const bool planes_only = !boxes_.loose && !verifying;
   if (!boxes_.loose) {
-    pairs.copyFrom(kept_);
+    if (verifying) pairs.copyFrom(kept_);
   } else if (!unchanged || planes_apart || verifying) {
     stats_.threads =
         std::max(stats_.threads, tight_pairs_.select(geoms_.data(), boxes_, facts_->exact_boxes,
@@ -126,8 +127,8 @@ void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
   }
   if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, pairs);
   if (planes_apart)
-    stats_.candidates += plane_pairs_.addTo(pairs, geoms_.data(), boxes_, rules_,
-                                            facts_->user_classes, frame_threads_);
+    stats_.candidates += plane_pairs_.addTo(planes_only ? kept_ : pairs, geoms_.data(), boxes_,
+                                            rules_, facts_->user_classes, frame_threads_, pairs);
 }
 
 // Where method and back end were left to the space, or to the sweep on the CPU. Not within a

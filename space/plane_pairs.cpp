@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "geom_tests.h"
 #include "parallel.h"
@@ -132,8 +133,9 @@ void PlanePairs::findAmongPlanes(dxGeom* const* geoms, const PackRules& rules,
     }
 }
 
-std::size_t PlanePairs::addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes,
-                              const PackRules& rules, bool user_classes, int threads) {
+std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, const BoxSet& boxes,
+                              const PackRules& rules, bool user_classes, int threads,
+                              PairList& pairs) {
   if (boxes.wide)
     find<double>(geoms, boxes, rules, threads);
   else
@@ -148,37 +150,31 @@ std::size_t PlanePairs::addTo(PairList& pairs, dxGeom* const* geoms, const BoxSe
                                                           geoms[laterOf(pair)]);
                                 }) -
                  added.begin());
-  merge(pairs, added);
+  const bool apart = &others != &pairs;
+  merge(others, added, apart ? pairs : merged_);
+  if (!apart) std::swap(pairs, merged_);
   return added.size();
 }
 
-// From the end, so that each run of pairs between two that are added is moved once, and none before
-// the first.
-void PlanePairs::merge(PairList& pairs, const Buffer<Pair>& added) {
-  if (pairs.parts.empty()) pairs.parts.resize(1);
-  std::size_t left = added.size();
-  for (std::size_t index = pairs.parts.size(); index > 0 && left > 0; --index) {
-    Buffer<Pair>& part = pairs.parts[index - 1];
-    if (index > 1 && part.size() == 0) continue;
-    // The first part takes all that come before its own.
-    const std::size_t first =
-        index == 1 ? 0
-                   : std::lower_bound(added.begin(), added.begin() + left, part[0]) - added.begin();
-    std::size_t end = part.size();
-    part.resize(end + left - first);
-    for (; left > first; --left) {
-      const std::size_t run =
-          std::lower_bound(part.begin(), part.begin() + end, added[left - 1]) - part.begin();
-      std::copy_backward(part.begin() + run, part.begin() + end,
-                         part.begin() + end + (left - first));
-      end = run;
-      part[end + (left - first) - 1] = added[left - 1];
+void PlanePairs::merge(const PairList& others, const Buffer<Pair>& added, PairList& merged) {
+  merged.clear(1);
+  merged.parts[0].resizeDiscarding(others.size() + added.size());
+  Pair* next = merged.parts[0].data();
+  const Pair* add = added.begin();
+  for (const Buffer<Pair>& part : others.parts)
+    for (const Pair* pair = part.begin(); pair < part.end();) {
+      while (add < added.end() && *add < *pair) *next++ = *add++;
+      const Pair* const run_end =
+          add < added.end() ? std::lower_bound(pair, part.end(), *add) : part.end();
+      next = std::copy(pair, run_end, next);
+      pair = run_end;
     }
-  }
+  std::copy(add, added.end(), next);
 }
 
 std::size_t PlanePairs::bytes() const {
-  std::size_t bytes = all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes();
+  std::size_t bytes =
+      all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes() + merged_.bytes();
   for (const Buffer<Pair>& found : found_) bytes += found.bytes();
   for (const Buffer<HalfSpaceHits>& hits : hits_) bytes += hits.bytes();
   return bytes;

@@ -33,11 +33,11 @@ class PlanePairs {
   bool any() const { return planes_.size() != 0; }
 
   // Finds the pairs of the planes with all boxes and with each other that pass ODE's formula and
-  // are not clear nor left out by the rules, and puts them where they belong among `pairs`, which
-  // are ascending. Calls AABBTest functions if there are `user_classes`. Returns the number of
-  // pairs added.
-  std::size_t addTo(PairList& pairs, dxGeom* const* geoms, const BoxSet& boxes,
-                    const PackRules& rules, bool user_classes, int threads);
+  // are not clear nor left out by the rules, and leaves them in `pairs`, together with the
+  // `others`, which may be the same list. All are ascending. Calls AABBTest functions if there are
+  // `user_classes`. Returns the number of pairs added.
+  std::size_t addTo(const PairList& others, dxGeom* const* geoms, const BoxSet& boxes,
+                    const PackRules& rules, bool user_classes, int threads, PairList& pairs);
   std::size_t bytes() const;
 
  private:
@@ -47,7 +47,7 @@ class PlanePairs {
   template <class Real>
   void find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules& rules, int threads);
   void findAmongPlanes(dxGeom* const* geoms, const PackRules& rules, Buffer<Pair>& found) const;
-  static void merge(PairList& pairs, const Buffer<Pair>& added);
+  static void merge(const PairList& others, const Buffer<Pair>& added, PairList& merged);
 
   bool known_ = false;
   Buffer<Slot> all_planes_;                  // of the space
@@ -55,7 +55,7 @@ class PlanePairs {
   std::vector<Buffer<Pair>> found_;          // one a thread
   std::vector<Buffer<HalfSpaceHits>> hits_;  // one a thread
   PairOrder order_;
-  PairList list_;
+  PairList list_, merged_;
 };
 
 }  // namespace ode_parallel_sap

@@ -6,73 +6,101 @@
 
 namespace {
 
-// Sixteen boxes and, on each axis, the greatest size of their bounds.
 template <class Real>
-struct SizedGroup {
-  Group<Real> boxes;
-  double size[3];
+inline void fill(Group<Real>& group, const BasicBox<Real>* boxes, std::size_t count) {
+  const Real nan = static_cast<Real>(__builtin_nanf(""));
+  for (int axis = 0; axis < 3; ++axis)
+    for (std::size_t lane = 0; lane < group_size; ++lane) {
+      group.lower[axis][lane] = lane < count ? boxes[lane].lower[axis] : nan;
+      group.upper[axis][lane] = lane < count ? boxes[lane].upper[axis] : nan;
+    }
+}
 
-  SizedGroup(const BasicBox<Real>* first, std::size_t count) {
-    const Real nan = static_cast<Real>(__builtin_nanf(""));
+// On each axis the greatest size of the bounds of boxes.
+template <class Real>
+struct Sizes {
+  double greatest[3];
+
+  Sizes(const Group<Real>* groups, std::size_t count) {
     for (int axis = 0; axis < 3; ++axis) {
-      Real *const lower = boxes.lower[axis], *const upper = boxes.upper[axis];
-      for (std::size_t lane = 0; lane < group_size; ++lane) {
-        lower[lane] = lane < count ? first[lane].lower[axis] : nan;
-        upper[lane] = lane < count ? first[lane].upper[axis] : nan;
-      }
-      size[axis] = 0;
-      for (const Real bound : {Lanes::least(lower), Lanes::greatest(lower), Lanes::least(upper),
-                               Lanes::greatest(upper)})
-        if (__builtin_fabs(bound) > size[axis]) size[axis] = __builtin_fabs(bound);
+      alignas(64) Real lanes[group_size] = {};
+      for (std::size_t i = 0; i < count; ++i)
+        for (int lane = 0; lane < group_size; ++lane) {
+          // NaN is not greater.
+          const Real lower = size(groups[i].lower[axis][lane]);
+          const Real upper = size(groups[i].upper[axis][lane]);
+          lanes[lane] = lower > lanes[lane] ? lower : lanes[lane];
+          lanes[lane] = upper > lanes[lane] ? upper : lanes[lane];
+        }
+      greatest[axis] = Lanes::greatest(lanes);
     }
   }
+  static Real size(Real bound) { return bound < 0 ? -bound : bound; }
 };
 
-// Which of the boxes may reach a half-space, and which of them surely do. The corner deepest in it
-// is at lower bounds where the normal points up. All stay undecided where a sum could overflow, and
-// boxes whose depth is NaN.
+// How far computed depths may be off, for boxes of such a size; NaN where a sum could overflow.
 template <class Real>
-inline HalfSpaceHits meetHalfSpace(const SizedGroup<Real>& group, const HalfSpace<Real>& plane) {
+inline double marginOf(const HalfSpace<Real>& plane, const Sizes<Real>& boxes) {
   double size = __builtin_fabs(plane.distance);
-  const Real* corner[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    corner[axis] = plane.normal[axis] > 0 ? group.boxes.lower[axis] : group.boxes.upper[axis];
-    if (plane.normal[axis] != 0) size += __builtin_fabs(plane.normal[axis]) * group.size[axis];
-  }
-  alignas(64) Real depth[group_size];
-  for (int lane = 0; lane < group_size; ++lane)
-    depth[lane] = plane.normal[0] * corner[0][lane] + plane.normal[1] * corner[1][lane] +
-                  plane.normal[2] * corner[2][lane];
-  HalfSpaceHits hits = {0, 0, all_lanes, 0};
+  for (int axis = 0; axis < 3; ++axis)
+    if (plane.normal[axis] != 0) size += __builtin_fabs(plane.normal[axis]) * boxes.greatest[axis];
   // Near zero rounding has a least step, and what is on the plane is not clear of it.
   constexpr double least_margin = 4 * (sizeof(Real) > sizeof(float) ? __DBL_MIN__ : __FLT_MIN__);
   const double margin = plane.rounding * size + least_margin;
-  if (!(size + margin < (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 4))
-    return hits;
-  hits.maybe &= ~Lanes::atLeast(depth, static_cast<Real>(plane.distance + margin));
-  hits.sure = hits.maybe & Lanes::atMost(depth, static_cast<Real>(plane.distance - margin));
-  return hits;
+  const bool safe = size + margin < (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 4;
+  return safe ? margin : __builtin_nan("");
 }
 
+// How deep the deepest corners of sixteen boxes are in a half-space: the less, the deeper. They are
+// at lower bounds where the normal points up.
+template <class Real>
+struct Depths {
+  alignas(64) Real depth[group_size];
+
+  Depths(const Group<Real>& boxes, const HalfSpace<Real>& plane) {
+    const Real* corner[3];
+    for (int axis = 0; axis < 3; ++axis)
+      corner[axis] = plane.normal[axis] > 0 ? boxes.lower[axis] : boxes.upper[axis];
+    for (int lane = 0; lane < group_size; ++lane)
+      depth[lane] = plane.normal[0] * corner[0][lane] + plane.normal[1] * corner[1][lane] +
+                    plane.normal[2] * corner[2][lane];
+  }
+  // Not where either is NaN.
+  unsigned atLeast(double least) const { return Lanes::atLeast(depth, static_cast<Real>(least)); }
+  unsigned atMost(double most) const { return Lanes::atMost(depth, static_cast<Real>(most)); }
+};
+
+// A few cells at a time, each plane with all of them: most reach none, which the greatest margin
+// among them tells as well.
 template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                            std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
                            HalfSpaceHits* hits) {
+  constexpr std::size_t block = 16;
+  Group<Real> groups[block];
+  unsigned active[block];
   HalfSpaceHits* next = hits;
-  for (std::size_t cell = begin; cell < end; ++cell) {
-    const std::size_t first = cell * group_size;
-    const SizedGroup<Real> group(boxes + first,
-                                 size - first < group_size ? size - first : group_size);
-    const unsigned active =
-        Lanes::atMost(group.boxes.lower[0], static_cast<Real>(__builtin_inff()));
+  for (; begin < end; begin += block) {
+    const std::size_t cells = end - begin < block ? end - begin : block;
+    for (std::size_t i = 0; i < cells; ++i) {
+      const std::size_t first = (begin + i) * group_size, rest = size - first;
+      fill(groups[i], boxes + first, rest < group_size ? rest : group_size);
+      active[i] = Lanes::atMost(groups[i].lower[0], static_cast<Real>(__builtin_inff()));
+    }
+    const Sizes<Real> all(groups, cells);
     for (std::size_t plane = 0; plane < count; ++plane) {
-      HalfSpaceHits found = meetHalfSpace(group, planes[plane]);
-      found.maybe &= active;
-      if (!found.maybe) continue;
-      found.sure &= active;
-      found.plane = static_cast<std::uint32_t>(plane);
-      found.cell = static_cast<std::uint32_t>(cell);
-      *next++ = found;
+      const double distance = planes[plane].distance;
+      const double clear = distance + marginOf(planes[plane], all);
+      for (std::size_t i = 0; i < cells; ++i) {
+        const Depths<Real> depths(groups[i], planes[plane]);
+        if (!(active[i] & ~depths.atLeast(clear))) continue;
+        const double margin = marginOf(planes[plane], Sizes<Real>(groups + i, 1));
+        const unsigned maybe = active[i] & ~depths.atLeast(distance + margin);
+        if (!maybe) continue;
+        *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(begin + i),
+                   static_cast<std::uint16_t>(maybe),
+                   static_cast<std::uint16_t>(maybe & depths.atMost(distance - margin))};
+      }
     }
   }
   return next - hits;
