@@ -128,7 +128,7 @@ class BackendChoice {
     double off = 0;    // time taken by time foretold; 0: not known
     int settling = 3;  // frames until its times mean something
     long last_frame = 0;
-    long interval = 512;  // frames until it is tried again
+    long interval = 16;  // frames until it is tried again
   };
 
   static constexpr double usual_weight = 0.25;  // of the newest frame
