@@ -15,9 +15,15 @@
 namespace sap_test {
 namespace {
 
-// Where ODE's colliders compute with numbers; infinities make them abort.
+// Where ODE's colliders compute with numbers: infinities make them abort, and so does a capsule
+// without a radius that lies along a face of a box.
 bool isTame(dGeomID geom) {
   if (dGeomGetClass(geom) == dPlaneClass) return true;
+  if (dGeomGetClass(geom) == dCapsuleClass) {
+    dReal radius, length;
+    dGeomCapsuleGetParams(geom, &radius, &length);
+    if (radius < dReal(1e-6)) return false;
+  }
   const dReal* const at = dGeomGetPosition(geom);
   return std::all_of(at, at + 3, [](dReal x) { return std::fabs(x) < dReal(1e7); });
 }
