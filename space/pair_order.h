@@ -11,7 +11,7 @@
 namespace ode_parallel_sap {
 
 // Two steps: pairs are dealt into buckets of neighbouring earlier slots, then each bucket is sorted
-// by itself while it is in the cache.
+// by itself while it is in the cache. A list that fits the cache is a bucket as it is.
 class PairOrder {
  public:
   // Leaves the pairs of all `found` buffers in `pairs` as one part, ascending. Slots are below
@@ -26,10 +26,18 @@ class PairOrder {
     Buffer<Pair> pairs;
     std::vector<PairList::Stretch> unsure;
   };
-  // Returns whether one of the pairs is unsure.
-  bool sortBucket(Pair* pairs, std::size_t count, Slot first_slot, std::size_t slots, int slot_bits,
-                  Scratch& scratch);
-
+  // Bucket i has the pairs whose earlier slots are i << shift and following.
+  struct Buckets {
+    std::size_t count = 1;
+    int shift = 0;
+    int slot_bits = 0;
+  };
+  static Buckets bucketsFor(std::size_t count, std::size_t slots, int threads);
+  void deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
+            Pair* dealt);
+  // Return whether one of the pairs is unsure.
+  static bool sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
+                         std::size_t bucket, Pair* pairs, Scratch& scratch);
   static bool sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);
 
   std::vector<std::size_t> positions_;
