@@ -10,13 +10,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Up to this number of slots testing all pairs is faster than the sweep: up to 350 where it keeps
-// its cells, up to 700 where it cannot (pair-benchmark --sizes=350,700).
-constexpr std::size_t brute_force_scene = 450;
-// Up to this number it is where a slot had more pairs than this in the last frame: the sweep has to
-// sort them, and testing all finds them in order (460 to 690 boxes that drift: the sweep takes 0.9
-// of the time with 5 pairs a box, 1.25 with 10, 1.45 with 20).
-constexpr std::size_t crowded_brute_force_scene = 700, pairs_in_crowd = 6;
 // Threads are worth their start from this many slots on, and each of them from this many.
 constexpr std::size_t least_shared_scene = 4096;
 constexpr std::size_t least_slots_a_thread = 1024;
@@ -265,24 +258,26 @@ CPUFinders& ParallelSAPSpace::finders() {
   return *cpu_finders_;
 }
 
-int ParallelSAPSpace::fastestMethod() const {
+// Crowds of more than a few hundred geoms are told apart later: a device may take them.
+int ParallelSAPSpace::fastestMethod() {
+  constexpr std::size_t least_for_device = 700;  // slots
   const std::size_t slots = geoms_.size();
-  const bool crowded = stats_.pairs > pairs_in_crowd * slots;  // in the last frame
-  const bool small = slots <= (crowded ? crowded_brute_force_scene : brute_force_scene);
-  return small && settings.backend != dParallelSAPBackendCUDA ? dParallelSAPMethodBruteForce
-                                                              : dParallelSAPMethodSweep;
+  return settings.backend == dParallelSAPBackendCUDA || slots > least_for_device ||
+                 method_choice_.sweeps(slots, stats_.pairs)
+             ? dParallelSAPMethodSweep
+             : dParallelSAPMethodBruteForce;
 }
 
 void ParallelSAPSpace::extract(PairList& pairs) {
   int method = settings.method == dParallelSAPMethodAuto ? fastestMethod() : settings.method;
+  stats_.method = method;
   try {
     extractBy(method, pairs);
   } catch (const ListsTooLong& lists) {
     reportTooLong(lists);
-    method = dParallelSAPMethodSweep;
+    stats_.method = method = dParallelSAPMethodSweep;
     extractBy(method, pairs);
   }
-  stats_.method = method;
   stats_.candidates = pairs.size();
 }
 
@@ -317,8 +312,13 @@ void ParallelSAPSpace::countDevices(int devices) {
 }
 
 void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
+  if (settings.method == dParallelSAPMethodAuto &&
+      MethodChoice::isCrowd(geoms_.size(), stats_.pairs))  // in the last frame
+    method = dParallelSAPMethodBruteForce;
+  stats_.method = method;
   stats_.threads = std::max(stats_.threads,
                             finders().of(method, boxes_.wide).find(boxes_, frame_threads_, pairs));
+  if (method == dParallelSAPMethodSweep) method_choice_.learn(finders().keptCells(boxes_.wide));
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {

@@ -29,6 +29,9 @@ class CPUFinders {
   template <class Real>
   Sweep<Real>& sweep();
 
+  // Whether the last sweep made do with the cells of an earlier one.
+  bool keptCells(bool wide) const { return wide ? wide_sweep_.keptCells() : sweep_.keptCells(); }
+
   std::size_t bytes() const {
     return sizeof *this + brute_force_.bytes() + wide_brute_force_.bytes() + sweep_.bytes() +
            wide_sweep_.bytes() + axis_lists_.bytes() + wide_axis_lists_.bytes();

@@ -9,8 +9,9 @@ namespace {
 // When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
 // every frame, a tenth takes 0.75 of the time of that and a quarter 1.23 (rest-benchmark).
 constexpr std::size_t changing_share = 8;
-// Scenes of up to this number of slots are found anew faster than a tree is built for them.
-constexpr std::size_t least_slots_for_trees = 700;
+// Scenes of up to this number of slots are found anew faster than changes in a tree, or pairs of
+// loose boxes.
+constexpr std::size_t least_slots_for_trees = 48, least_slots_for_loose_boxes = 100;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
 // Where loose boxes turned out not to help, they are tried again after more and more frames.
@@ -52,8 +53,8 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
 }
 
 bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots) {
-  if (!running_ || rules_.tolerance > 0 || source_ == Source::device || !mayBuildTrees(slots) ||
-      !geom_update.canRepack())
+  if (!running_ || rules_.tolerance > 0 || source_ == Source::device ||
+      slots <= least_slots_for_loose_boxes || !geom_update.canRepack())
     return false;
   const UpdateFacts& facts = geom_update.facts();
   if (facts.fast * changing_share > facts.compared ||

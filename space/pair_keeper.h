@@ -11,24 +11,10 @@
 #include "incremental.h"
 #include "kept_pairs.h"
 #include "pair_filter.h"
+#include "pause.h"
 #include "slot_set.h"
 
 namespace ode_parallel_sap {
-
-// Leaves out for a while what turned out not to help, longer each time.
-class Pause {
- public:
-  // Whether it is left out now. Asked once a turn.
-  bool holds() { return left_ > 0 && --left_ > 0; }
-  void lengthen(int factor, int longest) {
-    length_ = length_ * factor < longest ? length_ * factor : longest;
-    left_ = length_;
-  }
-  void reset() { length_ = 1; }
-
- private:
-  int length_ = 1, left_ = 0;
-};
 
 // A space tells it which slots changed as ODE tells the space. A frame first tries update(): if
 // that succeeds, find() makes the last frame's pairs this frame's. Otherwise the frame is found

@@ -19,7 +19,7 @@ constexpr std::size_t least_bucket_pairs = 512;
 // One thread puts up to this number, of few slots, in order at once: they still fit the cache.
 constexpr std::size_t pairs_at_once = 65536, slots_at_once = 16384;
 // Lists of more pairs than this, on average, are sorted by digits.
-constexpr std::size_t long_list = 24;
+constexpr std::size_t long_list = 6;
 // Where there are this many slots to a pair, looking at each slot takes longer than sorting.
 constexpr std::size_t sparse_slots = 4;
 
@@ -75,7 +75,8 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
   if (count == 0) return false;
   scratch.pairs.resizeDiscarding(count);
   const Slot first_slot = static_cast<Slot>(bucket << buckets.shift);
-  const std::size_t slots = std::size_t{1} << buckets.shift;
+  const std::size_t slots =
+      std::min(std::size_t{1} << buckets.shift, buckets.slots - std::size_t{first_slot});
   const bool sparse = slots / count >= sparse_slots;
   // Long lists are put in order together, before they are told apart.
   const bool lists_are_long = count / slots > long_list;
@@ -105,6 +106,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
 // Small enough for the cache, and enough of them for all threads.
 PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, int threads) {
   Buckets buckets;
+  buckets.slots = slots;
   while ((slots - 1) >> buckets.slot_bits) ++buckets.slot_bits;
   if (threads == 1 && slots <= slots_at_once && count <= pairs_at_once) {
     buckets.shift = buckets.slot_bits;

@@ -28,7 +28,7 @@ class PairOrder {
   };
   // Bucket i has the pairs whose earlier slots are i << shift and following.
   struct Buckets {
-    std::size_t count = 1;
+    std::size_t count = 1, slots = 0;
     int shift = 0;
     int slot_bits = 0;
   };

@@ -16,6 +16,7 @@
 #include "geom_queries.h"
 #include "geom_update.h"
 #include "memory_watch.h"
+#include "method_choice.h"
 #include "narrow_phase.h"
 #include "ode_private.h"
 #include "pair_filter.h"
@@ -93,7 +94,7 @@ class ParallelSAPSpace : public dxSpace {
   void synchronise();
   void noteFacts();
   CPUFinders& finders();
-  int fastestMethod() const;
+  int fastestMethod();
   void extract(PairList& pairs);
   void extractBy(int method, PairList& pairs);
   void extractWhereFastest(int method, PairList& pairs);
@@ -123,6 +124,7 @@ class ParallelSAPSpace : public dxSpace {
   GeomUpdate geom_update_;
   BoxSet boxes_;
   std::unique_ptr<CPUFinders> cpu_finders_;
+  MethodChoice method_choice_;
   DeviceBackend device_;
   PairFilter pair_filter_;
   TightPairs tight_pairs_;

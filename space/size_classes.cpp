@@ -32,35 +32,62 @@ int octaveOf(float extent) {
 
 // The octave of the greatest extent, and for each axis whether the extent there is far shorter.
 template <class Real>
-unsigned SizeClasses<Real>::binOf(const BasicBox<Real>& box) {
+int SizeClasses<Real>::binOf(const BasicBox<Real>& box) {
   int octave[3];
   for (int axis = 0; axis < 3; ++axis)
     octave[axis] = octaveOf(static_cast<float>(box.upper[axis] - box.lower[axis]));
   const int greatest = std::max({octave[0], octave[1], octave[2]});
   if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  unsigned shape = 0;
+  int shape = 0;
   for (int axis = 0; axis < 3; ++axis)
-    shape |= unsigned{greatest - octave[axis] >= class_octaves} << axis;
+    shape |= int{greatest - octave[axis] >= class_octaves} << axis;
   return greatest * shapes + shape;
+}
+
+template <class Real>
+void SizeClasses<Real>::Survey::clear() {
+  if (first <= last) std::fill(&histogram[first], &histogram[last] + 1, 0);
+  first = bins;
+  last = -1;
+  for (ClassSummary<Real>& summary : classes) summary.clear();
+}
+
+template <class Real>
+void SizeClasses<Real>::Survey::count(int bin) {
+  ++histogram[bin];
+  first = std::min(first, bin);
+  last = std::max(last, bin);
+}
+
+template <class Real>
+void SizeClasses<Real>::Survey::add(const Survey& other) {
+  for (int bin = other.first; bin <= other.last; ++bin) histogram[bin] += other.histogram[bin];
+  first = std::min(first, other.first);
+  last = std::max(last, other.last);
+  for (int i = 0; i < most; ++i) classes[i].add(other.classes[i]);
 }
 
 // Takes the fullest run of octaves as a window, then the fullest of the rest, and so on.
 template <class Real>
 std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows(
-    const Histogram& histogram) {
+    const Survey& survey) {
   std::array<std::size_t, octaves> counts = {};
   std::size_t all = 0;
-  for (int bin = 0; bin < bins; ++bin) counts[bin / shapes] += histogram[bin];
-  for (int octave = 0; octave < unbounded_octave; ++octave) all += counts[octave];
+  for (int bin = survey.first; bin <= survey.last; ++bin)
+    counts[bin / shapes] += survey.histogram[bin];
+  // A window may begin and end in empty octaves.
+  const int lowest = std::max(survey.first / shapes - class_octaves + 1, 0);
+  const int end = std::min(survey.last / shapes + class_octaves, unbounded_octave);
+  for (int octave = lowest; octave < end; ++octave) all += counts[octave];
 
   std::vector<Window> windows;
   std::array<bool, octaves> taken = {};
   for (std::size_t left = all; left > 0;) {
     Window best = {0, 0, 0};
-    for (int first = 0; first < unbounded_octave; ++first) {
+    for (int first = lowest; first < end; ++first) {
       std::size_t count = 0;
       int last = first;
-      for (; last < first + class_octaves && last < unbounded_octave && !taken[last]; ++last)
+      for (; last < first + class_octaves && last < end && !taken[last]; ++last)
         count += counts[last];
       if (count > best.count) best = {first, last - 1, count};
     }
@@ -86,8 +113,9 @@ std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows
 
 // Splits windows by shape where a shape is common.
 template <class Real>
-typename SizeClasses<Real>::Table SizeClasses<Real>::chooseTable(const Histogram& histogram) {
-  const std::vector<Window> windows = chooseWindows(histogram);
+typename SizeClasses<Real>::Table SizeClasses<Real>::chooseTable(const Survey& survey) {
+  const Histogram& histogram = survey.histogram;
+  const std::vector<Window> windows = chooseWindows(survey);
   Table table;
   table.fill(no_class);
   count_ = 0;
@@ -132,26 +160,22 @@ void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
     runTeam(threads, [&](int thread, int team) {
       if (thread == 0) parts = team;
       Survey& own = surveys_[thread];
-      own.histogram.fill(0);
-      for (ClassSummary<Real>& summary : own.classes) summary.clear();
+      own.clear();
       const Range range = partOf(boxes.size, thread, team);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
         if (!isActive(box)) continue;
-        const unsigned bin = binOf(box);
-        ++own.histogram[bin];
+        const int bin = binOf(box);
+        own.count(bin);
         const std::uint8_t of = table_[bin];
         if (of < most) own.classes[of].add(box);
       }
     });
-    total_ = surveys_[0];
-    for (int part = 1; part < parts; ++part) {
-      for (int bin = 0; bin < bins; ++bin) total_.histogram[bin] += surveys_[part].histogram[bin];
-      for (int i = 0; i < most; ++i) total_.classes[i].add(surveys_[part].classes[i]);
-    }
-    const Table table = chooseTable(total_.histogram);
+    total_.clear();
+    for (int part = 0; part < parts; ++part) total_.add(surveys_[part]);
+    const Table table = chooseTable(total_);
     bool fits = true;
-    for (int bin = 0; bin < bins; ++bin)
+    for (int bin = total_.first; bin <= total_.last; ++bin)
       fits = fits && (total_.histogram[bin] == 0 || table[bin] == table_[bin]);
     if (fits || attempt > 0) return;
     table_ = table;

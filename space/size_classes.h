@@ -36,8 +36,13 @@ class SizeClasses {
   using Table = std::array<std::uint8_t, bins>;
 
   struct alignas(64) Survey {
-    Histogram histogram;
+    Histogram histogram = {};
+    int first = bins, last = -1;  // bins; those before and after are empty
     std::array<ClassSummary<Real>, most> classes;
+
+    void clear();
+    void count(int bin);
+    void add(const Survey& other);
   };
   // Consecutive octaves whose boxes share classes.
   struct Window {
@@ -45,9 +50,9 @@ class SizeClasses {
     std::size_t count;
   };
 
-  static unsigned binOf(const BasicBox<Real>& box);
-  static std::vector<Window> chooseWindows(const Histogram& histogram);
-  Table chooseTable(const Histogram& histogram);
+  static int binOf(const BasicBox<Real>& box);
+  static std::vector<Window> chooseWindows(const Survey& survey);
+  Table chooseTable(const Survey& survey);
 
   Table table_ = {};
   int count_ = 0;

@@ -160,7 +160,8 @@ TEST_CASE("What is asked for is what runs", "[api]") {
   }
 }
 
-TEST_CASE("Small scenes are swept unless they are crowded", "[api]") {
+TEST_CASE("Scenes are swept unless they are crowded, small ones while boxes stay together",
+          "[api]") {
   const BareEnvironment bare;
   const dSpaceID space = dParallelSAPSpaceCreate(0);
   dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
@@ -169,22 +170,31 @@ TEST_CASE("Small scenes are swept unless they are crowded", "[api]") {
     world.addBoxes(denseCube(600, 1));
     std::uint64_t seed = 1;
     const auto frame = [&] {
-      world.jitter(0.2, seed++);
+      world.jitter(0.08, seed++);
       collide(space);
       return statsOf(space).method;
     };
-    CHECK(frame() == dParallelSAPMethodSweep);
-    CHECK(frame() == dParallelSAPMethodSweep);
+    for (int i = 0; i < 4; ++i) CHECK(frame() == dParallelSAPMethodSweep);
     for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 3, 3, 3);
     frame();  // finds out
     CHECK(frame() == dParallelSAPMethodBruteForce);
     for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 1, 1, 1);
     frame();
     CHECK(frame() == dParallelSAPMethodSweep);
-    world.addBoxes(denseCube(101, 2));
-    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 3, 3, 3);
+    int swept = 0;
+    for (int i = 0; i < 40; ++i) {
+      world.jitter(10, seed++);  // no cell survives that
+      swept += frame() == dParallelSAPMethodSweep;
+    }
+    CHECK(swept < 10);
+    // As many pairs a geom are a crowd among 2,000 as among 600 only if they are more of all pairs.
+    world.addBoxes(denseCube(1400, 2));
+    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 1.2, 1.2, 1.2);
     frame();
-    CHECK(frame() == dParallelSAPMethodSweep);  // beyond 700 always
+    CHECK(frame() == dParallelSAPMethodSweep);
+    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 6, 6, 6);
+    frame();
+    CHECK(frame() == dParallelSAPMethodBruteForce);
   }
   dSpaceDestroy(space);
 }
