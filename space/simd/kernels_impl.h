@@ -95,8 +95,12 @@ template <class Real>
 void packCells(const BasicBox<Real>* boxes, const std::uint32_t* order, const std::uint32_t* starts,
                std::size_t begin, std::size_t end, Group<Real>* cells, GroupIds* ids) {
   const Real nan = static_cast<Real>(__builtin_nanf(""));
+  constexpr std::size_t ahead = 3;  // cells
   for (std::size_t cell = begin; cell < end; ++cell) {
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
+    if (order && cell + ahead < end)
+      for (std::uint32_t i = starts[cell + ahead]; i < starts[cell + ahead + 1]; ++i)
+        __builtin_prefetch(boxes + order[i]);
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;
       const std::uint32_t slot = !used ? 0 : order ? order[start + lane] : start + lane;
