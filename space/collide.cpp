@@ -109,19 +109,21 @@ void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
   if (!boxes_.loose && !planes_apart && !verifying) return;
   kept_apart_ = true;
   std::swap(pairs, kept_);  // `pairs` may be those of the last frame now
-  const bool planes_only = !boxes_.loose && !verifying;
-  if (!boxes_.loose) {
-    if (verifying) pairs.copyFrom(kept_);
-  } else if (!unchanged || planes_apart || verifying) {
+  // The pairs but those of planes, which are put among them in the end.
+  PairList& others = planes_apart ? others_ : pairs;
+  if (boxes_.loose && (!unchanged || planes_apart || verifying)) {
     stats_.threads =
         std::max(stats_.threads, tight_pairs_.select(geoms_.data(), boxes_, facts_->exact_boxes,
-                                                     kept_, frame_threads_, pairs));
-    pair_keeper_.judgeLooseBoxes(kept_.size(), pairs.size(), geoms_.size());
+                                                     kept_, frame_threads_, others));
+    pair_keeper_.judgeLooseBoxes(kept_.size(), others.size(), geoms_.size());
+  } else if (verifying) {
+    others.copyFrom(kept_);
   }
-  if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, pairs);
-  if (planes_apart)
-    stats_.candidates += plane_pairs_.addTo(planes_only ? kept_ : pairs, geoms_.data(), boxes_,
-                                            rules_, facts_->user_classes, frame_threads_, pairs);
+  if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, others);
+  if (!planes_apart) return;
+  stats_.candidates +=
+      plane_pairs_.addTo(boxes_.loose || verifying ? others : kept_, geoms_.data(), boxes_, rules_,
+                         facts_->user_classes, frame_threads_, pairs);
 }
 
 // Where method and back end were left to the space, or to the sweep on the CPU. Not within a

@@ -16,7 +16,7 @@ class MethodChoice {
   // Whether to sweep a scene of which the last frame had so many pairs, or else to test all.
   bool sweeps(std::size_t slots, std::size_t pairs) {
     if (slots <= least_slots || isCrowd(slots, pairs)) return false;
-    return slots > most_slots || !pause_.holds();
+    return slots > most_slots || !pause_.skipsTurn();
   }
   // Where so many of all pairs overlap that testing all is faster whatever their number: from 300
   // to 10,000 boxes from every 40th to 50th place in the table of all with all on.

@@ -9,9 +9,8 @@ namespace {
 // When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
 // every frame, a tenth takes 0.75 of the time of that and a quarter 1.23 (rest-benchmark).
 constexpr std::size_t changing_share = 8;
-// Scenes of up to this number of slots are found anew faster than changes in a tree, or pairs of
-// loose boxes.
-constexpr std::size_t least_slots_for_trees = 48, least_slots_for_loose_boxes = 100;
+// Scenes of up to this number of slots are found anew faster than changes in a tree.
+constexpr std::size_t least_slots_for_trees = 120;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
 // Where loose boxes turned out not to help, they are tried again after more and more frames.
@@ -21,10 +20,11 @@ constexpr int longest_loose_pause = 16;
 constexpr int longest_pause_for_loose_pairs = 1024;
 // Likewise where a tolerance did: each time it is tried takes a few frames, since the boxes are
 // others then.
-constexpr int longest_tolerance_pause = 512;
+constexpr int longest_tolerance_pause = 64;
 // What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
-// so many a pair (100,000 boxes: 6 ns to tell a pair apart, some 140 a geom and 13 a pair anew).
-constexpr std::size_t loose_pairs_a_slot = 24, loose_pairs_a_pair = 3;
+// so many a pair (2,000 to 100,000 boxes: 4 to 6 ns to tell a pair apart, some 20 a geom and 10 a
+// pair anew).
+constexpr std::size_t loose_pairs_a_slot = 4, loose_pairs_a_pair = 2;
 
 }  // namespace
 
@@ -40,7 +40,7 @@ PackRules PairKeeper::rulesOfFrame(const PackRules& wanted) {
   if (wanted != wanted_) tolerance_pause_ = Pause();
   wanted_ = wanted;
   PackRules rules = wanted;
-  if (tolerance_pause_.holds()) rules.tolerance = 0;
+  if (tolerance_pause_.skipsTurn()) rules.tolerance = 0;
   return rules;
 }
 
@@ -53,14 +53,14 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
 }
 
 bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots) {
-  if (!running_ || rules_.tolerance > 0 || source_ == Source::device ||
-      slots <= least_slots_for_loose_boxes || !geom_update.canRepack())
+  if (!running_ || rules_.tolerance > 0 || source_ == Source::device || !mayBuildTrees(slots) ||
+      !geom_update.canRepack())
     return false;
   const UpdateFacts& facts = geom_update.facts();
   if (facts.fast * changing_share > facts.compared ||
       (facts.moving - facts.fast) * changing_share <= facts.compared)
     return false;
-  return !loose_pause_.holds();
+  return !loose_pause_.skipsTurn();
 }
 
 void PairKeeper::judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots) {
@@ -97,13 +97,15 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
     has_helped_ = true;
-    (boxes.loose ? loose_pause_ : tolerance_pause_).reset();
+    if (boxes.loose) loose_pause_.reset();
+    // Without it a frame may come here or not by where its pairs were found.
+    if (rules.tolerance > 0) tolerance_pause_.reset();
     return true;
   }
   moved_in_vain_ = geom_update.facts().moved;
   // Boxes that are used up are made anew at once.
   if (!has_helped_ && boxes.loose) loose_pause_.lengthen(2, longest_loose_pause);
-  if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(4, longest_tolerance_pause);
+  if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(2, longest_tolerance_pause);
   return false;
 }
 

@@ -181,6 +181,7 @@ void ParallelSAPSpace::releaseSpareMemory() {
   plane_pairs_ = PlanePairs();
   pairs_ = PairList();
   kept_ = PairList();
+  others_ = PairList();
   kept_apart_ = false;
   contact_pairs_.release();
   narrow_phase_ = NarrowPhase();
@@ -269,7 +270,7 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() +
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
          contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
-         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + geom_update_.bytes() +
+         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + others_.bytes() + geom_update_.bytes() +
          pair_keeper_.bytes() + (still_scene_ ? sizeof *still_scene_ : 0);
 }
 

@@ -135,6 +135,7 @@ class ParallelSAPSpace : public dxSpace {
   // Where these are not all that may have to be reported in the next one: those.
   PairList kept_;
   bool kept_apart_ = false;
+  PairList others_;  // than those of planes, where these are found apart
   Buffer<GeomPair> contact_pairs_;
   NarrowPhase narrow_phase_;
   TeamChoice narrow_team_choice_;

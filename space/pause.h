@@ -8,8 +8,8 @@ namespace ode_parallel_sap {
 
 class Pause {
  public:
-  // Whether it is left out now. Asked once a turn.
-  bool holds() { return left_ > 0 && --left_ > 0; }
+  // Whether it is left out this time. To be asked once a turn: the last one of a pause is a trial.
+  bool skipsTurn() { return left_ > 0 && --left_ > 0; }
   void lengthen(int factor, int longest) {
     length_ = std::min(length_ * factor, longest);
     left_ = length_;

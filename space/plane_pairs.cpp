@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "geom_tests.h"
 #include "parallel.h"
@@ -150,9 +149,7 @@ std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, cons
                                                           geoms[laterOf(pair)]);
                                 }) -
                  added.begin());
-  const bool apart = &others != &pairs;
-  merge(others, added, apart ? pairs : merged_);
-  if (!apart) std::swap(pairs, merged_);
+  merge(others, added, pairs);
   return added.size();
 }
 
@@ -173,8 +170,7 @@ void PlanePairs::merge(const PairList& others, const Buffer<Pair>& added, PairLi
 }
 
 std::size_t PlanePairs::bytes() const {
-  std::size_t bytes =
-      all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes() + merged_.bytes();
+  std::size_t bytes = all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes();
   for (const Buffer<Pair>& found : found_) bytes += found.bytes();
   for (const Buffer<HalfSpaceHits>& hits : hits_) bytes += hits.bytes();
   return bytes;

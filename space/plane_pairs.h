@@ -55,7 +55,7 @@ class PlanePairs {
   std::vector<Buffer<Pair>> found_;          // one a thread
   std::vector<Buffer<HalfSpaceHits>> hits_;  // one a thread
   PairOrder order_;
-  PairList list_, merged_;
+  PairList list_;
 };
 
 }  // namespace ode_parallel_sap

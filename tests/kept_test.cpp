@@ -345,6 +345,29 @@ TEST_CASE("A tolerance that all geoms exceed is left out for more and more frame
   CHECK(collide(space).size() > expectedPairs(world.geoms()).size());
 }
 
+TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[kept]") {
+  // The same for one thread and two, in every frame.
+  Space spaces[2];
+  World one(spaces[0]), two(spaces[1]);
+  World* const worlds[] = {&one, &two};
+  for (int i = 0; i < 2; ++i) {
+    worlds[i]->addBoxes(denseCube(3000, 67));
+    dParallelSAPSpaceSetTolerance(spaces[i], 0.1);
+    dParallelSAPSpaceSetNumThreads(spaces[i], i + 1);
+  }
+  int kept = 0;
+  for (int frame = 0; frame < 500; ++frame) {
+    INFO("frame " << frame);
+    const double distance = frame < 300 ? 0.5 : 0.0005;
+    for (World* const world : worlds) world->jitter(distance, frame);
+    const Pairs pairs = collide(spaces[0]);
+    REQUIRE(pairs == collide(spaces[1]));
+    // All stay where they are by the tolerance alone.
+    if (frame >= 400 && pairs.size() > expectedPairs(one.geoms()).size()) ++kept;
+  }
+  CHECK(kept > 90);
+}
+
 TEST_CASE("A callback that throws or collides its own space costs the kept pairs only", "[kept]") {
   Space space;
   World world(space);

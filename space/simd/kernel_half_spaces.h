@@ -7,7 +7,7 @@
 namespace {
 
 template <class Real>
-inline void fill(Group<Real>& group, const BasicBox<Real>* boxes, std::size_t count) {
+inline void packBoxes(Group<Real>& group, const BasicBox<Real>* boxes, std::size_t count) {
   const Real nan = static_cast<Real>(__builtin_nanf(""));
   for (int axis = 0; axis < 3; ++axis)
     for (std::size_t lane = 0; lane < group_size; ++lane) {
@@ -16,38 +16,39 @@ inline void fill(Group<Real>& group, const BasicBox<Real>* boxes, std::size_t co
     }
 }
 
-// On each axis the greatest size of the bounds of boxes.
+// On each axis the greatest magnitude of the bounds of boxes.
 template <class Real>
-struct Sizes {
+struct Magnitudes {
   double greatest[3];
 
-  Sizes(const Group<Real>* groups, std::size_t count) {
+  Magnitudes(const Group<Real>* groups, std::size_t count) {
     for (int axis = 0; axis < 3; ++axis) {
       alignas(64) Real lanes[group_size] = {};
       for (std::size_t i = 0; i < count; ++i)
         for (int lane = 0; lane < group_size; ++lane) {
           // NaN is not greater.
-          const Real lower = size(groups[i].lower[axis][lane]);
-          const Real upper = size(groups[i].upper[axis][lane]);
+          const Real lower = magnitude(groups[i].lower[axis][lane]);
+          const Real upper = magnitude(groups[i].upper[axis][lane]);
           lanes[lane] = lower > lanes[lane] ? lower : lanes[lane];
           lanes[lane] = upper > lanes[lane] ? upper : lanes[lane];
         }
       greatest[axis] = Lanes::greatest(lanes);
     }
   }
-  static Real size(Real bound) { return bound < 0 ? -bound : bound; }
+  static Real magnitude(Real bound) { return bound < 0 ? -bound : bound; }
 };
 
-// How far computed depths may be off, for boxes of such a size; NaN where a sum could overflow.
+// How far computed depths may be off, for bounds of such magnitudes; NaN where a sum could
+// overflow.
 template <class Real>
-inline double marginOf(const HalfSpace<Real>& plane, const Sizes<Real>& boxes) {
-  double size = __builtin_fabs(plane.distance);
+inline double marginOf(const HalfSpace<Real>& plane, const Magnitudes<Real>& boxes) {
+  double sum = __builtin_fabs(plane.distance);
   for (int axis = 0; axis < 3; ++axis)
-    if (plane.normal[axis] != 0) size += __builtin_fabs(plane.normal[axis]) * boxes.greatest[axis];
+    if (plane.normal[axis] != 0) sum += __builtin_fabs(plane.normal[axis]) * boxes.greatest[axis];
   // Near zero rounding has a least step, and what is on the plane is not clear of it.
   constexpr double least_margin = 4 * (sizeof(Real) > sizeof(float) ? __DBL_MIN__ : __FLT_MIN__);
-  const double margin = plane.rounding * size + least_margin;
-  const bool safe = size + margin < (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 4;
+  const double margin = plane.rounding * sum + least_margin;
+  const bool safe = sum + margin < (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 4;
   return safe ? margin : __builtin_nan("");
 }
 
@@ -70,8 +71,8 @@ struct Depths {
   unsigned atMost(double most) const { return Lanes::atMost(depth, static_cast<Real>(most)); }
 };
 
-// A few cells at a time, each plane with all of them: most reach none, which the greatest margin
-// among them tells as well.
+// A few cells at a time, each plane with all of them: most planes reach none, and to see that, one
+// margin, large enough for all of them, will do.
 template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                            std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
@@ -84,17 +85,17 @@ std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::s
     const std::size_t cells = end - begin < block ? end - begin : block;
     for (std::size_t i = 0; i < cells; ++i) {
       const std::size_t first = (begin + i) * group_size, rest = size - first;
-      fill(groups[i], boxes + first, rest < group_size ? rest : group_size);
+      packBoxes(groups[i], boxes + first, rest < group_size ? rest : group_size);
       active[i] = Lanes::atMost(groups[i].lower[0], static_cast<Real>(__builtin_inff()));
     }
-    const Sizes<Real> all(groups, cells);
+    const Magnitudes<Real> all(groups, cells);
     for (std::size_t plane = 0; plane < count; ++plane) {
       const double distance = planes[plane].distance;
       const double clear = distance + marginOf(planes[plane], all);
       for (std::size_t i = 0; i < cells; ++i) {
         const Depths<Real> depths(groups[i], planes[plane]);
         if (!(active[i] & ~depths.atLeast(clear))) continue;
-        const double margin = marginOf(planes[plane], Sizes<Real>(groups + i, 1));
+        const double margin = marginOf(planes[plane], Magnitudes<Real>(groups + i, 1));
         const unsigned maybe = active[i] & ~depths.atLeast(distance + margin);
         if (!maybe) continue;
         *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(begin + i),

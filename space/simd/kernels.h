@@ -94,7 +94,7 @@ struct Kernels {
   // Pairs between the cells [begin, end) of `queries` and all cells of `tree`.
   void (*crossPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                      const TreeView<Real>& tree, bool exact, PairSink& sink);
-  // The same by walking the tree once for each box: for few boxes, far from each other.
+  // The same by walking the tree with each box by itself: for few boxes, far from each other.
   void (*boxPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                    const TreeView<Real>& tree, bool exact, PairSink& sink);
   // The same for few `queries` that reach far, all of them: each meets the cells [begin, end) of
