@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 namespace {
 
 // Up to this number of geoms pairs are tested without vectors.
-constexpr unsigned most_without_vectors = 24;
+constexpr unsigned most_without_vectors = 14;
 // From this number of geoms on it pays to look whether they are as before.
 constexpr int least_remembered = 4;
 
@@ -104,20 +104,19 @@ void ParallelSAPSpace::findSmallest(SmallScene& scene) {
       scene.user_classes = scene.user_classes || isUserClass(geom);
       scene.active[scene.actives++] = geom;
     }
+    const bool all_wanted = !settings.rules.skip() && !settings.rules.cull_planes;
+    const auto take = [&](unsigned i, unsigned j) {
+      dxGeom *const a = scene.active[i], *const b = scene.active[j];
+      if (filtersMatch(a, b) &&
+          (all_wanted || (!isCulled(a, b) && !isLeftOut(a, b, settings.rules))))
+        scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+    };
     if (scene.actives > most_without_vectors)
-      forOverlapping(scene.active, scene.actives, [&](unsigned i, unsigned j) {
-        dxGeom *const a = scene.active[i], *const b = scene.active[j];
-        if (filtersMatch(a, b) && !isCulled(a, b) && !isLeftOut(a, b, settings.rules))
-          scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
-      });
+      forOverlapping(scene.active, scene.actives, take);
     else
       for (unsigned i = 0; i < scene.actives; ++i)
-        for (unsigned j = i + 1; j < scene.actives; ++j) {
-          dxGeom *const a = scene.active[i], *const b = scene.active[j];
-          if (boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b) &&
-              !isLeftOut(a, b, settings.rules))
-            scene.couples[scene.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
-        }
+        for (unsigned j = i + 1; j < scene.actives; ++j)
+          if (boxesOverlap(scene.active[i], scene.active[j])) take(i, j);
   }
   for (dxGeom* geom = first; scene.invalid && geom; geom = geom->next)
     if (isEnabled(geom) && hasNaN(geom)) reportInvalid(geom);
