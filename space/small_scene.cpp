@@ -21,7 +21,6 @@ constexpr int least_remembered = 4;
 template <class Use>
 __attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned count, Use use) {
   constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
-  constexpr std::size_t most_pairs = smallest_scene * (smallest_scene - 1) / 2;
   Group<dReal> boxes[cells];
   GroupIds ids[cells];
   for (unsigned i = 0; i < count; ++i) {
@@ -36,10 +35,15 @@ __attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned cou
   view.levels[0] = boxes;
   view.ids = ids;
   view.depth = 1;
-  Pair pairs[most_pairs + smallest_scene + 2 * group_size];
-  PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
-  kernels<dReal>().trianglePairs(view, {count, 0, 1, count - 2, count}, true, sink);
-  for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+  // A few rows at a time, which need less of the stack.
+  constexpr std::size_t rows = group_size;
+  Pair pairs[(rows + 1) * smallest_scene + 2 * group_size];
+  for (std::size_t row = 0; row + 1 < count; row += rows) {
+    PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
+    const std::size_t last = std::min<std::size_t>(row + rows - 1, count - 2);
+    kernels<dReal>().trianglePairs(view, {count, row, row + 1, last, count}, true, sink);
+    for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+  }
 }
 
 }  // namespace
@@ -133,10 +137,12 @@ void ParallelSAPSpace::rememberStill(const SmallScene& scene) {
   is_still_ = false;
   still_frames_ = scene.moved == 0 ? still_frames_ + 1 : 0;
   if (still_frames_ < 2 || count < least_remembered || settings.rules.skip()) return;
-  if (!still_scene_) still_scene_.reset(new (std::nothrow) StillScene);
-  if (!still_scene_) return;
-  still_scene_->remember(first, settings.rules, scene);
-  is_still_ = true;
+  try {
+    if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
+    still_scene_->remember(first, settings.rules, scene);
+    is_still_ = true;
+  } catch (const std::bad_alloc&) {
+  }
 }
 
 // Leaves the couples that pass the AABBTest functions as the pairs.

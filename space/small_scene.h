@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "geom_tests.h"
 #include "ode_private.h"
@@ -12,8 +13,8 @@
 
 namespace ode_parallel_sap {
 
-// Up to this number of slots a scene is collided pair by pair on the spot.
-constexpr std::size_t smallest_scene = 40;
+// Up to this number of slots a scene is collided on the spot.
+constexpr std::size_t smallest_scene = 120;
 
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallScene {
@@ -37,21 +38,36 @@ class StillScene {
   // Whether the rules and all geoms of a space, from the first in its list on, are as remembered.
   bool holds(const dxGeom* first, const PackRules& rules) const {
     if (rules != rules_) return false;
-    const Seen* seen = seen_;
-    const Seen* const end = seen_ + count_;
+    const Seen* seen = seen_.data();
+    const Seen* const end = seen + seen_.size();
     for (const dxGeom* geom = first; geom; geom = geom->next, ++seen)
       if (seen == end || !seen->is(geom)) return false;
     return seen == end;
   }
   void remember(const dxGeom* first, const PackRules& rules, const SmallScene& scene) {
     rules_ = rules;
-    count_ = 0;
+    seen_.clear();
     for (const dxGeom* geom = first; geom; geom = geom->next)
-      seen_[count_++] = {geom, geom->body, geom->category_bits, geom->collide_bits,
-                         isEnabled(geom)};
-    copy(scene, scene_);
+      seen_.push_back({geom, geom->body, geom->category_bits, geom->collide_bits, isEnabled(geom)});
+    active_.assign(scene.active, scene.active + scene.actives);
+    couples_.assign(scene.couples, scene.couples + scene.candidates);
+    invalid_ = scene.invalid;
+    unbounded_ = scene.unbounded;
+    user_classes_ = scene.user_classes;
   }
-  void recall(SmallScene& scene) const { copy(scene_, scene); }
+  void recall(SmallScene& scene) const {
+    std::copy(active_.begin(), active_.end(), scene.active);
+    std::copy(couples_.begin(), couples_.end(), scene.couples);
+    scene.actives = static_cast<unsigned>(active_.size());
+    scene.candidates = couples_.size();
+    scene.invalid = invalid_;
+    scene.unbounded = unbounded_;
+    scene.user_classes = user_classes_;
+  }
+  std::size_t bytes() const {
+    return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
+           couples_.capacity() * sizeof(SmallScene::Couple);
+  }
 
  private:
   struct Seen {
@@ -66,20 +82,13 @@ class StillScene {
              isEnabled(now) == enabled;
     }
   };
-  static void copy(const SmallScene& from, SmallScene& to) {
-    std::copy(from.active, from.active + from.actives, to.active);
-    std::copy(from.couples, from.couples + from.candidates, to.couples);
-    to.actives = from.actives;
-    to.invalid = from.invalid;
-    to.unbounded = from.unbounded;
-    to.user_classes = from.user_classes;
-    to.candidates = from.candidates;
-  }
 
   PackRules rules_;
-  std::size_t count_ = 0;
-  Seen seen_[smallest_scene];
-  SmallScene scene_;
+  std::vector<Seen> seen_;
+  std::vector<dxGeom*> active_;
+  std::vector<SmallScene::Couple> couples_;
+  unsigned invalid_ = 0, unbounded_ = 0;
+  bool user_classes_ = false;
 };
 
 }  // namespace ode_parallel_sap

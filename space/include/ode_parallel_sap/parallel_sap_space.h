@@ -276,7 +276,7 @@ typedef struct dParallelSAPStats {
                                   * lowest 32 (1ul << 40) but not all from the 32nd on (~8ul) */
 } dParallelSAPStats;
 
-/* Fills *stats; all zero before the first collide. Scenes of up to forty geoms are not timed before
+/* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
  * this has been called once, and then in every sixteenth frame: the clock would be a good part of
  * what it measures. Their times are those of the last frame that was timed. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
