@@ -317,7 +317,7 @@ void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
   if (settings.method == dParallelSAPMethodAuto &&
       MethodChoice::isCrowd(geoms_.size(), stats_.pairs))  // in the last frame
     method = dParallelSAPMethodBruteForce;
-  stats_.method = method;
+  stats_.method = method;  // whatever was meant before
   stats_.threads = std::max(stats_.threads,
                             finders().of(method, boxes_.wide).find(boxes_, frame_threads_, pairs));
   if (method == dParallelSAPMethodSweep) method_choice_.learn(finders().keptCells(boxes_.wide));

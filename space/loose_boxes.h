@@ -18,7 +18,7 @@ constexpr float least_extent = 1.0f / 16;
 constexpr float least_room = 1.0f / 32;
 constexpr float most_room = 1.0f / 8;
 constexpr float frames_ahead = 32;
-constexpr float least_frames = 8;
+constexpr float least_frames = 16;
 
 // How a box moved in one frame: what its sides went outward by, in parts of its extents.
 struct BoxMotion {

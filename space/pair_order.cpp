@@ -80,7 +80,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
   const bool sparse = slots / count >= sparse_slots;
   // Long lists are put in order together, before they are told apart.
   const bool lists_are_long = count / slots > long_list;
-  if ((sparse || lists_are_long) && found != pairs) {
+  if ((sparse || lists_are_long) && found != pairs) {  // these sort in place
     std::copy(found, found + count, pairs);
     found = pairs;
   }

@@ -270,8 +270,8 @@ std::size_t ParallelSAPSpace::memoryBytes() const {
   return sizeof *this + geoms_.bytes() + boxes_.bytes() +
          (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
          contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
-         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + others_.bytes() + geom_update_.bytes() +
-         pair_keeper_.bytes() + (still_scene_ ? still_scene_->bytes() : 0);
+         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + others_.bytes() +
+         geom_update_.bytes() + pair_keeper_.bytes() + (still_scene_ ? still_scene_->bytes() : 0);
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

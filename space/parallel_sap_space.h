@@ -131,7 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   PlanePairs plane_pairs_;
   PairKeeper pair_keeper_;
   PackRules rules_;  // of the frame
-  PairList pairs_;  // reported in the last frame
+  PairList pairs_;   // reported in the last frame
   // Where these are not all that may have to be reported in the next one: those.
   PairList kept_;
   bool kept_apart_ = false;
