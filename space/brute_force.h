@@ -5,6 +5,7 @@
 #include "buffer.h"
 #include "cell_tree.h"
 #include "pair_finder.h"
+#include "parallel.h"
 
 namespace ode_parallel_sap {
 
@@ -17,9 +18,18 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  // The same for scenes in which more than every `places_of_a_pair`-th place of the table is
+  // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
+  // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
+  // square.
+  int findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
   std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
 
  private:
+  void packCells(const BoxSet& boxes, int threads);
+  int testPart(const BoxSet& boxes, Range tests, int threads, std::size_t first_part,
+               std::size_t expected, PairList& pairs) const;
+
   Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
   CellTree<Real> cells_;          // in slot order; only its cells are used
 };

@@ -314,13 +314,22 @@ void ParallelSAPSpace::countDevices(int devices) {
 }
 
 void ParallelSAPSpace::extractOnProcessor(int method, PairList& pairs) {
-  if (settings.method == dParallelSAPMethodAuto &&
-      MethodChoice::isCrowd(geoms_.size(), stats_.pairs))  // in the last frame
-    method = dParallelSAPMethodBruteForce;
-  stats_.method = method;  // whatever was meant before
+  if (settings.method == dParallelSAPMethodAuto && method == dParallelSAPMethodSweep &&
+      MethodChoice::isCrowd(geoms_.size(), stats_.pairs) && extractCrowd(pairs))
+    return;
   stats_.threads = std::max(stats_.threads,
                             finders().of(method, boxes_.wide).find(boxes_, frame_threads_, pairs));
   if (method == dParallelSAPMethodSweep) method_choice_.learn(finders().keptCells(boxes_.wide));
+}
+
+// A scene that was a crowd in the last frame. False where it is none any more.
+bool ParallelSAPSpace::extractCrowd(PairList& pairs) {
+  const int used =
+      finders().findCrowd(boxes_, frame_threads_, MethodChoice::places_of_a_pair, pairs);
+  if (used == 0) return false;
+  stats_.method = dParallelSAPMethodBruteForce;
+  stats_.threads = std::max(stats_.threads, used);
+  return true;
 }
 
 void ParallelSAPSpace::report(const PairList& pairs, void* data, dNearCallback* callback) {

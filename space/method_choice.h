@@ -23,6 +23,7 @@ class MethodChoice {
   static bool isCrowd(std::size_t slots, std::size_t pairs) {
     return pairs > slots * slots / places_of_a_pair;
   }
+  static constexpr std::size_t places_of_a_pair = 45;
   // What became of a sweep: it made do with the cells it had, or cut them anew.
   void learn(bool kept_cells) {
     if (kept_cells) {
@@ -35,7 +36,7 @@ class MethodChoice {
   }
 
  private:
-  static constexpr std::size_t least_slots = 200, most_slots = 650, places_of_a_pair = 45;
+  static constexpr std::size_t least_slots = 200, most_slots = 650;
   // Cells may be cut in every fourth frame.
   static constexpr int cut_weight = 3, most_cut = 6;
   static constexpr int longest_pause = 256;

@@ -100,6 +100,7 @@ class ParallelSAPSpace : public dxSpace {
   void extractWhereFastest(int method, PairList& pairs);
   void countDevices(int devices);
   void extractOnProcessor(int method, PairList& pairs);
+  bool extractCrowd(PairList& pairs);
   bool pairsExactly(dxGeom* a, dxGeom* b) const;
   bool isCulled(dxGeom* a, dxGeom* b) const;
   void report(const PairList& pairs, void* data, dNearCallback* callback);

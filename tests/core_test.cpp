@@ -56,6 +56,49 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
   chooseKernelSet(best);
 }
 
+TEST_CASE("A crowd is tested to its end, and what turns out to be none is given up") {
+  constexpr std::uint64_t places_of_a_pair = 45;
+  const std::uint64_t seed = sap_test::seedOr(3);
+  INFO("seed " << seed);
+  const auto boxesIn = [&](std::size_t n, double side) {
+    sap_test::Random random(seed);
+    std::vector<sap_test::Box> boxes(n);
+    for (sap_test::Box& box : boxes)
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = random.between(0, side);
+        box.high[axis] = box.low[axis] + 1;
+      }
+    return boxes;
+  };
+  BruteForce<float> brute_force;
+  PairList list;
+  for (const std::size_t n : {0, 1, 2, 31, 33, 500, 534, 1234, 4000})
+    for (const int threads : {1, 2, 3, 7}) {
+      INFO(n << " boxes, " << threads << " threads");
+      const Case crowd = makeCase(boxesIn(n, 2), false, true);
+      REQUIRE(brute_force.findCrowd(crowd.boxes, threads, places_of_a_pair, list) > 0);
+      check(joined(list), crowd);
+      checkUnsureStretches(list);
+      if (n < 1234) continue;  // less than what may be tested in vain
+      const Case spread = makeCase(boxesIn(n, 40), false, true);
+      CHECK(brute_force.findCrowd(spread.boxes, threads, places_of_a_pair, list) == 0);
+    }
+  // A few that are unlike all others do not decide, whether they came first or last.
+  for (const bool first : {true, false}) {
+    std::vector<sap_test::Box> boxes = boxesIn(4000, 2);
+    for (std::size_t i = 0; i < 400; ++i) {
+      sap_test::Box& box = boxes[first ? i : 3999 - i];
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = 100 + 3.0 * static_cast<double>(i);
+        box.high[axis] = box.low[axis] + 1;
+      }
+    }
+    const Case mixed = makeCase(boxes, false, true);
+    REQUIRE(brute_force.findCrowd(mixed.boxes, 2, places_of_a_pair, list) > 0);
+    check(joined(list), mixed);
+  }
+}
+
 namespace {
 
 // The pairs of `wanted` that a slot of `changed` is in, found by it and by all others in a tree.

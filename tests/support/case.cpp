@@ -53,11 +53,15 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
   return made;
 }
 
-std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list) {
-  finder.find(boxes, threads, list);
+std::vector<Pair> joined(const PairList& list) {
   std::vector<Pair> all;
   for (const Buffer<Pair>& part : list.parts) all.insert(all.end(), part.begin(), part.end());
   return all;
+}
+
+std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list) {
+  finder.find(boxes, threads, list);
+  return joined(list);
 }
 
 void check(const std::vector<Pair>& got, const Case& wanted) {

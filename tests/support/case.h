@@ -16,6 +16,7 @@ struct Case {
 
 Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered);
 
+std::vector<Pair> joined(const PairList& list);
 std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list);
 
 // Every pair owed is there; those beyond it are unsure; all are ascending.
