@@ -46,15 +46,10 @@ struct BoxSet {
   Buffer<std::uint32_t> bodies;
   bool filter_bits = false;
   bool filter_bodies = false;
-  // Whether no pair needs the exact test: the boxes are the exact ones, or loose.
-  bool exact = false;
-  // Whether the floats are larger than need be, with room for their geoms to move in
-  // (loose_boxes.h). Where the geoms are is then in `tight`: floats rounded outward.
-  bool loose = false;
-  Buffer<Box> tight;
+  bool exact = false;  // whether no pair needs the exact test
 
   std::size_t bytes() const {
-    return boxes.bytes() + wide_boxes.bytes() + tight.bytes() + bits.bytes() + bodies.bytes();
+    return boxes.bytes() + wide_boxes.bytes() + bits.bytes() + bodies.bytes();
   }
 };
 

@@ -31,9 +31,9 @@ struct Triangle {
 // Below this number of pairs a thread is not worth its start.
 constexpr std::uint64_t least_pairs_a_thread = 1 << 18;
 
-// Tests a box after which a crowd must have shown to be one: about a quarter of what the sweep of
-// moved boxes takes (10,000 boxes, one thread: 0.3 ns a test, 260 ns a box).
-constexpr std::uint64_t first_tests_a_box = 200;
+// Tests a box after which a crowd must have shown to be one: a tenth of what the sweep of moved
+// boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
+constexpr std::uint64_t first_tests_a_box = 100;
 // Between two looks at whether it is one, the number of tests grows by this factor.
 constexpr std::uint64_t growth = 4;
 
@@ -63,29 +63,34 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
                CellTree<Real>::Levels::cells_only);
 }
 
-// Makes the tests of this range, by their numbers, and leaves their pairs in `threads` parts from
-// the first on, with room for `expected` pairs. Returns the number of threads used.
+// Makes the tests [tests.begin, tests.end) of each stripe of the table, and leaves their pairs in
+// part (stripe * rounds + round) * threads + thread, with room for `expected` pairs in all. Returns
+// the number of threads used.
 template <class Real>
-int BruteForce<Real>::testPart(const BoxSet& boxes, Range tests, int threads,
-                               std::size_t first_part, std::size_t expected,
-                               PairList& pairs) const {
+int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int threads,
+                                PairList& pairs) const {
   const Triangle triangle = {boxes.size};
   const TreeView<Real>& cells = cells_.view();
   const Kernels<Real>& kernel = kernels<Real>();
   int used = 1;
-  runTeam(partsFor(tests.end - tests.begin, threads), [&](int thread, int team) {
+  const std::uint64_t count = (round.tests.end - round.tests.begin) * round.stripes;
+  runTeam(partsFor(count, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
-    Buffer<Pair>& part = pairs.parts[first_part + thread];
-    part.reserve(expected / team);
-    BufferSink sink(part);
-    const Range own = partOf(tests.end - tests.begin, thread, team);
-    const Range range = {tests.begin + own.begin, tests.begin + own.end};
-    if (range.begin == range.end) return;
-    const std::uint64_t first = triangle.rowOf(range.begin), last = triangle.rowOf(range.end - 1);
-    const TrianglePart rows = {boxes.size, first,
-                               first + 1 + (range.begin - triangle.rowBegin(first)), last,
-                               last + 1 + (range.end - triangle.rowBegin(last))};
-    kernel.trianglePairs(cells, rows, boxes.exact, sink);
+    for (int stripe = 0; stripe < round.stripes; ++stripe) {
+      Buffer<Pair>& part = pairs.parts[(stripe * round.rounds + round.number) * threads + thread];
+      part.reserve(round.expected / (team * round.stripes));
+      BufferSink sink(part);
+      const Range all = partOf(triangle.pairs(), stripe, round.stripes);
+      const std::uint64_t begin = std::min(all.begin + round.tests.begin, all.end);
+      const Range own =
+          partOf(std::min(all.begin + round.tests.end, all.end) - begin, thread, team);
+      if (own.begin == own.end) continue;
+      const std::uint64_t from = begin + own.begin, to = begin + own.end;
+      const std::uint64_t first = triangle.rowOf(from), last = triangle.rowOf(to - 1);
+      const TrianglePart rows = {boxes.size, first, first + 1 + (from - triangle.rowBegin(first)),
+                                 last, last + 1 + (to - triangle.rowBegin(last))};
+      kernel.trianglePairs(cells, rows, boxes.exact, sink);
+    }
   });
   return used;
 }
@@ -100,41 +105,40 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
   packCells(boxes, partsFor(tests, threads));
-  const int used = testPart(boxes, {0, tests}, threads, 0, 0, pairs);
+  const int used = testRound(boxes, {1, 1, 0, {0, tests}, 0}, threads, pairs);
   if (!boxes.exact) noteUnsure(pairs);
   return used;
 }
 
-// Begins with the rows of the middle: the geoms that programs make first are often unlike the
-// others. The first quarter of the tests comes last, and its parts first.
+// Each round tests a part of each stripe, since the geoms that a program makes first are often
+// unlike the others.
 template <class Real>
 int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
   if (boxes.size < 2) return find(boxes, threads, pairs);
   const ScopedMode mode(exactMode());
-  const std::uint64_t all = Triangle{boxes.size}.pairs(), middle = all / 4;
-  std::size_t rounds = 1;
-  for (std::uint64_t tests = first_tests_a_box * boxes.size; middle + tests < all; tests *= growth)
-    ++rounds;
-  pairs.clear((rounds + 1) * threads);
+  constexpr int stripes = 4;
+  const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
+  std::uint64_t next = first_tests_a_box * boxes.size / stripes;
+  int rounds = 1;
+  for (std::uint64_t tests = next; tests < stripe; tests *= growth) ++rounds;
+  pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
   packCells(boxes, partsFor(all, threads));
   int used = 1;
-  std::uint64_t tested = 0, next = first_tests_a_box * boxes.size;
-  // Pairs to make room for, an eighth more than so far, since storage that grows is copied.
-  const auto expected = [&](std::uint64_t tests) {
-    return tested
-               ? static_cast<std::size_t>(1.125 * static_cast<double>(pairs.size()) *
-                                          static_cast<double>(tests) / static_cast<double>(tested))
-               : 0;
-  };
-  for (std::size_t round = 1; round <= rounds; ++round, next *= growth) {
-    const Range tests = {middle + tested, std::min(all, middle + next)};
-    used = std::max(used, testPart(boxes, tests, threads, round * threads,
-                                   expected(tests.end - tests.begin), pairs));
-    tested = tests.end - middle;
-    if (round < rounds && pairs.size() * places_of_a_pair < tested) return 0;
+  std::uint64_t tested = 0;
+  double pairs_a_test = 0;
+  for (int number = 0; number < rounds; ++number, next *= growth) {
+    const Range tests = {tested, std::min(next, stripe)};
+    // An eighth more than so far, since storage that grows is copied.
+    const double expected =
+        1.125 * pairs_a_test * static_cast<double>(stripes * (tests.end - tests.begin));
+    const Round round = {stripes, rounds, number, tests, static_cast<std::size_t>(expected)};
+    used = std::max(used, testRound(boxes, round, threads, pairs));
+    tested = tests.end;
+    if (number + 1 == rounds) break;
+    if (pairs.size() * places_of_a_pair < stripes * tested) return 0;
+    pairs_a_test = static_cast<double>(pairs.size()) / static_cast<double>(stripes * tested);
   }
-  used = std::max(used, testPart(boxes, {0, middle}, threads, 0, expected(middle), pairs));
   if (!boxes.exact) noteUnsure(pairs);
   return used;
 }

@@ -26,9 +26,14 @@ class BruteForce : public PairFinder {
   std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
 
  private:
+  // Some of the tests: a range of those of each stripe, `stripes` equal parts of the table.
+  struct Round {
+    int stripes, rounds, number;
+    Range tests;
+    std::size_t expected;  // pairs
+  };
   void packCells(const BoxSet& boxes, int threads);
-  int testPart(const BoxSet& boxes, Range tests, int threads, std::size_t first_part,
-               std::size_t expected, PairList& pairs) const;
+  int testRound(const BoxSet& boxes, const Round& round, int threads, PairList& pairs) const;
 
   Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
   CellTree<Real> cells_;          // in slot order; only its cells are used

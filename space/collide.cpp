@@ -87,9 +87,8 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
   kept_apart_ = false;
   rules_ = lock_count == 1 ? pair_keeper_.rulesOfFrame(settings.rules) : settings.rules;
   noteSilent();
-  const bool kept = findChanges(pairs, clock);
-  if (!kept) findAll(pairs, clock);
-  selectPairs(pairs, kept && pair_keeper_.nothingChanged());
+  if (!findChanges(pairs, clock)) findAll(pairs, clock);
+  selectPairs(pairs);
   stats_.filter_ms += clock.lap();
   stats_.pairs = pairs.size();
   return true;
@@ -102,28 +101,22 @@ bool ParallelSAPSpace::findPairs(PairList& pairs, int threads, StageClock& clock
 }
 
 // Makes the pairs that are to be reported out of those that may have to be, and keeps these apart
-// where they are others. `unchanged`: nothing has changed since the last frame.
-void ParallelSAPSpace::selectPairs(PairList& pairs, bool unchanged) {
+// where they are others.
+void ParallelSAPSpace::selectPairs(PairList& pairs) {
   const bool planes_apart = rules_.cull_planes && plane_pairs_.any();
   const bool verifying = PairFilter::needsVerifying(*facts_, rules_);
-  if (!boxes_.loose && !planes_apart && !verifying) return;
+  if (!planes_apart && !verifying) return;
   kept_apart_ = true;
   std::swap(pairs, kept_);  // `pairs` may be those of the last frame now
-  // The pairs but those of planes, which are put among them in the end.
-  PairList& others = planes_apart ? others_ : pairs;
-  if (boxes_.loose && (!unchanged || planes_apart || verifying)) {
-    stats_.threads =
-        std::max(stats_.threads, tight_pairs_.select(geoms_.data(), boxes_, facts_->exact_boxes,
-                                                     kept_, frame_threads_, others));
-    pair_keeper_.judgeLooseBoxes(kept_.size(), others.size(), geoms_.size());
-  } else if (verifying) {
+  if (verifying) {
+    // The pairs but those of planes, which are put among them in the end.
+    PairList& others = planes_apart ? others_ : pairs;
     others.copyFrom(kept_);
+    PairFilter::verify(geoms_.data(), *facts_, frame_threads_, others);
   }
-  if (verifying) PairFilter::verify(geoms_.data(), *facts_, frame_threads_, others);
-  if (!planes_apart) return;
-  stats_.candidates +=
-      plane_pairs_.addTo(boxes_.loose || verifying ? others : kept_, geoms_.data(), boxes_, rules_,
-                         facts_->user_classes, frame_threads_, pairs);
+  if (planes_apart)
+    stats_.candidates += plane_pairs_.addTo(verifying ? others_ : kept_, geoms_.data(), boxes_,
+                                            rules_, facts_->user_classes, frame_threads_, pairs);
 }
 
 // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
@@ -152,9 +145,8 @@ bool ParallelSAPSpace::findChanges(PairList& pairs, StageClock& clock) {
 }
 
 void ParallelSAPSpace::findAll(PairList& pairs, StageClock& clock) {
-  const bool loosely = mayKeep() && pair_keeper_.wantsLooseBoxes(geom_update_, geoms_.size());
   pair_keeper_.stop();
-  update(loosely);
+  update();
   pair_keeper_.forgetChanges();
   stats_.update_ms = clock.lap();
   synchronise();
@@ -235,9 +227,8 @@ bool ParallelSAPSpace::collideCollected(const Buffer<GeomPair>& pairs,
   return false;
 }
 
-void ParallelSAPSpace::update(bool loosely) {
-  stats_.threads =
-      geom_update_.pack(geoms_.data(), geoms_.size(), rules_, loosely, frame_threads_, boxes_);
+void ParallelSAPSpace::update() {
+  stats_.threads = geom_update_.pack(geoms_.data(), geoms_.size(), rules_, frame_threads_, boxes_);
   needs_clean_ = false;
 }
 

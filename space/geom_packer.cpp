@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "geom_tests.h"
-#include "loose_boxes.h"
 #include "round_outward.h"
 
 namespace ode_parallel_sap {
@@ -30,7 +29,6 @@ void deactivate(Slot slot, BoxSet& boxes) {
     boxes.wide_boxes[slot] = inactiveBox<double>();
   else
     boxes.boxes[slot] = inactiveBox<float>();
-  if (boxes.loose) boxes.tight[slot] = inactiveBox<float>();
 }
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
@@ -110,9 +108,6 @@ void UpdateFacts::add(const UpdateFacts& other) {
   exact_boxes = exact_boxes && other.exact_boxes;
   filter_bits = filter_bits || other.filter_bits;
   filter_bodies = filter_bodies || other.filter_bodies;
-  compared += other.compared;
-  moving += other.moving;
-  fast += other.fast;
   newly_invalid.insert(newly_invalid.end(), other.newly_invalid.begin(), other.newly_invalid.end());
 }
 
@@ -121,24 +116,6 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.invalid += state & invalid_state ? sign : 0;
   facts.unbounded += state & unbounded_state ? sign : 0;
   facts.coarse += state & coarse_state ? sign : 0;
-}
-
-// A part of the scene tells enough of it.
-void GeomPacker::compare(Slot slot, const Box& box, UpdateFacts& facts) const {
-  constexpr Slot sampled = 16;
-  if (slot % sampled || slot >= before_count || !isActive(before[slot])) return;
-  const BoxMotion motion = motionOf(before[slot], box);
-  ++facts.compared;
-  facts.moving += motion.greatest > 0;
-  facts.fast += motion.fast();
-}
-
-// What has no body and does not move stays where it is.
-void GeomPacker::placeLoosely(const dxGeom* geom, Slot slot, const Box& box, BoxSet& boxes) const {
-  const Box last = slot < before_count && isActive(before[slot]) ? before[slot] : box;
-  const bool may_move = geom->body || IS_SPACE(geom) || !contains(last, box);
-  boxes.tight[slot] = box;
-  boxes.boxes[slot] = may_move && !isUnbounded(geom) ? loosened(last, box) : box;
 }
 
 void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
@@ -192,15 +169,10 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
     deactivate(slot, boxes);
     return state | no_box_state | invalid_state;
   }
-  if (boxes.wide) {
+  if (boxes.wide)
     placeWide(bounds, boxes.wide_boxes[slot]);
-  } else {
-    compare(slot, box, facts);
-    if (boxes.loose)
-      placeLoosely(geom, slot, box, boxes);
-    else
-      boxes.boxes[slot] = box;
-  }
+  else
+    boxes.boxes[slot] = box;
   facts.exact_boxes = facts.exact_boxes && rounded.exact;
   facts.user_classes = facts.user_classes || state & user_class_state;
   facts.spaces = facts.spaces || state & space_state;
@@ -235,25 +207,11 @@ bool GeomPacker::stays(const dxGeom* geom, Slot slot, SlotState state, const Box
   if ((state & kind_states) != kindOf(geom, isResting(geom, rules))) return false;
   // A culled plane's box is nowhere; one that stays would be another geom's.
   if (rules.cull_planes && geom->type == dPlaneClass) return false;
-  if (boxes.loose) return staysWithin(geom, slot, state, boxes, part);
   const dReal most = 2 * margin_share * rules.tolerance;
   if (!(boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)
                    : containsClosely(boxes.boxes[slot], geom->aabb, most)))
     return false;
   part.staying.push_back(slot);
-  return true;
-}
-
-bool GeomPacker::staysWithin(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                             UpdatePart& part) const {
-  Box now;
-  const BoundsFacts rounded = roundOutward(geom->aabb, now);
-  if (rounded.nan || rounded.unbounded != ((state & unbounded_state) != 0) ||
-      rounded.coarse != ((state & coarse_state) != 0) || !contains(boxes.boxes[slot], now))
-    return false;
-  part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
-  part.staying.push_back(slot);
-  part.moved_within.push_back(now);
   return true;
 }
 

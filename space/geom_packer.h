@@ -30,10 +30,6 @@ struct UpdateFacts {
   bool exact_boxes = true;    // no float bound was rounded
   bool filter_bits = false;
   bool filter_bodies = false;
-  // Of some of the boxes that were packed anew, where the last frame's are known.
-  std::size_t compared = 0;         // with those
-  std::size_t moving = 0;           // of these
-  std::size_t fast = 0;             // likewise: too much for loose boxes
   std::vector<Slot> newly_invalid;  // slots that were packed with NaN bounds, ascending
 
   void add(const UpdateFacts& other);
@@ -59,7 +55,6 @@ struct alignas(64) UpdatePart {
   UpdateFacts facts;
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch
   std::vector<Slot> staying;   // slots whose boxes stay as they are
-  Buffer<Box> moved_within;    // where boxes are loose: where the geoms of these are now
   std::uintptr_t some_body = 0;
 };
 
@@ -70,26 +65,18 @@ constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
 class GeomPacker {
  public:
   PackRules rules;
-  // The last frame's boxes, by slot: those of the geoms' own bounds. Null where not known.
-  const Box* before = nullptr;
-  std::size_t before_count = 0;
 
   // Writes box, bits and body number of a slot to `boxes`. No geom: an empty slot.
   SlotState pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   // Whether a geom that was packed with `state` has other bits, another body or is enabled where it
   // was not: nobody tells a space of that.
   bool changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
-  // Whether the box of a slot is still one for its geom, by the tolerance or because it is loose.
-  // Then notes so in `part`.
+  // Whether the box of a slot is still one for its geom, by the tolerance. Then notes so in `part`.
   bool stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
              UpdatePart& part) const;
 
  private:
-  bool staysWithin(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                   UpdatePart& part) const;
-  void compare(Slot slot, const Box& box, UpdateFacts& facts) const;
   void packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
-  void placeLoosely(const dxGeom* geom, Slot slot, const Box& box, BoxSet& boxes) const;
 };
 
 }  // namespace ode_parallel_sap

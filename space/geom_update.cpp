@@ -65,7 +65,6 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
     part.facts = UpdateFacts();
     part.deferred.clear();
     part.staying.clear();
-    part.moved_within.resizeDiscarding(0);
     part.some_body = 0;
   }
   const auto prefetchGeoms = [&](const Range& range) {
@@ -143,28 +142,20 @@ void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
   });
 }
 
-int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, bool loosely,
-                     int threads, BoxSet& boxes) {
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                     BoxSet& boxes) {
   packer_.rules = rules;
   watching_ = false;
-  const bool was_loose = boxes.loose;
-  const Box* before = boxes.wide ? nullptr : (was_loose ? boxes.tight : boxes.boxes).data();
-  const std::size_t before_count = std::min(boxes.size, slots);
   boxes.size = slots;
   boxes.bits.resizeDiscarding(slots);
   boxes.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
-    boxes.loose = loosely && !boxes.wide;
     if (boxes.wide)
       boxes.wide_boxes.resizeDiscarding(slots);
     else
       boxes.boxes.resizeDiscarding(slots);
-    if (boxes.loose) boxes.tight.resizeDiscarding(slots);
-    const bool known = before && before == (was_loose ? boxes.tight : boxes.boxes).data();
-    packer_.before = known ? before : nullptr;
-    packer_.before_count = known ? before_count : 0;
     const int used = forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
         [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
@@ -180,7 +171,6 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     if (wide == boxes.wide || repeated) return used;
     boxes.wide = wide;
     (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
-    before = nullptr;
   }
 }
 
@@ -243,7 +233,7 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
 const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
   if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
   facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
-  boxes.exact = facts_.exact_boxes || boxes.loose;
+  boxes.exact = facts_.exact_boxes;
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies;
   return facts_;
@@ -303,7 +293,6 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     boxes.wide_boxes.resize(slots);
   else
     boxes.boxes.resize(slots);
-  if (boxes.loose) boxes.tight.resize(slots);
   boxes.bits.resize(slots);
   boxes.bodies.resize(slots);
   states_.resize(slots);
@@ -316,25 +305,19 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
 // Takes the slots whose boxes may stay out of `changed` and slots_. False if too many may not: then
 // nothing has changed but the geoms' own bounds.
 bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
-                         BoxSet& boxes) {
+                         const BoxSet& boxes) {
   forGeoms(
       geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
       [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
         packer_.stays(geom, slot, states_[slot], boxes, part);
       });
-  const UpdateFacts facts = mergeParts(some_body_);
-  facts_.moved = facts.moved;
+  facts_.moved = mergeParts(some_body_).moved;
   std::size_t staying = 0;
   for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
   if (slots_.size() - staying > most) return false;
-  facts_.exact_boxes = facts_.exact_boxes && facts.exact_boxes;
   if (staying == 0) return true;
-  for (int index = 0; index <= part_count_; ++index) {
-    UpdatePart& part = parts_[index];
-    for (const Slot slot : part.staying) changed.erase(slot);
-    for (std::size_t i = 0; i < part.moved_within.size(); ++i)
-      boxes.tight[part.staying[i]] = part.moved_within[i];
-  }
+  for (int index = 0; index <= part_count_; ++index)
+    for (const Slot slot : parts_[index].staying) changed.erase(slot);
   slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
                                [&](Slot slot) { return !changed.contains(slot); }) -
                 slots_.begin());
@@ -352,10 +335,8 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
         std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
   };
   facts_.moved = 0;
-  const bool some_may_stay = packer_.rules.tolerance > 0 || boxes.loose;
-  if (some_may_stay && !sortOut(geoms, most, threadsForSlots(), changed, boxes)) return false;
-  packer_.before = boxes.loose ? boxes.tight.data() : nullptr;
-  packer_.before_count = boxes.loose ? boxes.size : 0;
+  if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
+    return false;
   forGeoms(
       geoms, slots_.size(), threadsForSlots(), [&](std::size_t i) { return slots_[i]; },
       [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
@@ -385,7 +366,7 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes)
   facts_.newly_invalid = packed.newly_invalid;
   facts_.exact_boxes =
       facts_.exact_boxes && (packed.exact_boxes || boxes.wide || std::is_same<dReal, float>::value);
-  boxes.exact = facts_.exact_boxes || boxes.loose;
+  boxes.exact = facts_.exact_boxes;
   return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
          (boxes.filter_bodies || !packed.filter_bodies) &&
          (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
@@ -395,8 +376,7 @@ std::size_t GeomUpdate::bytes() const {
   std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
                       coarse_crowds_.bytes();
   for (const UpdatePart& part : parts_)
-    bytes += part.moved_within.bytes() +
-             (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
+    bytes += (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
   return bytes;
 }
 

@@ -24,9 +24,9 @@ class GeomUpdate {
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
   // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
-  // scene, and otherwise loosely if that is wanted. Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, bool loosely,
-           int threads, BoxSet& boxes);
+  // scene. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+           BoxSet& boxes);
   // The threads' facts made one. Call after pack().
   const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
 
@@ -55,7 +55,7 @@ class GeomUpdate {
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
   bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
-               BoxSet& boxes);
+               const BoxSet& boxes);
   bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
 

@@ -13,18 +13,9 @@ constexpr std::size_t changing_share = 8;
 constexpr std::size_t least_slots_for_trees = 120;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
-// Where loose boxes turned out not to help, they are tried again after more and more frames.
-constexpr int longest_loose_pause = 16;
-// Likewise where loose boxes made too many pairs, as in stacks of thin sheets: one such frame may
-// cost as much as dozens without.
-constexpr int longest_pause_for_loose_pairs = 1024;
-// Likewise where a tolerance did: each time it is tried takes a few frames, since the boxes are
-// others then.
+// Where a tolerance turned out not to help, it is tried again after more and more frames: each time
+// takes a few, since the boxes are others then.
 constexpr int longest_tolerance_pause = 64;
-// What finding a scene anew costs, in pairs of loose boxes that are told apart: so many a geom, and
-// so many a pair (2,000 to 100,000 boxes: 4 to 6 ns to tell a pair apart, some 20 a geom and 10 a
-// pair anew).
-constexpr std::size_t loose_pairs_a_slot = 4, loose_pairs_a_pair = 2;
 
 }  // namespace
 
@@ -52,23 +43,6 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
 }
 
-bool PairKeeper::wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots) {
-  if (!running_ || rules_.tolerance > 0 || source_ == Source::device || !mayBuildTrees(slots) ||
-      !geom_update.canRepack())
-    return false;
-  const UpdateFacts& facts = geom_update.facts();
-  if (facts.fast * changing_share > facts.compared ||
-      (facts.moving - facts.fast) * changing_share <= facts.compared)
-    return false;
-  return !loose_pause_.skipsTurn();
-}
-
-void PairKeeper::judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots) {
-  if (loose_pairs <= loose_pairs_a_slot * slots + loose_pairs_a_pair * pairs) return;
-  loose_pause_.lengthen(8, longest_pause_for_loose_pairs);
-  stop();
-}
-
 bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
                         int threads, GeomUpdate& geom_update, BoxSet& boxes) {
   moved_in_vain_ = 0;
@@ -76,8 +50,8 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
     rules_ = rules;
     return false;
   }
-  // Within a tolerance, or a loose box, most of what moved may turn out to stay.
-  const bool some_may_stay = rules.tolerance > 0 || boxes.loose;
+  // Within a tolerance most of what moved may turn out to stay.
+  const bool some_may_stay = rules.tolerance > 0;
   if (tooMany(changed_.count(), slots)) {
     few_changes_ = 0;
     if (!some_may_stay) return false;
@@ -85,7 +59,6 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
   const std::size_t changes = changed_.count();
-  nothing_changed_ = changes == 0;
   if (!some_may_stay && tooMany(changes, slots)) return false;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
@@ -97,14 +70,11 @@ bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
     has_helped_ = true;
-    if (boxes.loose) loose_pause_.reset();
     // Without it a frame may come here or not by where its pairs were found.
     if (rules.tolerance > 0) tolerance_pause_.reset();
     return true;
   }
   moved_in_vain_ = geom_update.facts().moved;
-  // Boxes that are used up are made anew at once.
-  if (!has_helped_ && boxes.loose) loose_pause_.lengthen(2, longest_loose_pause);
   if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(2, longest_tolerance_pause);
   return false;
 }

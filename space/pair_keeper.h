@@ -37,11 +37,6 @@ class PairKeeper {
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
-  // Whether a frame that is found anew is to have loose boxes, so that the next ones need not be:
-  // most geoms move, and slowly. Asked once for each such frame, before stop().
-  bool wantsLooseBoxes(const GeomUpdate& geom_update, std::size_t slots);
-  // What loose boxes led to: pairs of them, of which some are pairs.
-  void judgeLooseBoxes(std::size_t loose_pairs, std::size_t pairs, std::size_t slots);
   // The last frame's boxes and pairs are complete, or are of no use any more.
   void start(Source source);
   void stop() { running_ = false; }
@@ -59,8 +54,6 @@ class PairKeeper {
   int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
            const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
            PairList& pairs);
-  // Whether no geom changed before the last find(), not even within its loose box.
-  bool nothingChanged() const { return nothing_changed_; }
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
@@ -80,14 +73,13 @@ class PairKeeper {
   bool incremental_started_ = false;
   bool has_helped_ = false;  // since start()
   int few_changes_ = 0;      // frames in a row in which little changed, but were found anew
-  Pause tolerance_pause_, loose_pause_;
+  Pause tolerance_pause_;
   Incremental<float> incremental_;
   Incremental<double> wide_incremental_;
   PairList found_;
   KeptPairs kept_pairs_;
-  int threads_ = 1;               // of the last update()
-  std::size_t changes_ = 0;       // likewise: the slots in changed_
-  bool nothing_changed_ = false;  // likewise
+  int threads_ = 1;          // of the last update()
+  std::size_t changes_ = 0;  // likewise: the slots in changed_
   std::size_t moved_in_vain_ = 0;
   std::size_t candidates_ = 0, kept_ = 0;
 };

@@ -177,7 +177,6 @@ void ParallelSAPSpace::releaseSpareMemory() {
   boxes_ = BoxSet();
   cpu_finders_.reset();
   pair_filter_ = PairFilter();
-  tight_pairs_ = TightPairs();
   plane_pairs_ = PlanePairs();
   pairs_ = PairList();
   kept_ = PairList();

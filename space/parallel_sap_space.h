@@ -27,7 +27,6 @@
 #include "slot_set.h"
 #include "small_scene.h"
 #include "team_choice.h"
-#include "tight_pairs.h"
 
 namespace ode_parallel_sap {
 
@@ -89,8 +88,8 @@ class ParallelSAPSpace : public dxSpace {
   bool mayKeep() const;
   bool findChanges(PairList& pairs, StageClock& clock);
   void findAll(PairList& pairs, StageClock& clock);
-  void selectPairs(PairList& pairs, bool unchanged);
-  void update(bool loosely);
+  void selectPairs(PairList& pairs);
+  void update();
   void synchronise();
   void noteFacts();
   CPUFinders& finders();
@@ -128,7 +127,6 @@ class ParallelSAPSpace : public dxSpace {
   MethodChoice method_choice_;
   DeviceBackend device_;
   PairFilter pair_filter_;
-  TightPairs tight_pairs_;
   PlanePairs plane_pairs_;
   PairKeeper pair_keeper_;
   PackRules rules_;  // of the frame

@@ -88,8 +88,7 @@ struct PlanePairs::Search {
   bool passes(Slot plane, Slot other, bool sure) const {
     dxGeom *const a = geoms[plane], *const b = geoms[other];
     // Boxes that a tolerance made larger are sure of nothing.
-    if (!(sure && rules.tolerance == 0 && !boxes.loose) &&
-        (!boxesOverlap(a, b) || areClearByPlane(a, b)))
+    if (!(sure && rules.tolerance == 0) && (!boxesOverlap(a, b) || areClearByPlane(a, b)))
       return false;
     // The boxes' bits and presence say nothing of geoms at rest.
     if (rules.skip()) return isEnabled(b) && filtersMatch(a, b) && !isLeftOut(a, b, rules);

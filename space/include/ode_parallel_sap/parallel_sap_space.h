@@ -270,10 +270,10 @@ typedef struct dParallelSAPStats {
   double report_ms;              /* the near or contact callback, with all that it did */
   double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
-  unsigned long long kept;       /* pairs found in an earlier frame, not looked for again; where all
-                                  * moves slowly some may overlap no more. None, and every frame is
-                                  * found anew, where a geom has category or collide bits above the
-                                  * lowest 32 (1ul << 40) but not all from the 32nd on (~8ul) */
+  unsigned long long kept;       /* pairs found in an earlier frame, not looked for again. None, and
+                                  * every frame is found anew, where a geom has category or collide
+                                  * bits above the lowest 32 (1ul << 40) but not all from the 32nd on
+                                  * (~8ul) */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before

@@ -1,4 +1,4 @@
-// Frames in which all moves, but slowly: boxes with room to move in must not show.
+// Frames in which all moves, but slowly: cells that are kept from frame to frame must not show.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
@@ -152,7 +152,7 @@ class DriftingScene {
 
 }  // namespace
 
-TEST_CASE("While all drifts, the pairs of every frame are those of the formula", "[loose]") {
+TEST_CASE("While all drifts, the pairs of every frame are those of the formula", "[drifting]") {
   const std::uint64_t seed = seedOr(81);
   for (const Configuration& configuration : configurations())
     for (const std::size_t n : {80, 800})
@@ -171,7 +171,7 @@ TEST_CASE("While all drifts, the pairs of every frame are those of the formula",
       }
 }
 
-TEST_CASE("Settings may change while boxes are loose", "[loose]") {
+TEST_CASE("Settings may change while all drifts", "[drifting]") {
   const std::uint64_t seed = seedOr(82);
   for (const int threads : {1, 3}) {
     DriftingScene scene(Configuration{dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"}, 900,
@@ -207,96 +207,69 @@ TEST_CASE("Settings may change while boxes are loose", "[loose]") {
   }
 }
 
-TEST_CASE("A scene that drifts is searched now and then only, and statistics say so", "[loose]") {
-  for (const int threads : {1, 3}) {
+TEST_CASE("Where all drifts every frame is found anew, and statistics say so", "[drifting]") {
+  for (const double side : {14.0, 3.0}) {  // the smaller one is a crowd
     Space space;
     World world(space);
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    world.addBoxes(denseCube(3000, 83));
-    for (const dGeomID geom : world.geoms()) world.giveBody(geom);
-    int searched = 0;
-    constexpr int frames = 40;
-    for (int frame = 0; frame < frames; ++frame) {
+    Random random(83);
+    for (int i = 0; i < 1500; ++i) {
+      const dGeomID box = world.take(dCreateBox(space, 1, 1, 1));
+      dGeomSetPosition(box, random.between(0, side), random.between(0, side),
+                       random.between(0, side));
+    }
+    for (int frame = 0; frame < 12; ++frame) {
+      INFO("side " << side << ", frame " << frame);
+      world.jitter(0.001, frame);
       const Pairs pairs = collide(space);
       REQUIRE(difference(pairs, expectedPairs(world.geoms())) == "");
       const dParallelSAPStats stats = statsOf(space);
       CHECK(stats.pairs == pairs.size());
-      CHECK(stats.moved == 3000);
-      searched += stats.kept == 0;
-      world.jitter(0.001, frame);
+      CHECK(stats.moved == 1500);
+      CHECK(stats.kept == 0);
     }
-    CHECK(searched >= 2);
-    CHECK(searched <= frames / 8);
-    // What stands still keeps its pairs, loose or not.
+    // What stands still keeps its pairs.
     const Pairs pairs = collide(space);
     CHECK(difference(collide(space), pairs) == "");
     CHECK(statsOf(space).moved == 0);
-    CHECK(statsOf(space).pairs == pairs.size());
+    CHECK(statsOf(space).kept == pairs.size());
   }
 }
 
-TEST_CASE("What moved within its loose box is seen where the space was clean before", "[loose]") {
+TEST_CASE("What moved a little is seen where the space was clean before", "[drifting]") {
   Space space;
   World world(space);
   dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
   world.addBoxes(denseCube(1500, 86));
-  unsigned long long kept = 0;
   for (int frame = 0; frame < 24; ++frame) {
     INFO("frame " << frame);
     world.jitter(0.002, frame);
     if (frame % 2) dSpaceClean(space);
     REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
     CHECK(statsOf(space).moved == (frame % 2 ? 0 : 1500));
-    kept += frame % 2 ? statsOf(space).kept : 0;
-  }
-  CHECK(kept > 0);
-}
-
-TEST_CASE("Boxes are not loose where geoms are fast or stand still", "[loose]") {
-  for (const double distance : {0.0, 0.3}) {
-    Space space;
-    World world(space);
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    world.addBoxes(denseCube(3000, 84));
-    const auto bytes = [&] { return statsOf(space).memory_bytes; };
-    (void)collide(space);
-    world.jitter(distance, 1);
-    (void)collide(space);
-    const std::size_t before = bytes();
-    for (int frame = 2; frame < 6; ++frame) {
-      world.jitter(distance, frame);
-      REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-      CHECK(statsOf(space).kept == 0);
-    }
-    CHECK(bytes() < before + 3000 * sizeof(float[6]));
   }
 }
 
-TEST_CASE("Culled planes and pairs at rest are exact while boxes are loose", "[loose]") {
+TEST_CASE("Culled planes and pairs at rest are exact while all drifts", "[drifting]") {
   const std::uint64_t seed = seedOr(85);
-  DriftingScene loose(Configuration{dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"}, 900, 0,
+  DriftingScene swept(Configuration{dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"}, 900, 0,
                       seed);
   DriftingScene anew(Configuration{dParallelSAPBackendCPU, dParallelSAPMethodBruteForce, "anew"},
                      900, 0, seed);
-  for (DriftingScene* scene : {&loose, &anew}) {
+  for (DriftingScene* scene : {&swept, &anew}) {
     dParallelSAPSpaceSetCullPlanes(scene->space(), 1);
     dParallelSAPSpaceSetSkipStatic(scene->space(), 1);
   }
-  unsigned long long kept = 0;
   for (int frame = 0; frame < scaled(50); ++frame) {
     INFO("seed " << seed << ", frame " << frame);
-    const Pairs pairs = collide(loose.space());
+    const Pairs pairs = collide(swept.space());
     REQUIRE(pairs.size() > 0);
     REQUIRE(difference(pairs, collide(anew.space())) == "");
-    CHECK(statsOf(anew.space()).kept == 0);
-    kept += statsOf(loose.space()).kept;
-    for (DriftingScene* scene : {&loose, &anew}) scene->drift(slow);
+    for (DriftingScene* scene : {&swept, &anew}) scene->drift(slow);
   }
-  CHECK(kept > 0);
 }
 
-TEST_CASE("A culled plane in the slot of a geom as large is no geom as large", "[loose]") {
+TEST_CASE("A culled plane in the slot of a geom as large is no geom as large", "[drifting]") {
   for (const double tolerance : {0.0, 0.05}) {
     Space space;
     World world(space);
@@ -316,12 +289,12 @@ TEST_CASE("A culled plane in the slot of a geom as large is no geom as large", "
     dGeomDestroy(last);
     last = dCreatePlane(space, 0.6, 0, 0.8, -100);
     for (int frame = 0; frame < 3; ++frame) CHECK(pairsOfLast(last) == 0);
-    CHECK(statsOf(space).kept > 0);
+    CHECK((statsOf(space).kept > 0) == (tolerance > 0));
     dGeomDestroy(last);
   }
 }
 
-TEST_CASE("Boxes beyond the range of floats are not loose all over the scene", "[loose]") {
+TEST_CASE("Boxes beyond the range of floats drift like others", "[drifting]") {
   Space space;
   World world(space);
   dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
@@ -331,13 +304,8 @@ TEST_CASE("Boxes beyond the range of floats are not loose all over the scene", "
     dGeomSetPosition(far, 1e39 * i, 0, 0);
     world.giveBody(far);
   }
-  unsigned long long kept = 0;
   for (int frame = 0; frame < 12; ++frame) {
     world.jitter(0.001, frame);
-    const Pairs pairs = collide(space);
-    REQUIRE(difference(pairs, expectedPairs(world.geoms())) == "");
-    kept += statsOf(space).kept;
-    CHECK(statsOf(space).kept < 2 * pairs.size());
+    REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
   }
-  CHECK(kept > 0);
 }
