@@ -93,7 +93,8 @@ if(has_own_ode)
   install(FILES ${libraries} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime)
   install(DIRECTORY "${ODE_PARALLEL_SAP_ODE_PREFIX}/include/ode" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
           COMPONENT development)
-  install(FILES "${ode_source_dir}/LICENSE-BSD.TXT" DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE-ODE
+  find_ode_license("${ode_source_dir}" ode_license)
+  install(FILES "${ode_license}" DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE-ODE
           COMPONENT runtime)
   file(READ "${ODE_PARALLEL_SAP_ODE_PREFIX}/lib/pkgconfig/ode.pc" ode_pc)
   string(REGEX REPLACE "(^|\n)prefix=[^\n]*" "\\1prefix=${pc_prefix}" ode_pc "${ode_pc}")
