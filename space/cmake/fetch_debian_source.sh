@@ -57,16 +57,27 @@ Acquire::Retries "2";
 Acquire::http::Timeout "30";
 Acquire::https::Timeout "30";
 EOF
-apt="apt-get -c $private/apt.conf -qq"
+
+# Runs apt-get with these settings. Entries that two of the machine's files have in common are no
+# concern of the user's here.
+run_apt() {
+  status=0
+  LC_ALL=C apt-get -c "$private/apt.conf" -qq "$@" >"$private/log" 2>&1 || status=$?
+  grep -v 'is configured multiple times' "$private/log" >&2 || true
+  return $status
+}
 
 # A repository without source packages makes the update fail; ODE's may be among the others.
-$apt update >&2 || say "some package lists could not be had; going on with the rest"
+run_apt update || say "some package lists could not be had; going on with the rest"
+set -- "$private/state/lists/"*_Sources*
+[ -e "$1" ] || { say "no list of source packages could be had from this machine's archives"; exit 1; }
 
-# The source of the package that is installed; else any with the same upstream version.
+# The source of the package that is installed; else any with the same upstream version. Why one cannot be
+# had is of interest where neither can.
 package=$(dpkg-query -W -f '${source:Version}' libode-dev 2>/dev/null || true)
 cd "$private/download"
 for wanted in ${package:+ode="$package"} ode; do
-  $apt source --download-only --tar-only "$wanted" >&2 || continue
+  run_apt source --download-only --tar-only "$wanted" 2>>"$private/errors" || continue
   for tarball in "ode_$version"*.orig.tar.*; do
     case $tarball in *.asc | *'*'*) continue ;; esac
     mkdir -p "$directory"
@@ -75,4 +86,5 @@ for wanted in ${package:+ode="$package"} ode; do
   done
   say "the archive has $(echo ode_*.orig.tar.*), not version $version"
 done
+cat "$private/errors" >&2
 exit 1

@@ -67,6 +67,9 @@ endif()
 set(libs "-L\${libdir} -lode-parallel-sap")
 if(is_static)
   string(APPEND libs "${private_libraries}")
+  if(LINKER_HAS_NODELETE)
+    string(APPEND libs " -Wl,-z,nodelete")
+  endif()
   set(private_libraries "")
 endif()
 
@@ -93,7 +96,8 @@ if(has_own_ode)
   install(FILES ${libraries} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime)
   install(DIRECTORY "${ODE_PARALLEL_SAP_ODE_PREFIX}/include/ode" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
           COMPONENT development)
-  install(FILES "${ode_source_dir}/LICENSE-BSD.TXT" DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE-ODE
+  find_ode_license("${ode_source_dir}" ode_license)
+  install(FILES "${ode_license}" DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME LICENSE-ODE
           COMPONENT runtime)
   file(READ "${ODE_PARALLEL_SAP_ODE_PREFIX}/lib/pkgconfig/ode.pc" ode_pc)
   string(REGEX REPLACE "(^|\n)prefix=[^\n]*" "\\1prefix=${pc_prefix}" ode_pc "${ode_pc}")

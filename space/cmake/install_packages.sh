@@ -16,43 +16,59 @@ find_missing() {
   missing=()
   local package
   for package in "$@"; do
-    is_there "$package" || missing+=("$package")
+    [[ " ${missing[*]} " == *" $package "* ]] || is_there "$package" || missing+=("$package")
   done
 }
 
-# want PACKAGE...: like need, but what cannot be installed is done without.
-want() {
-  (need "$@") || echo "Going on without ${*}" >&2
+# Sets `known` to those of the given packages that the archive has: the rest would fail with any other.
+find_known() {
+  known=()
+  local package
+  for package in "$@"; do
+    ! apt-cache show "$package" >/dev/null 2>&1 || known+=("$package")
+  done
+}
+
+# What a script is to `want` after what it needs: who has to install by hand is told all in one line.
+wanted=()
+
+# Installs what is `missing`. Fails, with a line that says what to do, if some of it then still is.
+install_missing() {
+  local asked=("${missing[@]}") as_root=() attempt
+  if ! command -v apt-get >/dev/null; then
+    echo "Needed, by their names in Debian: ${missing[*]}. Not looked for any further here: no apt-get." >&2
+    return 0
+  fi
+  if [ "$(id -u)" -ne 0 ]; then
+    as_root=(sudo)
+    if ! command -v sudo >/dev/null; then
+      find_missing "${asked[@]}" "${wanted[@]}"
+      echo "Missing, and no sudo to install it with. As root: apt-get install ${missing[*]}" >&2
+      return 1
+    fi
+  fi
+  echo "Installing ${asked[*]}"
+  for attempt in 1 2; do
+    [ "$attempt" -eq 1 ] || sleep 5
+    "${as_root[@]}" apt-get update -qq || true # one source that is down need not matter
+    find_known "${asked[@]}"
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${known[@]}" \
+      </dev/null && [ ${#known[@]} -eq ${#asked[@]} ] && break
+  done
+  find_missing "${asked[@]}"
+  [ ${#missing[@]} -gt 0 ] || return 0
+  echo "Could not be installed (see above). As root: apt-get install ${missing[*]}" >&2
+  return 1
 }
 
 # need PACKAGE...: returns when all of them are there; ends the script where that cannot be reached.
 need() {
   find_missing "$@"
-  [ ${#missing[@]} -gt 0 ] || return 0
-  if ! command -v apt-get >/dev/null; then
-    echo "Needed, by their names in Debian: ${missing[*]}. Not looked for any further here: no apt-get." >&2
-    return 0
-  fi
+  [ ${#missing[@]} -eq 0 ] || install_missing || exit 1
+}
 
-  local as_root=()
-  if [ "$(id -u)" -ne 0 ]; then
-    if ! command -v sudo >/dev/null; then
-      echo "Missing: ${missing[*]}. As root: apt-get install ${missing[*]}" >&2
-      exit 1
-    fi
-    as_root=(sudo)
-  fi
-  echo "Installing ${missing[*]}"
-  local install=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends)
-  local attempt
-  for attempt in 1 2; do
-    [ "$attempt" -eq 1 ] || sleep 5
-    "${as_root[@]}" apt-get update -qq || true # one source that is down need not matter
-    "${install[@]}" "${missing[@]}" </dev/null && break
-  done
-  find_missing "$@"
-  if [ ${#missing[@]} -gt 0 ]; then
-    echo "Could not be installed: ${missing[*]} (see above)" >&2
-    exit 1
-  fi
+# want: the same for those in `wanted`; but what cannot be installed is done without.
+want() {
+  find_missing "${wanted[@]}"
+  [ ${#missing[@]} -eq 0 ] || install_missing || echo "Going on without ${missing[*]}" >&2
 }

@@ -42,8 +42,9 @@ function(choose_ode_source version result)
       message(
         FATAL_ERROR
           "The source of ODE ${version}, whose private headers are needed, could be fetched neither from the "
-          "Debian archive nor from upstream's repository (see above). Remedies: unpack that version yourself "
-          "and configure with -DODE_SOURCE_DIR=<directory>; or, for another version than the installed one, "
+          "Debian archive nor from upstream's repositories (see above). Remedies: unpack that version yourself "
+          "and configure with -DODE_SOURCE_DIR=<directory>, which examples/run and tests/run take as their first "
+          "argument; or, for another version than the installed one, "
           "with -DODE_PARALLEL_SAP_ODE=SOURCE -DODE_SOURCE_DIR=<directory>.")
     endif()
   endif()

@@ -7,11 +7,10 @@ set(ode_cmake_dir "${CMAKE_CURRENT_LIST_DIR}")
 # The shared directory if it can be written, else one inside the build directory.
 function(find_ode_cache result)
   set(cache "${PROJECT_SOURCE_DIR}/.ode")
-  execute_process(
-    COMMAND "${CMAKE_COMMAND}" -E make_directory "${cache}"
-    COMMAND "${CMAKE_COMMAND}" -E touch "${cache}/lock"
-    RESULTS_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
-  if(NOT status MATCHES "^0;0$")
+  # One after the other: the commands of a single execute_process run at the same time.
+  execute_process(COMMAND "${CMAKE_COMMAND}" -E make_directory "${cache}" OUTPUT_QUIET ERROR_QUIET)
+  execute_process(COMMAND "${CMAKE_COMMAND}" -E touch "${cache}/lock" RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
+  if(NOT status EQUAL 0)
     set(cache "${PROJECT_BINARY_DIR}/.ode")
     file(MAKE_DIRECTORY "${cache}")
   endif()
@@ -28,6 +27,17 @@ function(read_ode_source_version directory result)
   set(${result} "${version}" PARENT_SCOPE)
 endfunction()
 
+# The file of an ODE source tree with the licence that is chosen here, by the names it has had.
+function(find_ode_license directory result)
+  foreach(name IN ITEMS LICENSE-BSD.TXT LICENSE-BSD)
+    if(EXISTS "${directory}/${name}")
+      set(${result} "${directory}/${name}" PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+  message(FATAL_ERROR "${directory} has no LICENSE-BSD.TXT or LICENSE-BSD to be installed with ODE.")
+endfunction()
+
 # Debian's source package of that version, unpacked into a directory.
 function(fetch_ode_from_debian version directory)
   message(STATUS "Fetching the source of ODE ${version} from the Debian archive")
@@ -41,18 +51,25 @@ function(fetch_ode_from_debian version directory)
   file(REMOVE_RECURSE "${directory}.download")
 endfunction()
 
-# Upstream's repository at the tag of that version, cloned into a directory.
+# The first of upstream's repositories that can be reached, at the tag of that version, cloned into a directory.
 function(fetch_ode_from_upstream version directory)
   find_package(Git QUIET)
   if(NOT Git_FOUND)
     message(STATUS "No git to fetch ODE ${version} from upstream with")
     return()
   endif()
-  message(STATUS "Fetching the source of ODE ${version} from upstream's repository")
-  execute_process(
-    COMMAND "${CMAKE_COMMAND}" -E env GIT_TERMINAL_PROMPT=0 "${GIT_EXECUTABLE}" -c advice.detachedHead=false
-            clone --quiet --depth 1 --branch ${version} https://bitbucket.org/odedevs/ode.git "${directory}"
-    TIMEOUT 600)
+  foreach(repository IN ITEMS https://bitbucket.org/odedevs/ode.git https://github.com/odedevs/ode.git)
+    message(STATUS "Fetching the source of ODE ${version} from ${repository}")
+    execute_process(
+      COMMAND "${CMAKE_COMMAND}" -E env GIT_TERMINAL_PROMPT=0 "${GIT_EXECUTABLE}" -c advice.detachedHead=false
+              clone --quiet --depth 1 --branch ${version} ${repository} "${directory}"
+      TIMEOUT 600
+      RESULT_VARIABLE status)
+    if(status EQUAL 0)
+      return()
+    endif()
+    file(REMOVE_RECURSE "${directory}")
+  endforeach()
 endfunction()
 
 # Sets `result` to a directory with ODE's source of exactly that version: the cached one, or else a

@@ -44,6 +44,19 @@ string(CONCAT about "ODE finds the pairs of geoms that may touch in a dSpace. Th
                     "exactly the pairs of dSimpleSpace, in one fixed order, on all cores or a\n"
                     "GPU, in time linear in geoms and pairs.\n.\n")
 
+# dpkg-shlibdeps takes any later ODE for good; what the library is tied to, private headers, is that of 0.16.
+set(ode_package "")
+foreach(library IN LISTS ODE_PARALLEL_SAP_LIBODE_LINK_LIBRARIES)
+  get_filename_component(library "${library}" REALPATH)
+  if(library MATCHES "/libode\\.")
+    execute_process(COMMAND dpkg-query --search "${library}" OUTPUT_VARIABLE owner ERROR_QUIET)
+    string(REGEX MATCH "^[^:, ]+" ode_package "${owner}")
+  endif()
+endforeach()
+if(ode_package)
+  set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "${ode_package} (<< 2:0.17~)")
+endif()
+
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME "${runtime_package}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_CURRENT_LIST_DIR}/debian/triggers")

@@ -9,6 +9,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+sys.dont_write_bytecode = True  # nothing is left beside the sources
 from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
 
 COLOURS = {name: "C%d" % (i % 10) for i, name in enumerate(LIBRARIES + ODE_SPACES)}

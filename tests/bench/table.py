@@ -12,6 +12,7 @@ import os
 import re
 import sys
 
+sys.dont_write_bytecode = True  # nothing is left beside the sources
 from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
 
 

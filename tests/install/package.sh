@@ -7,8 +7,8 @@
 set -euo pipefail
 source=$1 build=$2
 here=$(cd "$(dirname "$0")" && pwd)
-if ! command -v dpkg-deb >/dev/null || ! command -v dpkg-shlibdeps >/dev/null; then
-  echo "skipped: no dpkg-deb and dpkg-shlibdeps (Debian: dpkg-dev)"
+if ! command -v dpkg-deb >/dev/null || ! command -v dpkg-shlibdeps >/dev/null || ! command -v file >/dev/null; then
+  echo "skipped: no dpkg-deb, dpkg-shlibdeps or file (Debian: dpkg-dev file)"
   exit 77
 fi
 folder=$(mktemp -d)
@@ -22,7 +22,8 @@ cd "$folder"
 cpack --config "$build/CPackConfig.cmake" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
 [ "$(ls ./*.deb | wc -l)" -eq 3 ] || fail "not three packages: $(ls)"
 depends() { dpkg-deb -f ./"$1"_*.deb Depends; }
-depends libode-parallel-sap0 | grep -q 'libode8 (>= 2:0.16' || fail "the library does not depend on ODE"
+depends libode-parallel-sap0 | grep -q 'libode8[a-z0-9]* (>= 2:0.16' || fail "the library does not depend on ODE"
+depends libode-parallel-sap0 | grep -q 'libode8[a-z0-9]* (<< 2:0.17~)' || fail "the library takes a later ODE for good"
 depends libode-parallel-sap-dev | grep -q 'libode-dev' || fail "the header comes without ODE's"
 depends ode-parallel-sap-preload | grep -q 'libode-parallel-sap0 (= ' || fail "the preload library comes alone"
 for package in *.deb; do dpkg-deb -x "$package" root; done
