@@ -76,6 +76,7 @@ void CudaSweep::lose(std::size_t device, const std::exception_ptr& failure) {
     std::rethrow_exception(failure);
   } catch (const DeviceFailure& reason) {
     failures_.push_back(reason.what());
+    if (team_) team_->dismiss(sweeps_[device].get());
     sweeps_.erase(sweeps_.begin() + static_cast<std::ptrdiff_t>(device));
   }
 }
@@ -98,7 +99,7 @@ void CudaSweep::findTogether(std::size_t devices, const BoxSet& boxes, int threa
 
 void CudaSweep::findAlone(DeviceSweep& sweep, const BoxSet& boxes, int threads, PairList& pairs) {
   try {
-    const ScopedDevice device(sweep.device());
+    const ScopedDevice device(sweep.driverContext());
     cudaGetLastError();  // not ours
     sweep.measuring = measuring_;
     sweep.begin(boxes.size);
