@@ -183,6 +183,7 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   // What belongs to one device.
   struct Share {
     int number = 0;
+    DriverContext driver_context = nullptr;
     std::unique_ptr<DevicePart> device;
     AxisPart part;
     Buffer<Pair> found;
@@ -205,13 +206,8 @@ class CudaAxisLists final : public CudaAxisListsFinder {
 
 void CudaAxisLists::releaseDevices() {
   for (Share& share : shares_) {
-    if (!share.device) continue;
-    try {
-      const ScopedDevice device(share.number);
-      share.device.reset();
-    } catch (...) {
-      share.device.reset();
-    }
+    const ScopedDevice device(share.driver_context, std::nothrow);
+    share.device.reset();
   }
 }
 
@@ -237,7 +233,8 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
       for (int i = thread; i < count; i += team) {
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
-        const ScopedDevice device(share.number);
+        if (!share.device) share.driver_context = driverContextOf(share.number);
+        const ScopedDevice device(share.driver_context);
         cudaGetLastError();  // not ours
         if (!share.device) share.device = std::make_unique<DevicePart>(share.number);
         share.device->find(share.part, axes, most_bytes_, share.found);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "device.h"
 #include "device_sweep.h"
@@ -15,15 +16,15 @@ using Clock = std::chrono::steady_clock;
 
 class CudaSweep final : public CudaPairFinder {
  public:
-  explicit CudaSweep(const std::vector<int>& devices) {
-    for (const int device : devices) sweeps_.push_back(std::make_unique<DeviceSweep>(device));
-  }
+  explicit CudaSweep(DeviceSource devices) : source_(std::move(devices)) {}
 
   bool takes(const BoxSet& boxes) const override { return !boxes.wide; }
-  void useDevices(int count) override { wanted_ = static_cast<std::size_t>(std::max(count, 1)); }
-  int devicesLeft() const override { return static_cast<int>(sweeps_.size()); }
+  void useDevices(int count) override {
+    wanted_ = static_cast<std::size_t>(std::clamp(count, 1, most_shares));
+  }
+  int devicesLost() const override { return static_cast<int>(taken_ - sweeps_.size()); }
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  const std::vector<std::string>& failures() const override { return failures_; }
+  std::vector<FailedDevice> takeFailures() override { return std::exchange(failures_, {}); }
   int devicesUsed() const override { return static_cast<int>(devices_used_); }
   std::size_t bytes() const override;
   std::size_t deviceBytes() const override;
@@ -31,6 +32,7 @@ class CudaSweep final : public CudaPairFinder {
   const CudaStageTimes& times() const override { return times_; }
 
  private:
+  void takeDevices();
   void findAlone(DeviceSweep& sweep, const BoxSet& boxes, int threads, PairList& pairs);
   void findTogether(std::size_t devices, const BoxSet& boxes, int threads, PairList& pairs);
   void lose(std::size_t device, const std::exception_ptr& failure);
@@ -40,11 +42,13 @@ class CudaSweep final : public CudaPairFinder {
   void readTimes(const Context& context, Clock::time_point sent, Clock::time_point known,
                  Clock::time_point done);
 
-  std::vector<std::unique_ptr<DeviceSweep>> sweeps_;  // of the devices that have not failed
+  DeviceSource source_;
+  std::size_t taken_ = 0;                             // of its devices
+  std::vector<std::unique_ptr<DeviceSweep>> sweeps_;  // of those that have not failed
   std::unique_ptr<ShareTeam> team_;                   // once several devices were used
   std::size_t wanted_ = 1, devices_used_ = 0;
   int threads_used_ = 1;
-  std::vector<std::string> failures_;
+  std::vector<FailedDevice> failures_;
   bool measuring_ = false;
   CudaStageTimes times_;
 };
@@ -53,11 +57,11 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
   if (!takes(boxes)) throw DeviceFailure("boxes of doubles are not for the device");
   threads_used_ = 1;
   times_ = {};
-  failures_.clear();
   for (;;) {
-    devices_used_ = std::min({wanted_, sweeps_.size(), std::size_t{most_shares}});
+    takeDevices();
+    devices_used_ = std::min(wanted_, sweeps_.size());
     if (devices_used_ == 0)
-      throw DeviceFailure(failures_.empty() ? "no device is left" : failures_.back());
+      throw DeviceFailure(failures_.empty() ? "no device is left" : failures_.back().reason);
     const std::size_t left = sweeps_.size();
     if (boxes.size < 2)
       pairs.clear(1);
@@ -69,13 +73,23 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
   }
 }
 
+void CudaSweep::takeDevices() {
+  while (sweeps_.size() < wanted_) {
+    const int device = source_(taken_);
+    if (device < 0) return;
+    sweeps_.push_back(std::make_unique<DeviceSweep>(device));
+    ++taken_;
+  }
+}
+
 // Only what the device did is its failure.
 void CudaSweep::lose(std::size_t device, const std::exception_ptr& failure) {
   sweeps_[device]->release();
   try {
     std::rethrow_exception(failure);
   } catch (const DeviceFailure& reason) {
-    failures_.push_back(reason.what());
+    failures_.push_back({sweeps_[device]->device(), reason.what()});
+    if (team_) team_->dismiss(sweeps_[device].get());
     sweeps_.erase(sweeps_.begin() + static_cast<std::ptrdiff_t>(device));
   }
 }
@@ -98,7 +112,7 @@ void CudaSweep::findTogether(std::size_t devices, const BoxSet& boxes, int threa
 
 void CudaSweep::findAlone(DeviceSweep& sweep, const BoxSet& boxes, int threads, PairList& pairs) {
   try {
-    const ScopedDevice device(sweep.device());
+    const ScopedDevice device(sweep.driverContext());
     cudaGetLastError();  // not ours
     sweep.measuring = measuring_;
     sweep.begin(boxes.size);
@@ -193,8 +207,12 @@ void CudaSweep::readTimes(const Context& c, Clock::time_point sent, Clock::time_
 
 }  // namespace
 
+std::unique_ptr<CudaPairFinder> makeCudaSweep(DeviceSource devices) {
+  return std::make_unique<CudaSweep>(std::move(devices));
+}
+
 std::unique_ptr<CudaPairFinder> makeCudaSweep(const std::vector<int>& devices) {
-  return std::make_unique<CudaSweep>(devices);
+  return makeCudaSweep([devices](std::size_t i) { return i < devices.size() ? devices[i] : -1; });
 }
 
 }  // namespace ode_parallel_sap

@@ -3,6 +3,7 @@
 #define ODE_PARALLEL_SAP_CUDA_SWEEP_H
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,11 @@ namespace ode_parallel_sap {
 class DeviceFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+struct FailedDevice {
+  int device;  // as the driver counts them
+  std::string reason;
 };
 
 // How long the stages of the last find() took on the device, in milliseconds; filled only while
@@ -47,13 +53,14 @@ class CudaPairFinder : public PairFinder {
   // With more than one, several devices share each scene, whatever its size. At least 1; more than
   // there are left are taken as all of them.
   virtual void useDevices(int count) = 0;
-  // That have not failed.
-  virtual int devicesLeft() const = 0;
-  // A device that fails is not used again; what it leaves undone the others do, and `failures` has
-  // its reason. Throws DeviceFailure when the last one has failed, and std::bad_alloc.
+  // A device that fails is not used again; what it leaves undone the others do, among them those
+  // that its source has in reserve. Throws DeviceFailure when the last one has failed, and
+  // std::bad_alloc.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override = 0;
-  // Why devices failed during the last find(), one entry each.
-  virtual const std::vector<std::string>& failures() const = 0;
+  // How many have failed.
+  virtual int devicesLost() const = 0;
+  // Those that have failed since the last call.
+  virtual std::vector<FailedDevice> takeFailures() = 0;
   // That found the pairs of the last find().
   virtual int devicesUsed() const = 0;
   // Host memory only; see deviceBytes.
@@ -68,8 +75,13 @@ class CudaPairFinder : public PairFinder {
 // no context. Where there is none, `why` (if not null) gets the reason.
 std::vector<int> cudaDevices(std::string* why = nullptr);
 
-// A finder on these devices; one may be listed more than once, and stands for several then. Touches
-// neither driver nor device; the first find() does.
+// Where a finder gets its devices from: the i-th, counted from 0, or -1 where there are not so
+// many. The same one may come more than once, and stands for several then.
+using DeviceSource = std::function<int(std::size_t i)>;
+
+// A finder on the first of these devices, as many as it is told to use. Touches neither driver nor
+// device, nor asks the source; find() does.
+std::unique_ptr<CudaPairFinder> makeCudaSweep(DeviceSource devices);
 std::unique_ptr<CudaPairFinder> makeCudaSweep(const std::vector<int>& devices = {0});
 
 }  // namespace ode_parallel_sap

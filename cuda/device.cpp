@@ -1,5 +1,7 @@
 #include "device.h"
 
+#include <cuda.h>
+
 #include <atomic>
 #include <string>
 
@@ -69,6 +71,84 @@ void checkCuda(cudaError_t status, const char* call) {
   cudaGetLastError();  // so that nobody else meets it
   const std::string text = call;
   throw DeviceFailure(text.substr(0, text.find('(')) + ": " + cudaGetErrorString(status));
+}
+
+namespace {
+
+// What is called of the driver itself.
+struct Driver {
+  decltype(&cuInit) init;
+  decltype(&cuDeviceGet) deviceGet;
+  decltype(&cuDevicePrimaryCtxRetain) primaryContextRetain;
+  decltype(&cuCtxGetCurrent) contextGetCurrent;
+  decltype(&cuCtxPushCurrent) contextPush;
+  decltype(&cuCtxPopCurrent) contextPop;
+};
+
+// The version of the driver that has the functions as cuda.h declares them.
+constexpr unsigned int driver_version = 12000;
+
+template <class Function>
+void lookUp(const char* name, Function& function) {
+  void* found = nullptr;
+#if CUDART_VERSION >= 12050
+  CHECK_CUDA(cudaGetDriverEntryPointByVersion(name, &found, driver_version, cudaEnableDefault));
+#else
+  CHECK_CUDA(cudaGetDriverEntryPoint(name, &found, cudaEnableDefault));
+#endif
+  if (!found) throw DeviceFailure(std::string("the driver has no ") + name);
+  function = reinterpret_cast<Function>(found);
+}
+
+// The driver's errors are numbered as the runtime's.
+template <class Function, class... Arguments>
+void callDriver(const char* name, Function function, Arguments... arguments) {
+  checkCuda(cudaCallIsToFail() ? cudaErrorLaunchFailure
+                               : static_cast<cudaError_t>(function(arguments...)),
+            name);
+}
+
+// Asked for again at the next call where it throws.
+const Driver& driver() {
+  static const Driver found = [] {
+    Driver driver;
+    lookUp("cuInit", driver.init);
+    lookUp("cuDeviceGet", driver.deviceGet);
+    lookUp("cuDevicePrimaryCtxRetain", driver.primaryContextRetain);
+    lookUp("cuCtxGetCurrent", driver.contextGetCurrent);
+    lookUp("cuCtxPushCurrent", driver.contextPush);
+    lookUp("cuCtxPopCurrent", driver.contextPop);
+    callDriver("cuInit", driver.init, 0);
+    return driver;
+  }();
+  return found;
+}
+
+}  // namespace
+
+DriverContext driverContextOf(int device) {
+  CUdevice number = 0;
+  CUcontext context = nullptr;
+  callDriver("cuDeviceGet", driver().deviceGet, &number, device);
+  callDriver("cuDevicePrimaryCtxRetain", driver().primaryContextRetain, &context, number);
+  return context;
+}
+
+ScopedDevice::ScopedDevice(DriverContext context) {
+  CUcontext current = nullptr;
+  callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);
+  if (current == context) return;
+  callDriver("cuCtxPushCurrent", driver().contextPush, context);
+  changed_ = true;
+}
+
+ScopedDevice::ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept
+    // Where there is a context, the driver has been found.
+    : changed_(context && driver().contextPush(context) == CUDA_SUCCESS) {}
+
+ScopedDevice::~ScopedDevice() {
+  CUcontext popped = nullptr;
+  if (changed_) driver().contextPop(&popped);
 }
 
 namespace {

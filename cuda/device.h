@@ -5,9 +5,11 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
-#include <utility>
+#include <new>
 
 #include "memory_block.h"
+
+struct CUctx_st;
 
 namespace ode_parallel_sap {
 
@@ -21,22 +23,26 @@ bool cudaCallIsToFail();
   ::ode_parallel_sap::checkCuda( \
       ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
 
-// Makes a device current for the calling thread as long as it lives.
+// What the driver keeps for the program on a device, whichever of its libraries has it made.
+using DriverContext = CUctx_st*;
+
+// That of the device which the runtime uses, too; made if there is none. It is kept for the rest of
+// the program: to make one takes long.
+DriverContext driverContextOf(int device);
+
+// Makes a device's context current for the calling thread as long as it lives; the thread is as it
+// was then. cudaSetDevice would not lead back: it makes the context of the device that it is given,
+// which the program may never have used and which may have no room for one.
 class ScopedDevice {
  public:
-  explicit ScopedDevice(int device) {
-    CHECK_CUDA(cudaGetDevice(&before_));
-    if (before_ != device) CHECK_CUDA(cudaSetDevice(device));
-    changed_ = before_ != device;
-  }
-  ~ScopedDevice() {
-    if (changed_) cudaSetDevice(before_);
-  }
+  explicit ScopedDevice(DriverContext context);
+  // For giving back what is there: has no effect where it cannot have its own.
+  ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept;
+  ~ScopedDevice();
   ScopedDevice(const ScopedDevice&) = delete;
   ScopedDevice& operator=(const ScopedDevice&) = delete;
 
  private:
-  int before_ = 0;
   bool changed_ = false;
 };
 

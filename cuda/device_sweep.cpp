@@ -21,14 +21,15 @@ constexpr int most_rounds = 16;
 
 }  // namespace
 
+DriverContext DeviceSweep::driverContext() {
+  if (!context_) driver_context_ = driverContextOf(device_);
+  return driver_context_;
+}
+
 void DeviceSweep::release() {
   if (!context_) return;
-  try {
-    const ScopedDevice device(device_);
-    context_.reset();
-  } catch (...) {
-    context_.reset();
-  }
+  const ScopedDevice device(driver_context_, std::nothrow);
+  context_.reset();
 }
 
 void DeviceSweep::begin(std::size_t boxes) {

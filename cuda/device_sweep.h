@@ -13,8 +13,8 @@
 
 namespace ode_parallel_sap {
 
-// Calls come in the order begin, arrived..., start, finish, sortLists; or release at any time. The
-// device is current for the calling thread. All throw DeviceFailure.
+// Calls come in the order begin, arrived..., start, finish, sortLists; or release at any time.
+// The device is current for the calling thread. All but release throw DeviceFailure.
 class DeviceSweep {
  public:
   // What is in a frame. Without `shared` box i is that of slot i.
@@ -31,6 +31,8 @@ class DeviceSweep {
   DeviceSweep& operator=(const DeviceSweep&) = delete;
 
   int device() const { return device_; }
+  // To be made current for all calls but release().
+  DriverContext driverContext();
   // Null before begin() and after release().
   Context* context() { return context_.get(); }
   const Context* context() const { return context_.get(); }
@@ -85,6 +87,7 @@ class DeviceSweep {
   }
 
   const int device_;
+  DriverContext driver_context_ = nullptr;
   std::unique_ptr<Context> context_;
   Frame frame_;
   std::size_t pairs_expected_ = 0;

@@ -40,7 +40,7 @@ void ShareTeam::drive(int thread, int team, Work work) {
     Member& member = *members_[i];
     if (member.failure) continue;
     try {
-      const ScopedDevice device(member.sweep->device());
+      const ScopedDevice device(member.driverContext());
       work(member, i);
     } catch (...) {
       member.failure = std::current_exception();
@@ -55,7 +55,7 @@ std::unique_ptr<ScopedDevice> ShareTeam::stayOnDevice(int thread) {
   if (static_cast<std::size_t>(thread) >= count_) return current;
   Member& member = *members_[thread];
   try {
-    if (!member.failure) current = std::make_unique<ScopedDevice>(member.sweep->device());
+    if (!member.failure) current = std::make_unique<ScopedDevice>(member.driverContext());
   } catch (...) {
     member.failure = std::current_exception();
     member.stream.giveUp();
@@ -243,6 +243,12 @@ void ShareTeam::enlist(const std::vector<DeviceSweep*>& sweeps) {
   }
 }
 
+void ShareTeam::dismiss(const DeviceSweep* sweep) {
+  members_.erase(std::remove_if(members_.begin(), members_.end(),
+                                [&](const auto& member) { return member->sweep == sweep; }),
+                 members_.end());
+}
+
 int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps, int threads,
                     PairList& pairs, std::vector<std::exception_ptr>& failures) {
   enlist(sweeps);
@@ -275,9 +281,6 @@ int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps
       members_[i]->sweep->release();
       failures.push_back(members_[i]->failure);
     }
-    members_.erase(std::remove_if(members_.begin(), members_.end(),
-                                  [](const auto& member) { return member->failure != nullptr; }),
-                   members_.end());
     return used;
   }
   for (const auto& stretches : unsure_)

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "../space/pair_list.h"
@@ -26,6 +27,8 @@ class ShareTeam {
   // `pairs` is empty. Without a failure it is empty.
   int find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps, int threads,
            PairList& pairs, std::vector<std::exception_ptr>& failures);
+  // Before a device that has taken part is destroyed.
+  void dismiss(const DeviceSweep* sweep);
   std::size_t bytes() const;
 
   // Milliseconds of the last find(), on the host.
@@ -38,7 +41,12 @@ class ShareTeam {
 
  private:
   struct Member {
+    ~Member() { leaving.emplace(driver_context, std::nothrow); }
+    DriverContext driverContext() { return driver_context = sweep->driverContext(); }
+
+    std::optional<ScopedDevice> leaving;  // destroyed last: the others have their device current
     DeviceSweep* sweep = nullptr;
+    DriverContext driver_context = nullptr;
     DealStream stream;
     PinnedBuffer<std::uint32_t> landing;  // the stretches that have come
     std::vector<std::unique_ptr<Event>> here;

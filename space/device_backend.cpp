@@ -4,15 +4,12 @@
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
 #include <algorithm>
-#include <atomic>
-#include <cstdlib>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "../cuda/cuda_axis_lists.h"
 #include "../cuda/cuda_sweep.h"
+#include "../cuda/device_pool.h"
 #endif
 
 namespace ode_parallel_sap {
@@ -24,84 +21,6 @@ DeviceBackend::~DeviceBackend() = default;
 
 namespace {
 
-// The devices of this machine, for all spaces of the program.
-class DevicePool {
- public:
-  static DevicePool& get() {
-    static DevicePool pool;
-    return pool;
-  }
-
-  // Asks the driver when called for the first time.
-  const std::vector<int>& devices() {
-    std::call_once(asked_, [this] {
-      devices_ = listed();
-      count_ = static_cast<int>(devices_.size());
-    });
-    return devices_;
-  }
-  // As far as is known without asking: there may be one.
-  int count() const { return count_; }
-  // Devices whose context exists.
-  int ready() const { return ready_; }
-
-  // Has the first `wanted` devices made ready by another thread, which returns at once.
-  void prepare(int wanted) {
-    if (wanted <= ready_ || busy_.exchange(true)) return;
-    if (thread_.joinable()) thread_.join();
-    thread_ = std::thread([this, wanted] {
-      prepareNow(wanted);
-      busy_ = false;
-    });
-  }
-
- private:
-  DevicePool() = default;
-  ~DevicePool() {
-    if (thread_.joinable()) thread_.join();
-  }
-
-  // ODE_PARALLEL_SAP_VIRTUAL_DEVICES=n takes that many of those that there are, or lets them stand
-  // for that many: for tests.
-  static std::vector<int> listed() {
-    const std::vector<int> real = cudaDevices();
-    const char* const text = std::getenv("ODE_PARALLEL_SAP_VIRTUAL_DEVICES");
-    const std::size_t wanted = text ? std::strtoul(text, nullptr, 10) : 0;
-    if (wanted == 0 || real.empty()) return real;
-    std::vector<int> devices;
-    while (devices.size() < wanted) devices.push_back(real[devices.size() % real.size()]);
-    return devices;
-  }
-
-  // Finds a few pairs on each, so that the driver has loaded what it takes. A device that fails
-  // here and those behind it are left alone.
-  void prepareNow(int wanted) {
-    BoxSet boxes;
-    boxes.size = 4096;
-    boxes.boxes.resize(boxes.size);
-    for (std::size_t i = 0; i < boxes.size; ++i)
-      for (int axis = 0; axis < 3; ++axis) {
-        boxes.boxes[i].lower[axis] = static_cast<float>((i >> 4 * axis) % 16);
-        boxes.boxes[i].upper[axis] = boxes.boxes[i].lower[axis] + 1.5f;
-      }
-    PairList pairs;
-    try {
-      while (ready_ < wanted && ready_ < static_cast<int>(devices().size())) {
-        makeCudaSweep({devices()[static_cast<std::size_t>(ready_)]})->find(boxes, 1, pairs);
-        ++ready_;
-      }
-    } catch (const std::exception&) {
-      count_ = ready_.load();
-    }
-  }
-
-  std::once_flag asked_;
-  std::vector<int> devices_;
-  std::atomic<int> count_{1}, ready_{0};
-  std::atomic<bool> busy_{false};
-  std::thread thread_;
-};
-
 BackendChoice::Candidates candidatesFor(const DeviceBackend::Wish& wish, int devices) {
   if (wish.devices == 0) return BackendChoice::Candidates::upTo(wish.processor, devices);
   return BackendChoice::Candidates::only(wish.processor, std::min(wish.devices, devices));
@@ -110,12 +29,17 @@ BackendChoice::Candidates candidatesFor(const DeviceBackend::Wish& wish, int dev
 }  // namespace
 
 struct DeviceBackend::Finder {
-  std::unique_ptr<CudaPairFinder> sweep = makeCudaSweep(DevicePool::get().devices());
+  std::unique_ptr<CudaPairFinder> sweep =
+      makeCudaSweep([](std::size_t i) { return DevicePool::get().device(i); });
   std::unique_ptr<CudaAxisListsFinder> axis_lists;
 };
 
 bool deviceAvailable() {
-  return !DevicePool::get().devices().empty();
+  return DevicePool::get().count() > 0;
+}
+
+int DeviceBackend::lost() const {
+  return finder_ ? finder_->sweep->devicesLost() : 0;
 }
 
 int DeviceBackend::choose(const BoxSet& boxes, const Wish& wish) {
@@ -123,20 +47,31 @@ int DeviceBackend::choose(const BoxSet& boxes, const Wish& wish) {
   const DevicePool& pool = DevicePool::get();
   // A number that is set without leave for the processor is taken as it is.
   if (!wish.processor && wish.devices > 0) return wish.devices;
-  int ready = pool.ready();
-  if (finder_) ready = std::min(ready, finder_->sweep->devicesLeft());
+  int ready = pool.ready() - lost();
   if (!wish.processor) ready = std::max(ready, 1);
-  if (ready < std::min(wish.devices, pool.count())) ready = 0;
+  if (ready < std::min(wish.devices, pool.countSoFar() - lost())) ready = 0;
   return choice_.choose(boxes.size, candidatesFor(wish, ready));
 }
 
-void DeviceBackend::reportFailure(const char* reason, int devices_left) {
-  choice_.lost(devices_left);
-  if (devices_left > 0)
-    dMessage(0, "parallel SAP space: a GPU failed (%s), %d of them go on", reason, devices_left);
-  else
-    dMessage(0, "parallel SAP space: the GPU failed (%s), pairs are found on the CPU from now on",
-             reason);
+// Tells of devices that were left out, whichever space met them first, and of those that failed
+// this space. `reason`: why the space has none any more, where nothing else says so.
+void DeviceBackend::reportFailures(const std::string& reason) {
+  const std::vector<FailedDevice> left_out = DevicePool::get().takeFailures();
+  std::vector<FailedDevice> failed;
+  if (finder_) failed = finder_->sweep->takeFailures();
+  if (left_out.empty() && failed.empty() && !failed_) return;
+  const int left = failed_ ? 0 : DevicePool::get().countSoFar() - lost();
+  choice_.lost(left);
+  const std::string then = left > 0 ? "; GPUs left: " + std::to_string(left)
+                                    : ", pairs are found on the CPU from now on";
+  for (const FailedDevice& device : left_out)
+    dMessage(0, "parallel SAP space: GPU %d cannot be used (%s)%s", device.device,
+             device.reason.c_str(), then.c_str());
+  for (const FailedDevice& device : failed)
+    dMessage(0, "parallel SAP space: GPU %d failed (%s)%s", device.device, device.reason.c_str(),
+             then.c_str());
+  if (left_out.empty() && failed.empty())
+    dMessage(0, "parallel SAP space: the GPU back end failed (%s)%s", reason.c_str(), then.c_str());
 }
 
 // Does the work unless all devices failed before. Where the last one fails now, that was the last
@@ -144,16 +79,19 @@ void DeviceBackend::reportFailure(const char* reason, int devices_left) {
 template <class Work>
 int DeviceBackend::attempt(PairList& pairs, Work work) {
   if (failed_) return 0;
+  if (!finder_) finder_ = std::make_unique<Finder>();
+  int used = 0;
+  std::string reason;
   try {
-    if (!finder_) finder_ = std::make_unique<Finder>();
-    return work();
+    used = work();
   } catch (const DeviceFailure& failure) {
-    reportFailure(failure.what(), 0);
+    reason = failure.what();
     failed_ = true;
-    finder_.reset();
     pairs.clear(1);
-    return 0;
   }
+  reportFailures(reason);
+  if (failed_) finder_.reset();
+  return used;
 }
 
 int DeviceBackend::find(const BoxSet& boxes, int threads, int devices, PairList& pairs) {
@@ -162,8 +100,6 @@ int DeviceBackend::find(const BoxSet& boxes, int threads, int devices, PairList&
     if (!sweep.takes(boxes)) return 0;
     sweep.useDevices(devices);
     sweep.find(boxes, threads, pairs);
-    for (const std::string& reason : sweep.failures())
-      reportFailure(reason.c_str(), sweep.devicesLeft());
     return sweep.devicesUsed();
   });
 }
@@ -173,8 +109,12 @@ int DeviceBackend::findByAxisLists(const BoxSet& boxes, int threads, int devices
   return attempt(pairs, [&] {
     if (!finder_->axis_lists) finder_->axis_lists = makeCudaAxisLists();
     CudaAxisListsFinder& lists = *finder_->axis_lists;
-    std::vector<int> used = DevicePool::get().devices();
-    used.resize(std::min<std::size_t>(used.size(), static_cast<std::size_t>(devices)));
+    std::vector<int> used;
+    for (int device; static_cast<int>(used.size()) < devices; used.push_back(device)) {
+      device = DevicePool::get().device(used.size());
+      if (device < 0) break;
+    }
+    if (used.empty()) throw DeviceFailure("no device is left");
     lists.useDevices(used);
     lists.limit(most_bytes);
     lists.find(boxes, threads, pairs);
@@ -188,8 +128,10 @@ void DeviceBackend::learn(const Wish& wish, int devices, std::size_t boxes, std:
   devices = std::min(devices, BackendChoice::most_devices);
   choice_.learn(devices, boxes, pairs, ms);
   DevicePool& pool = DevicePool::get();
-  const int wanted = choice_.wanted(boxes, candidatesFor(wish, pool.count()), pool.ready());
-  if (wanted > 0) pool.prepare(std::min(wanted, pool.count()));
+  if (pool.hasFailures()) reportFailures({});
+  const int usable = pool.countSoFar() - lost();
+  const int wanted = choice_.wanted(boxes, candidatesFor(wish, usable), pool.ready() - lost());
+  if (wanted > 0) pool.prepare(std::min(wanted + lost(), pool.countSoFar()));
 }
 
 std::size_t DeviceBackend::bytes() const {

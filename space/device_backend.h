@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "backend_choice.h"
 #include "pair_finder.h"
@@ -34,7 +35,7 @@ class DeviceBackend {
   // As PairFinder::find, on `devices` devices; returns how many found the pairs. 0, with nothing in
   // `pairs`, where devices do not take such boxes or all have failed: the caller then finds the
   // pairs itself. A device that fails is reported once through dMessage and not used again by this
-  // space.
+  // space; one that cannot be made ready is not used by any.
   int find(const BoxSet& boxes, int threads, int devices, PairList& pairs);
   // The same by the method AxisLists, on up to so many devices, at least 1. Throws ListsTooLong
   // where the memory of one of them, or `most_bytes` unless that is 0, does not suffice.
@@ -47,7 +48,8 @@ class DeviceBackend {
 
  private:
   struct Finder;
-  void reportFailure(const char* reason, int devices_left);
+  int lost() const;
+  void reportFailures(const std::string& reason);
   template <class Work>
   int attempt(PairList& pairs, Work work);
 

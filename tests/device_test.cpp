@@ -1,11 +1,14 @@
 // What becomes of frames when the GPU is not there, fails or runs out of memory; built into one
 // program with the library's objects, so that it can make CUDA fail.
+#include <cuda.h>
+#include <cuda_runtime_api.h>
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "../cuda/cuda_sweep.h"
@@ -56,6 +59,14 @@ int available() {
   return std::atoi(text);
 }
 
+// What fails while a device is made ready leaves it out for the rest of the program; these tests
+// are of what fails later.
+void makeDevicesReady() {
+  Scene scene(sap_test::denseCube(1000, 1), dParallelSAPBackendCUDA, available());
+  scene.collide();
+  REQUIRE(scene.stats().devices == available());
+}
+
 // One frame during which a fault is met, and one after it. Returns whether the fault was met at
 // all.
 bool survives(const Boxes& boxes, const Pairs& expected, int devices, int frames_before,
@@ -85,6 +96,7 @@ bool survives(const Boxes& boxes, const Pairs& expected, int devices, int frames
 
 void surviveAll(int devices, int frames_before, void (*inject)(unsigned long long),
                 std::size_t stride, int least) {
+  makeDevicesReady();
   const Boxes boxes = sap_test::denseCube(3000, 5);
   const Pairs expected = pairsOnProcessor(boxes);
   sap_test::Random random(sap_test::seedOr(21));
@@ -152,6 +164,7 @@ TEST_CASE("One device of several that fails leaves the frame to the others", "[d
 
 TEST_CASE("When all devices fail the frame is the CPU's", "[device][several]") {
   REQUIRE(available() == 3);
+  makeDevicesReady();
   const Boxes boxes = sap_test::denseCube(3000, 5);
   const Pairs expected = pairsOnProcessor(boxes);
   Scene scene(boxes, dParallelSAPBackendCUDA, 3);
@@ -174,6 +187,46 @@ TEST_CASE("Pairs for which there was no room are found all the same", "[device][
     CHECK(scene.stats().devices == devices);
     CHECK(difference(scene.collide(), expected) == "");
   }
+}
+
+// The same on a fake CUDA is in device_subset_test.cpp; here the driver has the word.
+TEST_CASE("Frames leave a thread's device and context to the program", "[device][several]") {
+  makeDevicesReady();
+  void* found = nullptr;
+#if CUDART_VERSION >= 12050
+  cudaGetDriverEntryPointByVersion("cuCtxGetCurrent", &found, 12000, cudaEnableDefault);
+#else
+  cudaGetDriverEntryPoint("cuCtxGetCurrent", &found, cudaEnableDefault);
+#endif
+  REQUIRE(found);
+  const auto current = [found] {
+    CUcontext context = nullptr;
+    int device = -1;
+    reinterpret_cast<decltype(&cuCtxGetCurrent)>(found)(&context);
+    cudaGetDevice(&device);
+    return std::make_pair(context, device);
+  };
+  const auto framesChange = [&] {
+    const auto before = current();
+    for (const int devices : {1, 2, 3}) {
+      Scene scene(sap_test::denseCube(3000, 5), dParallelSAPBackendCUDA, devices);
+      for (int frame = 0; frame < 3; ++frame) scene.collide();
+      if (scene.stats().devices != devices || current() != before) return true;
+    }
+    return current() != before;
+  };
+  int last = -1;
+  REQUIRE(cudaGetDeviceCount(&last) == cudaSuccess);
+  --last;
+  bool changed_nothing = true, changed_context = true;
+  std::thread([&] {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    changed_nothing = current().first != nullptr || framesChange();
+    cudaSetDevice(last);
+    changed_context = current().first == nullptr || current().second != last || framesChange();
+  }).join();
+  CHECK_FALSE(changed_nothing);
+  CHECK_FALSE(changed_context);
 }
 
 TEST_CASE("Spaces in several threads share a device", "[device][several]") {

@@ -32,9 +32,10 @@ bool checkFaults(int threads, int devices) {
     failCudaCall(call);
     try {
       finder->find(boxes, threads, found);
-      if (!finder->failures().empty()) reason = finder->failures().front();
+      for (const FailedDevice& failed_device : finder->takeFailures())
+        reason = failed_device.reason;
       good = samePairs("a device failed", expected, found) && good;
-      good = good && finder->devicesLeft() == devices - !reason.empty();
+      good = good && finder->devicesLost() == !reason.empty();
     } catch (const DeviceFailure& failure) {
       reason = failure.what();
       good = good && devices == 1;

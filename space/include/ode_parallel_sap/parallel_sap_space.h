@@ -82,7 +82,13 @@ ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
  * touch the driver. Pairs and their order do not depend on the choice.
  *
  * A GPU that fails is reported through dMessage and not used again by that space: the frame is
- * finished by the GPUs that are left, or on the CPU, and so are all frames after it. */
+ * finished by the GPUs that are left, or on the CPU, and so are all frames after it. One that
+ * cannot be made ready in the first place (other programs have left it no memory for a context,
+ * say) is named once through dMessage and left out for the rest of the program, by all spaces; the
+ * others serve.
+ *
+ * For programs that use CUDA themselves: each thread's current device and context are after a
+ * collide what they were before, and a GPU that no space uses gets no context. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,
@@ -121,10 +127,10 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
-/* The number of GPUs that share each frame of the CUDA back end, at most as many as there are. 0,
- * the default, leaves it to the space, which takes 1, 2, 4 or more by what frames took, for the
- * method AxisLists always 1. With the back end Auto frames go to this number of GPUs or to the CPU.
- */
+/* The number of GPUs that share each frame of the CUDA back end, at most as many as there are that
+ * have not been left out or failed this space. 0, the default, leaves it to the space, which takes
+ * 1, 2, 4 or more by what frames took, for the method AxisLists always 1. With the back end Auto
+ * frames go to this number of GPUs or to the CPU. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 

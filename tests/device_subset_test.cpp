@@ -1,0 +1,226 @@
+// Which devices are used where some have no room, and that nothing is asked of the others: on a
+// fake CUDA (support/fake_cuda.h), so no GPU is needed. Its frames have no pairs; that those of a
+// real device are right is for device_test.cpp.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "../cuda/fault_injection.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/fake_cuda.h"
+#include "support/ode_errors.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using ode_parallel_sap::failCudaCall;
+using sap_test::FakeCuda;
+
+namespace {
+
+// Before main() asks for devices, as the driver is asked once. Each machine is a CTest test.
+const std::string machine = [] {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
+  const std::string devices = text ? text : "";
+  std::vector<bool> full;
+  for (const char device : devices) full.push_back(device == 'f');
+  FakeCuda::setDevices(full);
+  return devices;
+}();
+
+struct Scene {
+  sap_test::Space space;
+  sap_test::World world{space};
+
+  explicit Scene(int backend, int devices = 0, std::size_t boxes = 3000,
+                 int method = dParallelSAPMethodSweep) {
+    REQUIRE(dParallelSAPSpaceSetBackend(space, backend));
+    REQUIRE(dParallelSAPSpaceSetMethod(space, method));
+    dParallelSAPSpaceSetNumDevices(space, devices);
+    world.addBoxes(sap_test::denseCube(boxes, 5));
+  }
+  dParallelSAPStats collide(int frames = 1) {
+    while (frames-- > 0) {
+      world.jitter(0.1, ++frame_);  // all move: each frame is found anew
+      sap_test::collide(space);
+    }
+    return statsOf(space);
+  }
+
+ private:
+  std::uint64_t frame_ = 0;
+};
+
+// Frames until devices are used, at most 500.
+int devicesThatAutoComesTo(Scene& scene) {
+  dParallelSAPSpaceSetNumThreads(scene.space, 1);  // the fake devices are faster
+  for (int frame = 0; frame < 500; ++frame)
+    if (const int devices = scene.collide().devices) return devices;
+  return 0;
+}
+
+bool names(const std::string& message, const std::string& device) {
+  return message.find(device + " cannot be used (") != std::string::npos &&
+         message.find("out of memory") != std::string::npos;
+}
+
+// What a thread's program sees.
+struct Thread {
+  int device = FakeCuda::currentDevice();
+  const void* context = FakeCuda::currentContext();
+  std::size_t contexts = FakeCuda::contextsOnStack();
+  bool operator==(const Thread& other) const {
+    return device == other.device && context == other.context && contexts == other.contexts;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("A full device is tried once, and the other one serves every frame", "[.][full-free]") {
+  REQUIRE(machine == "f-");
+  const sap_test::Messages messages;
+  {
+    Scene scene(dParallelSAPBackendCUDA, 1);
+    CHECK(scene.collide().devices == 1);
+    const int tried = FakeCuda::device(0).tried;
+    CHECK(tried == 1);
+    CHECK(scene.collide(10).devices == 1);
+    CHECK(FakeCuda::device(0).tried == tried);
+    Scene second(dParallelSAPBackendCUDA, 2);
+    CHECK(second.collide(3).devices == 1);
+    CHECK(second.collide().backend == dParallelSAPBackendCUDA);
+    Scene lists(dParallelSAPBackendCUDA, 2, 500, dParallelSAPMethodAxisLists);
+    CHECK(lists.collide(3).devices == 1);
+    CHECK(lists.collide().method == dParallelSAPMethodAxisLists);
+    CHECK(FakeCuda::device(0).tried == tried);
+  }
+  CHECK(FakeCuda::device(0).tried == 1);
+  CHECK(FakeCuda::device(1).launches > 0);
+  CHECK(FakeCuda::device(1).in_use == 0);
+  REQUIRE(messages.all().size() == 1);
+  CHECK(names(messages.all()[0], "GPU 0"));
+  CHECK(messages.all()[0].find("GPUs left: 1") != std::string::npos);
+}
+
+TEST_CASE("Auto uses the free device where the first is full", "[.][auto-full-free]") {
+  REQUIRE(machine == "f-");
+  const sap_test::Messages messages;
+  Scene scene(dParallelSAPBackendAuto, 0, 60000);
+  CHECK(devicesThatAutoComesTo(scene) == 1);
+  CHECK(FakeCuda::device(0).tried == 1);
+  CHECK(FakeCuda::device(1).launches > 0);
+  scene.collide(10);
+  CHECK(FakeCuda::device(0).tried == 1);
+  REQUIRE(messages.all().size() == 1);
+  CHECK(names(messages.all()[0], "GPU 0"));
+}
+
+TEST_CASE("Devices are counted without those that are left out", "[.][free-full-free]") {
+  REQUIRE(machine == "-f-");
+  const sap_test::Messages messages;
+  for (const int wanted : {2, 3}) {
+    Scene scene(dParallelSAPBackendCUDA, wanted);
+    for (int frame = 0; frame < 3; ++frame) CHECK(scene.collide().devices == 2);
+  }
+  CHECK(FakeCuda::device(0).launches > 0);
+  CHECK(FakeCuda::device(2).launches > 0);
+  CHECK(FakeCuda::device(1).tried == 1);
+  Scene automatic(dParallelSAPBackendAuto, 3, 60000);
+  CHECK(devicesThatAutoComesTo(automatic) == 2);
+  CHECK(FakeCuda::device(1).tried == 1);
+  REQUIRE(messages.all().size() == 1);
+  CHECK(names(messages.all()[0], "GPU 1"));
+}
+
+TEST_CASE("Where all devices are full each is named and frames are the CPU's", "[.][full-full]") {
+  REQUIRE(machine == "ff");
+  const sap_test::Messages messages;
+  Scene scene(dParallelSAPBackendCUDA);
+  CHECK(scene.collide(3).devices == 0);
+  CHECK(scene.collide().backend == dParallelSAPBackendCPU);
+  CHECK(scene.collide().pairs > 0);
+  REQUIRE(messages.all().size() == 2);
+  CHECK(names(messages.all()[0], "GPU 0"));
+  CHECK(names(messages.all()[1], "GPU 1"));
+  CHECK(messages.all()[1].find("on the CPU from now on") != std::string::npos);
+  Scene automatic(dParallelSAPBackendAuto, 0, 20000);
+  CHECK(automatic.collide(30).devices == 0);
+  // They are not to be had any more.
+  CHECK(dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA) == 0);
+  CHECK(FakeCuda::device(0).tried == 1);
+  CHECK(FakeCuda::device(1).tried == 1);
+  CHECK(messages.all().size() == 2);
+}
+
+TEST_CASE("Auto says once that no device has room and stays on the CPU", "[.][auto-full]") {
+  REQUIRE(machine == "f");
+  const sap_test::Messages messages;
+  Scene scene(dParallelSAPBackendAuto, 0, 60000);
+  dParallelSAPSpaceSetNumThreads(scene.space, 1);
+  for (int frame = 0; frame < 500 && messages.all().empty(); ++frame)
+    CHECK(scene.collide().devices == 0);
+  CHECK(scene.collide(20).devices == 0);
+  CHECK(FakeCuda::device(0).tried == 1);
+  REQUIRE(messages.all().size() == 1);
+  CHECK(names(messages.all()[0], "GPU 0"));
+  CHECK(messages.all()[0].find("on the CPU from now on") != std::string::npos);
+}
+
+TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {
+  REQUIRE(machine == "--");
+  const auto frames = [](int devices) {
+    const Thread before;
+    {
+      Scene scene(dParallelSAPBackendCUDA, devices);
+      CHECK(scene.collide(3).devices == devices);
+      Scene lists(dParallelSAPBackendCUDA, devices, 500, dParallelSAPMethodAxisLists);
+      CHECK(lists.collide(3).devices == devices);
+      CHECK(before == Thread());
+    }
+    CHECK(before == Thread());
+  };
+  // A thread that never had to do with CUDA gets no context, and no device that is not used does.
+  frames(1);
+  CHECK(FakeCuda::currentContext() == nullptr);
+  CHECK(FakeCuda::device(1).tried == 0);
+  frames(2);
+  CHECK(FakeCuda::callsWithoutContext() == 0);
+  // One with a context of its own, which is not the device's that the runtime uses.
+  std::thread([&] {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    FakeCuda::createContext(1);
+    frames(1);
+    frames(2);
+  }).join();
+  CHECK(FakeCuda::callsWithoutContext() == 0);
+  for (const int device : {0, 1}) CHECK(FakeCuda::device(device).in_use == 0);
+}
+
+TEST_CASE("A device that fails in a frame is given back whole", "[.][free-free-free]") {
+  REQUIRE(machine == "---");
+  Scene(dParallelSAPBackendCUDA, 3).collide();  // makes all of them ready
+  const sap_test::Messages messages;
+  int met = 0;
+  for (unsigned long long call = 1; call < 1000; call += 1 + call / 8)
+    for (const int method : {dParallelSAPMethodSweep, dParallelSAPMethodAxisLists})
+      for (const int devices : {1, 2}) {
+        Scene scene(dParallelSAPBackendCUDA, devices, 500, method);
+        if (call % 2) scene.collide(3);
+        const std::size_t told = messages.all().size();
+        failCudaCall(call);
+        const int used = scene.collide().devices;
+        failCudaCall(0);
+        if (messages.all().size() == told) continue;
+        ++met;
+        INFO(messages.all().back());
+        CHECK(messages.all().size() == told + 1);
+        // Another one takes its place, in the paper's method the processor.
+        CHECK(used == (method == dParallelSAPMethodSweep ? devices : 0));
+        CHECK(scene.collide(2).devices == used);
+      }
+  CHECK(met > 50);
+  for (const int device : {0, 1, 2}) CHECK(FakeCuda::device(device).in_use == 0);
+  CHECK(FakeCuda::callsWithoutContext() == 0);
+}
