@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "axis_lists.h"
@@ -54,6 +55,24 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
         }
   }
   chooseKernelSet(best);
+}
+
+TEST_CASE("The instruction set that is chosen is the one that runs, and each has its name") {
+  const KernelSet& best = kernelSet();
+  CHECK(&best == allKernelSets()[0]);
+  std::vector<std::string> names;
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    CHECK(&kernelSet() == *set);
+    CHECK(&kernels<float>() == &(*set)->narrow);
+    CHECK(&kernels<double>() == &(*set)->wide);
+    CHECK(kernelSetNamed((*set)->name) == *set);
+    names.push_back((*set)->name);
+  }
+  chooseKernelSet(best);
+  CHECK(names.back() == "portable");
+  for (const char* const name : {"", "mmx", "sse", "portable "})
+    CHECK(kernelSetNamed(name) == nullptr);
 }
 
 namespace {
