@@ -2,15 +2,22 @@
 #ifndef ODE_PARALLEL_SAP_FLOATING_POINT_H
 #define ODE_PARALLEL_SAP_FLOATING_POINT_H
 
-#if defined(__SSE2__)
+// A test goes the last of these ways, the C library's, on every processor.
+#if defined(ODE_PARALLEL_SAP_C_LIBRARY_MODES)
+#include <cfenv>
+#elif defined(__SSE2__)
+#define ODE_PARALLEL_SAP_MXCSR
 #include <xmmintrin.h>
+#elif defined(__aarch64__)
+#define ODE_PARALLEL_SAP_FPCR
+#include <cstdint>
 #else
 #include <cfenv>
 #endif
 
 namespace ode_parallel_sap {
 
-#if defined(__SSE2__)
+#if defined(ODE_PARALLEL_SAP_MXCSR)
 using FloatingPointMode = unsigned;
 inline FloatingPointMode currentMode() {
   return _mm_getcsr();
@@ -26,6 +33,24 @@ inline FloatingPointMode exactMode() {
 inline bool differs(FloatingPointMode a, FloatingPointMode b) {
   return ((a ^ b) & ~0x3fu) != 0;
 }
+#elif defined(ODE_PARALLEL_SAP_FPCR)
+// The control register alone: the sticky exception flags are in another one.
+using FloatingPointMode = std::uint64_t;
+inline FloatingPointMode currentMode() {
+  FloatingPointMode mode;
+  __asm__ volatile("mrs %0, fpcr" : "=r"(mode) : : "memory");
+  return mode;
+}
+inline void setMode(FloatingPointMode mode) {
+  __asm__ volatile("msr fpcr, %0" : : "r"(mode) : "memory");
+}
+// Nearest rounding, denormals kept (FZ and FIZ clear), no traps, all else as in any new process.
+inline FloatingPointMode exactMode() {
+  return 0;
+}
+inline bool differs(FloatingPointMode a, FloatingPointMode b) {
+  return a != b;
+}
 #else
 using FloatingPointMode = std::fenv_t;
 inline FloatingPointMode currentMode() {
@@ -36,9 +61,19 @@ inline FloatingPointMode currentMode() {
 inline void setMode(const FloatingPointMode& mode) {
   std::fesetenv(&mode);
 }
-inline FloatingPointMode exactMode() {
-  return *FE_DFL_ENV;
+// The environment in which a program starts. FE_DFL_ENV may be no address of one, and can only be
+// set; so the first thread that asks does that for a moment, and the others wait.
+inline const FloatingPointMode& exactMode() {
+  static const FloatingPointMode mode = [] {
+    const FloatingPointMode before = currentMode();
+    std::fesetenv(FE_DFL_ENV);
+    const FloatingPointMode found = currentMode();
+    setMode(before);
+    return found;
+  }();
+  return mode;
 }
+// What an environment consists of is the C library's business.
 inline bool differs(const FloatingPointMode&, const FloatingPointMode&) {
   return true;
 }

@@ -6,6 +6,7 @@
 
 #include "geom_tests.h"
 #include "plane_test.h"
+#include "simd/kernels.h"
 #include "space_scopes.h"
 
 namespace ode_parallel_sap {
@@ -43,9 +44,9 @@ ParallelSAPSpace::~ParallelSAPSpace() {
   if (settings.print_stats && totals_.frames) {
     const double frames = static_cast<double>(totals_.frames);
     dMessage(0,
-             "parallel SAP space %p: %llu frames, a frame: %.0f geoms, %.0f pairs, %.3f ms (update "
-             "%.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
-             static_cast<void*>(this), totals_.frames, totals_.geoms / frames,
+             "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.3f ms "
+             "(update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
+             static_cast<void*>(this), totals_.frames, kernelSet().name, totals_.geoms / frames,
              totals_.pairs / frames, totals_.total_ms / frames, totals_.update_ms / frames,
              totals_.synchronise_ms / frames, totals_.extract_ms / frames,
              totals_.filter_ms / frames, totals_.narrow_ms / frames, totals_.report_ms / frames);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "device_backend.h"
+#include "simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -24,6 +25,9 @@ constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
                             {dParallelSAPMethodSweep, "sweep"},
                             {dParallelSAPMethodBruteForce, "brute-force"},
                             {dParallelSAPMethodAxisLists, "axis-lists"}};
+// Whatever the processor: those of others are known, and not to be had.
+constexpr Name instruction_sets[] = {
+    {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
 
 template <std::size_t count>
 const char* nameOf(const Name (&names)[count], int value) {
@@ -45,6 +49,19 @@ void readName(const char* variable, const Name (&names)[count], bool (*has)(int)
     return;
   }
   dMessage(0, "%s=%s is not understood and is ignored", variable, text);
+}
+
+const KernelSet* instructionSet(int value) {
+  return kernelSetNamed(nameOf(instruction_sets, value));
+}
+
+// Of the whole process, so of the spaces that there are, too.
+void chooseInstructionSet() {
+  int value = -1;
+  readName(
+      "ODE_PARALLEL_SAP_SIMD", instruction_sets, [](int set) { return instructionSet(set) != 0; },
+      value);
+  chooseKernelSet(value < 0 ? *allKernelSets()[0] : *instructionSet(value));
 }
 
 void readCount(const char* variable, int most, int& value) {
@@ -86,6 +103,7 @@ Settings settingsFromEnvironment() {
   int megabytes = 0;
   readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);
   settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
+  chooseInstructionSet();
   return settings;
 }
 

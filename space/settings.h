@@ -26,7 +26,8 @@ struct Settings {
 bool hasBackend(int backend);
 bool hasMethod(int method);
 
-// The defaults as changed by ODE_PARALLEL_SAP_*; complaints go to dMessage.
+// The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
+// once; complaints go to dMessage.
 Settings settingsFromEnvironment();
 
 const char* backendName(int backend);

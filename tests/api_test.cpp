@@ -52,7 +52,7 @@ class Variable {
 struct BareEnvironment {
   Variable backend{"ODE_PARALLEL_SAP_BACKEND", nullptr}, method{"ODE_PARALLEL_SAP_METHOD", nullptr},
       threads{"ODE_PARALLEL_SAP_THREADS", nullptr}, devices{"ODE_PARALLEL_SAP_DEVICES", nullptr},
-      stats{"ODE_PARALLEL_SAP_STATS", nullptr};
+      stats{"ODE_PARALLEL_SAP_STATS", nullptr}, simd{"ODE_PARALLEL_SAP_SIMD", nullptr};
 };
 
 }  // namespace
@@ -322,6 +322,8 @@ TEST_CASE("Environment variables that make no sense are reported and ignored", "
                                      {"ODE_PARALLEL_SAP_THREADS", "-1"},
                                      {"ODE_PARALLEL_SAP_THREADS", "2x"},
                                      {"ODE_PARALLEL_SAP_DEVICES", "1.5"},
+                                     {"ODE_PARALLEL_SAP_SIMD", "mmx"},
+                                     {"ODE_PARALLEL_SAP_SIMD", "SSE2"},
                                      {"ODE_PARALLEL_SAP_THREADS", "99999999999999999999999"}};
   for (const auto& [name, value] : nonsense) {
     const Variable variable(name, value);
@@ -348,6 +350,62 @@ TEST_CASE("What is not to be had is reported when the environment asks for it", 
     CHECK(messages.all().empty() == cuda);
     CHECK(dParallelSAPSpaceGetBackend(space) ==
           (cuda ? dParallelSAPBackendCUDA : dParallelSAPBackendAuto));
+  }
+}
+
+namespace {
+
+// Whether this processor has an instruction set, asked of the compiler.
+bool processorHas(const std::string& set) {
+  if (set == "portable") return true;
+#if defined(__x86_64__)
+  if (set == "sse2") return true;
+  if (set == "avx2") return __builtin_cpu_supports("avx2");
+  if (set == "avx512")
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl");
+#endif
+  return false;
+}
+
+// What a space that is created, collided and destroyed says of itself.
+std::string instructionSetInUse() {
+  const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
+  const Messages messages;
+  {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(200, 1));
+    collide(space);
+  }
+  REQUIRE(messages.all().size() == 1);
+  const std::string& text = messages.all()[0];
+  const std::size_t begin = text.find('(') + 1;
+  return text.substr(begin, text.find(')') - begin);
+}
+
+}  // namespace
+
+TEST_CASE("ODE_PARALLEL_SAP_SIMD forces an instruction set that the processor has", "[api]") {
+  const BareEnvironment bare;
+  const std::string best = instructionSetInUse();
+  CHECK(processorHas(best));
+  for (const std::string set : {"portable", "sse2", "avx2", "avx512", "neon"}) {
+    INFO(set);
+    const Variable variable("ODE_PARALLEL_SAP_SIMD", set.c_str());
+    if (processorHas(set)) {
+      CHECK(instructionSetInUse() == set);
+      continue;
+    }
+    {
+      const Messages messages;
+      const Space space;
+      REQUIRE(messages.all().size() == 1);
+      CHECK(messages.all()[0] ==
+            "ODE_PARALLEL_SAP_SIMD=" + set + " is not to be had here and is ignored");
+    }
+    const Variable no_longer("ODE_PARALLEL_SAP_SIMD", nullptr);
+    CHECK(instructionSetInUse() == best);
   }
 }
 

@@ -6,12 +6,9 @@
 #include <thread>
 #include <vector>
 
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
-
 #include "support/catch.hpp"
 #include "support/configurations.h"
+#include "support/floating_point.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/scenes.h"
@@ -312,9 +309,7 @@ TEST_CASE("What the callback disables or enables is seen by the next collide", "
   }
 }
 
-#if defined(__SSE2__)
 TEST_CASE("The callback runs in the program's own floating-point mode", "[contract]") {
-  const unsigned before = _mm_getcsr() & ~0x3fu, flushing = before | 0x8040;
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : kSceneSizes) {
       const Space space(configuration);
@@ -322,17 +317,16 @@ TEST_CASE("The callback runs in the program's own floating-point mode", "[contra
       world.addBoxes(denseCube(n, 16));
       const dGeomID probe = dCreateSphere(nullptr, 100);
       static std::size_t calls, strange;
-      static unsigned wanted;
       calls = strange = 0;
-      wanted = flushing;
       const auto look = [](void*, dGeomID, dGeomID) {
         ++calls;
-        strange += (_mm_getcsr() & ~0x3fu) != wanted;
+        strange += FloatingPointMode::current() != FloatingPointMode::kFlushing;
       };
-      _mm_setcsr(flushing);
-      dSpaceCollide(space, nullptr, look);
-      dSpaceCollide2(space.geom(), probe, nullptr, look);
-      _mm_setcsr(before);
+      {
+        const FloatingPointMode flushing(FloatingPointMode::kFlushing);
+        dSpaceCollide(space, nullptr, look);
+        dSpaceCollide2(space.geom(), probe, nullptr, look);
+      }
       dGeomDestroy(probe);
       INFO(configuration.name << ", " << n << " geoms");
       CHECK(calls > n);
@@ -340,7 +334,6 @@ TEST_CASE("The callback runs in the program's own floating-point mode", "[contra
     }
   }
 }
-#endif
 
 TEST_CASE("An empty sub-space is never reported, whatever is at the origin", "[contract]") {
   for (const Configuration& configuration : configurations()) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "axis_lists.h"
@@ -97,6 +98,24 @@ TEST_CASE("A crowd is tested to its end, and what turns out to be none is given 
     REQUIRE(brute_force.findCrowd(mixed.boxes, 2, places_of_a_pair, list) > 0);
     check(joined(list), mixed);
   }
+}
+
+TEST_CASE("The instruction set that is chosen is the one that runs, and each has its name") {
+  const KernelSet& best = kernelSet();
+  CHECK(&best == allKernelSets()[0]);
+  std::vector<std::string> names;
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    CHECK(&kernelSet() == *set);
+    CHECK(&kernels<float>() == &(*set)->narrow);
+    CHECK(&kernels<double>() == &(*set)->wide);
+    CHECK(kernelSetNamed((*set)->name) == *set);
+    names.push_back((*set)->name);
+  }
+  chooseKernelSet(best);
+  CHECK(names.back() == "portable");
+  for (const char* const name : {"", "mmx", "sse", "portable "})
+    CHECK(kernelSetNamed(name) == nullptr);
 }
 
 namespace {

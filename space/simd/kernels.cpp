@@ -1,6 +1,7 @@
 #include "kernels.h"
 
 #include <atomic>
+#include <cstring>
 
 namespace ode_parallel_sap {
 
@@ -49,6 +50,12 @@ void chooseKernelSet(const KernelSet& set) {
 
 const KernelSet* const* allKernelSets() {
   return available().list;
+}
+
+const KernelSet* kernelSetNamed(const char* name) {
+  const KernelSet* const* set = allKernelSets();
+  while (*set && std::strcmp((*set)->name, name) != 0) ++set;
+  return *set;
 }
 
 }  // namespace ode_parallel_sap

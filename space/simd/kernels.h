@@ -138,7 +138,7 @@ struct KernelSet {
 // The set in use: the best one for this processor unless another was chosen.
 const KernelSet& kernelSet();
 
-// For tests and comparisons, while no frame is under way.
+// For tests and comparisons. A frame under way may finish with another set: each finds the same.
 void chooseKernelSet(const KernelSet& set);
 
 template <class Real>
@@ -154,6 +154,9 @@ inline const Kernels<double>& kernels<double>() {
 
 // Every set this processor can run, best first; null ends the list.
 const KernelSet* const* allKernelSets();
+
+// The one of them with this name, or null.
+const KernelSet* kernelSetNamed(const char* name);
 
 }  // namespace ode_parallel_sap
 

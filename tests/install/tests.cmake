@@ -30,6 +30,9 @@ if(library_type STREQUAL "SHARED_LIBRARY")
   add_install_test(unload unload-program $<TARGET_FILE:ode-parallel-sap> $<TARGET_FILE:ode-parallel-sap-preload>)
 endif()
 
+add_install_test(arithmetic "${here}/arithmetic.sh" $<TARGET_FILE:ode-parallel-sap> "${CMAKE_OBJDUMP}")
+set_tests_properties(install.arithmetic PROPERTIES SKIP_RETURN_CODE 77)
+
 if(TARGET docs)
   add_install_test(docs "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --target docs)
 else()

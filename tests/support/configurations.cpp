@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "ode_errors.h"
+
 namespace sap_test {
 namespace {
 
@@ -47,6 +49,19 @@ std::vector<Configuration> find() {
   return found;
 }
 
+bool instructionSetIsThere() {
+  const char* const asked_for = std::getenv("ODE_PARALLEL_SAP_SIMD");
+  const Messages messages;
+  const Space space;
+  for (const std::string& message : messages.all()) {
+    if (message.find("ODE_PARALLEL_SAP_SIMD") == std::string::npos) continue;
+    if (message.find("not to be had") == std::string::npos) throw std::runtime_error(message);
+    announce(std::string("instruction set ") + asked_for);
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 const std::vector<Configuration>& configurations() {
@@ -55,7 +70,7 @@ const std::vector<Configuration>& configurations() {
 }
 
 bool anyConfigurationAskedFor() {
-  return configurations().size() > 1;
+  return configurations().size() > 1 && instructionSetIsThere();
 }
 
 void configure(dSpaceID space, const Configuration& configuration) {

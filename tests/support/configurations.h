@@ -22,7 +22,9 @@ struct Configuration {
 // ODE_PARALLEL_SAP_TEST_ONLY keeps to the names that begin with its value, and to "auto".
 const std::vector<Configuration>& configurations();
 
-// Whether ODE_PARALLEL_SAP_TEST_ONLY asks for something that is to be had, or for nothing.
+// Whether ODE_PARALLEL_SAP_TEST_ONLY asks for something that is to be had, or for nothing, and so
+// does ODE_PARALLEL_SAP_SIMD. Throws where the latter asks for what the library does not
+// understand.
 bool anyConfigurationAskedFor();
 
 void configure(dSpaceID space, const Configuration& configuration);

@@ -297,6 +297,11 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * destroyed, where its time went. A value that is not understood or not to be had is reported
  * through dMessage and ignored.
  *
+ * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512, read at the same moment, is for tests and
+ * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
+ * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
+ * Pairs and their order do not depend on it.
+ *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
  * and simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end
