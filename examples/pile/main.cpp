@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 
+#include "interrupt.h"
 #include "presets.h"
 #include "report.h"
 #include "simulation.h"
@@ -52,8 +53,8 @@ class Run {
  public:
   explicit Run(const Options& options);
 
-  // One more step. False after the last one, a difference found by the check, or a body that is
-  // nowhere any more.
+  // One more step. False after the last one, an interrupt, a difference found by the check, or a
+  // body that is nowhere any more.
   bool step();
 
   // Every body gets up and is thrown outwards and upwards.
@@ -88,7 +89,8 @@ Run::Run(const Options& options) : options_(options), csv_(options.csv) {
 }
 
 bool Run::step() {
-  if (totals_.frames == options_.steps || !difference_.empty() || log_->last().not_finite)
+  if (totals_.frames == options_.steps || Interrupt::signal() || !difference_.empty() ||
+      log_->last().not_finite)
     return false;
   frame_ = simulation_->step();
   const Motion motion = measure(world_);
@@ -121,6 +123,10 @@ int Run::finish() {
     printMotion(*log_, world_);
   }
   int exit_code = 0;
+  if (const int signal = Interrupt::signal()) {
+    std::printf("Interrupted after %d steps.\n", totals_.frames);
+    exit_code = 128 + signal;  // as shells have it
+  }
   const auto complain = [&](const std::string& text) {
     std::fflush(stdout);
     std::fprintf(stderr, "pile: %s\n", text.c_str());
@@ -128,7 +134,7 @@ int Run::finish() {
   };
   if (!difference_.empty())
     complain(difference_);
-  else if (options_.check)
+  else if (options_.check && totals_.frames)
     std::printf("Checked: the pairs of all %d frames are those of dHashSpace.\n", totals_.frames);
   if (const std::string fault = log_->fault(); !fault.empty()) complain(fault);
   if (!csv_.finish()) complain("cannot write all of the file " + options_.csv);
@@ -136,6 +142,7 @@ int Run::finish() {
 }
 
 int run(const Options& options) {
+  const Interrupt interrupt;
   std::unique_ptr<Viewer> viewer;
   if (options.view || !options.snapshot.empty()) viewer = createViewer(options);
   Run run(options);

@@ -39,8 +39,9 @@ pairs), the narrow phase (dCollide on the queued pairs), the contact joints, the
 
 std::string scenesHelp() {
   std::string text =
-      "Exit codes: 0 all is well; 1 the check found a difference or the pile went\n"
-      "wrong; 2 the options cannot be met.\n\nScenes:\n";
+      "Exit codes: 0 all is well; 1 the check found a difference, the pile went wrong or a\n"
+      "file could not be written; 2 the options cannot be met; 130 and 143 Ctrl-C (SIGINT)\n"
+      "and SIGTERM, which end the run after its step.\n\nScenes:\n";
   for (const Preset& preset : presets())
     text += std::string("  ") + preset.name +
             std::string(10 - std::string(preset.name).size(), ' ') + preset.about + "\n";
@@ -147,9 +148,19 @@ void addDrawingOptions(CLI::App& app, Options& options) {
                  "Draw the end into this PNG file; without --view no display is needed");
 }
 
+bool endsWithPng(std::string name) {
+  const std::string ending = ".png";
+  if (name.size() < ending.size()) return false;
+  name.erase(0, name.size() - ending.size());
+  return CLI::detail::to_lower(name) == ending;
+}
+
 void checkDrawingOptions(const CLI::App& app, Options& options) {
   if (app.count("--snapshot") && options.snapshot.empty())
     throw UsageError("--snapshot: the name of the file is empty");
+  if (app.count("--snapshot") && !endsWithPng(options.snapshot))
+    throw UsageError("--snapshot: " + options.snapshot +
+                     " does not end with .png, and pictures are PNG files only");
   if (!options.drawing.empty() && !options.view && options.snapshot.empty())
     throw UsageError(options.drawing.front() + " needs --view or --snapshot");
   if (options.view && !app.count("--steps")) options.steps = std::numeric_limits<int>::max();

@@ -106,6 +106,7 @@ void buildBalls(World& world, int bodies, Random& random) {
   const Bowl bowl(std::max(8.0, block.halfWidth() * std::sqrt(2.0) / 0.8), 12);
   world.addStatic(meshGeom(world.addMesh(bowl.mesh())));
   world.ground_name = "a bowl";
+  world.ground_holds_bodies = true;
   world.ground_height = [bowl](double x, double y) { return bowl.height(x, y); };
   world.body_name = "spheres";
   world.body_size = 0.8;

@@ -54,7 +54,8 @@ class World {
   double friction = 0.6;    // Coulomb's coefficient
   double body_size = 1;     // a typical body's extent, to compare penetrations with
   std::function<double(double x, double y)>
-      ground_height;  // a body whose centre is below fell through
+      ground_height;                 // a body whose centre is below fell through
+  bool ground_holds_bodies = false;  // it is a vessel, to be seen as a whole
 
  private:
   struct StoredMesh {

@@ -4,11 +4,13 @@ import csv
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 
+sys.dont_write_bytecode = True  # nothing is left beside the sources
 HERE = os.path.dirname(os.path.abspath(__file__))
 
 try:
@@ -24,13 +26,18 @@ except ImportError as error:
 program = sys.argv.pop(1)
 
 
-def call(*arguments):
-    return subprocess.run([sys.executable, os.path.join(HERE, "tradeoff.py"), "--smoke", *arguments],
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+def output_of(*command, **environment):
+    return subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          env=dict(os.environ, **environment))
 
 
-def run_study(folder, *arguments):
-    result = call("--out", folder, "--double", program, "--single", os.path.join(folder, "no-such-program"), *arguments)
+def call(*arguments, **environment):
+    return output_of(sys.executable, os.path.join(HERE, "tradeoff.py"), "--smoke", *arguments, **environment)
+
+
+def run_study(folder, *arguments, **environment):
+    result = call("--out", folder, "--double", program, "--single", os.path.join(folder, "no-such-program"), *arguments,
+                  **environment)
     if result.returncode != 0:
         raise AssertionError(result.stdout)
     return result.stdout
@@ -117,6 +124,18 @@ class Study(unittest.TestCase):
         self.assertEqual(len(read(self.folder.name, "broad")), len(self.broad))
         self.assertEqual(read(self.folder.name, "pile"), self.pile)
 
+    def test_without_git_the_commit_is_unknown(self):
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(os.path.join(self.folder.name, "broad.csv"), folder)
+            path = os.path.join(folder, "broad.csv")
+            with open(path) as file:
+                *others, _ = file.readlines()
+            with open(path, "w") as file:
+                file.writelines(others)
+            run_study(folder, "--only", "broad", PATH=folder)
+            self.assertEqual(read(folder, "broad")[-1]["commit"], "unknown")
+            self.assertEqual(os.listdir(folder).count("pile.csv"), 0)
+
     def test_several_points_at_once_have_each_its_share_of_the_cores(self):
         count = len(os.sched_getaffinity(0))
         with tempfile.TemporaryDirectory() as folder:
@@ -165,6 +184,40 @@ class Study(unittest.TestCase):
         for words_wanted in ("1e+09 m from the origin", "no extra pair: parallel-sap", "within 1 %", "within 20 %",
                              "dSweepAndPruneSpace", "differences below that say nothing"):
             self.assertIn(words_wanted, self.choices)
+
+
+class Sources(unittest.TestCase):
+    def test_nothing_is_left_beside_them(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in os.listdir(HERE):
+                if name.endswith(".py"):
+                    shutil.copy(os.path.join(HERE, name), folder)
+            before = sorted(os.listdir(folder))
+            for command in ("tradeoff.py", "--help"), ("smoke_test.py", program, "Analysis"):
+                result = output_of(sys.executable, os.path.join(folder, command[0]), *command[1:],
+                                   PYTHONDONTWRITEBYTECODE="", PYTHONPYCACHEPREFIX="")
+                self.assertEqual(result.returncode, 0, result.stdout)
+            self.assertEqual(sorted(os.listdir(folder)), before)
+
+    def test_help_neither_installs_nor_builds_and_needs_no_package(self):
+        with tempfile.TemporaryDirectory() as folder:
+            called = os.path.join(folder, "called")
+            for name in ("apt-get", "cmake", "sudo"):
+                with open(os.path.join(folder, name), "w") as file:
+                    file.write("#!/bin/sh\necho %s >>%s\nexit 1\n" % (name, called))
+                os.chmod(file.name, 0o755)
+            for name in ("matplotlib", "tqdm"):  # in place of the real ones
+                with open(os.path.join(folder, name + ".py"), "w") as file:
+                    file.write("raise ImportError('not installed')\n")
+            path = folder + os.pathsep + os.environ["PATH"]
+            for asked in ("--help",), ("--quick", "-h"):
+                result = output_of(os.path.join(HERE, "run"), *asked, PATH=path, PYTHONPATH=folder)
+                self.assertEqual(result.returncode, 0, result.stdout)
+                self.assertIn("usage: tradeoff.py", result.stdout)
+                self.assertFalse(os.path.exists(called), result.stdout)
+            result = call("--report", PYTHONPATH=folder)
+            self.assertNotEqual(result.returncode, 0)
+            self.assertIn("apt-get install python3-matplotlib python3-tqdm", result.stdout)
 
 
 class Analysis(unittest.TestCase):

@@ -14,9 +14,12 @@ import subprocess
 import sys
 from multiprocessing.pool import ThreadPool
 
+sys.dont_write_bytecode = True  # this folder is for sources
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 
+lacking = None  # main() says so: --help needs none of these
 try:
     from tqdm import tqdm
 
@@ -24,7 +27,7 @@ try:
     import study
     import words
 except ImportError as error:
-    sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % error)
+    lacking = error
 
 
 def cpu():
@@ -34,9 +37,12 @@ def cpu():
 
 
 def commit():
-    """Of the sources, with a word if they were changed since."""
-    described = subprocess.run(["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10", "--dirty=-changed"],
-                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    """Of the sources, with a word if they were changed since; unknown without git, or outside a repository."""
+    try:
+        described = subprocess.run(["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10",
+                                    "--dirty=-changed"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    except FileNotFoundError:
+        return "unknown"
     return described.stdout.strip() or "unknown"
 
 
@@ -272,6 +278,8 @@ def write_between(path, text):
 
 def main():
     options = parse()
+    if lacking:
+        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % lacking)
     programs = {} if options.report else find_programs(options)
     os.makedirs(options.out, exist_ok=True)
     said = [part(options, programs) for name, part in (("broad", study_broad), ("pile", study_pile))

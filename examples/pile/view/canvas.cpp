@@ -13,22 +13,22 @@
 namespace pile {
 namespace {
 
-constexpr double degree = 3.14159265358979 / 180;
-
 // In drawstuff's units.
 constexpr float scene_radius = 8;
 constexpr float contact_size = 0.06F;
 
 struct Colour {
   float red, green, blue;
+  float alpha = 1;
 };
 
 // Told apart by hue alone, whatever the light does to them, from each other and from drawstuff's
 // sky (blue over green over red) and ground (red and green over blue).
 constexpr Colour ground_colour = {0.62F, 0.64F, 0.56F};
+constexpr Colour ground_back_colour = {0.62F, 0.64F, 0.56F, 0.4F};  // bodies shine through
 constexpr Colour awake_colour = {1.0F, 0.5F, 0.08F};
 constexpr Colour asleep_colour = {0.45F, 0.3F, 0.85F};
-constexpr Colour box_colour = {1, 0, 0};
+constexpr Colour box_colour = {1, 0, 0, 0.2F};
 constexpr Colour contact_colour = {0, 1, 0.4F};
 
 const Colour& colourOf(dGeomID geom) {
@@ -39,7 +39,7 @@ const Colour& colourOf(dGeomID geom) {
 
 void setColour(const Colour& colour) {
   dsSetTexture(DS_NONE);
-  dsSetColor(colour.red, colour.green, colour.blue);
+  dsSetColorAlpha(colour.red, colour.green, colour.blue, colour.alpha);
 }
 
 std::array<float, 12> rotationOf(dGeomID geom) {
@@ -60,24 +60,32 @@ class Canvas::MeshLists {
     for (const auto& entry : lists_) glDeleteLists(entry.second, 1);
   }
 
-  void draw(dGeomID geom, const std::array<float, 3>& place) {
+  void draw(dGeomID geom, const Colour& colour, const std::array<float, 3>& place) {
     const std::array<float, 12> r = rotationOf(geom);
     const float matrix[16] = {r[0], r[4], r[8],  0, r[1],     r[5],     r[9],     0,
                               r[2], r[6], r[10], 0, place[0], place[1], place[2], 1};
     glMatrixMode(GL_MODELVIEW);
     glPushMatrix();
     glMultMatrixf(matrix);
-    glCallList(listOf(geom));
+    glCallList(listOf(geom, colour));
     glPopMatrix();
   }
 
  private:
-  GLuint listOf(dGeomID geom) {
+  GLuint listOf(dGeomID geom, const Colour& colour) {
     const Mesh& mesh = world_.meshOf(geom);
-    const Colour& colour = colourOf(geom);
     GLuint& list = lists_[{&mesh, &colour}];
-    if (list == 0) list = compile(dGeomGetBody(geom) ? coarseMesh(mesh) : mesh, colour);
+    if (list == 0) list = compile(drawnOf(geom, colour), colour);
     return list;
+  }
+
+  Mesh drawnOf(dGeomID geom, const Colour& colour) const {
+    const Mesh& mesh = world_.meshOf(geom);
+    if (dGeomGetBody(geom)) return coarseMesh(mesh);
+    if (&colour == &ground_colour) return mesh;
+    Mesh turned = mesh;
+    for (Mesh::Triangle& triangle : turned.triangles) std::swap(triangle[1], triangle[2]);
+    return turned;
   }
 
   GLuint compile(const Mesh& mesh, const Colour& colour) const {
@@ -103,32 +111,6 @@ bool hasFlatGround(const World& world) {
   const auto& geoms = world.geoms();
   return std::any_of(geoms.begin(), geoms.end(),
                      [](dGeomID geom) { return dGeomGetClass(geom) == dPlaneClass; });
-}
-
-Camera cameraFor(const World& world) {
-  const double count = static_cast<double>(world.bodies().size());
-  std::array<double, 3> middle = {0, 0, 0};
-  for (dBodyID body : world.bodies()) {
-    const dReal* place = dBodyGetPosition(body);
-    const double halfway_down = (place[2] + world.ground_height(place[0], place[1])) / 2;
-    middle[0] += place[0] / count;
-    middle[1] += place[1] / count;
-    middle[2] += halfway_down / count;
-  }
-  double square = 0;
-  for (dBodyID body : world.bodies())
-    for (size_t i = 0; i < 3; ++i)
-      square += std::pow(dBodyGetPosition(body)[i] - middle[i], 2) / count;
-  const double radius = std::max(1.7 * std::sqrt(square), 2 * world.body_size);
-
-  Camera camera = {middle, 125, -27};
-  const double distance = 1.2 * radius / camera_opening;
-  camera.position[0] -=
-      distance * std::cos(camera.heading * degree) * std::cos(camera.pitch * degree);
-  camera.position[1] -=
-      distance * std::sin(camera.heading * degree) * std::cos(camera.pitch * degree);
-  camera.position[2] -= distance * std::sin(camera.pitch * degree);
-  return camera;
 }
 
 Canvas::Canvas(const World& world) : world_(world), scale_(1), floor_(0) {
@@ -166,6 +148,7 @@ void Canvas::aim(const Camera& camera) const {
 void Canvas::draw(const Simulation& simulation, const Layers& layers) {
   for (dGeomID geom : world_.geoms())
     if (!dGeomGetBody(geom) || layers.bodies) drawGeom(geom);
+  drawGroundFromBehind();
   if (layers.contacts) {
     glDisable(GL_DEPTH_TEST);  // they lie between the bodies
     for (const dContactGeom& contact : simulation.contacts()) drawContact(contact);
@@ -180,7 +163,7 @@ void Canvas::drawGeom(dGeomID geom) {
   const int shape = dGeomGetClass(geom);
   if (shape == dPlaneClass) return;  // drawstuff's ground is there
   const std::array<float, 3> centre = place(dGeomGetPosition(geom));
-  if (shape == dTriMeshClass) return meshes_->draw(geom, centre);
+  if (shape == dTriMeshClass) return meshes_->draw(geom, colourOf(geom), centre);
   setColour(colourOf(geom));
   if (shape == dSphereClass)
     return dsDrawSphere(centre.data(), rotationOf(geom).data(),
@@ -193,14 +176,21 @@ void Canvas::drawGeom(dGeomID geom) {
   dsDrawBox(centre.data(), rotationOf(geom).data(), sides);
 }
 
+// drawstuff leaves out triangles that are seen from behind: the near wall of a bowl. They come
+// after the bodies, which are seen through them.
+void Canvas::drawGroundFromBehind() {
+  for (dGeomID geom : world_.geoms())
+    if (!dGeomGetBody(geom) && dGeomGetClass(geom) == dTriMeshClass)
+      meshes_->draw(geom, ground_back_colour, place(dGeomGetPosition(geom)));
+}
+
 void Canvas::drawBox(dGeomID geom) const {
   dReal box[6];
   dGeomGetAABB(geom, box);
   const dReal middle[] = {(box[0] + box[1]) / 2, (box[2] + box[3]) / 2, (box[4] + box[5]) / 2};
   float sides[3];
   for (int i = 0; i < 3; ++i) sides[i] = scale_ * static_cast<float>(box[2 * i + 1] - box[2 * i]);
-  dsSetTexture(DS_NONE);
-  dsSetColorAlpha(box_colour.red, box_colour.green, box_colour.blue, 0.2F);
+  setColour(box_colour);
   dsDrawBox(place(middle).data(), unturned, sides);
 }
 

@@ -6,22 +6,9 @@
 
 #include "../simulation.h"
 #include "../world.h"
+#include "camera.h"
 
 namespace pile {
-
-// Where one stands and looks, in metres of the world and degrees, as drawstuff counts them: heading
-// from the x axis, pitch upwards.
-struct Camera {
-  std::array<double, 3> position;
-  double heading;
-  double pitch;
-};
-
-// How far drawstuff sees to each side of its line of sight: the tangents of the half angles.
-constexpr double camera_opening = 0.8;
-
-// A camera whose picture has nearly all bodies, as they are now, and what they fall on.
-Camera cameraFor(const World& world);
 
 // What to draw besides the ground.
 struct Layers {
@@ -49,6 +36,7 @@ class Canvas {
 
   std::array<float, 3> place(const dReal* point) const;
   void drawGeom(dGeomID geom);
+  void drawGroundFromBehind();
   void drawBox(dGeomID geom) const;
   void drawContact(const dContactGeom& contact) const;
 

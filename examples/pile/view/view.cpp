@@ -9,6 +9,7 @@
 #include <fstream>
 #include <optional>
 
+#include "../interrupt.h"
 #include "canvas.h"
 #include "offscreen.h"
 #include "picture.h"
@@ -109,7 +110,7 @@ class Drawstuff : public Viewer {
   }
 
   void step(bool paused) {
-    if (options_.view && !ending_ && !paused && !show_->step()) dsStop();
+    if (options_.view && !ending_ && (paused ? Interrupt::signal() != 0 : !show_->step())) dsStop();
     canvas_->draw(show_->simulation, layers_);
     constexpr std::chrono::milliseconds legible(250);
     if (!options_.view || Clock::now() - titled_ < legible) return;
