@@ -24,12 +24,6 @@ void clearSlot(dxGeom* geom) {
   geom->tome_ex = nullptr;
 }
 
-// dGeomTriMeshSetData makes a mesh dirty by itself, and dGeomMoved, which tells a space of clean
-// geoms only, says nothing of a dirty one or of the spaces around it from then on.
-bool mayBeSilent(const dxGeom* geom) {
-  return geom->type == dTriMeshClass || IS_SPACE(geom);
-}
-
 }  // namespace
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -73,7 +67,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   silent_.growTo(slot + std::size_t{1});
   geoms_.push_back(geom);
   setSlot(geom, slot);
-  silent_.insert(slot);  // it may not know its type yet
+  silent_.add(slot);
   plane_pairs_.forget();
   geom->next = nullptr;
   geom->tome = tail_;
@@ -97,7 +91,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   queries_.changed(slotIn(geom));
   plane_pairs_.forget();
   pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
-  silent_.erase(static_cast<Slot>(slotIn(geom)));
+  silent_.remove(static_cast<Slot>(slotIn(geom)));
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -124,7 +118,7 @@ void ParallelSAPSpace::closeSlots() {
     if (!geom) continue;
     geoms_[slot] = geom;
     setSlot(geom, slot);
-    if (mayBeSilent(geom)) silent_.insert(static_cast<Slot>(slot));
+    if (mayBeSilent(geom)) silent_.add(static_cast<Slot>(slot));
     ++slot;
   }
   geoms_.resize(slot);
@@ -132,20 +126,23 @@ void ParallelSAPSpace::closeSlots() {
   plane_pairs_.forget();
 }
 
+// Asks the geoms that may be dirty without having said so.
 void ParallelSAPSpace::noteSilent() {
-  silent_.forEach([this](Slot slot) {
-    dxGeom* const geom = geoms_[slot];
-    if (!mayBeSilent(geom))
-      silent_.erase(slot);
-    else if (geom->gflags & GEOM_DIRTY)
-      dirty(geom);
-  });
+  silent_.ask(*this, geoms_.data());
+}
+
+void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
+  silent_.addMeshes(geoms_.data(), meshes);
 }
 
 void ParallelSAPSpace::cleanGeoms() {
+  noteSilent();
+  cleanNoted();
+}
+
+void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  noteSilent();
   try {
     geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
   } catch (const std::bad_alloc&) {
@@ -201,9 +198,12 @@ bool ParallelSAPSpace::isCulled(dxGeom* a, dxGeom* b) const {
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
-  if (needs_clean_) noteSilent();
+  noteSilent();
+  if (IS_SPACE(geom))
+    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
+      other->noteSilent();
   if (needs_clean_ && queries_.clean(geoms_)) needs_clean_ = false;
-  cleanGeoms();
+  cleanNoted();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
   // As in collide(), a query within the callback finds the member free.

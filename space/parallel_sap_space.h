@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <unordered_set>
+#include <vector>
 
 #include "box_set.h"
 #include "buffer.h"
@@ -24,7 +25,7 @@
 #include "pair_list.h"
 #include "plane_pairs.h"
 #include "settings.h"
-#include "slot_set.h"
+#include "silent_geoms.h"
 #include "small_scene.h"
 #include "team_choice.h"
 #include "tight_pairs.h"
@@ -53,6 +54,8 @@ class ParallelSAPSpace : public dxSpace {
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
   void collideContacts(const ContactRequest& request);
+  // Adds all meshes in it, at any depth.
+  void addMeshes(std::vector<dxGeom*>& meshes);
 
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
@@ -69,6 +72,7 @@ class ParallelSAPSpace : public dxSpace {
 
   void closeSlots();
   void noteSilent();
+  void cleanNoted();
   std::size_t cleanOneByOne();
   void beginFrame();
   void releaseSpareMemory();
@@ -113,8 +117,7 @@ class ParallelSAPSpace : public dxSpace {
   Buffer<dxGeom*> geoms_;  // by slot
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
-  // Holds all meshes and spaces, which ODE also makes dirty without a call of dirty().
-  SlotSet silent_;
+  SilentGeoms silent_;
   std::unordered_set<const dxGeom*> reported_invalid_;
 
   TeamChoice team_choice_;
