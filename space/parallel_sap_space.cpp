@@ -34,16 +34,7 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   CHECK_NOT_LOCKED(this);
-  if (settings.print_stats && totals_.frames) {
-    const double frames = static_cast<double>(totals_.frames);
-    dMessage(0,
-             "parallel SAP space %p: %llu frames, a frame: %.0f geoms, %.0f pairs, %.3f ms (update "
-             "%.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
-             static_cast<void*>(this), totals_.frames, totals_.geoms / frames,
-             totals_.pairs / frames, totals_.total_ms / frames, totals_.update_ms / frames,
-             totals_.synchronise_ms / frames, totals_.extract_ms / frames,
-             totals_.filter_ms / frames, totals_.narrow_ms / frames, totals_.report_ms / frames);
-  }
+  if (settings.print_stats && prints_totals_) printTotals();
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)
@@ -51,6 +42,18 @@ ParallelSAPSpace::~ParallelSAPSpace() {
     else
       remove(first);
   }
+}
+
+void ParallelSAPSpace::printTotals() const {
+  const FrameSums::Sums frame = totals_.average();
+  if (!frame.frames) return;
+  dMessage(0,
+           "parallel SAP space %p: %llu frames, a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
+           "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
+           "%.3f)",
+           static_cast<const void*>(this), frame.frames, frame.geoms, frame.pairs, frame.contacts,
+           frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms, frame.filter_ms,
+           frame.narrow_ms, frame.report_ms);
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -252,18 +255,7 @@ void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
 }
 
 void ParallelSAPSpace::countTotals() {
-  if (!settings.print_stats) return;
-  totals_.frames += 1;
-  totals_.geoms += stats_.geoms;
-  totals_.pairs += stats_.pairs;
-  totals_.contacts += stats_.contacts;
-  totals_.update_ms += stats_.update_ms;
-  totals_.synchronise_ms += stats_.synchronise_ms;
-  totals_.extract_ms += stats_.extract_ms;
-  totals_.filter_ms += stats_.filter_ms;
-  totals_.narrow_ms += stats_.narrow_ms;
-  totals_.report_ms += stats_.report_ms;
-  totals_.total_ms += stats_.total_ms;
+  if (settings.print_stats) totals_.add(stats_);
 }
 
 std::size_t ParallelSAPSpace::memoryBytes() const {

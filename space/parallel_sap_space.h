@@ -14,6 +14,7 @@
 #include "contact_pairs.h"
 #include "cpu_finders.h"
 #include "device_backend.h"
+#include "frame_sums.h"
 #include "geom_queries.h"
 #include "geom_update.h"
 #include "memory_watch.h"
@@ -62,8 +63,10 @@ class ParallelSAPSpace : public dxSpace {
   const dParallelSAPStats& stats();
 
  protected:
-  // The sums of all frames, if they are to be printed.
-  const dParallelSAPStats& totals() const { return totals_; }
+  // The sums of all frames, if settings.print_stats.
+  const FrameSums& totals() const { return totals_; }
+  // Whether it prints them itself at its end.
+  bool prints_totals_ = true;
 
  private:
   class Lock;
@@ -112,6 +115,7 @@ class ParallelSAPSpace : public dxSpace {
   void reportInvalid(const dxGeom* geom);
   void reportTooLong(const ListsTooLong& lists);
   void countTotals();
+  void printTotals() const;
   std::size_t memoryBytes() const;
 
   Buffer<dxGeom*> geoms_;  // by slot
@@ -155,7 +159,7 @@ class ParallelSAPSpace : public dxSpace {
   bool out_of_memory_reported_ = false;
   bool lists_too_long_reported_ = false;
   dParallelSAPStats stats_ = {};
-  dParallelSAPStats totals_ = {};
+  FrameSums totals_;
 };
 
 // The space behind an id, or null if it is not one of ours.
