@@ -64,6 +64,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
     collideWithoutMemory(data, callback);
     clock.lap();
     stats_.total_ms = clock.total();
+    countTotals();
     return;
   }
   dParallelSAPStats own = stats_;

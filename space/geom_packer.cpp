@@ -134,8 +134,8 @@ void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, Box
   }
 }
 
-// Geoms at rest are packed as if enabled and with all bits set, because their silent changes are
-// not noticed here: pairs with them are looked at again in every frame.
+// Geoms at rest are packed as if enabled and with all bits set, because few of their silent changes
+// are noticed here: pairs with them are looked at again in every frame.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
   if (!geom) {
     deactivate(slot, boxes);
@@ -190,10 +190,8 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
                                   const BoxSet& boxes) const {
   const bool resting = isResting(geom, rules);
   if (resting != (boxes.bodies[slot] == resting_number)) return true;
-  if (resting) return false;
-  const bool enabled = isEnabled(geom);
-  if (enabled != !(state & disabled_state)) return true;
-  if (state & no_box_state) return false;
+  if (isEnabled(geom) != !(state & disabled_state)) return true;
+  if (resting || state & no_box_state) return false;
   return boxes.bits[slot].category != foldBits(geom->category_bits) ||
          boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
          !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||

@@ -25,12 +25,6 @@ void clearSlot(dxGeom* geom) {
   geom->tome_ex = nullptr;
 }
 
-// dGeomTriMeshSetData makes a mesh dirty by itself, and dGeomMoved, which tells a space of clean
-// geoms only, says nothing of a dirty one or of the spaces around it from then on.
-bool mayBeSilent(const dxGeom* geom) {
-  return geom->type == dTriMeshClass || IS_SPACE(geom);
-}
-
 }  // namespace
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -41,16 +35,7 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   CHECK_NOT_LOCKED(this);
-  if (settings.print_stats && totals_.frames) {
-    const double frames = static_cast<double>(totals_.frames);
-    dMessage(0,
-             "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.3f ms "
-             "(update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report %.3f)",
-             static_cast<void*>(this), totals_.frames, kernelSet().name, totals_.geoms / frames,
-             totals_.pairs / frames, totals_.total_ms / frames, totals_.update_ms / frames,
-             totals_.synchronise_ms / frames, totals_.extract_ms / frames,
-             totals_.filter_ms / frames, totals_.narrow_ms / frames, totals_.report_ms / frames);
-  }
+  if (settings.print_stats && prints_totals_) printTotals();
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)
@@ -58,6 +43,19 @@ ParallelSAPSpace::~ParallelSAPSpace() {
     else
       remove(first);
   }
+}
+
+void ParallelSAPSpace::printTotals() const {
+  const FrameSums::Sums frame = totals_.average();
+  if (!frame.frames) return;
+  dMessage(
+      0,
+      "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
+      "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
+      "%.3f)",
+      static_cast<const void*>(this), frame.frames, kernelSet().name, frame.geoms, frame.pairs,
+      frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
+      frame.filter_ms, frame.narrow_ms, frame.report_ms);
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -74,7 +72,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   silent_.growTo(slot + std::size_t{1});
   geoms_.push_back(geom);
   setSlot(geom, slot);
-  silent_.insert(slot);  // it may not know its type yet
+  silent_.add(slot);
   plane_pairs_.forget();
   geom->next = nullptr;
   geom->tome = tail_;
@@ -98,7 +96,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   queries_.changed(slotIn(geom));
   plane_pairs_.forget();
   pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
-  silent_.erase(static_cast<Slot>(slotIn(geom)));
+  silent_.remove(static_cast<Slot>(slotIn(geom)));
   geoms_[slotIn(geom)] = nullptr;
   while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
   clearSlot(geom);
@@ -125,7 +123,7 @@ void ParallelSAPSpace::closeSlots() {
     if (!geom) continue;
     geoms_[slot] = geom;
     setSlot(geom, slot);
-    if (mayBeSilent(geom)) silent_.insert(static_cast<Slot>(slot));
+    if (mayBeSilent(geom)) silent_.add(static_cast<Slot>(slot));
     ++slot;
   }
   geoms_.resize(slot);
@@ -133,20 +131,23 @@ void ParallelSAPSpace::closeSlots() {
   plane_pairs_.forget();
 }
 
+// Asks the geoms that may be dirty without having said so.
 void ParallelSAPSpace::noteSilent() {
-  silent_.forEach([this](Slot slot) {
-    dxGeom* const geom = geoms_[slot];
-    if (!mayBeSilent(geom))
-      silent_.erase(slot);
-    else if (geom->gflags & GEOM_DIRTY)
-      dirty(geom);
-  });
+  silent_.ask(*this, geoms_.data());
+}
+
+void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
+  silent_.addMeshes(geoms_.data(), meshes);
 }
 
 void ParallelSAPSpace::cleanGeoms() {
+  noteSilent();
+  cleanNoted();
+}
+
+void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  noteSilent();
   try {
     geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
   } catch (const std::bad_alloc&) {
@@ -201,9 +202,12 @@ bool ParallelSAPSpace::isCulled(dxGeom* a, dxGeom* b) const {
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
-  if (needs_clean_) noteSilent();
+  noteSilent();
+  if (IS_SPACE(geom))
+    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
+      other->noteSilent();
   if (needs_clean_ && queries_.clean(geoms_)) needs_clean_ = false;
-  cleanGeoms();
+  cleanNoted();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
   // As in collide(), a query within the callback finds the member free.
@@ -252,18 +256,7 @@ void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
 }
 
 void ParallelSAPSpace::countTotals() {
-  if (!settings.print_stats) return;
-  totals_.frames += 1;
-  totals_.geoms += stats_.geoms;
-  totals_.pairs += stats_.pairs;
-  totals_.contacts += stats_.contacts;
-  totals_.update_ms += stats_.update_ms;
-  totals_.synchronise_ms += stats_.synchronise_ms;
-  totals_.extract_ms += stats_.extract_ms;
-  totals_.filter_ms += stats_.filter_ms;
-  totals_.narrow_ms += stats_.narrow_ms;
-  totals_.report_ms += stats_.report_ms;
-  totals_.total_ms += stats_.total_ms;
+  if (settings.print_stats) totals_.add(stats_);
 }
 
 std::size_t ParallelSAPSpace::memoryBytes() const {

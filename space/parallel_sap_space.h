@@ -7,12 +7,14 @@
 
 #include <memory>
 #include <unordered_set>
+#include <vector>
 
 #include "box_set.h"
 #include "buffer.h"
 #include "contact_pairs.h"
 #include "cpu_finders.h"
 #include "device_backend.h"
+#include "frame_sums.h"
 #include "geom_queries.h"
 #include "geom_update.h"
 #include "memory_watch.h"
@@ -24,7 +26,7 @@
 #include "pair_list.h"
 #include "plane_pairs.h"
 #include "settings.h"
-#include "slot_set.h"
+#include "silent_geoms.h"
 #include "small_scene.h"
 #include "team_choice.h"
 
@@ -52,14 +54,18 @@ class ParallelSAPSpace : public dxSpace {
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
   void collideContacts(const ContactRequest& request);
+  // Adds all meshes in it, at any depth.
+  void addMeshes(std::vector<dxGeom*>& meshes);
 
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
 
  protected:
-  // The sums of all frames, if they are to be printed.
-  const dParallelSAPStats& totals() const { return totals_; }
+  // The sums of all frames, if settings.print_stats.
+  const FrameSums& totals() const { return totals_; }
+  // Whether it prints them itself at its end.
+  bool prints_totals_ = true;
 
  private:
   class Lock;
@@ -68,6 +74,7 @@ class ParallelSAPSpace : public dxSpace {
 
   void closeSlots();
   void noteSilent();
+  void cleanNoted();
   std::size_t cleanOneByOne();
   void beginFrame();
   void releaseSpareMemory();
@@ -108,13 +115,13 @@ class ParallelSAPSpace : public dxSpace {
   void reportInvalid(const dxGeom* geom);
   void reportTooLong(const ListsTooLong& lists);
   void countTotals();
+  void printTotals() const;
   std::size_t memoryBytes() const;
 
   Buffer<dxGeom*> geoms_;  // by slot
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
-  // Holds all meshes and spaces, which ODE also makes dirty without a call of dirty().
-  SlotSet silent_;
+  SilentGeoms silent_;
   std::unordered_set<const dxGeom*> reported_invalid_;
 
   TeamChoice team_choice_;
@@ -151,7 +158,7 @@ class ParallelSAPSpace : public dxSpace {
   bool out_of_memory_reported_ = false;
   bool lists_too_long_reported_ = false;
   dParallelSAPStats stats_ = {};
-  dParallelSAPStats totals_ = {};
+  FrameSums totals_;
 };
 
 // The space behind an id, or null if it is not one of ours.

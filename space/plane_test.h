@@ -18,15 +18,24 @@ namespace ode_parallel_sap {
 // them together.
 constexpr double plane_rounding = 32 * static_cast<double>(std::numeric_limits<dReal>::epsilon());
 
-// True only if no point of the AABB, moved by such errors, is in the half-space. False where a
-// bound that matters is infinite, or anything NaN. Needs exactMode().
+// The greatest magnitude of the finite ones of two bounds. An infinite one is no result of
+// rounding, and gives none to the other.
+inline double finiteMagnitude(double lower, double upper) {
+  constexpr double most = std::numeric_limits<dReal>::max();
+  lower = std::fabs(lower);
+  upper = std::fabs(upper);
+  return std::fmax(lower <= most ? lower : 0, upper <= most ? upper : 0);
+}
+
+// True only if no point of the AABB, moved by such errors, is in the half-space. False where
+// anything is NaN. A half-infinite AABB is clear of the plane if all of it is. Needs exactMode().
 inline bool isClearOfPlane(const dReal* aabb, const dReal* plane) {
   double depth = -static_cast<double>(plane[3]), size = std::fabs(static_cast<double>(plane[3]));
   for (int axis = 0; axis < 3; ++axis) {
     const double normal = plane[axis], lower = aabb[2 * axis], upper = aabb[2 * axis + 1];
     if (normal == 0) continue;
     depth += normal * (normal > 0 ? lower : upper);
-    size += std::fabs(normal) * std::fmax(std::fabs(lower), std::fabs(upper));
+    size += std::fabs(normal) * finiteMagnitude(lower, upper);
   }
   return depth > plane_rounding * size + std::numeric_limits<double>::min();
 }

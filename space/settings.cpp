@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "device_backend.h"
+#include "environment_switch.h"
 #include "simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -76,6 +77,16 @@ void readCount(const char* variable, int most, int& value) {
     value = static_cast<int>(std::min<long>(count, most));
 }
 
+void readSwitch(const char* variable, bool& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  const int on = switchOf(text);
+  if (on < 0)
+    dMessage(0, "%s=%s is neither 0 nor 1 and is ignored", variable, text);
+  else
+    value = on != 0;
+}
+
 }  // namespace
 
 bool hasBackend(int backend) {
@@ -96,9 +107,7 @@ Settings settingsFromEnvironment() {
   readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
-  int print = 0;
-  readCount("ODE_PARALLEL_SAP_STATS", 1, print);
-  settings.print_stats = print != 0;
+  readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;
   readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);

@@ -66,6 +66,7 @@ void ParallelSAPSpace::collideSmallest(void* data, dNearCallback* callback) {
   const bool timed = timesSmallest();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   pair_keeper_.stop();
+  noteSilent();
   SmallScene scene;
   if (isStill()) {
     still_scene_->recall(scene);

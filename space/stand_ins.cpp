@@ -26,8 +26,9 @@ struct Account {
   std::mutex mutex;
   const Clock::time_point begin = Clock::now();
   std::unordered_set<const StandIn*> alive;
-  dParallelSAPStats sums = {};
-  unsigned long long collide2_calls = 0;
+  FrameSums frames;
+  // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
+  unsigned long long collide2_geoms = 0;
   double collide2_s = 0;
 };
 
@@ -40,8 +41,8 @@ Account& account() {
 class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
+    prints_totals_ = false;  // one account for all of them
     counted_ = settings.print_stats;
-    settings.print_stats = false;  // one account for all of them
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
@@ -58,21 +59,13 @@ class StandIn final : public ParallelSAPSpace {
     if (!counted_) return ParallelSAPSpace::collide2(data, geom, callback);
     const Clock::time_point begin = Clock::now();
     ParallelSAPSpace::collide2(data, geom, callback);
-    ++collide2_calls_;
+    ++collide2_geoms_;
     collide2_s_ += secondsSince(begin);
   }
 
   void addTo(Account& sums) const {
-    sums.sums.frames += totals().frames;
-    sums.sums.geoms += totals().geoms;
-    sums.sums.pairs += totals().pairs;
-    sums.sums.update_ms += totals().update_ms;
-    sums.sums.synchronise_ms += totals().synchronise_ms;
-    sums.sums.extract_ms += totals().extract_ms;
-    sums.sums.filter_ms += totals().filter_ms;
-    sums.sums.report_ms += totals().report_ms;
-    sums.sums.total_ms += totals().total_ms;
-    sums.collide2_calls += collide2_calls_;
+    sums.frames.add(totals());
+    sums.collide2_geoms += collide2_geoms_;
     sums.collide2_s += collide2_s_;
   }
 
@@ -80,7 +73,7 @@ class StandIn final : public ParallelSAPSpace {
 
  private:
   bool counted_;
-  unsigned long long collide2_calls_ = 0;
+  unsigned long long collide2_geoms_ = 0;
   double collide2_s_ = 0;
 };
 
@@ -112,20 +105,20 @@ void report() {
   const std::lock_guard<std::mutex> lock(sums.mutex);
   for (const StandIn* const space : sums.alive) space->addTo(sums);
   sums.alive.clear();
-  const dParallelSAPStats& all = sums.sums;
-  const double frames = all.frames ? static_cast<double>(all.frames) : 1;
+  const FrameSums::Sums& all = sums.frames.sums();
+  const FrameSums::Sums each = sums.frames.average();
   std::fprintf(stderr,
-               "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs took %.3f ms "
-               "each: update %.3f, synchronise %.3f, extract %.3f, filter %.3f, callbacks %.3f\n",
-               all.frames, all.geoms / frames, all.pairs / frames, all.total_ms / frames,
-               all.update_ms / frames, all.synchronise_ms / frames, all.extract_ms / frames,
-               all.filter_ms / frames, all.report_ms / frames);
-  std::fprintf(
-      stderr,
-      "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, callbacks %.3f, "
-      "%llu dSpaceCollide2 with their callbacks %.3f\n",
-      secondsSince(sums.begin), (all.total_ms - all.report_ms) / 1000, all.report_ms / 1000,
-      sums.collide2_calls, sums.collide2_s);
+               "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
+               "contacts took %.3f ms each: update %.3f, synchronise %.3f, extract %.3f, filter "
+               "%.3f, narrow %.3f, callbacks %.3f\n",
+               each.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
+               each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms,
+               each.report_ms);
+  std::fprintf(stderr,
+               "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
+               "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
+               secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
+               all.narrow_ms / 1000, all.report_ms / 1000, sums.collide2_geoms, sums.collide2_s);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <string>
@@ -324,6 +326,8 @@ TEST_CASE("Environment variables that make no sense are reported and ignored", "
                                      {"ODE_PARALLEL_SAP_DEVICES", "1.5"},
                                      {"ODE_PARALLEL_SAP_SIMD", "mmx"},
                                      {"ODE_PARALLEL_SAP_SIMD", "SSE2"},
+                                     {"ODE_PARALLEL_SAP_STATS", "yes"},
+                                     {"ODE_PARALLEL_SAP_STATS", "2"},
                                      {"ODE_PARALLEL_SAP_THREADS", "99999999999999999999999"}};
   for (const auto& [name, value] : nonsense) {
     const Variable variable(name, value);
@@ -436,21 +440,56 @@ TEST_CASE("Axis lists that would not fit give way to the sweep, with one message
 
 TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends", "[api]") {
   const BareEnvironment bare;
-  const auto messagesOf = [](const char* value) {
+  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
+  dParallelSAPStats of_pairs, of_contacts;
+  const auto messagesOf = [&](const char* value, std::size_t n) {
     const Variable variable("ODE_PARALLEL_SAP_STATS", value);
     const Messages messages;
     {
       const Space space;
       World world(space);
-      world.addBoxes(denseCube(100, 1));
+      world.addBoxes(denseCube(n, 1));
       collide(space);
+      of_pairs = statsOf(space);
+      dParallelSAPSpaceCollideContacts(space, nullptr, 4, &callbacks);
+      of_contacts = statsOf(space);
       REQUIRE(messages.all().empty());
     }
-    return messages.all().size();
+    return messages.all();
   };
-  CHECK(messagesOf("1") == 1);
-  CHECK(messagesOf("0") == 0);
-  CHECK(messagesOf(nullptr) == 0);
+  for (const std::size_t n : {100, 1500}) {
+    const std::vector<std::string> said = messagesOf("1", n);
+    REQUIRE(said.size() == 1);
+    INFO(said[0]);
+    const auto half = [](unsigned long long sum) { return static_cast<double>(sum) / 2; };
+    int frames = 0, geoms = 0;
+    double pairs = 0, contacts = 0, total = 0, update = 0, synchronise = 0, extract = 0, filter = 0,
+           narrow = 0, report = 0;
+    REQUIRE(std::sscanf(said[0].c_str(),
+                        "parallel SAP space %*p: %d frames, a frame: %d geoms, %lf pairs, %lf "
+                        "contacts, %lf ms (update %lf, synchronise %lf, extract %lf, filter %lf, "
+                        "narrow %lf, report %lf)",
+                        &frames, &geoms, &pairs, &contacts, &total, &update, &synchronise, &extract,
+                        &filter, &narrow, &report) == 11);
+    CHECK(frames == 2);
+    CHECK(geoms == static_cast<int>(n));
+    CHECK(std::fabs(pairs - half(of_pairs.pairs + of_contacts.pairs)) <= 0.5);
+    CHECK(of_contacts.contacts > 0);
+    CHECK(std::fabs(contacts - half(of_contacts.contacts)) <= 0.5);
+    constexpr double digit = 0.00051;
+    CHECK(std::fabs(total - (of_pairs.total_ms + of_contacts.total_ms) / 2) <= digit);
+    CHECK(std::fabs(update - (of_pairs.update_ms + of_contacts.update_ms) / 2) <= digit);
+    CHECK(std::fabs(synchronise - (of_pairs.synchronise_ms + of_contacts.synchronise_ms) / 2) <=
+          digit);
+    CHECK(std::fabs(extract - (of_pairs.extract_ms + of_contacts.extract_ms) / 2) <= digit);
+    CHECK(std::fabs(filter - (of_pairs.filter_ms + of_contacts.filter_ms) / 2) <= digit);
+    CHECK(std::fabs(narrow - of_contacts.narrow_ms / 2) <= digit);
+    CHECK(std::fabs(report - (of_pairs.report_ms + of_contacts.report_ms) / 2) <= digit);
+    CHECK(narrow > 0);
+  }
+  CHECK(messagesOf("0", 100).empty());
+  CHECK(messagesOf(nullptr, 100).empty());
 }
 
 TEST_CASE("Wrong arguments are assertions", "[api]") {

@@ -428,6 +428,32 @@ TEST_CASE("A mesh with new triangles, of which no space is told, is where they a
   for (const dTriMeshDataID mesh : data) dGeomTriMeshDataDestroy(mesh);
 }
 
+TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[kept]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {20, 300, 1500}) {
+      INFO(configuration.name << ", " << n << " geoms");
+      Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 69));
+      for (const dGeomID geom : world.geoms()) dBodyDisable(world.giveBody(geom));
+      dBodyEnable(world.bodies()[0]);
+      dParallelSAPSpaceSetSkipAsleep(space, 1);
+      const auto disabled = [&] {
+        (void)collide(space);
+        return statsOf(space).disabled;
+      };
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 0);
+      dGeomDisable(world.geoms()[1]);
+      dGeomDisable(world.geoms()[2]);
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 2);
+      dBodyEnable(world.bodies()[1]);
+      CHECK(disabled() == 2);
+      dGeomEnable(world.geoms()[1]);
+      dGeomEnable(world.geoms()[2]);
+      CHECK(disabled() == 0);
+    }
+}
+
 TEST_CASE("A geom within the tolerance of what its slot held is looked at if it is another",
           "[kept]") {
   Space space;

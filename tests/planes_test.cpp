@@ -34,18 +34,23 @@ Verdict verdictOf(dGeomID plane_geom, dGeomID other) {
   Bounds bounds;
   dGeomGetAABB(other, bounds.data());
   long double depth = -static_cast<long double>(plane[3]), size = std::fabs(plane[3]);
+  bool infinitely_far = false;
   for (int axis = 0; axis < 3; ++axis) {
     const long double normal = plane[axis];
     if (normal == 0) continue;
     const long double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
-    if (std::isinf(lower) || std::isinf(upper)) return Verdict::kKeep;
-    depth += normal * (normal > 0 ? lower : upper);
-    size += std::fabs(normal) * std::max(std::fabs(lower), std::fabs(upper));
+    const long double nearest = normal > 0 ? lower : upper;
+    if (std::isinf(nearest) && (nearest > 0) != (normal > 0)) return Verdict::kKeep;
+    infinitely_far = infinitely_far || std::isinf(nearest);
+    depth += normal * nearest;
+    for (const long double bound : {lower, upper})
+      if (!std::isinf(bound)) size += std::fabs(normal) * std::fabs(bound);
   }
-  const long double epsilon = std::numeric_limits<dReal>::epsilon();
-  if (depth <= 0.01L * epsilon * size) return Verdict::kKeep;
   // Sums may be infinite in dReal.
   if (size > std::numeric_limits<dReal>::max() / 4) return Verdict::kEither;
+  if (infinitely_far) return Verdict::kDrop;
+  const long double epsilon = std::numeric_limits<dReal>::epsilon();
+  if (depth <= 0.01L * epsilon * size) return Verdict::kKeep;
   return depth > 320 * epsilon * size + 1e-300L ? Verdict::kDrop : Verdict::kEither;
 }
 
@@ -153,6 +158,66 @@ TEST_CASE("Culled planes pair with what may touch them, whatever finds the pairs
         REQUIRE(wrongCulling(collide(space), world) == "");
       }
     }
+}
+
+TEST_CASE("Half-infinite bounds are culled where they are wholly on the open side", "[planes]") {
+  struct Case {
+    Bounds bounds;
+    bool touches_corner, touches_edge, touches_face;
+  };
+  constexpr dReal inf = kInfinity;
+  const Case cases[] = {
+      {{5, inf, 5, inf, 5, inf}, false, false, false},
+      {{5, inf, 5, 6, -1, 6}, false, false, true},
+      {{-inf, inf, 5, inf, 5, inf}, true, false, false},
+      {{5, inf, -inf, inf, 5, inf}, true, true, false},
+      {{5, inf, -inf, 5, 5, inf}, true, true, false},
+      {{-inf, inf, -inf, inf, 5, inf}, true, true, false},
+      {{5, 6, 5, 6, -inf, 6}, true, true, true},
+      {{-inf, inf, -inf, inf, -inf, inf}, true, true, true},
+      {{dReal(-1e30), inf, 5, inf, 5, inf}, true, false, false},
+      {{5, inf, -1, 6, -1, 6}, false, true, true},
+  };
+  for (const Configuration& configuration : configurations())
+    for (const dReal tolerance : {dReal(0), dReal(0.01)})
+      for (const std::size_t n : {0, 150, 1500}) {
+        const Space space(configuration);
+        dParallelSAPSpaceSetCullPlanes(space, 1);
+        dParallelSAPSpaceSetTolerance(space, tolerance);
+        World world(space);
+        const std::size_t corner = number(world.take(dCreatePlane(space, 1, 1, 1, 0)));
+        const std::size_t edge = number(world.take(dCreatePlane(space, 0, 1, 1, 0)));
+        const std::size_t face = number(world.take(dCreatePlane(space, 0, 0, 1, 0)));
+        world.addBoxes(denseCube(n, 206));
+        for (std::size_t i = 3; i < world.geoms().size(); ++i) dGeomDisable(world.geoms()[i]);
+        for (const Case& half : cases) {
+          const std::size_t own = number(world.take(createUserBox(space, half.bounds)));
+          const auto reported = [own](const Pairs& pairs, std::size_t plane) {
+            return std::binary_search(pairs.begin(), pairs.end(), Pair(plane, own));
+          };
+          for (int frame = 0; frame < 2; ++frame) {
+            INFO(configuration.name << ", tolerance " << tolerance << ", " << n << " boxes, case "
+                                    << &half - cases);
+            const Pairs pairs = collide(space);
+            CHECK(reported(pairs, corner) == half.touches_corner);
+            CHECK(reported(pairs, edge) == half.touches_edge);
+            CHECK(reported(pairs, face) == half.touches_face);
+            // The same asked of the space, and of the plane.
+            const dGeomID probe = createUserBox(nullptr, half.bounds);
+            setNumber(probe, kProbeNumber);
+            for (int query = 0; query < (frame ? 30 : 1); ++query) {
+              const Pairs hits = collide2(space, probe);
+              const auto hit = [&](std::size_t plane) {
+                return std::count(hits.begin(), hits.end(), Pair(plane, kProbeNumber)) == 1;
+              };
+              REQUIRE(hit(corner) == half.touches_corner);
+              REQUIRE(hit(edge) == half.touches_edge);
+              REQUIRE(hit(face) == half.touches_face);
+            }
+            dGeomDestroy(probe);
+          }
+        }
+      }
 }
 
 TEST_CASE("Queries cull planes on both sides", "[planes]") {

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "environment_switch.h"
 #include "real_ode.h"
 #include "stand_ins.h"
 
@@ -32,7 +33,6 @@ static const char* const kind_names[KINDS] = {"simple", "hash", "sap", "quadtree
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static int settings_read = 0;
 static int wanted[KINDS];
-static int print_stats = 0;
 static unsigned long replaced[KINDS], left[KINDS];
 /* An ODE is known by its type information of dxSpace; there is rarely more than one in a process.
  */
@@ -73,8 +73,12 @@ static void readSettings(void) {
   const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
   readWanted(list ? list : "hash,sap,quadtree");
   const char* const stats = getenv("ODE_PARALLEL_SAP_STATS");
-  print_stats = stats && *stats && strcmp(stats, "0") != 0;
-  if (print_stats) atexit(report);
+  const int print_stats = switchOf(stats);
+  if (print_stats < 0)
+    fprintf(stderr,
+            "ode-parallel-sap: ODE_PARALLEL_SAP_STATS=%s is neither 0 nor 1 and is ignored\n",
+            stats);
+  if (print_stats > 0) atexit(report);
 }
 
 /* The stand-ins for this ODE, or null and in `why` the reason why there can be none. */

@@ -36,7 +36,32 @@ struct Magnitudes {
     }
   }
   static Real magnitude(Real bound) { return bound < 0 ? -bound : bound; }
+  // Larger bounds may stand for any beyond the type, infinite or not.
+  static bool isKnown(double magnitude) {
+    return magnitude <= (sizeof(Real) > sizeof(float) ? __DBL_MAX__ : __FLT_MAX__) / 2;
+  }
+  bool areKnown() const {
+    return isKnown(greatest[0]) && isKnown(greatest[1]) && isKnown(greatest[2]);
+  }
 };
+
+// Makes all bounds 0 of those boxes of which some bound is not known, and returns the other ones.
+template <class Real>
+inline unsigned keepKnown(Group<Real>& boxes) {
+  unsigned known = 0;
+  for (int lane = 0; lane < group_size; ++lane) {
+    bool is_known = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real lower = Magnitudes<Real>::magnitude(boxes.lower[axis][lane]);
+      const Real upper = Magnitudes<Real>::magnitude(boxes.upper[axis][lane]);
+      is_known = is_known && Magnitudes<Real>::isKnown(lower) && Magnitudes<Real>::isKnown(upper);
+    }
+    known |= static_cast<unsigned>(is_known) << lane;
+    for (int axis = 0; axis < 3 && !is_known; ++axis)
+      boxes.lower[axis][lane] = boxes.upper[axis][lane] = 0;
+  }
+  return known;
+}
 
 // How far computed depths may be off, for bounds of such magnitudes; NaN where a sum could
 // overflow.
@@ -72,14 +97,15 @@ struct Depths {
 };
 
 // A few cells at a time, each plane with all of them: most planes reach none, and to see that, one
-// margin, large enough for all of them, will do.
+// margin, large enough for all of them, will do. Boxes with bounds that are not known are never
+// surely clear, nor do they surely reach a plane.
 template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                            std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
                            HalfSpaceHits* hits) {
   constexpr std::size_t block = 16;
   Group<Real> groups[block];
-  unsigned active[block];
+  unsigned active[block], known[block];
   HalfSpaceHits* next = hits;
   for (; begin < end; begin += block) {
     const std::size_t cells = end - begin < block ? end - begin : block;
@@ -87,20 +113,25 @@ std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::s
       const std::size_t first = (begin + i) * group_size, rest = size - first;
       packBoxes(groups[i], boxes + first, rest < group_size ? rest : group_size);
       active[i] = Lanes::atMost(groups[i].lower[0], static_cast<Real>(__builtin_inff()));
+      known[i] = ~0u;
     }
-    const Magnitudes<Real> all(groups, cells);
+    Magnitudes<Real> all(groups, cells);
+    if (!all.areKnown()) {
+      for (std::size_t i = 0; i < cells; ++i) known[i] = keepKnown(groups[i]);
+      all = Magnitudes<Real>(groups, cells);
+    }
     for (std::size_t plane = 0; plane < count; ++plane) {
       const double distance = planes[plane].distance;
       const double clear = distance + marginOf(planes[plane], all);
       for (std::size_t i = 0; i < cells; ++i) {
         const Depths<Real> depths(groups[i], planes[plane]);
-        if (!(active[i] & ~depths.atLeast(clear))) continue;
+        if (!(active[i] & ~(known[i] & depths.atLeast(clear)))) continue;
         const double margin = marginOf(planes[plane], Magnitudes<Real>(groups + i, 1));
-        const unsigned maybe = active[i] & ~depths.atLeast(distance + margin);
+        const unsigned maybe = active[i] & ~(known[i] & depths.atLeast(distance + margin));
         if (!maybe) continue;
         *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(begin + i),
                    static_cast<std::uint16_t>(maybe),
-                   static_cast<std::uint16_t>(maybe & depths.atMost(distance - margin))};
+                   static_cast<std::uint16_t>(maybe & known[i] & depths.atMost(distance - margin))};
       }
     }
   }

@@ -138,9 +138,10 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
  * what rounding could make of it, is no pair with that plane. ODE's spaces report a plane that is
  * not parallel to two axes with every geom, so the default is 0. No pair is left out for which
  * dCollide could find a contact: the corner of the AABB that is nearest to the plane is further
- * from it than 32 epsilon of the greatest coordinates that take part. Pairs of two planes, and of a
- * plane with a geom whose AABB is infinite where it matters, stay. Holds for dSpaceCollide,
- * dSpaceCollide2 and dParallelSAPSpaceCollideContacts. */
+ * from it than 32 epsilon of the greatest finite coordinates that take part. Pairs of two planes,
+ * and of a plane with a geom whose AABB is infinite on the plane's side, stay; where it is infinite
+ * on other sides only, the pair is left out like any other. Holds for dSpaceCollide, dSpaceCollide2
+ * and dParallelSAPSpaceCollideContacts. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
 

@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# account.sh PRELOAD LIBRARY PROGRAM
+#
+# The account at the end of a program is that of what it did; ODE_PARALLEL_SAP_STATS is read as the
+# library reads it. PROGRAM is account_program.c.
+set -euo pipefail
+. "$(dirname "$0")/with_preload.sh"
+preload=$1 library=$2 program=$3
+
+# said VALUE [ARGUMENT]: what the program and its libraries write to stderr
+said() {
+  local value=$1
+  shift
+  ODE_PARALLEL_SAP_STATS=$value with_preload "$preload" "$program" "$@" 2>&1 >/dev/null
+}
+fail() {
+  echo "$account"
+  echo "$*"
+  exit 1
+}
+
+account=$(said 1)
+number='[0-9.]*'
+grep -q '^ode-parallel-sap: 2 hash spaces replaced, 0 left$' <<<"$account" || fail "not two spaces"
+grep -q "^ode-parallel-sap: 10 dSpaceCollide of 201 geoms with 200 pairs and 0 contacts took $number ms each: " \
+  <<<"$account" || fail "not ten frames of 200 pairs"
+grep -q 'dSpaceCollide2 of 300 geoms ' <<<"$account" || fail "not 300 geoms in dSpaceCollide2"
+# The callbacks of a frame sleep for 4 ms; of ten, for 40.
+read -r each callbacks < <(sed -n "s/.* took \($number\) ms each: .* callbacks \($number\)$/\1 \2/p" <<<"$account")
+read -r all all_callbacks < <(
+  sed -n "s/.*: \($number\) s since the first space: .* callbacks \($number\), dSpaceCollide2 .*/\1 \2/p" <<<"$account")
+awk -v each="$each" -v callbacks="$callbacks" -v all="$all" -v all_callbacks="$all_callbacks" 'BEGIN {
+  exit !(callbacks >= 4 && each >= callbacks && all_callbacks >= 0.04 && all >= all_callbacks) }' ||
+  fail "the callbacks took longer than that: $each, $callbacks, $all, $all_callbacks"
+
+account=$(said 1 "$library")
+grep -q '^ode-parallel-sap: 20 dSpaceCollide of 201 geoms with 200 pairs and 100 contacts took ' <<<"$account" ||
+  fail "not twenty frames of 200 pairs, half of them with 200 contacts"
+awk -v narrow="$(sed -n "s/.* narrow \($number\), .*/\1/p" <<<"$account")" 'BEGIN { exit !(narrow > 0) }' ||
+  fail "no time for the contacts"
+
+for off in 0 ''; do
+  account=$(said "$off")
+  [ -z "$account" ] || fail "this is said with ODE_PARALLEL_SAP_STATS=$off"
+done
+account=$(said yes)
+grep -q '^ode-parallel-sap: ODE_PARALLEL_SAP_STATS=yes is neither 0 nor 1 and is ignored$' <<<"$account" ||
+  fail "nothing is said of a value that is not understood"
+! grep -q 'replaced\|dSpaceCollide' <<<"$account" || fail "yes is understood"
