@@ -34,6 +34,8 @@ constexpr std::uint64_t least_pairs_a_thread = 1 << 18;
 // Tests a box after which a crowd must have shown to be one: a tenth of what the sweep of moved
 // boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
 constexpr std::uint64_t first_tests_a_box = 100;
+// Up to this number of boxes all tests take no longer than the sweep and those would together.
+constexpr std::size_t least_crowd = 1000;
 // Between two looks at whether it is one, the number of tests grows by this factor.
 constexpr std::uint64_t growth = 4;
 
@@ -115,7 +117,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 template <class Real>
 int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
-  if (boxes.size < 2) return find(boxes, threads, pairs);
+  if (boxes.size <= least_crowd) return find(boxes, threads, pairs);
   const ScopedMode mode(exactMode());
   constexpr int stripes = 4;
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;

@@ -61,11 +61,13 @@ bool mayBeSilent(const dxGeom* geom) {
 
 // A sub-space that stays where it is keeps its list. A geom that is new is dirty.
 void SilentGeoms::list(dxGeom* const* geoms) {
+  slots_.forEach([&](Slot slot) {
+    if (!mayBeSilent(geoms[slot])) slots_.erase(slot);
+  });
   std::vector<Watched> watched;
   watched.reserve(slots_.count());
   auto before = watched_.begin();
   slots_.forEach([&](Slot slot) {
-    if (!mayBeSilent(geoms[slot])) return slots_.erase(slot);
     while (before != watched_.end() && before->slot < slot) ++before;
     const bool same =
         before != watched_.end() && before->slot == slot && before->geom == geoms[slot];

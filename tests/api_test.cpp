@@ -466,12 +466,13 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
     int frames = 0, geoms = 0;
     double pairs = 0, contacts = 0, total = 0, update = 0, synchronise = 0, extract = 0, filter = 0,
            narrow = 0, report = 0;
-    REQUIRE(std::sscanf(said[0].c_str(),
-                        "parallel SAP space %*p: %d frames, a frame: %d geoms, %lf pairs, %lf "
-                        "contacts, %lf ms (update %lf, synchronise %lf, extract %lf, filter %lf, "
-                        "narrow %lf, report %lf)",
-                        &frames, &geoms, &pairs, &contacts, &total, &update, &synchronise, &extract,
-                        &filter, &narrow, &report) == 11);
+    REQUIRE(std::sscanf(
+                said[0].c_str(),
+                "parallel SAP space %*p: %d frames (%*[a-z0-9]), a frame: %d geoms, %lf pairs, %lf "
+                "contacts, %lf ms (update %lf, synchronise %lf, extract %lf, filter %lf, "
+                "narrow %lf, report %lf)",
+                &frames, &geoms, &pairs, &contacts, &total, &update, &synchronise, &extract,
+                &filter, &narrow, &report) == 11);
     CHECK(frames == 2);
     CHECK(geoms == static_cast<int>(n));
     CHECK(std::fabs(pairs - half(of_pairs.pairs + of_contacts.pairs)) <= 0.5);
