@@ -19,7 +19,7 @@ using namespace sap_test;
 
 namespace {
 
-constexpr double slow = 0.004;  // of a width in a frame
+constexpr double slow = 0.001;  // of a width in a frame: little for the thin bars, too
 
 // Boxes, spheres, bars and user boxes, with and without bodies, that drift each in its own
 // direction among a ground plane, an oblique one and boxes that stand still.

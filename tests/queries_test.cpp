@@ -200,7 +200,7 @@ class Spheres {
 TEST_CASE("Queries see every change to a space, whatever came before", "[queries]") {
   const int runs = scaled(12);
   for (int run = 0; run < runs; ++run) {
-    const std::uint64_t seed = seedOr(110 + static_cast<std::uint64_t>(run));
+    const std::uint64_t seed = seedOr(110, run);
     INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
     Spheres spheres(seed);
     Random& random = spheres.random();
@@ -223,7 +223,7 @@ TEST_CASE("Queries follow the formula for bounds of every kind, on both sides", 
   const dReal tiny = std::numeric_limits<dReal>::denorm_min();
   const dReal values[] = {-kInfinity, -most, -1, -tiny, 0, tiny, 1, 2, most, kInfinity, nan};
   for (int run = 0; run < scaled(10); ++run) {
-    const std::uint64_t seed = seedOr(130 + static_cast<std::uint64_t>(run));
+    const std::uint64_t seed = seedOr(130, run);
     INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
     Random random(seed);
     const auto anyBounds = [&](double strange) {

@@ -8,9 +8,9 @@
 
 namespace sap_test {
 
-std::uint64_t seedOr(std::uint64_t usual) {
+std::uint64_t seedOr(std::uint64_t usual, int run) {
   const char* text = std::getenv("ODE_PARALLEL_SAP_TEST_SEED");
-  return text ? std::stoull(text) : usual;
+  return (text ? std::stoull(text) : usual) + static_cast<std::uint64_t>(run);
 }
 
 int scaled(int usual) {
