@@ -1,12 +1,12 @@
-#include "cuda_sweep.h"
+#include "cuda/cuda_sweep.h"
 
 #include <algorithm>
 #include <chrono>
 #include <utility>
 
-#include "device.h"
-#include "device_sweep.h"
-#include "share_team.h"
+#include "cuda/device/device.h"
+#include "cuda/one/device_sweep.h"
+#include "cuda/several/share_team.h"
 
 namespace ode_parallel_sap {
 

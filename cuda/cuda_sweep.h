@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "../space/pair_finder.h"
+#include "space/extract/pair_finder.h"
 
 namespace ode_parallel_sap {
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "buffer.h"
+#include "space/data/buffer.h"
 #include "support/catch.hpp"
 
 using namespace ode_parallel_sap;

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
-#include "backend_choice.h"
-#include "method_choice.h"
+#include "space/frame/backend_choice.h"
+#include "space/frame/method_choice.h"
 #include "support/catch.hpp"
 #include "support/random.h"
 

@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "axis_lists.h"
-#include "brute_force.h"
-#include "coarse_crowds.h"
-#include "incremental.h"
-#include "parallel.h"
-#include "radix_sort.h"
-#include "round_outward.h"
-#include "simd/kernels.h"
+#include "space/coherence/incremental.h"
+#include "space/data/parallel.h"
+#include "space/data/radix_sort.h"
+#include "space/data/round_outward.h"
+#include "space/extract/paper/axis_lists.h"
+#include "space/extract/paper/brute_force.h"
+#include "space/extract/sweep.h"
+#include "space/simd/kernels.h"
+#include "space/update/coarse_crowds.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
-#include "sweep.h"
 
 using namespace ode_parallel_sap;
 

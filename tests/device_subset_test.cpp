@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "../cuda/fault_injection.h"
+#include "cuda/device/fault_injection.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/fake_cuda.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "../cuda/cuda_sweep.h"
-#include "../cuda/fault_injection.h"
+#include "cuda/device/fault_injection.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"

@@ -6,12 +6,12 @@
 #include <limits>
 #include <vector>
 
-#include "brute_force.h"
+#include "space/extract/paper/brute_force.h"
+#include "space/extract/sweep.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
-#include "sweep.h"
 
 using namespace ode_parallel_sap;
 

@@ -7,11 +7,11 @@
 #include <map>
 #include <vector>
 
-#include "../cuda/cell_cut.h"
-#include "../cuda/curve.h"
-#include "../cuda/elements.h"
-#include "pair_rule.h"
-#include "size_classes.h"
+#include "cuda/one/cell_cut.h"
+#include "cuda/one/curve.h"
+#include "cuda/one/elements.h"
+#include "space/data/pair_rule.h"
+#include "space/extract/size_classes.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

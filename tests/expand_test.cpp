@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "../cuda/expand.h"
-#include "buffer.h"
+#include "cuda/one/expand.h"
+#include "space/data/buffer.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

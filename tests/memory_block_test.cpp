@@ -1,5 +1,5 @@
 // How storage on a device grows, on an allocator that only counts: no device is needed for that.
-#include "../cuda/memory_block.h"
+#include "cuda/device/memory_block.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -3,8 +3,8 @@
 #include <set>
 #include <vector>
 
-#include "pair_order.h"
-#include "simd/kernels.h"
+#include "space/extract/pair_order.h"
+#include "space/simd/kernels.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

@@ -1,12 +1,12 @@
 // The tree behind dSpaceCollide2, with every instruction set this processor has.
-#include "query_tree.h"
+#include "space/queries/query_tree.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "simd/kernels.h"
+#include "space/simd/kernels.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

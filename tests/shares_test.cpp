@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "../cuda/expand.h"
-#include "../cuda/join.h"
-#include "../cuda/partition.h"
-#include "round_outward.h"
+#include "cuda/one/expand.h"
+#include "cuda/several/join.h"
+#include "cuda/several/partition.h"
+#include "space/data/round_outward.h"
+#include "space/extract/sweep.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
 #include "support/scenes.h"
-#include "sweep.h"
 
 using namespace ode_parallel_sap;
 

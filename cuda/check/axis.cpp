@@ -5,12 +5,12 @@
 #include <numeric>
 #include <vector>
 
-#include "../../space/axis_lists.h"
-#include "../../space/sweep.h"
-#include "../cuda_axis_lists.h"
-#include "../fault_injection.h"
 #include "check.h"
+#include "cuda/axis_lists/cuda_axis_lists.h"
+#include "cuda/device/fault_injection.h"
 #include "scenes.h"
+#include "space/extract/paper/axis_lists.h"
+#include "space/extract/sweep.h"
 
 namespace cuda_check {
 

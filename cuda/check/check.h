@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "../../space/box_set.h"
-#include "../../space/pair_list.h"
-#include "../cuda_sweep.h"
+#include "cuda/cuda_sweep.h"
+#include "space/data/box_set.h"
+#include "space/data/pair_list.h"
 
 namespace cuda_check {
 

@@ -3,9 +3,9 @@
 #include <exception>
 #include <vector>
 
-#include "../../space/sweep.h"
 #include "check.h"
 #include "scenes.h"
+#include "space/extract/sweep.h"
 
 namespace cuda_check {
 

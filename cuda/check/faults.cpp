@@ -3,10 +3,10 @@
 #include <cstdio>
 #include <thread>
 
-#include "../../space/sweep.h"
-#include "../fault_injection.h"
 #include "check.h"
+#include "cuda/device/fault_injection.h"
 #include "scenes.h"
+#include "space/extract/sweep.h"
 
 namespace cuda_check {
 

@@ -5,12 +5,12 @@
 #include <map>
 #include <vector>
 
-#include "../../space/backend_choice.h"
-#include "../../space/brute_force.h"
-#include "../../space/sweep.h"
 #include "../../tests/bench/csv.h"
 #include "check.h"
 #include "scenes.h"
+#include "space/extract/paper/brute_force.h"
+#include "space/extract/sweep.h"
+#include "space/frame/backend_choice.h"
 
 namespace cuda_check {
 

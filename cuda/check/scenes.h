@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "../../space/box_set.h"
+#include "space/data/box_set.h"
 
 namespace cuda_check {
 

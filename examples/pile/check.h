@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "narrow_phase.h"
+#include "space/contacts/narrow_phase.h"
 
 namespace pile {
 

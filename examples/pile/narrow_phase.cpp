@@ -1,4 +1,4 @@
-#include "narrow_phase.h"
+#include "space/contacts/narrow_phase.h"
 
 #include <algorithm>
 #include <limits>

@@ -8,25 +8,25 @@ set(round_one_by_one "$<$<COMPILE_LANG_AND_ID:CXX,GNU,Clang,AppleClang>:-ffp-con
 set(core "${CMAKE_CURRENT_LIST_DIR}/..")
 add_library(
   ode-parallel-sap-core OBJECT
-  ${core}/axis_lists.cpp
-  ${core}/axis_parts.cpp
-  ${core}/brute_force.cpp
-  ${core}/cell_drift.cpp
-  ${core}/cell_order.cpp
-  ${core}/cell_tree.cpp
-  ${core}/coarse_crowds.cpp
-  ${core}/incremental.cpp
-  ${core}/kept_pairs.cpp
-  ${core}/endpoint_lists.cpp
-  ${core}/free_memory.cpp
-  ${core}/pair_order.cpp
-  ${core}/quantizer.cpp
-  ${core}/query_tree.cpp
-  ${core}/radix_sort.cpp
+  ${core}/extract/paper/axis_lists.cpp
+  ${core}/extract/paper/axis_parts.cpp
+  ${core}/extract/paper/brute_force.cpp
+  ${core}/extract/cell_drift.cpp
+  ${core}/extract/cell_order.cpp
+  ${core}/extract/cell_tree.cpp
+  ${core}/update/coarse_crowds.cpp
+  ${core}/coherence/incremental.cpp
+  ${core}/coherence/kept_pairs.cpp
+  ${core}/extract/paper/endpoint_lists.cpp
+  ${core}/data/free_memory.cpp
+  ${core}/extract/pair_order.cpp
+  ${core}/extract/quantizer.cpp
+  ${core}/queries/query_tree.cpp
+  ${core}/data/radix_sort.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/size_classes.cpp
-  ${core}/sweep.cpp)
+  ${core}/extract/size_classes.cpp
+  ${core}/extract/sweep.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
@@ -41,6 +41,6 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   endif()
 endif()
 
-target_include_directories(ode-parallel-sap-core INTERFACE "${core}")
+target_include_directories(ode-parallel-sap-core PUBLIC "${core}/..")
 target_compile_options(ode-parallel-sap-core PRIVATE ${round_one_by_one})
 target_link_libraries(ode-parallel-sap-core PUBLIC OpenMP::OpenMP_CXX)

@@ -11,8 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "environment_switch.h"
 #include "real_ode.h"
+#include "space/ode/environment_switch.h"
 #include "stand_ins.h"
 
 #define PUBLIC __attribute__((visibility("default")))

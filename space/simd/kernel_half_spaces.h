@@ -2,7 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_HALF_SPACES_H
 #define ODE_PARALLEL_SAP_SIMD_KERNEL_HALF_SPACES_H
 
-#include "kernel_rows.h"
+#include "space/simd/kernel_rows.h"
 
 namespace {
 

@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-#include "../box_set.h"
-#include "kernels.h"
+#include "space/data/box_set.h"
+#include "space/simd/kernels.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
 #define ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
 
-#include "kernel_rows.h"
+#include "space/simd/kernel_rows.h"
 
 namespace {
 

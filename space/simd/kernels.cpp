@@ -1,4 +1,4 @@
-#include "kernels.h"
+#include "space/simd/kernels.h"
 
 #include <atomic>
 #include <cstring>

@@ -1,6 +1,6 @@
-#include "lanes_avx512.h"
+#include "space/simd/lanes_avx512.h"
 //
-#include "kernels_impl.h"
+#include "space/simd/kernels_impl.h"
 
 namespace ode_parallel_sap {
 

@@ -6,9 +6,9 @@
 
 #include <string.h>
 
-#include "kernel_half_spaces.h"
-#include "kernel_rows.h"
-#include "kernel_trees.h"
+#include "space/simd/kernel_half_spaces.h"
+#include "space/simd/kernel_rows.h"
+#include "space/simd/kernel_trees.h"
 
 namespace {
 

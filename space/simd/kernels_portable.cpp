@@ -1,6 +1,6 @@
-#include "lanes_portable.h"
+#include "space/simd/lanes_portable.h"
 //
-#include "kernels_impl.h"
+#include "space/simd/kernels_impl.h"
 
 namespace ode_parallel_sap {
 

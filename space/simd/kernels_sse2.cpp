@@ -1,6 +1,6 @@
-#include "lanes_sse2.h"
+#include "space/simd/lanes_sse2.h"
 //
-#include "kernels_impl.h"
+#include "space/simd/kernels_impl.h"
 
 namespace ode_parallel_sap {
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "lanes_common.h"
-#include "sort_eight.h"
+#include "space/simd/lanes_common.h"
+#include "space/simd/sort_eight.h"
 
 namespace {
 

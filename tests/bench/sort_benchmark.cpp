@@ -18,8 +18,8 @@
 #include "csv.h"
 #include "machine.h"
 #include "program.h"
-#include "radix_sort.h"
 #include "random.h"
+#include "space/data/radix_sort.h"
 #include "stopwatch.h"
 
 namespace bench {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "pair_finder.h"
 #include "scenes.h"
+#include "space/extract/pair_finder.h"
 
 namespace ode_parallel_sap {
 

@@ -1,0 +1,94 @@
+// What a finder keeps on its device.
+#ifndef ODE_PARALLEL_SAP_CUDA_CONTEXT_H
+#define ODE_PARALLEL_SAP_CUDA_CONTEXT_H
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "cuda/device/device.h"
+#include "cuda/device/graph.h"
+#include "cuda/one/download.h"
+#include "cuda/one/lists.h"
+#include "cuda/one/scene_plan.h"
+#include "cuda/one/search.h"
+#include "cuda/one/upload.h"
+#include "space/data/box_set.h"
+
+namespace ode_parallel_sap {
+
+// The stages of CudaStageTimes on the device, by the event that ends each.
+enum Stage {
+  Start,
+  Uploaded,
+  Classified,
+  Sorted,
+  Packed,
+  Searched,
+  Scanned,
+  Scattered,
+  Listed,
+  stages
+};
+
+// Everything that lives on the device. The streams come last, so that they are the first to go:
+// they wait for what is under way, and nothing is freed while it is in use.
+struct Context {
+  explicit Context(int device) {
+    CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+    for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
+  }
+
+  int processors = 0;
+  DeviceBuffer<float> boxes;
+  DeviceBuffer<FilterBits> bits;
+  DeviceBuffer<std::uint32_t> bodies;
+  // Only where several devices share a scene (shares.h): filters by box, and what gives boxes their
+  // slots.
+  DeviceBuffer<FilterBits> dealt_bits;
+  DeviceBuffer<std::uint32_t> dealt_bodies, slot_of, members, first_boxes;
+  DeviceBuffer<device::ScenePlan> plan;
+  DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
+  DeviceBuffer<std::uint64_t> long_keys[2];
+  DeviceBuffer<std::uint8_t> flags;
+  DeviceBuffer<char> sorted, tree;  // records
+  DeviceBuffer<std::uint32_t> counts;
+  DeviceBuffer<unsigned long long> ends, block_begins;
+  DeviceBuffer<std::uint32_t> has_list, long_slots;
+  device::LongListStore long_store;
+  DeviceBuffer<device::Found> found;
+  DeviceBuffer<std::uint32_t> lists, stretches;
+  DeviceBuffer<char> scratch;
+
+  PinnedBuffer<device::Counters> host_counters;
+  PinnedBuffer<unsigned long long> host_begins;
+  PinnedBuffer<std::uint32_t> host_has_list;
+
+  Upload upload;
+  Download download;
+  std::vector<std::unique_ptr<Event>> stage_events, ready;
+  Event piece_here, filters_here, summarised, result_here, has_list_here;
+  CachedGraph graph;
+  Stream compute, up, down;
+
+  std::size_t hostBytes() const {
+    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() + upload.bytes() +
+           download.bytes();
+  }
+  std::size_t deviceBytes() const {
+    return boxes.bytes() + bits.bytes() + bodies.bytes() + dealt_bits.bytes() +
+           dealt_bodies.bytes() + slot_of.bytes() + members.bytes() + first_boxes.bytes() +
+           plan.bytes() + keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
+           starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
+           sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
+           has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
+           lists.bytes() + stretches.bytes() + scratch.bytes();
+  }
+  // Places for pairs that may be found.
+  std::size_t pairPlaces() const { return found.capacity() - device::overflow_places; }
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,204 @@
+#include "cuda/device/device.h"
+
+#include <cuda.h>
+
+#include <atomic>
+#include <string>
+
+#include "cuda/cuda_sweep.h"
+#include "cuda/device/fault_injection.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// The oldest architecture that this build has code for, as major * 10 + minor.
+constexpr int least_capability = 75;
+
+std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
+std::atomic<PretendedMachine> pretended{PretendedMachine::Real};
+
+bool isLast(std::atomic<unsigned long long>& left) {
+  if (left.load(std::memory_order_relaxed) == 0) return false;
+  return left.fetch_sub(1, std::memory_order_relaxed) == 1;
+}
+
+// Both return what the driver says, or what a test wants it to say.
+cudaError_t countDevices(int* count) {
+  switch (pretended.load()) {
+    case PretendedMachine::NoDriver:
+      return cudaErrorInsufficientDriver;
+    case PretendedMachine::NoDevice:
+      return cudaErrorNoDevice;
+    case PretendedMachine::TooOld:
+      *count = 1;
+      return cudaSuccess;
+    default:
+      return cudaGetDeviceCount(count);
+  }
+}
+cudaError_t attributeOf(int device, cudaDeviceAttr attribute, int* value) {
+  if (pretended.load() != PretendedMachine::TooOld)
+    return cudaDeviceGetAttribute(value, attribute, device);
+  *value = attribute == cudaDevAttrComputeCapabilityMajor ? 5 : 2;
+  return cudaSuccess;
+}
+
+}  // namespace
+
+std::size_t freeDeviceMemory() {
+  std::size_t free = 0, all = 0;
+  CHECK_CUDA(cudaMemGetInfo(&free, &all));
+  return free;
+}
+
+bool cudaCallIsToFail() {
+  return isLast(calls_until_failure);
+}
+
+void failCudaCall(unsigned long long call) {
+  calls_until_failure = call;
+}
+void failCudaAllocation(unsigned long long allocation) {
+  allocations_until_failure = allocation;
+}
+void pretendMachine(PretendedMachine machine) {
+  pretended = machine;
+}
+
+void checkCuda(cudaError_t status, const char* call) {
+  if (status == cudaSuccess) return;
+  cudaGetLastError();  // so that nobody else meets it
+  const std::string text = call;
+  throw DeviceFailure(text.substr(0, text.find('(')) + ": " + cudaGetErrorString(status));
+}
+
+namespace {
+
+// What is called of the driver itself.
+struct Driver {
+  decltype(&cuInit) init;
+  decltype(&cuDeviceGet) deviceGet;
+  decltype(&cuDevicePrimaryCtxRetain) primaryContextRetain;
+  decltype(&cuCtxGetCurrent) contextGetCurrent;
+  decltype(&cuCtxPushCurrent) contextPush;
+  decltype(&cuCtxPopCurrent) contextPop;
+};
+
+// The version of the driver that has the functions as cuda.h declares them.
+constexpr unsigned int driver_version = 12000;
+
+template <class Function>
+void lookUp(const char* name, Function& function) {
+  void* found = nullptr;
+#if CUDART_VERSION >= 12050
+  CHECK_CUDA(cudaGetDriverEntryPointByVersion(name, &found, driver_version, cudaEnableDefault));
+#else
+  CHECK_CUDA(cudaGetDriverEntryPoint(name, &found, cudaEnableDefault));
+#endif
+  if (!found) throw DeviceFailure(std::string("the driver has no ") + name);
+  function = reinterpret_cast<Function>(found);
+}
+
+// The driver's errors are numbered as the runtime's.
+template <class Function, class... Arguments>
+void callDriver(const char* name, Function function, Arguments... arguments) {
+  checkCuda(cudaCallIsToFail() ? cudaErrorLaunchFailure
+                               : static_cast<cudaError_t>(function(arguments...)),
+            name);
+}
+
+// Asked for again at the next call where it throws.
+const Driver& driver() {
+  static const Driver found = [] {
+    Driver driver;
+    lookUp("cuInit", driver.init);
+    lookUp("cuDeviceGet", driver.deviceGet);
+    lookUp("cuDevicePrimaryCtxRetain", driver.primaryContextRetain);
+    lookUp("cuCtxGetCurrent", driver.contextGetCurrent);
+    lookUp("cuCtxPushCurrent", driver.contextPush);
+    lookUp("cuCtxPopCurrent", driver.contextPop);
+    callDriver("cuInit", driver.init, 0);
+    return driver;
+  }();
+  return found;
+}
+
+}  // namespace
+
+DriverContext driverContextOf(int device) {
+  CUdevice number = 0;
+  CUcontext context = nullptr;
+  callDriver("cuDeviceGet", driver().deviceGet, &number, device);
+  callDriver("cuDevicePrimaryCtxRetain", driver().primaryContextRetain, &context, number);
+  return context;
+}
+
+ScopedDevice::ScopedDevice(DriverContext context) {
+  CUcontext current = nullptr;
+  callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);
+  if (current == context) return;
+  callDriver("cuCtxPushCurrent", driver().contextPush, context);
+  changed_ = true;
+}
+
+ScopedDevice::ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept
+    // Where there is a context, the driver has been found.
+    : changed_(context && driver().contextPush(context) == CUDA_SUCCESS) {}
+
+ScopedDevice::~ScopedDevice() {
+  CUcontext popped = nullptr;
+  if (changed_) driver().contextPop(&popped);
+}
+
+namespace {
+
+// What a test wants an allocation to meet.
+cudaError_t allocationFault() {
+  if (cudaCallIsToFail()) return cudaErrorLaunchFailure;
+  return isLast(allocations_until_failure) ? cudaErrorMemoryAllocation : cudaSuccess;
+}
+
+}  // namespace
+
+void* DeviceMemory::allocate(std::size_t bytes) {
+  void* memory = nullptr;
+  checkCuda(allocationFault(), "cudaMalloc");
+  checkCuda(cudaMalloc(&memory, bytes), "cudaMalloc");
+  return memory;
+}
+
+void* PinnedMemory::allocate(std::size_t bytes) {
+  void* memory = nullptr;
+  checkCuda(allocationFault(), "cudaHostAlloc");
+  checkCuda(cudaHostAlloc(&memory, bytes, cudaHostAllocPortable), "cudaHostAlloc");
+  return memory;
+}
+
+std::vector<int> cudaDevices(std::string* why) {
+  std::vector<int> usable;
+  std::string reason = "no CUDA device";
+  try {
+    int count = 0;
+    checkCuda(countDevices(&count), "cudaGetDeviceCount");
+    for (int device = 0; device < count; ++device) {
+      int major = 0, minor = 0;
+      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMajor, &major),
+                "cudaDeviceGetAttribute");
+      checkCuda(attributeOf(device, cudaDevAttrComputeCapabilityMinor, &minor),
+                "cudaDeviceGetAttribute");
+      if (major * 10 + minor >= least_capability)
+        usable.push_back(device);
+      else
+        reason = "the CUDA device is too old: compute capability " + std::to_string(major) + "." +
+                 std::to_string(minor) + ", 7.5 is needed";
+    }
+  } catch (const DeviceFailure& failure) {
+    usable.clear();
+    reason = failure.what();
+  }
+  if (usable.empty() && why) *why = reason;
+  return usable;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,99 @@
+// CUDA's resources as C++ objects, and its errors as exceptions.
+#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_H
+#define ODE_PARALLEL_SAP_CUDA_DEVICE_H
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <new>
+
+#include "cuda/device/memory_block.h"
+
+struct CUctx_st;
+
+namespace ode_parallel_sap {
+
+// Throws DeviceFailure unless `status` is a success. `call` names the call in the message.
+void checkCuda(cudaError_t status, const char* call);
+
+// Whether this call is the one that a test wants to fail.
+bool cudaCallIsToFail();
+
+#define CHECK_CUDA(call)         \
+  ::ode_parallel_sap::checkCuda( \
+      ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
+
+// What the driver keeps for the program on a device, whichever of its libraries has it made.
+using DriverContext = CUctx_st*;
+
+// That of the device which the runtime uses, too; made if there is none. It is kept for the rest of
+// the program: to make one takes long.
+DriverContext driverContextOf(int device);
+
+// Makes a device's context current for the calling thread as long as it lives; the thread is as it
+// was then. cudaSetDevice would not lead back: it makes the context of the device that it is given,
+// which the program may never have used and which may have no room for one.
+class ScopedDevice {
+ public:
+  explicit ScopedDevice(DriverContext context);
+  // For giving back what is there: has no effect where it cannot have its own.
+  ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept;
+  ~ScopedDevice();
+  ScopedDevice(const ScopedDevice&) = delete;
+  ScopedDevice& operator=(const ScopedDevice&) = delete;
+
+ private:
+  bool changed_ = false;
+};
+
+struct DeviceMemory {
+  static void* allocate(std::size_t bytes);
+  static void release(void* memory) { cudaFree(memory); }
+};
+// Page-locked host memory, which the device reads and writes at full speed.
+struct PinnedMemory {
+  static void* allocate(std::size_t bytes);
+  static void release(void* memory) { cudaFreeHost(memory); }
+};
+
+// Growing one of these waits for the device.
+template <class T>
+using DeviceBuffer = MemoryBlock<T, DeviceMemory>;
+template <class T>
+using PinnedBuffer = MemoryBlock<T, PinnedMemory>;
+
+class Stream {
+ public:
+  Stream() { CHECK_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
+  // What is still under way may read memory that is about to be freed.
+  ~Stream() {
+    cudaStreamSynchronize(stream_);
+    cudaStreamDestroy(stream_);
+  }
+  Stream(const Stream&) = delete;
+  Stream& operator=(const Stream&) = delete;
+  operator cudaStream_t() const { return stream_; }
+
+ private:
+  cudaStream_t stream_ = nullptr;
+};
+
+class Event {
+ public:
+  enum Kind { Order, Time };
+  explicit Event(Kind kind = Order) {
+    CHECK_CUDA(cudaEventCreateWithFlags(&event_,
+                                        kind == Time ? cudaEventDefault : cudaEventDisableTiming));
+  }
+  ~Event() { cudaEventDestroy(event_); }
+  Event(const Event&) = delete;
+  Event& operator=(const Event&) = delete;
+  operator cudaEvent_t() const { return event_; }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

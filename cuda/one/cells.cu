@@ -1,0 +1,176 @@
+#include "cuda/one/cells.h"
+//
+#include <thrust/iterator/counting_iterator.h>
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_select.cuh>
+
+#include "cuda/one/cell_cut.h"
+#include "cuda/one/primitives.cuh"
+#include "cuda/several/partition.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+namespace {
+
+constexpr int cut_threads = 256;
+constexpr int pack_threads = fan_out * 32;
+constexpr int level_threads = 1024;
+constexpr std::size_t most_blocks = 132 * 16;
+
+// One thread a place: whether a cell begins there. Keys are read within [0, plan->active) only.
+template <class Key>
+__global__ void __launch_bounds__(cut_threads)
+    cutKernel(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags) {
+  const std::size_t i = blockIdx.x * std::size_t{cut_threads} + threadIdx.x;
+  if (i >= count) return;
+  const CellCut cut = i < plan->active ? cellCutAt(keys, plan->active, i) : CellCut{false, false};
+  if (cut.crowd) plan->counters.crowded = 1;
+  flags[i] = cut.begins;
+}
+
+__device__ inline void putShare(const Share& share, std::uint32_t slot, Record& box) {
+  const float low = share.axis == 0 ? box.low.x : share.axis == 1 ? box.low.y : box.low.z;
+  box.low.w = __uint_as_float(slot);
+  if (placeOf(low, slot) < share.first) box.high.w = -box.high.w;
+}
+
+// One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
+// starts are ascending and the last cell ends there; slots are below the number of boxes.
+__global__ void __launch_bounds__(pack_threads)
+    packKernel(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
+               Share share, const ScenePlan* plan, Records sorted, Records cells, Records parents) {
+  __shared__ Record bounds[fan_out];
+  const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
+  const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  for (std::uint32_t parent = blockIdx.x; parent * fan_out < cell_count; parent += gridDim.x) {
+    const std::uint32_t cell = parent * fan_out + warp;
+    if (cell < cell_count) {
+      const std::uint32_t start = starts[cell];
+      const std::uint32_t end = cell + 1 < cell_count ? starts[cell + 1] : active;
+      const bool used = lane < end - start;
+      Record box = {};
+      if (used) {
+        const std::uint32_t i = slots[start + lane];
+        box = loadBox(boxes, i);
+        box.high.w = magnitudeOf(box.low, box.high);
+        if (share.slot_of)
+          putShare(share, share.slot_of[i], box);
+        else
+          box.low.w = __uint_as_float(i);
+        sorted.put(start + lane, box);
+      }
+      Record all = warpBounds(box, used);
+      all.low.w = __uint_as_float(start);
+      all.high.w = __uint_as_float(end - start);
+      if (lane == 0) {
+        cells.put(cell, all);
+        bounds[warp] = all;
+      }
+    }
+    __syncthreads();
+    if (warp == 0) {
+      const bool used = parent * fan_out + lane < cell_count;
+      const Record all = warpBounds(bounds[lane], used);
+      if (lane == 0) parents.put(parent, all);
+    }
+    __syncthreads();
+  }
+}
+
+struct Levels {
+  Records at[most_levels];
+};
+
+// One block, one warp a node: the levels above the first. Records are read below the number of
+// their level only.
+__global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* plan, Levels levels) {
+  const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  std::uint32_t children = (plan->counters.cells + fan_out - 1) / fan_out;
+  for (int level = 2; level < most_levels && children > fan_out; ++level) {
+    const std::uint32_t nodes = (children + fan_out - 1) / fan_out;
+    for (std::uint32_t node = warp; node < nodes; node += level_threads / 32) {
+      const std::uint32_t child = node * fan_out + lane;
+      const bool used = child < children;
+      const Record own = used ? levels.at[level - 1][child] : Record{};
+      const Record all = warpBounds(own, used);
+      if (lane == 0) levels.at[level].put(node, all);
+    }
+    __syncthreads();
+    children = nodes;
+  }
+}
+
+template <class Key>
+void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count, int first_bit,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  constexpr int bits = sizeof(Key) * 8;
+  cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
+  cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, key_buffers, slot_buffers,
+                                             static_cast<std::int64_t>(count), first_bit, bits,
+                                             stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(scratch.data(), bytes, key_buffers, slot_buffers,
+                                             static_cast<std::int64_t>(count), first_bit, bits,
+                                             stream));
+  if (key_buffers.Current() != keys.current) keys.swap();
+  if (slot_buffers.Current() != slots.current) slots.swap();
+}
+
+}  // namespace
+
+TreeLayout::TreeLayout(std::size_t most) : records(0) {
+  for (int level = 0; level < most_levels; ++level) {
+    begin[level] = records;
+    records += most;
+    most = (most + fan_out - 1) / fan_out;
+  }
+}
+
+void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  sortPairs(keys, slots, count, 32 - keyDigitsFor(count), scratch, stream);
+}
+
+void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  sortPairs(keys, slots, count, 0, scratch, stream);
+}
+
+template <class Key>
+void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
+              std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  launch("cut cells", cutKernel<Key>, (count + cut_threads - 1) / cut_threads, cut_threads, stream,
+         keys, count, plan, flags);
+  const thrust::counting_iterator<std::uint32_t> places(0);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceSelect::Flagged(nullptr, bytes, places, flags, starts,
+                                        &plan->counters.cells, static_cast<std::int64_t>(count),
+                                        stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceSelect::Flagged(scratch.data(), bytes, places, flags, starts,
+                                        &plan->counters.cells, static_cast<std::int64_t>(count),
+                                        stream));
+}
+template void cutCells(const std::uint32_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
+                       DeviceBuffer<char>&, cudaStream_t);
+template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
+                       DeviceBuffer<char>&, cudaStream_t);
+
+void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
+               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
+               void* tree, const TreeLayout& layout, cudaStream_t stream) {
+  Levels levels;
+  for (int level = 0; level < most_levels; ++level)
+    levels.at[level] = recordsIn(tree, layout.records, layout.begin[level]);
+  // About what cells of half their size make; the blocks take further nodes in strides.
+  launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
+         pack_threads, stream, boxes, slots, starts, share, plan, recordsIn(sorted, count),
+         levels.at[0], levels.at[1]);
+  launch("build levels", levelKernel, 1, level_threads, stream, plan, levels);
+}
+
+}  // namespace device
+}  // namespace ode_parallel_sap

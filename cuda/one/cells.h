@@ -1,0 +1,57 @@
+// The middle stages on the device: boxes sorted along the curve, cut into cells, put into a tree.
+#ifndef ODE_PARALLEL_SAP_CUDA_CELLS_H
+#define ODE_PARALLEL_SAP_CUDA_CELLS_H
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/device/device.h"
+#include "cuda/one/scene_plan.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+// Where the levels of a tree over up to `most` cells begin in one array of records. Level 0 are the
+// cells' bounds; record i of a level bounds records fan_out i to fan_out i + fan_out - 1 of the
+// level below. How many there are is known on the device only: the tree ends at the first level
+// of at most fan_out records.
+struct TreeLayout {
+  std::size_t begin[most_levels];
+  std::size_t records;  // of all levels
+  explicit TreeLayout(std::size_t most);
+};
+
+// Two arrays that a sort uses in turn.
+template <class T>
+struct Pong {
+  T* current;
+  T* other;
+  void swap() { std::swap(current, other); }
+};
+
+// Sorts slots by keys, both `count` long; stable.
+void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream);
+void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
+               DeviceBuffer<char>& scratch, cudaStream_t stream);
+
+// Cuts the order where digits of the keys change until no cell has more than cell_size boxes, and
+// within crowds of equal keys. starts[0..plan->cells) become the cells' first places. `flags` has
+// room for `count`. Says in the plan whether a crowd is larger than a search can bear.
+template <class Key>
+void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
+              std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream);
+
+// Gathers the boxes in the order of `slots` into `sorted`, memory for `count` records, and builds
+// the tree in memory for layout.records. A record's low.w is the box's slot in the scene, its
+// high.w the greatest magnitude of the bounds, negative if the box is a guest.
+void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
+               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
+               void* tree, const TreeLayout& layout, cudaStream_t stream);
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,340 @@
+#include "cuda/one/classify.h"
+//
+#include "cuda/one/curve.h"
+#include "cuda/one/primitives.cuh"
+
+namespace ode_parallel_sap {
+namespace device {
+
+namespace {
+
+// As in SizeClasses on the CPU, where the numbers come from.
+constexpr std::uint32_t least_share = 32;
+constexpr std::uint32_t least_shape_share = 16;
+constexpr std::uint32_t least_shape_count = 64;
+constexpr int most_windows = most_classes / 2;
+constexpr std::uint32_t no_class = 0xff;
+
+constexpr int survey_threads = 512;
+constexpr int survey_boxes = 4;  // a thread
+constexpr int choose_threads = 256;
+constexpr int summary_threads = 256;
+constexpr int key_threads = 256;
+constexpr std::size_t most_blocks = 132 * 8;
+
+// Extents are summed in steps of 2^-16 of the class's largest. A thread adds up at most
+// most_run of them before it hands on.
+constexpr float fixed_point = 65536.0f;
+constexpr std::uint32_t most_run = 4096;
+
+// One thread a box, survey_boxes of them; a histogram for each block in shared memory. bins + 1
+// counters: binOf is below bins, the last one counts inactive boxes.
+__global__ void __launch_bounds__(survey_threads)
+    surveyKernel(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan) {
+  __shared__ std::uint32_t counts[bins + 1];
+  for (int bin = threadIdx.x; bin <= bins; bin += survey_threads) counts[bin] = 0;
+  __syncthreads();
+  const std::size_t stride = std::size_t{gridDim.x} * survey_threads;
+  for (std::size_t i = begin + blockIdx.x * std::size_t{survey_threads} + threadIdx.x; i < end;
+       i += stride) {
+    const Record box = loadBox(boxes, i);
+    atomicAdd(&counts[isActive(box) ? binOf(box) : bins], 1u);
+  }
+  __syncthreads();
+  for (int bin = threadIdx.x; bin < bins; bin += survey_threads)
+    if (counts[bin]) atomicAdd(&plan->histogram[bin], counts[bin]);
+  if (threadIdx.x == 0 && counts[bins]) atomicAdd(&plan->counters.inactive, counts[bins]);
+}
+
+struct Window {
+  int first, last;
+  std::uint32_t count;
+};
+
+// Splits a window by shape where a shape is common; entries of `class_of_shape` are classes.
+__device__ void splitWindow(const std::uint32_t* counts, const Window& window, int windows_left,
+                            int& classes, std::uint8_t* class_of_shape, int* last_octave) {
+  const std::uint32_t least = max(window.count / least_shape_share, least_shape_count);
+  const int classes_left = most_classes - 1 - classes - windows_left;
+  int used = 0, shared = -1;
+  for (int shape = 0; shape < shapes; ++shape) {
+    class_of_shape[shape] = no_class;
+    if (counts[shape] < least || used + 1 >= classes_left) continue;
+    last_octave[classes] = window.last;
+    class_of_shape[shape] = classes++;
+    ++used;
+  }
+  for (int shape = 0; shape < shapes; ++shape) {
+    if (class_of_shape[shape] != no_class || counts[shape] == 0) continue;
+    if (shared < 0) {
+      shared = classes;
+      last_octave[classes++] = window.last;
+    }
+    class_of_shape[shape] = shared;
+  }
+}
+
+// One block, one thread an octave. Windows of consecutive octaves are taken fullest first, small
+// ones join the next larger, then shapes are split off: SizeClasses::chooseTable. At most 255
+// windows can be taken (each has an octave of its own), most_classes classes are made.
+__global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
+  __shared__ std::uint32_t octave_counts[octaves + class_octaves];
+  __shared__ bool taken[octaves + class_octaves];
+  __shared__ unsigned long long best[choose_threads / 32];
+  __shared__ Window windows[octaves];
+  __shared__ std::uint32_t shape_counts[most_windows + 1][shapes];
+  __shared__ std::uint8_t window_of_octave[octaves];
+  __shared__ std::uint8_t class_of_shape[most_windows + 1][shapes];
+  __shared__ int last_octave[most_classes + 1];
+  __shared__ int window_count, class_count;
+  const int t = threadIdx.x;
+
+  std::uint32_t count = 0;
+  for (int shape = 0; shape < shapes; ++shape) count += plan->histogram[t * shapes + shape];
+  octave_counts[t] = count;
+  taken[t] = t == unbounded_octave;
+  if (t < class_octaves) {
+    octave_counts[octaves + t] = 0;
+    taken[octaves + t] = true;
+  }
+  window_of_octave[t] = 0xff;
+  if (t < (most_windows + 1) * shapes) shape_counts[t / shapes][t % shapes] = 0;
+  if (t == 0) window_count = 0;
+  __syncthreads();
+
+  for (;;) {
+    std::uint32_t sum = 0;
+    int last = t;
+    for (; last < t + class_octaves && !taken[last]; ++last) sum += octave_counts[last];
+    // The fullest; of equals the first.
+    unsigned long long own = std::uint64_t{sum} << 16 | (255 - t) << 8 | (last - t);
+    for (int step = 16; step; step /= 2) own = max(own, __shfl_xor_sync(all_lanes, own, step));
+    if (t % 32 == 0) best[t / 32] = own;
+    __syncthreads();
+    own = best[0];
+    for (int warp = 1; warp < choose_threads / 32; ++warp) own = max(own, best[warp]);
+    if (own >> 16 == 0) break;
+    const int first = 255 - static_cast<int>(own >> 8 & 0xff);
+    const int end = first + static_cast<int>(own & 0xff);
+    if (t >= first && t < end) taken[t] = true;
+    if (t == 0) windows[window_count++] = {first, end - 1, static_cast<std::uint32_t>(own >> 16)};
+    __syncthreads();
+  }
+
+  const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
+  if (t == 0) {
+    int all = window_count;
+    for (int i = 1; i < all; ++i)
+      for (int j = i; j > 0 && windows[j].first < windows[j - 1].first; --j) {
+        const Window swapped = windows[j];
+        windows[j] = windows[j - 1];
+        windows[j - 1] = swapped;
+      }
+    // Written back into the same array: `kept` never overtakes `i`.
+    int kept = 0;
+    const std::uint32_t bounded = active - octave_counts[unbounded_octave];
+    for (int i = 0; i < all; ++i) {
+      const bool join = i + 1 < all &&
+                        (windows[i].count < bounded / least_share || kept + all - i > most_windows);
+      if (join) {
+        windows[i + 1].first = windows[i].first;
+        windows[i + 1].count += windows[i].count;
+      } else {
+        windows[kept++] = windows[i];
+      }
+    }
+    window_count = kept;
+    for (int i = 0; i < kept; ++i)
+      for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
+        window_of_octave[octave] = i;
+  }
+  __syncthreads();
+  if (window_of_octave[t] != 0xff)
+    for (int shape = 0; shape < shapes; ++shape) {
+      const std::uint32_t n = plan->histogram[t * shapes + shape];
+      if (n) atomicAdd(&shape_counts[window_of_octave[t]][shape], n);
+    }
+  __syncthreads();
+  if (t == 0) {
+    int classes = 0;
+    for (int i = 0; i < window_count; ++i)
+      splitWindow(shape_counts[i], windows[i], window_count - 1 - i, classes, class_of_shape[i],
+                  last_octave);
+    plan->unbounded = no_class;
+    if (octave_counts[unbounded_octave]) {
+      plan->unbounded = classes;
+      last_octave[classes++] = unbounded_octave - 1;
+    }
+    class_count = classes;
+    plan->classes = classes;
+    plan->active = active;
+    plan->counters.cells = 0;
+  }
+  __syncthreads();
+  for (int shape = 0; shape < shapes; ++shape) {
+    const int window = window_of_octave[t];
+    plan->table[t * shapes + shape] = t == unbounded_octave ? class_count - 1
+                                      : window == 0xff      ? 0
+                                                            : class_of_shape[window][shape];
+  }
+  if (t < class_count) {
+    // The largest extent is below 2^(last - 126).
+    plan->unit[t] = fixed_point * exp2f(static_cast<float>(min(126 - last_octave[t], 110)));
+    ClassSummary& summary = plan->summary[t];
+    for (int axis = 0; axis < 3; ++axis) {
+      summary.low[axis] = ordered(INFINITY);
+      summary.high[axis] = ordered(-INFINITY);
+      summary.extent[axis] = 0;
+    }
+  }
+}
+
+// What a thread has seen of one class.
+struct Run {
+  int low[3], high[3];
+  std::uint32_t extent[3], count;
+
+  __device__ void clear() {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = ordered(INFINITY);
+      high[axis] = ordered(-INFINITY);
+      extent[axis] = 0;
+    }
+    count = 0;
+  }
+  __device__ void add(int axis, float lower, float upper, float unit) {
+    const float centre = centreOf(lower, upper);
+    if (isfinite(centre)) {
+      low[axis] = min(low[axis], ordered(centre));
+      high[axis] = max(high[axis], ordered(centre));
+    }
+    extent[axis] +=
+        static_cast<std::uint32_t>(fminf(fmaxf((upper - lower) * unit, 0), fixed_point));
+  }
+  __device__ void addTo(ClassSummary& summary) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      atomicMin(&summary.low[axis], low[axis]);
+      atomicMax(&summary.high[axis], high[axis]);
+      atomicAdd(&summary.extent[axis], static_cast<unsigned long long>(extent[axis]));
+    }
+  }
+};
+
+// One thread a box, in strides. A thread collects while the class stays the same, a warp joins its
+// lanes where they agree, a block its warps in shared memory. Classes are below most_classes by the
+// table, bins below `bins`.
+__global__ void __launch_bounds__(summary_threads)
+    summaryKernel(const float* boxes, std::size_t count, ScenePlan* plan) {
+  __shared__ ClassSummary summaries[most_classes];
+  __shared__ std::uint8_t table[bins];
+  __shared__ float units[most_classes];
+  const int t = threadIdx.x, classes = plan->classes;
+  for (int bin = t; bin < bins; bin += summary_threads) table[bin] = plan->table[bin];
+  if (t < classes) {
+    units[t] = plan->unit[t];
+    summaries[t] = plan->summary[t];
+    for (int axis = 0; axis < 3; ++axis) summaries[t].extent[axis] = 0;
+  }
+  __syncthreads();
+  Run run;
+  run.clear();
+  int current = -1;
+  const std::size_t stride = std::size_t{gridDim.x} * summary_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{summary_threads} + t; i < count; i += stride) {
+    const Record box = loadBox(boxes, i);
+    if (!isActive(box)) continue;
+    const int own = table[binOf(box)];
+    if (own != current || run.count == most_run) {
+      if (run.count) run.addTo(summaries[current]);
+      run.clear();
+      current = own;
+    }
+    run.add(0, box.low.x, box.high.x, units[own]);
+    run.add(1, box.low.y, box.high.y, units[own]);
+    run.add(2, box.low.z, box.high.z, units[own]);
+    ++run.count;
+  }
+  const int common = warpMax(current);
+  if (__all_sync(all_lanes, current == common || current < 0)) {
+    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
+    for (int axis = 0; axis < 3; ++axis) {
+      run.low[axis] = warpMin(run.low[axis]);
+      run.high[axis] = warpMax(run.high[axis]);
+    }
+    unsigned long long extent[3];
+    for (int axis = 0; axis < 3; ++axis)
+      extent[axis] = static_cast<unsigned long long>(warpSum(run.extent[axis] >> 8)) << 8;
+    if (t % 32 == 0 && common >= 0)
+      for (int axis = 0; axis < 3; ++axis) {
+        atomicMin(&summaries[common].low[axis], run.low[axis]);
+        atomicMax(&summaries[common].high[axis], run.high[axis]);
+        atomicAdd(&summaries[common].extent[axis], extent[axis]);
+      }
+  } else if (run.count) {
+    run.addTo(summaries[current]);
+  }
+  __syncthreads();
+  if (t < classes * 3) {
+    const int of = t / 3, axis = t % 3;
+    if (summaries[of].low[axis] <= summaries[of].high[axis]) {
+      atomicMin(&plan->summary[of].low[axis], summaries[of].low[axis]);
+      atomicMax(&plan->summary[of].high[axis], summaries[of].high[axis]);
+    }
+    if (summaries[of].extent[axis])
+      atomicAdd(&plan->summary[of].extent[axis], summaries[of].extent[axis]);
+  }
+}
+
+// One thread a box, in strides; each block works out the curves for itself.
+__global__ void __launch_bounds__(key_threads)
+    keyKernel(const float* boxes, std::size_t count, int digits, const ScenePlan* plan,
+              std::uint32_t* keys, std::uint32_t* slots) {
+  __shared__ Curve curves[most_classes];
+  __shared__ std::uint8_t table[bins];
+  const int t = threadIdx.x;
+  for (int bin = t; bin < bins; bin += key_threads) table[bin] = plan->table[bin];
+  if (t < plan->classes)
+    curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent, digits);
+  __syncthreads();
+  const int unbounded = plan->unbounded;
+  const std::size_t stride = std::size_t{gridDim.x} * key_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{key_threads} + t; i < count; i += stride) {
+    const Record box = loadBox(boxes, i);
+    std::uint32_t key = no_key;
+    if (isActive(box)) {
+      const int own = table[binOf(box)];
+      key = static_cast<std::uint32_t>(own) << curve_digits;
+      if (own != unbounded) key |= curves[own].keyOf(box, digits) << (curve_digits - digits);
+    }
+    keys[i] = key;
+    slots[i] = static_cast<std::uint32_t>(i);
+  }
+}
+
+}  // namespace
+
+void clearPlan(ScenePlan* plan, cudaStream_t stream) {
+  CHECK_CUDA(cudaMemsetAsync(plan, 0, offsetof(ScenePlan, table), stream));
+}
+
+void clearSearch(ScenePlan* plan, cudaStream_t stream) {
+  CHECK_CUDA(cudaMemsetAsync(plan, 0, offsetof(ScenePlan, counters.inactive), stream));
+}
+
+void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
+            cudaStream_t stream) {
+  launch("survey", surveyKernel, blocksFor(end - begin, survey_threads * survey_boxes, most_blocks),
+         survey_threads, stream, boxes, begin, end, plan);
+}
+
+void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,
+                std::uint32_t* slots, cudaStream_t stream) {
+  launch("choose classes", chooseKernel, 1, choose_threads, stream, count, plan);
+  launch("summarise classes", summaryKernel, blocksFor(count, summary_threads * 4, most_blocks),
+         summary_threads, stream, boxes, count, plan);
+  launch("assign keys", keyKernel, blocksFor(count, key_threads * 2, most_blocks), key_threads,
+         stream, boxes, count, keyDigitsFor(count) - class_digits, plan, keys, slots);
+}
+
+}  // namespace device
+}  // namespace ode_parallel_sap

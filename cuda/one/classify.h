@@ -1,0 +1,31 @@
+// First stages on the device: classes of like size and shape, and each box's key.
+#ifndef ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
+#define ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/one/scene_plan.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+// Empties what the stages count in `plan`.
+void clearPlan(ScenePlan* plan, cudaStream_t stream);
+// Only what the search counts.
+void clearSearch(ScenePlan* plan, cudaStream_t stream);
+
+// Counts boxes [begin, end) by bin. `boxes` are 24-byte boxes.
+void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
+            cudaStream_t stream);
+
+// Once all boxes are counted: chooses the classes and gives each box its key. slots[i] = i.
+void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,
+                std::uint32_t* slots, cudaStream_t stream);
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

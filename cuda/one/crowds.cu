@@ -1,0 +1,156 @@
+#include "cuda/one/crowds.h"
+//
+#include "cuda/one/cell_cut.h"
+#include "cuda/one/curve.h"
+#include "cuda/one/primitives.cuh"
+
+namespace ode_parallel_sap {
+namespace device {
+
+// Crowds are numbered by the place where they begin over crowd_size, which no two share.
+struct Crowd {
+  int low[3], high[3];  // of the centres, as ordered integers
+  Curve curve;
+  bool divisible;
+};
+
+namespace {
+
+constexpr int threads = 256;
+// In keys of 64 bits: the class, what was known before, the place on the crowd's curve.
+constexpr int class_shift = 64 - class_digits;
+constexpr int before_digits = class_shift - curve_digits;
+static_assert(before_digits >= 28, "a place fits in front of the crowd's curve");
+
+template <class Key>
+__device__ int classOf(Key key) {
+  return static_cast<int>(key >> (sizeof(Key) * 8 - class_digits));
+}
+
+// Where the crowd of place `i` begins, or `count` if it is in none.
+template <class Key>
+__device__ std::size_t crowdBegin(const Key* keys, std::size_t count, std::size_t i) {
+  const std::size_t first = firstAlike(keys, i);
+  return first + crowd_size < count && keys[first + crowd_size] == keys[i] ? first : count;
+}
+
+// One thread a crowd that there could be.
+__global__ void __launch_bounds__(threads) clearKernel(Crowd* crowds, std::size_t most) {
+  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  if (i >= most) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    crowds[i].low[axis] = ordered(INFINITY);
+    crowds[i].high[axis] = ordered(-INFINITY);
+  }
+}
+
+// One thread a place below plan->active; lanes of the same crowd join before they add.
+template <class Key>
+__global__ void __launch_bounds__(threads)
+    rangeKernel(const float* boxes, const std::uint32_t* slots, const Key* keys,
+                const ScenePlan* plan, Crowd* crowds) {
+  const std::size_t active = plan->active;
+  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  const std::size_t begin = i < active ? crowdBegin(keys, active, i) : active;
+  const unsigned crowd = static_cast<unsigned>(begin / crowd_size);
+  const bool member = begin < active;
+  float centre[3] = {NAN, NAN, NAN};
+  if (member) {
+    const Record box = loadBox(boxes, slots[i]);
+    centre[0] = centreOf(box.low.x, box.high.x);
+    centre[1] = centreOf(box.low.y, box.high.y);
+    centre[2] = centreOf(box.low.z, box.high.z);
+  }
+  const unsigned first = __shfl_sync(all_lanes, crowd, 0);
+  const bool together = __all_sync(all_lanes, member && crowd == first);
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool finite = isfinite(centre[axis]);
+    int low = ordered(finite ? centre[axis] : INFINITY);
+    int high = ordered(finite ? centre[axis] : -INFINITY);
+    if (together) {
+      low = warpMin(low);
+      high = warpMax(high);
+    }
+    if (!member || (together && threadIdx.x % 32)) continue;
+    atomicMin(&crowds[crowd].low[axis], low);
+    atomicMax(&crowds[crowd].high[axis], high);
+  }
+}
+
+// One thread a place: the first of each crowd chooses its curve. Clears plan->counters.crowded,
+// which a divisible crowd sets again.
+template <class Key>
+__global__ void __launch_bounds__(threads)
+    curveKernel(const Key* keys, ScenePlan* plan, Crowd* crowds) {
+  const std::size_t active = plan->active;
+  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  if (i >= active || (i && keys[i - 1] == keys[i])) return;
+  if (i + crowd_size >= active || keys[i + crowd_size] != keys[i]) return;
+  Crowd& crowd = crowds[i / crowd_size];
+  crowd.divisible = false;
+  for (int axis = 0; axis < 3; ++axis)
+    if (crowd.low[axis] < crowd.high[axis] &&
+        unordered(crowd.low[axis]) < unordered(crowd.high[axis]))
+      crowd.divisible = true;
+  if (!crowd.divisible) return;
+  crowd.curve.choose(crowd.low, crowd.high, plan->summary[classOf(keys[i])].extent, curve_digits);
+  plan->counters.crowded = 1;
+}
+
+// One thread a place. Keys of 32 bits are kept, those of 64 are replaced by the place where the
+// crowd begins, or the own one. Inactive boxes stay last.
+template <class Key>
+__global__ void __launch_bounds__(threads)
+    divideKernel(const float* boxes, const std::uint32_t* slots, const Key* keys, std::size_t count,
+                 const ScenePlan* plan, const Crowd* crowds, std::uint64_t* new_keys) {
+  const std::size_t active = plan->active;
+  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  if (i >= count) return;
+  if (i >= active) {
+    new_keys[i] = ~std::uint64_t{0};
+    return;
+  }
+  const std::size_t begin = crowdBegin(keys, active, i);
+  std::uint64_t place = 0;
+  if (begin < active && crowds[begin / crowd_size].divisible)
+    place = crowds[begin / crowd_size].curve.keyOf(loadBox(boxes, slots[i]), curve_digits);
+  const std::uint64_t before = sizeof(Key) == 4
+                                   ? std::uint64_t{keys[i]} << 32
+                                   : std::uint64_t(classOf(keys[i])) << class_shift |
+                                         std::uint64_t{begin < active ? begin : i} << curve_digits;
+  new_keys[i] = before | place;
+}
+
+}  // namespace
+
+template <class Key>
+bool divideCrowds(const float* boxes, const std::uint32_t* slots, const Key* keys,
+                  std::size_t count, ScenePlan* plan, std::uint64_t* new_keys,
+                  DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  const std::size_t most = count / crowd_size + 1;
+  const std::size_t blocks = (count + threads - 1) / threads;
+  scratch.reserve(most * sizeof(Crowd));
+  Crowd* const crowds = reinterpret_cast<Crowd*>(scratch.data());
+  std::uint32_t* const crowded = &plan->counters.crowded;
+  launch("clear crowds", clearKernel, (most + threads - 1) / threads, threads, stream, crowds,
+         most);
+  launch("find ranges", rangeKernel<Key>, blocks, threads, stream, boxes, slots, keys, plan,
+         crowds);
+  CHECK_CUDA(cudaMemsetAsync(crowded, 0, sizeof *crowded, stream));
+  launch("choose curves", curveKernel<Key>, blocks, threads, stream, keys, plan, crowds);
+  launch("divide crowds", divideKernel<Key>, blocks, threads, stream, boxes, slots, keys, count,
+         plan, crowds, new_keys);
+  std::uint32_t divisible = 0;
+  CHECK_CUDA(
+      cudaMemcpyAsync(&divisible, crowded, sizeof divisible, cudaMemcpyDeviceToHost, stream));
+  CHECK_CUDA(cudaMemsetAsync(crowded, 0, sizeof *crowded, stream));
+  CHECK_CUDA(cudaStreamSynchronize(stream));
+  return divisible != 0;
+}
+template bool divideCrowds(const float*, const std::uint32_t*, const std::uint32_t*, std::size_t,
+                           ScenePlan*, std::uint64_t*, DeviceBuffer<char>&, cudaStream_t);
+template bool divideCrowds(const float*, const std::uint32_t*, const std::uint64_t*, std::size_t,
+                           ScenePlan*, std::uint64_t*, DeviceBuffer<char>&, cudaStream_t);
+
+}  // namespace device
+}  // namespace ode_parallel_sap

@@ -1,0 +1,249 @@
+#include "cuda/one/device_sweep.h"
+
+#include <algorithm>
+
+#include "cuda/one/classify.h"
+#include "cuda/one/crowds.h"
+
+namespace ode_parallel_sap {
+
+using namespace device;
+
+namespace {
+
+// Places for pairs before anything is known of the scene, a box; later what the last frame needed
+// and a part more.
+constexpr std::size_t first_pairs_a_box = 8;
+constexpr std::size_t least_pairs = 1 << 16;
+
+// Each round divides crowds by their own range: this many only if boxes differ by next to nothing.
+constexpr int most_rounds = 16;
+
+}  // namespace
+
+DriverContext DeviceSweep::driverContext() {
+  if (!context_) driver_context_ = driverContextOf(device_);
+  return driver_context_;
+}
+
+void DeviceSweep::release() {
+  if (!context_) return;
+  const ScopedDevice device(driver_context_, std::nothrow);
+  context_.reset();
+}
+
+void DeviceSweep::begin(std::size_t boxes) {
+  if (!context_) context_ = std::make_unique<Context>(device_);
+  Context& c = *context_;
+  c.boxes.reserve(boxes * 6);
+  c.plan.reserve(1);
+  mark(Start);
+  clearPlan(c.plan.data(), c.compute);
+}
+
+void DeviceSweep::arrived(std::size_t first, std::size_t last) {
+  Context& c = *context_;
+  CHECK_CUDA(cudaEventRecord(c.piece_here, c.up));
+  CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
+  survey(c.boxes.data(), first, last, c.plan.data(), c.compute);
+}
+
+void DeviceSweep::reserve() {
+  Context& c = *context_;
+  const std::size_t boxes = frame_.boxes, slots = frame_.slots;
+  for (int i = 0; i < 2; ++i) {
+    c.keys[i].reserve(boxes);
+    c.slots[i].reserve(boxes);
+  }
+  keys_ = {c.keys[0].data(), c.keys[1].data()};
+  slots_ = {c.slots[0].data(), c.slots[1].data()};
+  c.starts.reserve(boxes);
+  c.flags.reserve(boxes);
+  c.sorted.reserve(boxes * record_bytes);
+  c.tree.reserve(TreeLayout(boxes).records * record_bytes);
+  c.counts.reserve(slots + 1);
+  c.ends.reserve(slots + 1);
+  c.block_begins.reserve(blocks() + 1);
+  c.has_list.reserve((slots + 31) / 32);
+  c.long_slots.reserve(slots);
+  c.host_counters.reserve(1);
+  c.host_begins.reserve(blocks() + 1);
+  c.host_has_list.reserve((slots + 31) / 32);
+  reservePairs(std::max(pairs_expected_, std::max(boxes * first_pairs_a_box, least_pairs)));
+}
+
+void DeviceSweep::reservePairs(std::size_t pairs) {
+  Context& c = *context_;
+  c.found.reserve(pairs + overflow_places);
+  c.lists.reserve(c.pairPlaces());
+  c.stretches.reserve(stretchedSize(c.pairPlaces()));
+}
+
+void DeviceSweep::startRecorded() {
+  Context& c = *context_;
+  c.graph.run(
+      [&] {
+        return CachedGraph::Key{frame_.slots, c.deviceBytes(), frame_.exact};
+      },
+      c.compute,
+      [&] {
+        order();
+        recorded_keys_ = sorted_keys_;
+        recorded_slots_ = sorted_slots_;
+        search(false);
+      });
+  sorted_keys_ = recorded_keys_;
+  sorted_slots_ = recorded_slots_;
+}
+
+// Orders the boxes along the curve and builds the cells.
+void DeviceSweep::order() {
+  Context& c = *context_;
+  const std::size_t boxes = frame_.boxes;
+  assignKeys(c.boxes.data(), boxes, c.plan.data(), keys_.current, slots_.current, c.compute);
+  mark(Classified);
+  sortByKey(keys_, slots_, boxes, c.scratch, c.compute);
+  sorted_keys_ = keys_;
+  sorted_slots_ = slots_;
+  mark(Sorted);
+  cutCells(keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
+           c.compute);
+  buildCells();
+  mark(Packed);
+}
+
+void DeviceSweep::buildCells() {
+  Context& c = *context_;
+  packCells(c.boxes.data(), slots_.current, c.starts.data(), frame_.boxes, frame_.share,
+            c.plan.data(), c.sorted.data(), c.tree.data(), TreeLayout(frame_.boxes), c.compute);
+}
+
+// Returns whether the order has become any better.
+bool DeviceSweep::divideCrowds(int round) {
+  Context& c = *context_;
+  const std::size_t boxes = frame_.boxes;
+  for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(boxes);
+  if (round == 0) {
+    keys_ = sorted_keys_;
+    slots_ = sorted_slots_;
+    long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
+  }
+  const bool divided =
+      round == 0 ? device::divideCrowds(c.boxes.data(), slots_.current, keys_.current, boxes,
+                                        c.plan.data(), long_keys_.current, c.scratch, c.compute)
+                 : device::divideCrowds(c.boxes.data(), slots_.current, long_keys_.current, boxes,
+                                        c.plan.data(), long_keys_.other, c.scratch, c.compute);
+  if (!divided) return false;
+  if (round > 0) long_keys_.swap();
+  sortByKey(long_keys_, slots_, boxes, c.scratch, c.compute);
+  cutCells(long_keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
+           c.compute);
+  buildCells();
+  return true;
+}
+
+// Finds the pairs, and where their lists will be.
+void DeviceSweep::search(bool ignore_crowds) {
+  Context& c = *context_;
+  const std::size_t slots = frame_.slots;
+  CHECK_CUDA(cudaMemsetAsync(c.counts.data(), 0, (slots + 1) * sizeof(std::uint32_t), c.compute));
+  const SearchFilter filter = {
+      frame_.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
+      frame_.filter_bodies ? c.bodies.data() : nullptr};
+  findPairs(c.sorted.data(), c.tree.data(), frame_.boxes, TreeLayout(frame_.boxes), filter,
+            frame_.exact, c.plan.data(), c.found.data(), c.pairPlaces(), c.counts.data(),
+            ignore_crowds, c.processors, c.compute);
+  mark(Searched);
+  scanCounts(c.counts.data(), c.ends.data(), slots, c.scratch, c.compute);
+  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.has_list.data(),
+                 c.block_begins.data(), c.long_slots.data(), c.compute);
+  mark(Scanned);
+}
+
+// Asks for what the host has to know, and has the pairs put into their lists meanwhile.
+void DeviceSweep::collect() {
+  Context& c = *context_;
+  CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
+  scatterPairs(c.found.data(), c.pairPlaces(), c.plan.data(), c.ends.data(), c.lists.data(),
+               c.processors, c.compute);
+  mark(Scattered);
+
+  CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
+                             cudaMemcpyDeviceToHost, c.down));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_begins.data(), c.block_begins.data(),
+                             (blocks() + 1) * sizeof(unsigned long long), cudaMemcpyDeviceToHost,
+                             c.down));
+  CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+  CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
+                             (frame_.slots + 31) / 32 * sizeof(std::uint32_t),
+                             cudaMemcpyDeviceToHost, c.down));
+}
+
+void DeviceSweep::finish() {
+  bool ignore_crowds = false;
+  for (int round = 0; !findAll();) {
+    if (context_->host_counters[0].crowded && !ignore_crowds)
+      ignore_crowds = round == most_rounds || !divideCrowds(round++);
+    search(ignore_crowds);
+    collect();
+  }
+}
+
+std::size_t DeviceSweep::pairs() const {
+  return context_->host_begins[blocks()];
+}
+
+// Waits for the number of pairs. False if the search has to be made again: for want of places, of
+// which there are enough then, or in a crowd.
+bool DeviceSweep::findAll() {
+  Context& c = *context_;
+  CHECK_CUDA(cudaEventSynchronize(c.result_here));
+  const Counters& counters = c.host_counters[0];
+  const std::size_t total = pairs();
+  pairs_expected_ = total + total / 4;
+  const bool fits = counters.found <= c.pairPlaces();
+  if (!fits) {
+    // Warps leave some places empty, not always the same number.
+    pairs_expected_ = std::max<std::size_t>(pairs_expected_, counters.found + counters.found / 16);
+    reservePairs(pairs_expected_);
+  }
+  const bool done = fits && !counters.crowded;
+  if (!done) clearSearch(c.plan.data(), c.compute);
+  return done;
+}
+
+void DeviceSweep::sortLists(std::size_t piece_words) {
+  Context& c = *context_;
+  const std::size_t slots = frame_.slots, total = pairs();
+  const std::size_t pieces = (total + piece_words - 1) / piece_words;
+  while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
+  const unsigned long long* const begins = c.host_begins.data();
+  const std::uint32_t long_lists = c.host_counters[0].long_lists;
+  std::size_t block = 0;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const std::size_t words = std::min(total, (piece + 1) * piece_words);
+    // Up to the first block that begins at or after the piece's end.
+    const std::size_t end =
+        words == total ? blocks()
+                       : std::lower_bound(begins + block, begins + blocks(), words) - begins;
+    device::sortLists(c.lists.data(), c.ends.data(), slots, block, end, c.stretches.data(),
+                      c.compute);
+    block = end;
+    if (!long_lists) CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+  }
+  if (long_lists) {
+    sortLongLists(c.lists.data(), c.ends.data(), slots, c.long_slots.data(), long_lists,
+                  c.host_counters[0].long_words, c.long_store, c.stretches.data(), c.scratch,
+                  c.compute);
+    for (std::size_t piece = 0; piece < pieces; ++piece)
+      CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+  }
+  mark(Listed);
+}
+
+void DeviceSweep::mark(Stage stage) {
+  if (measuring) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,21 @@
+// From what the device sends to pairs.
+#ifndef ODE_PARALLEL_SAP_CUDA_EXPAND_H
+#define ODE_PARALLEL_SAP_CUDA_EXPAND_H
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/one/scene_plan.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Writes the pairs of the first `words` words of a stretch (scene_plan.h), at most stretch_words.
+// Bit i of has_list: slot i has a list. `pairs` is aligned to 16 bytes. Returns whether one
+// is unsure.
+bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
+                   Pair* pairs);
+
+}  // namespace ode_parallel_sap
+
+#endif

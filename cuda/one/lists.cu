@@ -1,0 +1,289 @@
+#include "cuda/one/lists.h"
+//
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include "cuda/one/primitives.cuh"
+
+namespace ode_parallel_sap {
+namespace device {
+
+namespace {
+
+constexpr int scatter_threads = 256;
+constexpr int scatter_blocks_a_processor = 8;
+
+// Words of a block's lists that are kept in shared memory while they are sorted, 16 kB; what has
+// more is read from global memory.
+constexpr std::uint32_t cached_words = 4096;
+
+constexpr int long_threads = 256;
+constexpr std::size_t most_long_blocks = 132 * 16;
+
+struct Add {
+  __device__ unsigned long long operator()(unsigned long long a, unsigned long long b) const {
+    return a + b;
+  }
+};
+
+// Where word `i` of all lists lies in the stretches.
+__device__ inline std::size_t placeOf(unsigned long long i) {
+  return i + (i / stretch_words + 1) * header_words;
+}
+
+// Writes word `i` of all lists, and the header if it is a stretch's first.
+__device__ inline void writeWord(std::uint32_t* stretches, unsigned long long i, std::uint32_t word,
+                                 std::uint32_t ahead, std::uint32_t slot) {
+  stretches[placeOf(i)] = word | ahead << ahead_shift;
+  if (i % stretch_words == 0)
+    *reinterpret_cast<uint4*>(stretches + i / stretch_words * stretch_size) =
+        make_uint4(slot, 0, 0, 0);
+}
+
+// One thread a slot, one block list_block slots. The last block's last threads have no slot;
+// block_begins has a place for each block and one more, has_list one for each 32 slots.
+__global__ void __launch_bounds__(list_block)
+    summariseKernel(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
+                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
+                    std::uint32_t* long_slots) {
+  const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
+  if (threadIdx.x == 0) block_begins[blockIdx.x] = ends[slot];
+  const std::uint32_t count = slot < slots ? counts[slot] : 0;
+  const unsigned lists = __ballot_sync(all_lanes, count != 0);
+  if (threadIdx.x % 32 == 0 && slot < slots) has_list[slot / 32] = lists;
+  if (count > long_list) {
+    long_slots[atomicAdd(&plan->counters.long_lists, 1u)] = static_cast<std::uint32_t>(slot);
+    atomicAdd(&plan->counters.long_words, static_cast<unsigned long long>(count));
+  }
+  if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0) block_begins[gridDim.x] = ends[slots];
+}
+
+// One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
+// places in its list at once. These are whatever the counter gives: below the list's end, as the
+// list has one place for each pair found.
+__global__ void __launch_bounds__(scatter_threads)
+    scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
+                  const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
+  const unsigned long long count = plan->counters.found;
+  if (count > capacity) return;
+  const int lane = threadIdx.x % 32;
+  const unsigned long long stride = std::size_t{gridDim.x} * scatter_threads;
+  for (unsigned long long first = blockIdx.x * std::size_t{scatter_threads} + threadIdx.x - lane;
+       first < count; first += stride) {
+    const Found pair = first + lane < count ? found[first + lane] : nothing_found;
+    const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
+    const std::uint32_t before = __shfl_up_sync(all_lanes, earlier, 1);
+    const unsigned heads = __ballot_sync(all_lanes, lane == 0 || before != earlier);
+    const int head = 31 - __clz(static_cast<int>(heads & (all_lanes >> (31 - lane))));
+    const unsigned later_heads = lane == 31 ? 0 : heads >> (lane + 1);
+    const int length = later_heads ? __ffs(later_heads) : 32 - lane;  // of a head's row
+    unsigned long long place = 0;
+    if (head == lane && pair != nothing_found)
+      place = atomicAdd(&ends[earlier], static_cast<unsigned long long>(length));
+    place = __shfl_sync(all_lanes, place, head) + (lane - head);
+    if (pair != nothing_found) lists[place] = static_cast<std::uint32_t>(pair);
+  }
+}
+
+// The lists of one block of slots. Long ones count as empty in `short_begins`.
+struct BlockLists {
+  unsigned long long begins[list_block];
+  std::uint32_t short_begins[list_block + 1];
+  std::uint32_t has_list[list_block / 32], warp_sums[list_block / 32];
+  std::uint8_t ahead[list_block];
+};
+
+// Puts each word of a block's short lists where the number of lesser words in its list says. Word k
+// of the list at place `low` is wordOf(low, k).
+template <class WordOf>
+__device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t first_slot,
+                          std::uint32_t* stretches) {
+  const std::uint32_t count = block.short_begins[list_block];
+  for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
+    int low = 0, high = list_block - 1;  // the last list that begins at or before i
+    while (low < high) {
+      const int middle = (low + high + 1) / 2;
+      if (block.short_begins[middle] <= i)
+        low = middle;
+      else
+        high = middle - 1;
+    }
+    const std::uint32_t begin = block.short_begins[low];
+    const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
+    std::uint32_t rank = 0;
+    for (std::uint32_t k = 0; k < length; ++k) rank += wordOf(low, k) < own;
+    writeWord(stretches, block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
+              static_cast<std::uint32_t>(first_slot + low));
+  }
+}
+
+// One block list_block slots, one thread a word of their short lists, in strides. The words of a
+// list differ, so that their ranks do; a rank is below the list's length. Short lists of a block
+// have at most list_block * long_list words.
+__global__ void __launch_bounds__(list_block)
+    sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
+               std::size_t slots, std::size_t first_block, std::uint32_t* stretches) {
+  __shared__ BlockLists block;
+  __shared__ std::uint32_t cached[cached_words];
+  const int t = threadIdx.x, lane = t % 32, warp = t / 32;
+  const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
+  const unsigned long long begin = slot == 0 ? 0 : ends[min(slot, slots) - 1];
+  const unsigned long long end = slot < slots ? ends[slot] : begin;
+  const std::uint32_t length =
+      end - begin > long_list ? 0 : static_cast<std::uint32_t>(end - begin);
+  const unsigned with_list = __ballot_sync(all_lanes, begin < end);
+  std::uint32_t sum = length;
+  for (int step = 1; step < 32; step *= 2) {
+    const std::uint32_t below = __shfl_up_sync(all_lanes, sum, step);
+    if (lane >= step) sum += below;
+  }
+  block.begins[t] = begin;
+  if (lane == 31) block.warp_sums[warp] = sum;
+  if (lane == 0) block.has_list[warp] = with_list;
+  __syncthreads();
+  for (int i = 0; i < warp; ++i) sum += block.warp_sums[i];
+  block.short_begins[t + 1] = sum;
+  if (t == 0) block.short_begins[0] = 0;
+  // The slot before in this block that has a list.
+  unsigned before = with_list & ((1u << lane) - 1);
+  int from = warp;
+  while (!before && from > 0) before = block.has_list[--from];
+  const int ahead = before ? t - (from * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
+  block.ahead[t] = static_cast<std::uint8_t>(min(ahead, static_cast<int>(far_ahead)));
+  __syncthreads();
+  const unsigned long long base = block.begins[0];
+  const std::uint32_t count = block.short_begins[list_block];
+  // Without a long list among them the words of a block are in a row.
+  const bool in_a_row = !__syncthreads_or(end - begin > long_list);
+  if (in_a_row && count <= cached_words) {
+    for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
+    __syncthreads();
+    rankWords([&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
+              block, first, stretches);
+  } else {
+    rankWords([&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
+              first, stretches);
+  }
+}
+
+// One thread a long list: where it begins, and its length, from which a scan makes offsets.
+__global__ void __launch_bounds__(long_threads)
+    longListKernel(const unsigned long long* ends, const std::uint32_t* long_slots,
+                   std::uint32_t count, unsigned long long* begins, unsigned long long* lengths) {
+  const std::uint32_t i = blockIdx.x * long_threads + threadIdx.x;
+  if (i >= count) return;
+  const std::uint32_t slot = long_slots[i];
+  begins[i] = slot ? ends[slot - 1] : 0;
+  lengths[i] = ends[slot] - begins[i];
+}
+
+// One thread a word of the long lists, in strides: the list's number above the word.
+__global__ void __launch_bounds__(long_threads)
+    gatherKernel(const std::uint32_t* lists, const unsigned long long* begins,
+                 const unsigned long long* offsets, std::uint32_t count, unsigned long long words,
+                 int word_bits, std::uint64_t* keys) {
+  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+       i += stride) {
+    std::uint32_t low = 0, high = count - 1;  // the last list whose offset is at or before i
+    while (low < high) {
+      const std::uint32_t middle = low + (high - low + 1) / 2;
+      if (offsets[middle] <= i)
+        low = middle;
+      else
+        high = middle - 1;
+    }
+    keys[i] = std::uint64_t{low} << word_bits | lists[begins[low] + (i - offsets[low])];
+  }
+}
+
+// The way back, once the keys are sorted: list follows list as before.
+__global__ void __launch_bounds__(long_threads)
+    spreadKernel(const std::uint64_t* keys, const unsigned long long* begins,
+                 const unsigned long long* offsets, const std::uint32_t* long_slots,
+                 unsigned long long words, int word_bits, std::uint32_t* stretches) {
+  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+       i += stride) {
+    const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> word_bits);
+    const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << word_bits) - 1);
+    const unsigned long long rank = i - offsets[list];
+    writeWord(stretches, begins[list] + rank, word, rank == 0 ? far_ahead : 0, long_slots[list]);
+  }
+}
+
+template <class In>
+void scan(const In* values, unsigned long long* sums, std::size_t count,
+          DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  std::size_t bytes = 0;
+  const auto size = static_cast<std::int64_t>(count);
+  CHECK_CUDA(
+      cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size, stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch.data(), bytes, values, sums, Add(), 0ull, size,
+                                            stream));
+}
+
+int bitsFor(std::uint64_t values) {
+  int bits = 0;
+  while (bits < 64 && values >> bits) ++bits;
+  return bits;
+}
+
+}  // namespace
+
+void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
+                DeviceBuffer<char>& scratch, cudaStream_t stream) {
+  scan(counts, ends, slots + 1, scratch, stream);
+}
+
+void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
+                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
+                    std::uint32_t* long_slots, cudaStream_t stream) {
+  launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
+         stream, counts, ends, slots, plan, has_list, block_begins, long_slots);
+}
+
+void scatterPairs(const Found* found, unsigned long long capacity, const ScenePlan* plan,
+                  unsigned long long* ends, std::uint32_t* lists, int processors,
+                  cudaStream_t stream) {
+  launch("scatter pairs", scatterKernel, std::size_t(processors) * scatter_blocks_a_processor,
+         scatter_threads, stream, found, capacity, plan, ends, lists);
+}
+
+void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
+               std::size_t begin, std::size_t end, std::uint32_t* stretches, cudaStream_t stream) {
+  if (begin < end)
+    launch("sort lists", sortKernel, end - begin, list_block, stream, lists, ends, slots, begin,
+           stretches);
+}
+
+void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
+                   const std::uint32_t* long_slots, std::uint32_t count, unsigned long long words,
+                   LongListStore& store, std::uint32_t* stretches, DeviceBuffer<char>& scratch,
+                   cudaStream_t stream) {
+  store.begins.reserve(count);
+  store.offsets.reserve(2 * std::size_t{count});
+  for (DeviceBuffer<std::uint64_t>& keys : store.keys) keys.reserve(words);
+  unsigned long long* const lengths = store.offsets.data() + count;
+  unsigned long long* const offsets = store.offsets.data();
+  launch("find long lists", longListKernel, (count + long_threads - 1) / long_threads, long_threads,
+         stream, ends, long_slots, count, store.begins.data(), lengths);
+  scan(lengths, offsets, count, scratch, stream);
+  const int word_bits = bitsFor(2 * slots - 1);
+  const std::size_t blocks = blocksFor(words, long_threads * 4, most_long_blocks);
+  launch("gather long lists", gatherKernel, blocks, long_threads, stream, lists,
+         store.begins.data(), offsets, count, words, word_bits, store.keys[0].data());
+  cub::DoubleBuffer<std::uint64_t> keys(store.keys[0].data(), store.keys[1].data());
+  const int bits = word_bits + bitsFor(count - 1);
+  const auto size = static_cast<std::int64_t>(words);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, stream));
+  scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch.data(), bytes, keys, size, 0, bits, stream));
+  launch("spread long lists", spreadKernel, blocks, long_threads, stream, keys.Current(),
+         store.begins.data(), offsets, long_slots, words, word_bits, stretches);
+}
+
+}  // namespace device
+}  // namespace ode_parallel_sap

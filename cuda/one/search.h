@@ -1,0 +1,42 @@
+// The search on the device: every cell meets the cells ahead of it that its bounds reach.
+#ifndef ODE_PARALLEL_SAP_CUDA_SEARCH_H
+#define ODE_PARALLEL_SAP_CUDA_SEARCH_H
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/one/cells.h"
+#include "cuda/one/scene_plan.h"
+
+namespace ode_parallel_sap {
+namespace device {
+
+// A pair as it is found: the earlier slot, then the word that goes into its list: the later slot
+// and, lowest, whether only the exact boxes can tell. Words in ascending order are lists in order.
+using Found = unsigned long long;
+constexpr Found nothing_found = ~Found{0};  // fills places that were taken but not needed
+
+// What the search reads beside the boxes, by slot. Null: not filtered by it.
+struct SearchFilter {
+  const uint2* bits;  // category, collide
+  const std::uint32_t* bodies;
+};
+
+// Places behind the capacity of `found`, into which goes what does not fit.
+constexpr std::size_t overflow_places = 1024;
+
+// Writes the pairs to `found`, in no order, as far as they go into `capacity` places, and takes
+// counters.found places for them; adds up in counts[] the pairs of each earlier slot, all of them
+// whatever the capacity. Does nothing in a crowded scene unless told to
+// ignore that. `exact`: no pair is unsure.
+void findPairs(void* sorted, void* tree, std::size_t boxes, const TreeLayout& layout,
+               const SearchFilter& filter, bool exact, ScenePlan* plan, Found* found,
+               unsigned long long capacity, std::uint32_t* counts, bool ignore_crowds,
+               int processors, cudaStream_t stream);
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

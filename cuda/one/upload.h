@@ -1,0 +1,38 @@
+// Brings plain arrays from pageable memory to the device.
+#ifndef ODE_PARALLEL_SAP_CUDA_UPLOAD_H
+#define ODE_PARALLEL_SAP_CUDA_UPLOAD_H
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "cuda/device/device.h"
+
+namespace ode_parallel_sap {
+
+// A ring of pinned pieces: threads copy into one while others travel. The ring is small enough to
+// stay in the processor's cache.
+class Upload {
+ public:
+  Upload();
+  // Copies `bytes` from `from` to `to` on the device in pieces that hold whole elements of
+  // `element` bytes. sent(begin, end) is called by the calling thread once the copy of that range
+  // of bytes has been asked for on `stream`. Returns when all copies have been asked for, with the
+  // number of threads used.
+  int run(const void* from, void* to, std::size_t bytes, std::size_t element, int threads,
+          cudaStream_t stream, const std::function<void(std::size_t, std::size_t)>& sent);
+  std::size_t bytes() const { return ring_.bytes(); }
+
+ private:
+  static constexpr std::size_t ring_pieces = 8;
+
+  PinnedBuffer<char> ring_;
+  std::vector<std::unique_ptr<Event>> gone_;  // one a piece of the ring
+  std::vector<bool> in_use_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,75 @@
+#include "space/coherence/kept_pairs.h"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include "space/data/parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// What a thread takes at a time; parts that have grown to twice that are cut.
+constexpr std::size_t part_pairs = std::size_t{1} << 16;
+
+// Merges both into `merged`; returns how many of [begin, end) stayed.
+std::size_t mergePart(const Pair* begin, const Pair* end, const Pair* found, const Pair* found_end,
+                      const SlotSet& changed, Buffer<Pair>& merged) {
+  merged.resizeDiscarding((end - begin) + (found_end - found));
+  Pair* next = merged.data();
+  std::size_t kept = 0;
+  for (const Pair* pair = begin; pair < end; ++pair) {
+    if (changed.contains(earlierOf(*pair)) || changed.contains(laterOf(*pair))) continue;
+    while (found < found_end && *found < *pair) *next++ = *found++;
+    *next++ = *pair;
+    ++kept;
+  }
+  next = std::copy(found, found_end, next);
+  merged.resize(next - merged.data());
+  return kept;
+}
+
+}  // namespace
+
+// Cuts the pairs into parts of like length, and the found ones where those begin.
+void KeptPairs::planTasks(const PairList& pairs, const PairList& found) {
+  const Pair* const found_begin = found.parts[0].begin();
+  const Pair* const found_end = found.parts[0].end();
+  tasks_.clear();
+  for (const Buffer<Pair>& part : pairs.parts) {
+    const std::size_t pieces = std::max<std::size_t>(part.size() / part_pairs, 1);
+    for (std::size_t i = 0; i < pieces && part.size(); ++i) {
+      const Range range = partOf(part.size(), static_cast<int>(i), static_cast<int>(pieces));
+      tasks_.push_back({part.data() + range.begin, part.data() + range.end, nullptr, nullptr});
+    }
+  }
+  if (tasks_.empty()) tasks_.push_back({nullptr, nullptr, nullptr, nullptr});
+  for (std::size_t i = 0; i < tasks_.size(); ++i) {
+    tasks_[i].found_begin =
+        i == 0 ? found_begin : std::lower_bound(found_begin, found_end, *tasks_[i].begin);
+    if (i > 0) tasks_[i - 1].found_end = tasks_[i].found_begin;
+  }
+  tasks_.back().found_end = found_end;
+}
+
+void KeptPairs::replace(const SlotSet& changed, const PairList& found, int threads,
+                        PairList& pairs) {
+  planTasks(pairs, found);
+  merged_.clear(tasks_.size());
+  ChunkQueue queue(tasks_.size(), 1);
+  std::atomic<std::size_t> kept{0};
+  const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
+  runTeam(team, [&](int, int) {
+    Range range;
+    while (queue.next(range)) {
+      const Task& task = tasks_[range.begin];
+      kept += mergePart(task.begin, task.end, task.found_begin, task.found_end, changed,
+                        merged_.parts[range.begin]);
+    }
+  });
+  kept_ = kept;
+  std::swap(pairs, merged_);
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,34 @@
+// The pairs of the last frame, made those of the next one.
+#ifndef ODE_PARALLEL_SAP_KEPT_PAIRS_H
+#define ODE_PARALLEL_SAP_KEPT_PAIRS_H
+
+#include <vector>
+
+#include "space/data/pair_list.h"
+#include "space/data/slot_set.h"
+
+namespace ode_parallel_sap {
+
+class KeptPairs {
+ public:
+  // Takes all pairs that a slot of `changed` is in out of `pairs` and puts `found`, which are all
+  // of theirs, in. Both ascending, as is the result.
+  void replace(const SlotSet& changed, const PairList& found, int threads, PairList& pairs);
+  // Pairs that the last call left where they were.
+  std::size_t kept() const { return kept_; }
+  std::size_t bytes() const { return merged_.bytes(); }
+
+ private:
+  struct Task {
+    const Pair *begin, *end, *found_begin, *found_end;
+  };
+  void planTasks(const PairList& pairs, const PairList& found);
+
+  std::vector<Task> tasks_;
+  PairList merged_;
+  std::size_t kept_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

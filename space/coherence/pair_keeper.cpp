@@ -1,0 +1,119 @@
+#include "space/coherence/pair_keeper.h"
+
+#include <algorithm>
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
+// every frame, a tenth takes 0.75 of the time of that and a quarter 1.23 (rest-benchmark).
+constexpr std::size_t changing_share = 8;
+// Scenes of up to this number of slots are found anew faster than changes in a tree.
+constexpr std::size_t least_slots_for_trees = 120;
+// After a frame on a device this many frames must change little before trees are built here.
+constexpr int least_quiet_frames = 2;
+// Where a tolerance turned out not to help, it is tried again after more and more frames: each time
+// takes a few, since the boxes are others then.
+constexpr int longest_tolerance_pause = 64;
+
+}  // namespace
+
+void PairKeeper::start(Source source) {
+  running_ = true;
+  source_ = source;
+  incremental_started_ = false;
+  has_helped_ = false;
+}
+
+// How long it holds must not depend on where pairs were found, since the pairs do on it.
+PackRules PairKeeper::rulesOfFrame(const PackRules& wanted) {
+  if (wanted != wanted_) tolerance_pause_ = Pause();
+  wanted_ = wanted;
+  PackRules rules = wanted;
+  if (tolerance_pause_.skipsTurn()) rules.tolerance = 0;
+  return rules;
+}
+
+bool PairKeeper::mayBuildTrees(std::size_t slots) const {
+  return source_ != Source::all_pairs || slots > least_slots_for_trees;
+}
+
+bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
+  return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
+}
+
+bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
+                        int threads, GeomUpdate& geom_update, BoxSet& boxes) {
+  moved_in_vain_ = 0;
+  if (!running_ || rules != rules_ || !geom_update.canRepack()) {
+    rules_ = rules;
+    return false;
+  }
+  // Within a tolerance most of what moved may turn out to stay.
+  const bool some_may_stay = rules.tolerance > 0;
+  if (tooMany(changed_.count(), slots)) {
+    few_changes_ = 0;
+    if (!some_may_stay) return false;
+  }
+  changed_.growTo(slots);
+  threads_ = geom_update.notice(geoms, threads, boxes, changed_);
+  const std::size_t changes = changed_.count();
+  if (!some_may_stay && tooMany(changes, slots)) return false;
+  // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
+  // those of the last frame were found.
+  if (!some_may_stay && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
+    return false;
+  const bool fits =
+      geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
+  // Slots that are gone are in none of the boxes, but in pairs.
+  changes_ = some_may_stay ? changed_.count() : changes;
+  if (fits && !tooMany(changes_, slots)) {
+    has_helped_ = true;
+    // Without it a frame may come here or not by where its pairs were found.
+    if (rules.tolerance > 0) tolerance_pause_.reset();
+    return true;
+  }
+  moved_in_vain_ = geom_update.facts().moved;
+  if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(2, longest_tolerance_pause);
+  return false;
+}
+
+template <class Real>
+int PairKeeper::findChanged(Incremental<Real>& incremental, Sweep<Real>& base,
+                            const GeomUpdate& geom_update, const BoxSet& boxes, int threads) {
+  if (!incremental_started_) {
+    if (source_ != Source::sweep) base.build(boxes, threads);
+    incremental.start(base, changed_.words() * SlotSet::word_slots, boxes);
+    incremental_started_ = true;
+  }
+  return incremental.find(boxes, geom_update.repacked(), threads, found_);
+}
+
+int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
+                     const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
+                     PairList& pairs) {
+  candidates_ = 0;
+  int used = threads_;
+  if (changes_) {
+    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, finders.sweep<double>(),
+                                                   geom_update, boxes, threads)
+                                     : findChanged(incremental_, finders.sweep<float>(),
+                                                   geom_update, boxes, threads));
+    candidates_ = found_.size();
+    filter.run(geoms, geom_update.facts(), rules, boxes, threads, found_);
+    kept_pairs_.replace(changed_, found_, threads, pairs);
+    kept_ = kept_pairs_.kept();
+    changed_.clear();
+  } else {
+    kept_ = pairs.size();
+  }
+  return used;
+}
+
+std::size_t PairKeeper::bytes() const {
+  return changed_.bytes() + incremental_.bytes() + wide_incremental_.bytes() + found_.bytes() +
+         kept_pairs_.bytes();
+}
+
+}  // namespace ode_parallel_sap

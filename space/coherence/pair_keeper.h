@@ -1,0 +1,89 @@
+// Keeps boxes and pairs from frame to frame while little changes. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_PAIR_KEEPER_H
+#define ODE_PARALLEL_SAP_PAIR_KEEPER_H
+
+#include <cstddef>
+#include <utility>
+
+#include "space/coherence/incremental.h"
+#include "space/coherence/kept_pairs.h"
+#include "space/data/box_set.h"
+#include "space/data/slot_set.h"
+#include "space/extract/cpu_finders.h"
+#include "space/filter/pair_filter.h"
+#include "space/frame/pause.h"
+#include "space/update/geom_update.h"
+
+namespace ode_parallel_sap {
+
+// A space tells it which slots changed as ODE tells the space. A frame first tries update(): if
+// that succeeds, find() makes the last frame's pairs this frame's. Otherwise the frame is found
+// anew and start() begins again from it.
+class PairKeeper {
+ public:
+  // Who left the pairs of the last frame, and with them what find() can go on from.
+  enum class Source { sweep, all_pairs, device };
+
+  // The geom of a slot is new, gone or has moved.
+  void change(Slot slot) {
+    if (!running_) return;
+    changed_.growTo(slot + std::size_t{1});
+    changed_.insert(slot);
+  }
+  // The rules of the frame that begins: those that are wanted, but for some frames without a
+  // tolerance that did not help.
+  PackRules rulesOfFrame(const PackRules& wanted);
+  // The slots that changed since the last frame; null where that is not known.
+  const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
+  // The boxes are about to be packed as a whole.
+  void forgetChanges() { changed_.clear(); }
+  // The last frame's boxes and pairs are complete, or are of no use any more.
+  void start(Source source);
+  void stop() { running_ = false; }
+  // Gives back all that is held, and knows nothing any more: the next frame is to be found anew.
+  void release() { *this = PairKeeper(); }
+
+  // Brings the boxes up to date with what changed. False if the frame is to be found anew: nothing
+  // is kept, or too much changed for it to pay.
+  bool update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+              GeomUpdate& geom_update, BoxSet& boxes);
+  // Geoms that it has moved already when it says no. Told once.
+  std::size_t movedInVain() { return std::exchange(moved_in_vain_, 0); }
+  // Then makes `pairs` those of this frame. `finders` has the sweep that found a frame's pairs, and
+  // lends its trees. Returns the number of threads used for both.
+  int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
+           const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
+           PairList& pairs);
+  // Of the last find(): pairs that were looked at, and pairs that stayed.
+  std::size_t candidates() const { return candidates_; }
+  std::size_t kept() const { return kept_; }
+  std::size_t bytes() const;
+
+ private:
+  bool mayBuildTrees(std::size_t slots) const;
+  bool tooMany(std::size_t changes, std::size_t slots) const;
+  template <class Real>
+  int findChanged(Incremental<Real>& incremental, Sweep<Real>& base, const GeomUpdate& geom_update,
+                  const BoxSet& boxes, int threads);
+
+  SlotSet changed_;
+  bool running_ = false;
+  PackRules wanted_, rules_;  // of the last frame
+  Source source_ = Source::all_pairs;
+  bool incremental_started_ = false;
+  bool has_helped_ = false;  // since start()
+  int few_changes_ = 0;      // frames in a row in which little changed, but were found anew
+  Pause tolerance_pause_;
+  Incremental<float> incremental_;
+  Incremental<double> wide_incremental_;
+  PairList found_;
+  KeptPairs kept_pairs_;
+  int threads_ = 1;          // of the last update()
+  std::size_t changes_ = 0;  // likewise: the slots in changed_
+  std::size_t moved_in_vain_ = 0;
+  std::size_t candidates_ = 0, kept_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

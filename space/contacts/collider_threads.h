@@ -1,0 +1,20 @@
+// Which of ODE's colliders may run in several threads at once.
+#ifndef ODE_PARALLEL_SAP_COLLIDER_THREADS_H
+#define ODE_PARALLEL_SAP_COLLIDER_THREADS_H
+
+#include "space/geom/ode_private.h"
+
+namespace ode_parallel_sap {
+
+enum class ColliderUse {
+  Light,          // any thread; about a microsecond, so many at a time
+  Heavy,          // any thread; may take long, so few at a time
+  CallingThread,  // the calling thread, when no other collides
+};
+
+// How dCollide (a, b) may be called; neither is a space. Only reads the geoms.
+ColliderUse colliderUse(dxGeom* a, dxGeom* b);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,74 @@
+#include "space/contacts/contact_pairs.h"
+
+#include <new>
+
+#include "space/data/parallel.h"
+#include "space/geom/ode_private.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// A team is worth its start from this many pairs on.
+constexpr std::size_t least_shared_pairs = 8192;
+
+}  // namespace
+
+ContactPairs::ContactPairs(const ContactRequest& request, Buffer<GeomPair>&& storage)
+    : request_(request), list_(std::move(storage)) {
+  list_.resizeDiscarding(0);
+}
+
+void ContactPairs::add(dGeomID o1, dGeomID o2) {
+  if (IS_SPACE(o1) || IS_SPACE(o2)) {
+    if (request_.callbacks.spaces)
+      request_.callbacks.spaces(request_.data, o1, o2, this);
+    else
+      dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
+    return;
+  }
+  // Other threads may then read the geoms, and colliders of meshes ask for bounds, too.
+  for (const dGeomID geom : {o1, o2}) {
+    geom->recomputePosr();
+    geom->recomputeAABB();
+  }
+  try {
+    list_.push_back({o1, o2});
+  } catch (const std::bad_alloc&) {
+    collideNow();
+    list_.push_back({o1, o2});
+  }
+}
+
+void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {
+  if (spaces || !makeRoom(pairs.size())) {
+    for (const Buffer<Pair>& part : pairs.parts)
+      for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+    return;
+  }
+  std::size_t at = 0;
+  for (const Buffer<Pair>& part : pairs.parts) {
+    GeomPair* const list = list_.data() + at;
+    at += part.size();
+    const int team = part.size() < least_shared_pairs ? 1 : threads;
+    runTeam(team, [&](int thread, int threads_of_team) {
+      const Range range = partOf(part.size(), thread, threads_of_team);
+      for (std::size_t i = range.begin; i < range.end; ++i)
+        list[i] = {geoms[earlierOf(part[i])], geoms[laterOf(part[i])]};
+    });
+  }
+}
+
+bool ContactPairs::makeRoom(std::size_t pairs) try {
+  list_.resizeDiscarding(pairs);
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+void ContactPairs::collideNow() {
+  const Buffer<GeomPair> list = std::move(list_);
+  NarrowPhase::collideOneByOne(list, request_);
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,86 @@
+// The narrow phase: ODE's colliders on a list of pairs, by a team of threads. Sees ODE's private
+// headers.
+#ifndef ODE_PARALLEL_SAP_NARROW_PHASE_H
+#define ODE_PARALLEL_SAP_NARROW_PHASE_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "space/data/buffer.h"
+
+namespace ode_parallel_sap {
+
+struct GeomPair {
+  dGeomID o1, o2;
+};
+
+// What the caller of dParallelSAPSpaceCollideContacts asked for.
+struct ContactRequest {
+  void* data;
+  int flags;
+  dParallelSAPContactCallbacks callbacks;
+
+  int flagsOf(const GeomPair& pair) const {
+    return callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
+  }
+  void report(const GeomPair& pair, const dContactGeom* contacts, std::size_t count) const {
+    callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));
+  }
+};
+
+// Contacts as one thread after the other would have made them: which thread collides a pair depends
+// on timing, where its contacts are found again does not.
+//
+// Pairs are taken in three passes: first all are looked at, and the light ones collided on the
+// spot; then the heavy ones, a few at a time to whoever is free; at last, alone, those that only
+// the calling thread may collide (see collider_threads.h). Each thread appends contacts to storage
+// of its own, which is kept for the next frame.
+class NarrowPhase {
+ public:
+  // Collides all pairs with up to `threads` threads; returns the number used. With
+  // `manual_cleanup` the threads leave no data in ODE. Throws std::bad_alloc, and whatever the
+  // flags and reduce callbacks throw.
+  int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, int threads,
+          bool manual_cleanup);
+  // Calls the contact callback for all pairs of the last run that touch, in their order.
+  void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
+  // Of the last run.
+  std::size_t contacts() const;
+  std::size_t bytes() const;
+
+  // Both at once for one pair after the other, with memory for one pair's contacts only.
+  static void collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request);
+
+ private:
+  // A pair that had to wait, and its flags.
+  struct Waiting {
+    std::size_t pair;
+    int flags;
+  };
+  struct alignas(64) Share {
+    Buffer<dContactGeom> contacts;
+    Buffer<Waiting> heavy, calling_thread;
+  };
+  // Contacts [first, first + count) of a thread's share.
+  struct Found {
+    std::size_t first;
+    std::uint32_t count;
+    std::uint32_t thread;
+  };
+  class Pass;
+
+  int lookAtAll(const Pass& pass, int threads);
+  int collideHeavy(const Pass& pass, int threads);
+  void collideRest(const Pass& pass);
+
+  std::vector<Share> shares_;  // by thread
+  Buffer<Found> found_;        // by pair
+  Buffer<Waiting> waiting_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

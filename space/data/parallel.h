@@ -1,0 +1,76 @@
+// The one way threads are started here: an OpenMP team that survives exceptions.
+#ifndef ODE_PARALLEL_SAP_PARALLEL_H
+#define ODE_PARALLEL_SAP_PARALLEL_H
+
+#include <omp.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+
+#include "space/data/floating_point.h"
+
+namespace ode_parallel_sap {
+
+// A range of indices, half open.
+struct Range {
+  std::size_t begin, end;
+};
+
+// The part-th of `parts` parts of [0, count), sizes differing by one at most, begins rounded down
+// to a multiple of `step`.
+inline Range partOf(std::size_t count, int part, int parts, std::size_t step = 1) {
+  // Quotient and remainder apart: the product of both could overflow.
+  const auto cut = [=](std::size_t p) {
+    const std::size_t n = static_cast<std::size_t>(parts);
+    return p == n ? count : (count / n * p + count % n * p / n) / step * step;
+  };
+  return {cut(part), cut(part + 1)};
+}
+
+// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer)
+// and returns when all are done. All run in the calling thread's floating-point mode: OpenMP's
+// threads would otherwise keep the one they were born with. The first exception of any thread is
+// thrown again on the caller's.
+template <class Work>
+void runTeam(int threads, Work&& work) {
+  if (threads <= 1) {
+    work(0, 1);
+    return;
+  }
+  const FloatingPointMode mode = currentMode();
+  std::exception_ptr failure;
+  std::atomic_flag failed = ATOMIC_FLAG_INIT;
+#pragma omp parallel num_threads(threads)
+  {
+    const ScopedMode callers_mode(mode);
+    try {
+      work(omp_get_thread_num(), omp_get_num_threads());
+    } catch (...) {
+      if (!failed.test_and_set()) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+// Chunks of [0, count) handed out to whoever asks next.
+class ChunkQueue {
+ public:
+  ChunkQueue(std::size_t count, std::size_t chunk) : count_(count), chunk_(chunk) {}
+  // False when nothing is left.
+  bool next(Range& range) {
+    const std::size_t begin = next_.fetch_add(chunk_, std::memory_order_relaxed);
+    if (begin >= count_) return false;
+    range = {begin, begin + chunk_ < count_ ? begin + chunk_ : count_};
+    return true;
+  }
+
+ private:
+  const std::size_t count_, chunk_;
+  alignas(64) std::atomic<std::size_t> next_{0};
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

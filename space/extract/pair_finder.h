@@ -1,0 +1,28 @@
+// What every method of finding pairs implements, on whatever back end.
+#ifndef ODE_PARALLEL_SAP_PAIR_FINDER_H
+#define ODE_PARALLEL_SAP_PAIR_FINDER_H
+
+#include <cstddef>
+
+#include "space/data/box_set.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+class PairFinder {
+ public:
+  virtual ~PairFinder() = default;
+
+  // Puts into `pairs`, ascending and each once, every pair of slots whose boxes overlap (closed
+  // intervals, NaN overlaps nothing) and which passes the filters of `boxes`. Pairs of which the
+  // float boxes alone cannot tell carry unsure_bit. Uses up to `threads` threads; returns the
+  // number used. Throws std::bad_alloc where memory ends.
+  virtual int find(const BoxSet& boxes, int threads, PairList& pairs) = 0;
+
+  // Bytes held from one frame to the next.
+  virtual std::size_t bytes() const = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,50 @@
+// Pairs found in any order by several threads, put in the order of the report.
+#ifndef ODE_PARALLEL_SAP_PAIR_ORDER_H
+#define ODE_PARALLEL_SAP_PAIR_ORDER_H
+
+#include <cstdint>
+#include <vector>
+
+#include "space/data/buffer.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Two steps: pairs are dealt into buckets of neighbouring earlier slots, then each bucket is sorted
+// by itself while it is in the cache. A list that fits the cache is a bucket as it is.
+class PairOrder {
+ public:
+  // Leaves the pairs of all `found` buffers in `pairs` as one part, ascending. Slots are below
+  // `slots`.
+  void sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+            PairList& pairs);
+  std::size_t bytes() const;
+
+ private:
+  struct alignas(64) Scratch {
+    std::vector<std::uint32_t> ends;
+    Buffer<Pair> pairs;
+    std::vector<PairList::Stretch> unsure;
+  };
+  // Bucket i has the pairs whose earlier slots are i << shift and following.
+  struct Buckets {
+    std::size_t count = 1, slots = 0;
+    int shift = 0;
+    int slot_bits = 0;
+  };
+  static Buckets bucketsFor(std::size_t count, std::size_t slots, int threads);
+  void deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
+            Pair* dealt);
+  // Return whether one of the pairs is unsure.
+  static bool sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
+                         std::size_t bucket, Pair* pairs, Scratch& scratch);
+  static bool sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);
+
+  std::vector<std::size_t> positions_;
+  std::vector<std::size_t> bucket_begin_;
+  std::vector<Scratch> scratch_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

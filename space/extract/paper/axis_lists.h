@@ -1,0 +1,63 @@
+// Overlapping pairs of each axis as lists, and the pairs common to all three.
+#ifndef ODE_PARALLEL_SAP_AXIS_LISTS_H
+#define ODE_PARALLEL_SAP_AXIS_LISTS_H
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "space/data/buffer.h"
+#include "space/extract/pair_finder.h"
+#include "space/extract/pair_order.h"
+#include "space/extract/paper/endpoint_lists.h"
+
+namespace ode_parallel_sap {
+
+// The lists of a scene need more memory than they may take. Both in bytes.
+class ListsTooLong : public std::runtime_error {
+ public:
+  ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
+      : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
+  const std::uint64_t needed, allowed;
+};
+
+// The axes in the order in which they are asked: the pairs of the fullest one are looked up in the
+// emptiest, so that few are left for the third.
+struct AxisChoice {
+  int fullest, second, third;
+};
+AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]);
+
+// The system of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase Adaptation from
+// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are kept sorted along
+// each axis, all pairs that overlap on an axis become a list, and each pair of the longest list is
+// looked up in the second one; what both hold is looked up in the third.
+//
+// A list has 4 bytes a pair, and a scene has n^(5/3) pairs an axis at least, n^2 in the worst case:
+// the method is a yardstick. A pair's place in a list follows from the ranks of its boxes
+// (AxisRows), so that a look-up reads one entry.
+template <class Real>
+class AxisLists : public PairFinder {
+ public:
+  // Throws ListsTooLong, with the lists of end points up to date and no memory taken for pairs.
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  std::size_t bytes() const override;
+  // The most bytes the three lists may take; 0, the default: half of what the machine has free.
+  void limit(std::uint64_t most_bytes) { most_bytes_ = most_bytes; }
+
+ private:
+  void reserveLists();
+  void fillLists(int threads);
+  void meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin, std::uint64_t end,
+            Buffer<Pair>& both, Buffer<Pair>& found) const;
+
+  std::uint64_t most_bytes_ = 0;
+  EndpointLists<Real> endpoints_;
+  Buffer<Slot> lists_[3];
+  std::vector<Buffer<Pair>> both_, found_;  // one a thread: on the first two axes; on all
+  PairOrder pair_order_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

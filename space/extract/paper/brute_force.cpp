@@ -1,0 +1,151 @@
+#include "space/extract/paper/brute_force.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "space/data/floating_point.h"
+#include "space/data/parallel.h"
+#include "space/data/sink.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Rows of the triangle of pairs (row, column > row), numbered one row after the other.
+struct Triangle {
+  std::uint64_t boxes;
+
+  std::uint64_t pairs() const { return boxes * (boxes - 1) / 2; }
+  std::uint64_t rowBegin(std::uint64_t row) const { return row * boxes - row * (row + 1) / 2; }
+  // The row of a pair's number.
+  std::uint64_t rowOf(std::uint64_t pair) const {
+    std::uint64_t low = 0, high = boxes - 1;  // rowBegin(low) <= pair < rowBegin(high)
+    while (high - low > 1) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      (rowBegin(middle) <= pair ? low : high) = middle;
+    }
+    return low;
+  }
+};
+
+// Below this number of pairs a thread is not worth its start.
+constexpr std::uint64_t least_pairs_a_thread = 1 << 18;
+
+// Tests a box after which a crowd must have shown to be one: a tenth of what the sweep of moved
+// boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
+constexpr std::uint64_t first_tests_a_box = 100;
+// Up to this number of boxes all tests take no longer than the sweep and those would together.
+constexpr std::size_t least_crowd = 1000;
+// Between two looks at whether it is one, the number of tests grows by this factor.
+constexpr std::uint64_t growth = 4;
+
+int partsFor(std::uint64_t tests, int threads) {
+  return static_cast<int>(std::min<std::uint64_t>(threads, tests / least_pairs_a_thread + 1));
+}
+
+// Notes where unsure pairs may be.
+void noteUnsure(PairList& pairs) {
+  for (std::size_t part = 0; part < pairs.parts.size(); ++part) {
+    Pair all_bits = 0;
+    for (const Pair pair : pairs.parts[part]) all_bits |= pair;
+    if (isUnsure(all_bits)) pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
+  }
+}
+
+}  // namespace
+
+template <class Real>
+void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
+  const std::size_t cell_count = (boxes.size + group_size - 1) / group_size;
+  starts_.resizeDiscarding(cell_count + 1);
+  for (std::size_t i = 0; i < cell_count; ++i)
+    starts_[i] = static_cast<std::uint32_t>(i * group_size);
+  starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
+  cells_.build(boxes, nullptr, starts_.data(), cell_count, threads,
+               CellTree<Real>::Levels::cells_only);
+}
+
+// Makes the tests [tests.begin, tests.end) of each stripe of the table, and leaves their pairs in
+// part (stripe * rounds + round) * threads + thread, with room for `expected` pairs in all. Returns
+// the number of threads used.
+template <class Real>
+int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int threads,
+                                PairList& pairs) const {
+  const Triangle triangle = {boxes.size};
+  const TreeView<Real>& cells = cells_.view();
+  const Kernels<Real>& kernel = kernels<Real>();
+  int used = 1;
+  const std::uint64_t count = (round.tests.end - round.tests.begin) * round.stripes;
+  runTeam(partsFor(count, threads), [&](int thread, int team) {
+    if (thread == 0) used = team;
+    for (int stripe = 0; stripe < round.stripes; ++stripe) {
+      Buffer<Pair>& part = pairs.parts[(stripe * round.rounds + round.number) * threads + thread];
+      part.reserve(round.expected / (team * round.stripes));
+      BufferSink sink(part);
+      const Range all = partOf(triangle.pairs(), stripe, round.stripes);
+      const std::uint64_t begin = std::min(all.begin + round.tests.begin, all.end);
+      const Range own =
+          partOf(std::min(all.begin + round.tests.end, all.end) - begin, thread, team);
+      if (own.begin == own.end) continue;
+      const std::uint64_t from = begin + own.begin, to = begin + own.end;
+      const std::uint64_t first = triangle.rowOf(from), last = triangle.rowOf(to - 1);
+      const TrianglePart rows = {boxes.size, first, first + 1 + (from - triangle.rowBegin(first)),
+                                 last, last + 1 + (to - triangle.rowBegin(last))};
+      kernel.trianglePairs(cells, rows, boxes.exact, sink);
+    }
+  });
+  return used;
+}
+
+template <class Real>
+int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  if (boxes.size < 2) {
+    pairs.clear(1);
+    return 1;
+  }
+  const ScopedMode mode(exactMode());
+  const std::uint64_t tests = Triangle{boxes.size}.pairs();
+  pairs.clear(threads);
+  packCells(boxes, partsFor(tests, threads));
+  const int used = testRound(boxes, {1, 1, 0, {0, tests}, 0}, threads, pairs);
+  if (!boxes.exact) noteUnsure(pairs);
+  return used;
+}
+
+// Each round tests a part of each stripe, since the geoms that a program makes first are often
+// unlike the others.
+template <class Real>
+int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
+                                PairList& pairs) {
+  if (boxes.size <= least_crowd) return find(boxes, threads, pairs);
+  const ScopedMode mode(exactMode());
+  constexpr int stripes = 4;
+  const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
+  std::uint64_t next = first_tests_a_box * boxes.size / stripes;
+  int rounds = 1;
+  for (std::uint64_t tests = next; tests < stripe; tests *= growth) ++rounds;
+  pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
+  packCells(boxes, partsFor(all, threads));
+  int used = 1;
+  std::uint64_t tested = 0;
+  double pairs_a_test = 0;
+  for (int number = 0; number < rounds; ++number, next *= growth) {
+    const Range tests = {tested, std::min(next, stripe)};
+    // An eighth more than so far, since storage that grows is copied.
+    const double expected =
+        1.125 * pairs_a_test * static_cast<double>(stripes * (tests.end - tests.begin));
+    const Round round = {stripes, rounds, number, tests, static_cast<std::size_t>(expected)};
+    used = std::max(used, testRound(boxes, round, threads, pairs));
+    tested = tests.end;
+    if (number + 1 == rounds) break;
+    if (pairs.size() * places_of_a_pair < stripes * tested) return 0;
+    pairs_a_test = static_cast<double>(pairs.size()) / static_cast<double>(stripes * tested);
+  }
+  if (!boxes.exact) noteUnsure(pairs);
+  return used;
+}
+
+template class BruteForce<float>;
+template class BruteForce<double>;
+
+}  // namespace ode_parallel_sap

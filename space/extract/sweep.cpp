@@ -1,0 +1,136 @@
+#include "space/extract/sweep.h"
+
+#include <algorithm>
+
+#include "space/data/floating_point.h"
+#include "space/data/parallel.h"
+#include "space/data/sink.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Cells handed out at a time: enough to make asking cheap, few enough to keep threads level where
+// some cells have many more neighbours than others. Whole nodes of the tree.
+constexpr std::size_t most_task_cells = 64;
+constexpr std::size_t tasks_a_thread = 8;
+
+// Up to this number of cells of unbounded boxes every one of these meets all others. A row of
+// sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
+constexpr std::size_t most_reaching_cells = 16;
+
+}  // namespace
+
+// Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
+template <class Real>
+void Sweep<Real>::planTasks(int threads) {
+  tasks_.clear();
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < order_.classes().size(); ++i) all += trees_[i].cells();
+  const std::size_t share = all / (tasks_a_thread * threads) / group_size * group_size;
+  const std::size_t task_cells =
+      std::min(std::max(share, std::size_t{group_size}), most_task_cells);
+  const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
+  for (std::uint32_t queries = 0; queries < classes; ++queries)
+    for (std::uint32_t tree = queries; tree < classes; ++tree) {
+      const std::size_t cells = trees_[queries].cells();
+      if (trees_[tree].cells() == 0) continue;
+      for (std::size_t begin = 0; begin < cells; begin += task_cells)
+        tasks_.push_back({queries, tree, begin, std::min(begin + task_cells, cells)});
+    }
+}
+
+template <class Real>
+void Sweep<Real>::build(const BoxSet& boxes, int threads) {
+  const ScopedMode mode(exactMode());
+  kept_cells_ = drift_.mayServe(boxes, threads);
+  if (kept_cells_) {
+    packTrees(boxes, threads);
+    kept_cells_ = drift_.serve(trees_, trees());
+    if (kept_cells_) return;
+  }
+  drift_.forget();
+  if (found_.empty()) found_.resize(1);
+  order_.build(boxes, threads, found_[0]);  // where pairs will be
+  packTrees(boxes, threads);
+  drift_.restart(trees_, trees());
+}
+
+template <class Real>
+void Sweep<Real>::packTrees(const BoxSet& boxes, int threads) {
+  const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
+  if (trees_.size() < classes.size()) trees_.resize(classes.size());
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
+                    classes[i].last_cell - classes[i].first_cell, threads);
+}
+
+template <class Real>
+void Sweep<Real>::renumber(const Slot* slots) {
+  for (std::size_t i = 0; i < trees(); ++i) trees_[i].renumber(slots);
+}
+
+template <class Real>
+int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  const ScopedMode mode(exactMode());
+  releaseSpare(boxes.size);
+  build(boxes, threads);
+  planTasks(threads);
+
+  if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
+  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  const Kernels<Real>& kernel = kernels<Real>();
+  ChunkQueue queue(tasks_.size(), 1);
+  int used = 1;
+  runTeam(threads, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    BufferSink sink(found_[thread]);
+    Range range;
+    while (queue.next(range)) {
+      const Task& task = tasks_[range.begin];
+      const TreeView<Real>& queries = trees_[task.queries].view();
+      if (task.queries == task.tree)
+        kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
+      else if (order_.isUnbounded(task.tree) && trees_[task.tree].cells() <= most_reaching_cells)
+        kernel.reachPairs(trees_[task.tree].view(), queries, task.begin, task.end, boxes.exact,
+                          sink);
+      else
+        kernel.crossPairs(queries, task.begin, task.end, trees_[task.tree].view(), boxes.exact,
+                          sink);
+    }
+  });
+  pair_order_.sort(found_, boxes.size, threads, pairs);
+  return used;
+}
+
+// Keeps what a frame like the last one needs, not what the way there took.
+template <class Real>
+void Sweep<Real>::releaseSpare(std::size_t slots) {
+  const auto needed = [&](std::size_t thread) {
+    const std::size_t last = found_[thread].size();
+    const std::size_t pairs = std::max(last + last / 8, std::size_t{BufferSink::first_capacity});
+    return thread == 0 ? std::max(pairs, 2 * slots) : pairs;  // boxes are sorted there
+  };
+  std::size_t all_held = 0, all_needed = 0;
+  for (std::size_t thread = 0; thread < found_.size(); ++thread) {
+    all_held += found_[thread].capacity();
+    all_needed += needed(thread);
+  }
+  if (2 * all_held > 3 * all_needed)
+    for (std::size_t thread = 0; thread < found_.size(); ++thread)
+      found_[thread].clearTo(needed(thread));
+}
+
+template <class Real>
+std::size_t Sweep<Real>::bytes() const {
+  std::size_t bytes =
+      order_.bytes() + drift_.bytes() + pair_order_.bytes() + tasks_.capacity() * sizeof(Task);
+  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
+  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
+  return bytes;
+}
+
+template class Sweep<float>;
+template class Sweep<double>;
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,59 @@
+// Subdivided sweep and prune: the default method.
+#ifndef ODE_PARALLEL_SAP_SWEEP_H
+#define ODE_PARALLEL_SAP_SWEEP_H
+
+#include <vector>
+
+#include "space/extract/cell_drift.h"
+#include "space/extract/cell_order.h"
+#include "space/extract/cell_tree.h"
+#include "space/extract/pair_finder.h"
+#include "space/extract/pair_order.h"
+
+namespace ode_parallel_sap {
+
+// The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
+// into cells of sixteen. The sweep goes along that order: each cell meets the cells ahead of it
+// whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
+// tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
+// pair of cells, so none is found twice. The division into cells is kept from frame to frame while
+// the boxes of a cell stay together (CellDrift).
+template <class Real>
+class Sweep : public PairFinder {
+ public:
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  std::size_t bytes() const override;
+
+  // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
+  // serve, and packs the trees over them.
+  void build(const BoxSet& boxes, int threads);
+  // Whether the last build() made do with the cells of an earlier one.
+  bool keptCells() const { return kept_cells_; }
+  // The trees of the last find() or build(), small boxes first.
+  std::size_t trees() const { return order_.classes().size(); }
+  const TreeView<Real>& tree(std::size_t i) const { return trees_[i].view(); }
+  std::size_t cells(std::size_t i) const { return trees_[i].cells(); }
+  // Slot i becomes slots[i] in all trees: for boxes that were gathered from a larger set.
+  void renumber(const Slot* slots);
+
+ private:
+  struct Task {
+    std::uint32_t queries, tree;  // classes; the same one: pairs within it
+    std::size_t begin, end;       // cells of `queries`
+  };
+  void packTrees(const BoxSet& boxes, int threads);
+  void planTasks(int threads);
+  void releaseSpare(std::size_t slots);
+
+  CellOrder<Real> order_;
+  CellDrift<Real> drift_;
+  bool kept_cells_ = false;
+  std::vector<CellTree<Real>> trees_;  // one a class
+  std::vector<Task> tasks_;
+  std::vector<Buffer<Pair>> found_;  // one a thread
+  PairOrder pair_order_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

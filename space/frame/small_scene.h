@@ -1,0 +1,96 @@
+// Scenes so small that they need no boxes. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_SMALL_SCENE_H
+#define ODE_PARALLEL_SAP_SMALL_SCENE_H
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "space/geom/geom_tests.h"
+#include "space/geom/ode_private.h"
+#include "space/geom/pack_rules.h"
+
+namespace ode_parallel_sap {
+
+// Up to this number of slots a scene is collided on the spot.
+constexpr std::size_t smallest_scene = 120;
+
+// The geoms of such a scene that take part, and what was found among them.
+struct SmallScene {
+  // Places in `active`; read as they are written, in one word.
+  struct Couple {
+    std::uint16_t places;
+    unsigned earlier() const { return places >> 8; }
+    unsigned later() const { return places & 0xff; }
+  };
+  dxGeom* active[smallest_scene];
+  Couple couples[smallest_scene * (smallest_scene - 1) / 2];
+  unsigned actives = 0, invalid = 0, unbounded = 0;
+  bool user_classes = false;
+  std::size_t moved = 0, candidates = 0, pairs = 0;
+};
+
+// A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
+// and all are as they were in what a geom does not tell its space.
+class StillScene {
+ public:
+  // Whether the rules and all geoms of a space, from the first in its list on, are as remembered.
+  bool holds(const dxGeom* first, const PackRules& rules) const {
+    if (rules != rules_) return false;
+    const Seen* seen = seen_.data();
+    const Seen* const end = seen + seen_.size();
+    for (const dxGeom* geom = first; geom; geom = geom->next, ++seen)
+      if (seen == end || !seen->is(geom)) return false;
+    return seen == end;
+  }
+  void remember(const dxGeom* first, const PackRules& rules, const SmallScene& scene) {
+    rules_ = rules;
+    seen_.clear();
+    for (const dxGeom* geom = first; geom; geom = geom->next)
+      seen_.push_back({geom, geom->body, geom->category_bits, geom->collide_bits, isEnabled(geom)});
+    active_.assign(scene.active, scene.active + scene.actives);
+    couples_.assign(scene.couples, scene.couples + scene.candidates);
+    invalid_ = scene.invalid;
+    unbounded_ = scene.unbounded;
+    user_classes_ = scene.user_classes;
+  }
+  void recall(SmallScene& scene) const {
+    std::copy(active_.begin(), active_.end(), scene.active);
+    std::copy(couples_.begin(), couples_.end(), scene.couples);
+    scene.actives = static_cast<unsigned>(active_.size());
+    scene.candidates = couples_.size();
+    scene.invalid = invalid_;
+    scene.unbounded = unbounded_;
+    scene.user_classes = user_classes_;
+  }
+  std::size_t bytes() const {
+    return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
+           couples_.capacity() * sizeof(SmallScene::Couple);
+  }
+
+ private:
+  struct Seen {
+    const dxGeom* geom;
+    const dxBody* body;
+    unsigned long category, collide;
+    bool enabled;
+
+    bool is(const dxGeom* now) const {
+      return now == geom && !(now->gflags & GEOM_DIRTY) && now->body == body &&
+             now->category_bits == category && now->collide_bits == collide &&
+             isEnabled(now) == enabled;
+    }
+  };
+
+  PackRules rules_;
+  std::vector<Seen> seen_;
+  std::vector<dxGeom*> active_;
+  std::vector<SmallScene::Couple> couples_;
+  unsigned invalid_ = 0, unbounded_ = 0;
+  bool user_classes_ = false;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

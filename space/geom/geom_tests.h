@@ -1,0 +1,107 @@
+// ODE's tests on geoms and pairs of geoms, by pointer: the last word where boxes cannot decide.
+// Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_GEOM_TESTS_H
+#define ODE_PARALLEL_SAP_GEOM_TESTS_H
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "space/data/floating_point.h"
+#include "space/geom/ode_private.h"
+#include "space/geom/pack_rules.h"
+
+namespace ode_parallel_sap {
+
+inline bool isUserClass(const dxGeom* geom) {
+  return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
+}
+
+// Enabled, not zero-sized and not an empty sub-space.
+inline bool isEnabled(const dxGeom* geom) {
+  return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
+         !(IS_SPACE(geom) && static_cast<const dxSpace*>(geom)->count == 0);
+}
+
+inline bool hasNaN(const dxGeom* geom) {
+  const dReal* const bounds = geom->aabb;
+  bool nan = false;
+  for (int i = 0; i < 6; ++i) nan |= bounds[i] != bounds[i];
+  return nan;
+}
+
+// Whether a bound is infinite, or a lower one above its upper one.
+inline bool isUnbounded(const dxGeom* geom) {
+  constexpr dReal most = std::numeric_limits<dReal>::max();
+  const dReal* const bounds = geom->aabb;
+  bool unbounded = false;
+  for (int axis = 0; axis < 3; ++axis)
+    unbounded = unbounded || bounds[2 * axis] > bounds[2 * axis + 1] ||
+                std::fabs(bounds[2 * axis]) > most || std::fabs(bounds[2 * axis + 1]) > most;
+  return unbounded;
+}
+
+// False for NaN and unbounded geoms and for extents beyond the type: few instructions for the many.
+// Needs exactMode(): the differences may overflow, which is no business of a program that traps it.
+inline bool isPlain(const dxGeom* geom) {
+  using Bits = std::conditional<sizeof(dReal) == 8, std::uint64_t, std::uint32_t>::type;
+  const auto bitsOf = [](dReal value) {
+    Bits bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+  };
+  // As integers, negative numbers, infinities and NaN are above all others.
+  const dReal* const bounds = geom->aabb;
+  const Bits infinity = bitsOf(std::numeric_limits<dReal>::infinity());
+  const Bits most = std::max(std::max(bitsOf(bounds[1] - bounds[0]), bitsOf(bounds[3] - bounds[2])),
+                             bitsOf(bounds[5] - bounds[4]));
+  return most < infinity;
+}
+
+// Needs exactMode(): flushed denormals would compare as equal.
+inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
+  const dReal *const p = a->aabb, *const q = b->aabb;
+  return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
+         q[4] <= p[5];
+}
+
+inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
+  return !(a->body && a->body == b->body) &&
+         ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
+}
+
+// Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither
+// static nor asleep: their geoms may have bodies.
+inline bool isResting(const dxGeom* geom, const PackRules& rules) {
+  if (geom->body) return rules.skip_asleep && !dBodyIsEnabled(geom->body);
+  return rules.skip_static && !IS_SPACE(geom);
+}
+
+// Whether the rules leave a pair out: both static, or no body awake and one asleep.
+inline bool isLeftOut(const dxGeom* a, const dxGeom* b, const PackRules& rules) {
+  if (!rules.skip_static && !rules.skip_asleep) return false;
+  const bool a_rests = isResting(a, rules), b_rests = isResting(b, rules);
+  if (a_rests && b_rests) return true;
+  const auto isStatic = [](const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); };
+  return rules.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
+}
+
+// Calls both AABBTest functions; true if neither rules the pair out. Those of all classes but the
+// user's say yes to everything, and are not asked.
+inline bool passesAABBTests(dxGeom* a, dxGeom* b) {
+  return !(isUserClass(a) || isUserClass(b)) ||
+         (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
+}
+
+inline void cleanGeom(dxGeom* geom) {
+  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+  geom->recomputeAABB();
+  geom->gflags &= ~GEOM_DIRTY;
+}
+
+}  // namespace ode_parallel_sap
+
+#endif

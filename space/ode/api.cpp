@@ -1,0 +1,127 @@
+// The C functions of the public header.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "space/ode/ode_space.h"
+
+using ode_parallel_sap::parallelSAPSpace;
+using ode_parallel_sap::ParallelSAPSpace;
+
+namespace {
+
+ParallelSAPSpace& checked(dSpaceID space) {
+  ParallelSAPSpace* const own = parallelSAPSpace(space);
+  dUASSERT(own, "argument not a parallel SAP space");
+  return *own;
+}
+
+int choose(int& setting, int value, int last, bool (*has)(int)) {
+  dUASSERT(value >= 0 && value <= last, "no such method or back end");
+  if (value < 0 || value > last || !has(value)) return 0;
+  setting = value;
+  return 1;
+}
+
+}  // namespace
+
+dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
+  return new ParallelSAPSpace(parent);
+}
+
+int dSpaceIsParallelSAP(dSpaceID space) {
+  dAASSERT(space);
+  return parallelSAPSpace(space) != nullptr;
+}
+
+int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
+  return choose(checked(space).settings.backend, backend, dParallelSAPBackendCUDA,
+                ode_parallel_sap::hasBackend);
+}
+
+int dParallelSAPSpaceGetBackend(dSpaceID space) {
+  return checked(space).settings.backend;
+}
+
+int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
+  return choose(checked(space).settings.method, method, dParallelSAPMethodAxisLists,
+                ode_parallel_sap::hasMethod);
+}
+
+int dParallelSAPSpaceGetMethod(dSpaceID space) {
+  return checked(space).settings.method;
+}
+
+void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(n >= 0, "negative number of threads");
+  own.settings.threads = std::min(n, ode_parallel_sap::most_threads);
+}
+
+int dParallelSAPSpaceGetNumThreads(dSpaceID space) {
+  return checked(space).settings.threads;
+}
+
+void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(n >= 0, "negative number of devices");
+  own.settings.devices = n;
+}
+
+int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
+  return checked(space).settings.devices;
+}
+
+void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
+                                      const dParallelSAPContactCallbacks* callbacks) {
+  ParallelSAPSpace& own = checked(space);
+  dAASSERT(callbacks && callbacks->contacts);
+  own.collideContacts({data, flags, *callbacks});
+}
+
+void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
+  dAASSERT(pairs && o1 && o2);
+  static_cast<ode_parallel_sap::ContactPairs*>(pairs)->add(o1, o2);
+}
+
+void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull) {
+  checked(space).settings.rules.cull_planes = cull != 0;
+}
+
+int dParallelSAPSpaceGetCullPlanes(dSpaceID space) {
+  return checked(space).settings.rules.cull_planes;
+}
+
+void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip) {
+  checked(space).settings.rules.skip_static = skip != 0;
+}
+
+int dParallelSAPSpaceGetSkipStatic(dSpaceID space) {
+  return checked(space).settings.rules.skip_static;
+}
+
+void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip) {
+  checked(space).settings.rules.skip_asleep = skip != 0;
+}
+
+int dParallelSAPSpaceGetSkipAsleep(dSpaceID space) {
+  return checked(space).settings.rules.skip_asleep;
+}
+
+void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(distance >= 0 && distance <= std::numeric_limits<dReal>::max(),
+           "tolerance is not a length");
+  own.settings.rules.tolerance = distance;
+}
+
+dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
+  return checked(space).settings.rules.tolerance;
+}
+
+void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {
+  ParallelSAPSpace& own = checked(space);
+  dAASSERT(stats);
+  *stats = own.stats();
+}

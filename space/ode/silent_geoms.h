@@ -1,0 +1,75 @@
+// Geoms that ODE makes dirty without a word to their space. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_SILENT_GEOMS_H
+#define ODE_PARALLEL_SAP_SILENT_GEOMS_H
+
+#include <cstddef>
+#include <vector>
+
+#include "space/data/slot_set.h"
+
+struct dxGeom;
+struct dxSpace;
+
+namespace ode_parallel_sap {
+
+// dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which tells the spaces of clean
+// geoms only, then says nothing of it, nor of the spaces around it. So a space asks its meshes, its
+// sub-spaces and the meshes within these, at any depth, before it relies on what it knows of them.
+// They are listed, so that this takes a look at one flag each and at no other geom.
+class SilentGeoms {
+ public:
+  // Makes room for slots below `slots`.
+  void growTo(std::size_t slots) { slots_.growTo(slots); }
+  // A geom comes to a slot or leaves it. Of which kind it is is asked later: a geom is added before
+  // its constructor has set its type.
+  void add(Slot slot) {
+    slots_.insert(slot);
+    listed_ = false;
+  }
+  void remove(Slot slot) {
+    if (!slots_.contains(slot)) return;
+    slots_.erase(slot);
+    listed_ = false;
+  }
+  // The slots are numbered anew: all are to be added again.
+  void clear() {
+    slots_.clear();
+    watched_.clear();
+    listed_ = false;
+  }
+
+  // Has dirty() of `space`, whose geoms these are, called for each of them that is dirty or holds a
+  // mesh that was made dirty silently, and makes the spaces that hold it dirty. Calls it for those
+  // that it has been called for already, too, until they are clean.
+  void ask(dxSpace& space, dxGeom* const* geoms) {
+    if (listed_ && watched_.empty()) return;
+    askAll(space, geoms);
+  }
+  // Adds the meshes of `space`, and those within its sub-spaces, to `meshes`.
+  void addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes);
+  std::size_t bytes() const;
+
+ private:
+  struct Watched {
+    Slot slot;
+    dxGeom* geom;
+    // Of a sub-space: the meshes within, which stay there while it is clean, if they are listed.
+    std::vector<dxGeom*> meshes;
+    bool listed = false;
+  };
+
+  void askAll(dxSpace& space, dxGeom* const* geoms);
+  static void askSubspace(Watched& subspace);
+  void list(dxGeom* const* geoms);
+
+  SlotSet slots_;  // of all meshes and spaces, and of geoms that are not listed yet
+  bool listed_ = true;
+  std::vector<Watched> watched_;  // ascending
+};
+
+// Whether ODE may make it dirty without a call of dirty().
+bool mayBeSilent(const dxGeom* geom);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,132 @@
+// What the preload library uses: spaces in the place of stock ones, and an account of them.
+#include "space/preload/stand_ins.h"
+
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <unordered_set>
+
+#include "space/ode/ode_layout.h"
+#include "space/ode/ode_space.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+class StandIn;
+
+// The sums over spaces that are gone, and those that are not.
+struct Account {
+  std::mutex mutex;
+  const Clock::time_point begin = Clock::now();
+  std::unordered_set<const StandIn*> alive;
+  FrameSums frames;
+  // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
+  unsigned long long collide2_geoms = 0;
+  double collide2_s = 0;
+};
+
+// Never destroyed: spaces may outlive everything.
+Account& account() {
+  static Account& the_account = *new Account;
+  return the_account;
+}
+
+class StandIn final : public ParallelSAPSpace {
+ public:
+  StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
+    prints_totals_ = false;  // one account for all of them
+    counted_ = settings.print_stats;
+    if (!counted_) return;
+    const std::lock_guard<std::mutex> lock(account().mutex);
+    account().alive.insert(this);
+  }
+
+  ~StandIn() {
+    if (!counted_) return;
+    const std::lock_guard<std::mutex> lock(account().mutex);
+    account().alive.erase(this);
+    addTo(account());
+  }
+
+  void collide2(void* data, dxGeom* geom, dNearCallback* callback) override {
+    if (!counted_) return ParallelSAPSpace::collide2(data, geom, callback);
+    const Clock::time_point begin = Clock::now();
+    ParallelSAPSpace::collide2(data, geom, callback);
+    ++collide2_geoms_;
+    collide2_s_ += secondsSince(begin);
+  }
+
+  void addTo(Account& sums) const {
+    sums.frames.add(totals());
+    sums.collide2_geoms += collide2_geoms_;
+    sums.collide2_s += collide2_s_;
+  }
+
+  int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
+
+ private:
+  bool counted_;
+  unsigned long long collide2_geoms_ = 0;
+  double collide2_s_ = 0;
+};
+
+dSpaceID create(dSpaceID parent, int space_class) {
+  return new StandIn(parent, space_class);
+}
+
+int setLevels(dSpaceID space, int minlevel, int maxlevel) {
+  StandIn* const own = dynamic_cast<StandIn*>(space);
+  if (!own) return 0;
+  dUASSERT(own->type == dHashSpaceClass, "argument must be a hash space");
+  dUASSERT(minlevel <= maxlevel, "must have minlevel <= maxlevel");
+  own->minlevel = minlevel;
+  own->maxlevel = maxlevel;
+  return 1;
+}
+
+int getLevels(dSpaceID space, int* minlevel, int* maxlevel) {
+  const StandIn* const own = dynamic_cast<StandIn*>(space);
+  if (!own) return 0;
+  dUASSERT(own->type == dHashSpaceClass, "argument must be a hash space");
+  if (minlevel) *minlevel = own->minlevel;
+  if (maxlevel) *maxlevel = own->maxlevel;
+  return 1;
+}
+
+void report() {
+  Account& sums = account();
+  const std::lock_guard<std::mutex> lock(sums.mutex);
+  for (const StandIn* const space : sums.alive) space->addTo(sums);
+  sums.alive.clear();
+  const FrameSums::Sums& all = sums.frames.sums();
+  const FrameSums::Sums each = sums.frames.average();
+  std::fprintf(stderr,
+               "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
+               "contacts took %.3f ms each: update %.3f, synchronise %.3f, extract %.3f, filter "
+               "%.3f, narrow %.3f, callbacks %.3f\n",
+               each.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
+               each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms,
+               each.report_ms);
+  std::fprintf(stderr,
+               "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
+               "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
+               secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
+               all.narrow_ms / 1000, all.report_ms / 1000, sums.collide2_geoms, sums.collide2_s);
+}
+
+}  // namespace
+
+}  // namespace ode_parallel_sap
+
+const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
+  using namespace ode_parallel_sap;
+  static const dParallelSAPStandIns stand_ins = {misfitOfODE, create, setLevels, getLevels, report};
+  return &stand_ins;
+}

@@ -1,0 +1,173 @@
+#include "space/queries/query_tree.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "space/data/floating_point.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// How much wider than its boxes a cell is on each side, in parts of its extent. Little enough to
+// leave most queries the cells they would visit anyway; a pile that trembles stays within it.
+constexpr double cell_margin = 1.0 / 16;
+
+template <class Real>
+bool contains(const BasicBox<Real>& bounds, const BasicBox<Real>& box) {
+  bool inside = true;
+  for (int axis = 0; axis < 3; ++axis)
+    inside =
+        inside && bounds.lower[axis] <= box.lower[axis] && box.upper[axis] <= bounds.upper[axis];
+  return inside;
+}
+
+template <class Real>
+void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    group.lower[axis][lane] = box.lower[axis];
+    group.upper[axis][lane] = box.upper[axis];
+  }
+}
+
+template <class Real>
+constexpr BasicBox<Real> noBox() {
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+  return {{nan, nan, nan}, {nan, nan, nan}};
+}
+
+}  // namespace
+
+template <class Real>
+void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
+  const ScopedMode mode(exactMode());
+  stray_boxes_.resizeDiscarding(0);
+  stray_ids_.resizeDiscarding(0);
+  free_strays_.resizeDiscarding(0);
+  Buffer<std::uint64_t> workspace;
+  order_.build(boxes, threads, workspace);
+  places_.resizeDiscarding(boxes.size);
+  std::fill(places_.begin(), places_.end(), nowhere);
+  first_cells_.assign(1, 0);
+  trees_.resize(std::max(trees_.size(), order_.classes().size()));
+  for (std::size_t i = 0; i < order_.classes().size(); ++i) {
+    const auto& of = order_.classes()[i];
+    const std::uint32_t* const starts = order_.starts() + of.first_cell;
+    trees_[i].build(boxes, order_.order(), starts, of.last_cell - of.first_cell, threads);
+    trees_[i].widen(static_cast<Real>(cell_margin));
+    first_cells_.push_back(of.last_cell);
+  }
+  for (std::size_t cell = 0; cell < cells(); ++cell) {
+    const std::uint32_t begin = order_.starts()[cell], end = order_.starts()[cell + 1];
+    for (std::uint32_t i = begin; i < end; ++i)
+      places_[order_.order()[i]] = static_cast<std::uint32_t>(cell * group_size + (i - begin));
+  }
+}
+
+template <class Real>
+std::size_t QueryTree<Real>::classOf(std::size_t cell) const {
+  std::size_t of = 0;
+  while (first_cells_[of + 1] <= cell) ++of;
+  return of;
+}
+
+template <class Real>
+bool QueryTree<Real>::fits(Slot slot, const BasicBox<Real>& box) const {
+  if (!isActive(box)) return true;
+  if (slot >= places_.size() || places_[slot] == nowhere) return false;
+  const std::size_t cell = places_[slot] / group_size;
+  if (cell >= cells()) return false;
+  const std::size_t of = classOf(cell);
+  return contains(trees_[of].boundsOf(cell - first_cells_[of]), box);
+}
+
+template <class Real>
+void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
+  const std::size_t known = places_.size();
+  if (slot >= known) {
+    if (!isActive(box)) return;
+    places_.resize(slot + 1);
+    std::fill(places_.begin() + known, places_.end(), nowhere);
+  }
+  const std::uint32_t place = places_[slot];
+  if (place == nowhere) {
+    if (isActive(box)) addStray(slot, box);
+    return;
+  }
+  const std::size_t cell = place / group_size;
+  const int lane = place % group_size;
+  if (cell >= cells()) {
+    setStray(place, box);
+    if (isActive(box)) return;
+    free_strays_.push_back(place);
+    places_[slot] = nowhere;
+    return;
+  }
+  const std::size_t of = classOf(cell), own = cell - first_cells_[of];
+  if (contains(trees_[of].boundsOf(own), box)) {
+    trees_[of].setBox(own, lane, box);
+    return;
+  }
+  trees_[of].setBox(own, lane, noBox<Real>());
+  places_[slot] = nowhere;
+  if (isActive(box)) addStray(slot, box);
+}
+
+template <class Real>
+void QueryTree<Real>::setStray(std::uint32_t place, const BasicBox<Real>& box) {
+  put(stray_boxes_[place / group_size - cells()], place % group_size, box);
+}
+
+template <class Real>
+void QueryTree<Real>::addStray(Slot slot, const BasicBox<Real>& box) {
+  if (free_strays_.size() == 0) {
+    const std::size_t row = stray_boxes_.size();
+    stray_boxes_.resize(row + 1);
+    stray_ids_.resize(row + 1);
+    for (int lane = group_size - 1; lane >= 0; --lane) {
+      put(stray_boxes_[row], lane, noBox<Real>());
+      stray_ids_[row].slot[lane] = 0;
+      free_strays_.push_back(static_cast<std::uint32_t>((cells() + row) * group_size + lane));
+    }
+  }
+  const std::uint32_t place = free_strays_[free_strays_.size() - 1];
+  free_strays_.resize(free_strays_.size() - 1);
+  setStray(place, box);
+  stray_ids_[place / group_size - cells()].slot[place % group_size] = slot;
+  places_[slot] = place;
+}
+
+template <class Real>
+std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const {
+  Group<Real> query;
+  put(query, 0, box);
+  const Kernels<Real>& kernel = kernels<Real>();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 1 < first_cells_.size(); ++i)
+    if (trees_[i].cells()) count += kernel.findInTree(trees_[i].view(), query, found + count);
+  return count + kernel.findInCells(stray_boxes_.data(), stray_ids_.data(), stray_boxes_.size(),
+                                    query, found + count);
+}
+
+template <class Real>
+void QueryTree<Real>::releaseScratch() {
+  order_ = CellOrder<Real>();
+}
+
+template <class Real>
+void QueryTree<Real>::release() {
+  *this = QueryTree();
+}
+
+template <class Real>
+std::size_t QueryTree<Real>::bytes() const {
+  std::size_t bytes = order_.bytes() + places_.bytes() + stray_boxes_.bytes() + stray_ids_.bytes() +
+                      free_strays_.bytes();
+  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
+  return bytes;
+}
+
+template class QueryTree<float>;
+template class QueryTree<double>;
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,115 @@
+#include "space/update/coarse_crowds.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+#include "space/data/parallel.h"
+#include "space/data/round_outward.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// So that boxes all far from each other seem to make a pair for sixteen boxes at most.
+constexpr std::size_t cells_a_box = 8;
+constexpr std::size_t block_boxes = 64;  // whose counts are on their way from memory together
+constexpr std::size_t least_boxes_a_thread = 4096;
+constexpr double step_of_floats = 0x1p-22;
+
+std::uint64_t bitsOf(double value) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+double valueOf(std::uint64_t bits) {
+  double value;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+constexpr std::uint64_t bias = 1023;  // of the exponents of doubles
+
+// Of a double below 2^51; what is larger has no fraction worth mentioning. Needs rounding to
+// nearest.
+double nearestInteger(double value) {
+  constexpr double without_fraction = 0x1.8p52;
+  return (value + without_fraction) - without_fraction;
+}
+
+// A number for the cell that a box lies in: a power of two wide, about as wide as the box or the
+// steps of floats there.
+std::uint64_t cellOf(const Box& box) {
+  double width = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double lower = box.lower[axis], upper = box.upper[axis];
+    width = std::max({width, upper - lower, std::fabs(lower) * step_of_floats});
+  }
+  // The power of two above the width, of which there is always an inverse.
+  const std::uint64_t exponent = std::min(bitsOf(width) >> 52, std::uint64_t{2 * bias - 2}) + 1;
+  const double cells = valueOf((2 * bias - exponent) << 52);
+  std::uint64_t hash = exponent;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double place = nearestInteger(static_cast<double>(box.lower[axis]) * cells);
+    hash = (hash ^ bitsOf(place)) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 32;
+  }
+  return hash * 0x9e3779b97f4a7c15u;
+}
+
+// Boxes of doubles are counted as the floats that they would be, so that the count does not depend
+// on which of the two there are.
+Box floatsOf(const BasicBox<double>& box) {
+  const double bounds[6] = {box.lower[0], box.upper[0], box.lower[1],
+                            box.upper[1], box.lower[2], box.upper[2]};
+  Box floats;
+  roundOutward(bounds, floats);
+  return floats;
+}
+
+}  // namespace
+
+std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
+                                int threads) {
+  counted_ = false;
+  bits_ = 2;
+  while (std::size_t{1} << bits_ < cells_a_box * coarse.size()) ++bits_;
+  counts_.resizeDiscarding(std::size_t{1} << bits_);
+  std::fill(counts_.begin(), counts_.end(), 0);
+  pairs_ = 0;
+  counted_ = true;
+  return countMoved(boxes, coarse, most, threads);
+}
+
+std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
+                                     std::size_t most, int threads) {
+  threads =
+      static_cast<int>(std::min<std::size_t>(threads, moved.size() / least_boxes_a_thread + 1));
+  std::atomic<std::size_t> pairs{pairs_};
+  runTeam(threads, [&](int thread, int team) {
+    const Range range = partOf(moved.size(), thread, team);
+    const auto increment = [team](std::uint16_t* count) {
+      return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
+    };
+    // No count gets as far as 2^16: its own pairs would be too many long before.
+    std::uint16_t* places[block_boxes];
+    for (std::size_t begin = range.begin; begin < range.end; begin += block_boxes) {
+      const std::size_t count = std::min(block_boxes, range.end - begin);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Slot slot = moved[begin + i];
+        const std::uint64_t cell =
+            cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
+        places[i] = &counts_[cell >> (64 - bits_)];
+        __builtin_prefetch(places[i], 1);
+      }
+      std::size_t found = 0;
+      for (std::size_t i = 0; i < count; ++i) found += increment(places[i]);
+      if (pairs.fetch_add(found, std::memory_order_relaxed) + found > most) return;
+    }
+  });
+  pairs_ = pairs;
+  return pairs_;
+}
+
+}  // namespace ode_parallel_sap

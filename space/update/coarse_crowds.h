@@ -1,0 +1,40 @@
+// Where floats are too coarse for boxes, and whether that matters.
+#ifndef ODE_PARALLEL_SAP_COARSE_CROWDS_H
+#define ODE_PARALLEL_SAP_COARSE_CROWDS_H
+
+#include <cstddef>
+#include <cstdint>
+
+#include "space/data/box_set.h"
+#include "space/data/buffer.h"
+
+namespace ode_parallel_sap {
+
+// Boxes that floats make clearly larger overlap others in vain only where they are close together:
+// in scenes of all sizes the small ones are coarse, but lie far apart. Boxes of like size are
+// counted by the cells, of about their size, that they lie in.
+class CoarseCrowds {
+ public:
+  // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
+  // vain. Stops counting beyond `most`, which is below 2^31. Uses up to `threads` threads; whether
+  // there are more than `most` does not depend on them. Needs exactMode().
+  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads);
+  // The same after some have moved, as if they were still where they were, too: never too few, at a
+  // cost in proportion to these.
+  std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most,
+                         int threads);
+  // Whether all others are in the last count.
+  bool counted() const { return counted_; }
+  void forget() { counted_ = false; }
+  std::size_t bytes() const { return counts_.bytes(); }
+
+ private:
+  bool counted_ = false;
+  int bits_ = 0;                  // of a hash
+  std::size_t pairs_ = 0;         // so far
+  Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

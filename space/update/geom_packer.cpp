@@ -1,0 +1,216 @@
+#include "space/update/geom_packer.h"
+
+#include <cmath>
+#include <limits>
+
+#include "space/data/round_outward.h"
+#include "space/geom/geom_tests.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// What the other stages take from a geom that has a box, without looking at it again.
+constexpr SlotState kind_states = unwatched_state | space_state | user_class_state;
+
+SlotState kindOf(const dxGeom* geom, bool resting) {
+  return (resting && !geom->body ? unwatched_state : 0) | (IS_SPACE(geom) ? space_state : 0) |
+         (isUserClass(geom) ? user_class_state : 0);
+}
+
+template <class Real>
+constexpr BasicBox<Real> inactiveBox() {
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+  return {{nan, nan, nan}, {nan, nan, nan}};
+}
+
+void deactivate(Slot slot, BoxSet& boxes) {
+  if (boxes.wide)
+    boxes.wide_boxes[slot] = inactiveBox<double>();
+  else
+    boxes.boxes[slot] = inactiveBox<float>();
+}
+
+// All bits as 32, of which the highest stands for all above it, too: a match of the originals is
+// always a match of these.
+std::uint32_t foldBits(unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return static_cast<std::uint32_t>(wide) | (wide >> 32 ? std::uint32_t{1} << 31 : 0);
+}
+// Whether these decide as the originals would, among others of which that is true: the bits above
+// are clear, or set together with the highest, as in ~8ul.
+bool foldsExactly(unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return wide >> 32 == 0 || ~wide >> 31 == 0;
+}
+
+std::uint32_t numberOf(const dxBody* body) {
+  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
+}
+
+// A box's bounds lie this part of the tolerance outside the geom's own. They may stay until they
+// are twice as far outside on one of the sides, so that two boxes that meet are never further apart
+// than the tolerance.
+constexpr dReal margin_share = dReal(1) / 4;
+
+void placeWide(const dReal* bounds, BasicBox<double>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = bounds[2 * axis];
+    box.upper[axis] = bounds[2 * axis + 1];
+  }
+}
+
+// Bounds moved outward by `margin`, where that is not less than the type's own steps.
+void inflate(const dReal* exact, dReal margin, dReal* bounds) {
+  for (int i = 0; i < 6; ++i) {
+    bounds[i] = exact[i] + (i % 2 ? margin : -margin);
+    if (std::fabs(bounds[i] - exact[i]) > margin * dReal(1.25)) bounds[i] = exact[i];
+  }
+}
+
+// Rounds such bounds to floats. What they let through is within the tolerance, unless the rounding
+// adds too much to it.
+BoundsFacts roundBounds(const dReal* bounds, dReal margin, Box& box) {
+  BoundsFacts facts = roundOutward(bounds, box);
+  facts.exact = true;
+  facts.coarse = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    facts.coarse |= bounds[2 * axis] - static_cast<dReal>(box.lower[axis]) > margin / 2;
+    facts.coarse |= static_cast<dReal>(box.upper[axis]) - bounds[2 * axis + 1] > margin / 2;
+  }
+  return facts;
+}
+
+// Whether `box` contains the bounds, and no bound is more than `most` outside.
+template <class Real>
+bool containsClosely(const BasicBox<Real>& box, const dReal* bounds, dReal most) {
+  bool contains = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
+    contains = contains && box.lower[axis] <= lower && box.lower[axis] >= lower - most &&
+               box.upper[axis] >= upper && box.upper[axis] <= upper + most;
+  }
+  return contains;
+}
+
+}  // namespace
+
+void UpdateFacts::add(const UpdateFacts& other) {
+  moved += other.moved;
+  disabled += other.disabled;
+  invalid += other.invalid;
+  unbounded += other.unbounded;
+  coarse += other.coarse;
+  user_classes = user_classes || other.user_classes;
+  spaces = spaces || other.spaces;
+  exact_bits = exact_bits && other.exact_bits;
+  exact_bodies = exact_bodies && other.exact_bodies;
+  exact_boxes = exact_boxes && other.exact_boxes;
+  filter_bits = filter_bits || other.filter_bits;
+  filter_bodies = filter_bodies || other.filter_bodies;
+  newly_invalid.insert(newly_invalid.end(), other.newly_invalid.begin(), other.newly_invalid.end());
+}
+
+void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
+  facts.disabled += state & disabled_state ? sign : 0;
+  facts.invalid += state & invalid_state ? sign : 0;
+  facts.unbounded += state & unbounded_state ? sign : 0;
+  facts.coarse += state & coarse_state ? sign : 0;
+}
+
+void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+  UpdateFacts& facts = part.facts;
+  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
+  facts.exact_bits =
+      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
+  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
+    facts.filter_bodies = facts.filter_bodies || geom->body_next;
+    if (!part.some_body) part.some_body = body;
+    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
+    const std::uint32_t number = boxes.bodies[slot];
+    if (number == 0 || number == resting_number) facts.exact_bodies = false;
+  }
+}
+
+// Geoms at rest are packed as if enabled and with all bits set, because few of their silent changes
+// are noticed here: pairs with them are looked at again in every frame.
+SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+  if (!geom) {
+    deactivate(slot, boxes);
+    return no_box_state | unwatched_state;
+  }
+  UpdateFacts& facts = part.facts;
+  const bool resting = isResting(geom, rules);
+  boxes.bodies[slot] = resting ? resting_number : numberOf(geom->body);
+  SlotState state = kindOf(geom, resting);
+  if (!isEnabled(geom)) {
+    state |= disabled_state;
+    if (!resting || geom->gflags & GEOM_ZERO_SIZED) {
+      deactivate(slot, boxes);
+      return state | no_box_state;
+    }
+  }
+  const dReal margin = rules.tolerance * margin_share;
+  const dReal* bounds = geom->aabb;
+  dReal inflated[6];
+  Box box;
+  BoundsFacts rounded;
+  if (__builtin_expect(margin > 0, false)) {
+    inflate(bounds, margin, inflated);
+    bounds = inflated;
+    rounded = roundBounds(bounds, margin, box);
+  } else {
+    rounded = roundOutward(bounds, box);
+  }
+  if (rounded.nan) {
+    facts.newly_invalid.push_back(slot);
+    deactivate(slot, boxes);
+    return state | no_box_state | invalid_state;
+  }
+  if (boxes.wide)
+    placeWide(bounds, boxes.wide_boxes[slot]);
+  else
+    boxes.boxes[slot] = box;
+  facts.exact_boxes = facts.exact_boxes && rounded.exact;
+  facts.user_classes = facts.user_classes || state & user_class_state;
+  facts.spaces = facts.spaces || state & space_state;
+  state |= (rounded.unbounded ? unbounded_state : 0) | (rounded.coarse ? coarse_state : 0);
+  if (resting) {
+    boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
+    facts.filter_bodies = true;
+    return state;
+  }
+  packFilter(geom, slot, part, boxes);
+  return state;
+}
+
+bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state,
+                                  const BoxSet& boxes) const {
+  const bool resting = isResting(geom, rules);
+  if (resting != (boxes.bodies[slot] == resting_number)) return true;
+  if (isEnabled(geom) != !(state & disabled_state)) return true;
+  if (resting || state & no_box_state) return false;
+  return boxes.bits[slot].category != foldBits(geom->category_bits) ||
+         boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
+         !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||
+         boxes.bodies[slot] != numberOf(geom->body);
+}
+
+bool GeomPacker::stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
+                       UpdatePart& part) const {
+  if (!geom || state & no_box_state || changedUnnoticed(geom, slot, state, boxes)) return false;
+  // The slot may have another geom now.
+  if ((state & kind_states) != kindOf(geom, isResting(geom, rules))) return false;
+  // A culled plane's box is nowhere; one that stays would be another geom's.
+  if (rules.cull_planes && geom->type == dPlaneClass) return false;
+  const dReal most = 2 * margin_share * rules.tolerance;
+  if (!(boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)
+                   : containsClosely(boxes.boxes[slot], geom->aabb, most)))
+    return false;
+  part.staying.push_back(slot);
+  return true;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,383 @@
+#include "space/update/geom_update.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "space/data/floating_point.h"
+#include "space/data/parallel.h"
+#include "space/data/round_outward.h"
+#include "space/geom/geom_tests.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
+// a geom's two blocks and its pose's one block before they are needed.
+constexpr std::size_t block_size = 32;
+
+bool hasGimpact() {
+  static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
+  return has;
+}
+
+// Whether other threads may compute other geoms' AABBs at the same time: not where user code runs,
+// where a sub-space cleans its geoms, or where geoms share caches.
+bool needsCallingThread(const dxGeom* geom) {
+  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
+         (geom->type == dTriMeshClass && hasGimpact());
+}
+
+void prefetch(const void* object, std::size_t size) {
+  const char* const bytes = static_cast<const char*>(object);
+  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
+  __builtin_prefetch(bytes + size - 1);
+}
+
+// What notice() reads of a geom, and of the body of one that was at rest.
+void prefetchStatus(const dxGeom* geom, bool resting) {
+  __builtin_prefetch(&geom->gflags);
+  __builtin_prefetch(&geom->body);
+  if (resting) return;
+  __builtin_prefetch(&geom->category_bits);
+  __builtin_prefetch(&geom->collide_bits);
+}
+void prefetchStatus(const dxBody* body) {
+  constexpr std::size_t flags = 56;  // in ODE 0.16; elsewhere a prefetch in vain
+  __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
+}
+
+}  // namespace
+
+// Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot,
+// part) for each; geom may be null.
+template <class SlotOf, class Use>
+int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf,
+                         Use use) {
+  const int parts = threads;
+  if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
+  part_count_ = parts;
+  for (int index = 0; index <= parts; ++index) {
+    UpdatePart& part = parts_[index];
+    part.facts = UpdateFacts();
+    part.deferred.clear();
+    part.staying.clear();
+    part.some_body = 0;
+  }
+  const auto prefetchGeoms = [&](const Range& range) {
+    // The derived classes' sizes follow the base: one line more holds most of them.
+    for (std::size_t i = range.begin; i < range.end; ++i)
+      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetch(geom, sizeof(dxGeom) + 32);
+  };
+  const auto prefetchPoses = [&](const Range& range) {
+    for (std::size_t i = range.begin; i < range.end; ++i)
+      if (const dxGeom* const geom = geoms[slotOf(i)])
+        if (geom->final_posr) prefetch(geom->final_posr, sizeof(dxPosR));
+  };
+  int used = 1;
+  runTeam(parts, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    for (int index = thread; index < parts; index += team) {
+      UpdatePart& part = parts_[index];
+      const Range range = partOf(count, index, parts);
+      const auto block = [&](std::size_t begin) {
+        return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
+      };
+      prefetchGeoms(block(range.begin));
+      prefetchPoses(block(range.begin));
+      prefetchGeoms(block(range.begin + block_size));
+      for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
+        const std::size_t end = block(begin).end;
+        prefetchGeoms(block(begin + 2 * block_size));
+        prefetchPoses(block(begin + block_size));
+        for (std::size_t i = begin; i < end; ++i) {
+          const Slot slot = slotOf(i);
+          dxGeom* const geom = geoms[slot];
+          if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
+          ++part.facts.moved;
+          if (needsCallingThread(geom))
+            part.deferred.push_back(slot);
+          else
+            cleanGeom(geom);
+        }
+        const ScopedMode exact(exactMode());
+        for (std::size_t i = begin; i < end; ++i) {
+          const Slot slot = slotOf(i);
+          const dxGeom* const geom = geoms[slot];
+          if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot, part);
+        }
+      }
+    }
+  });
+  UpdatePart& serial = parts_[parts];
+  for (int index = 0; index < parts; ++index)
+    for (const Slot slot : parts_[index].deferred) {
+      cleanGeom(geoms[slot]);
+      const ScopedMode exact(exactMode());
+      use(geoms[slot], slot, serial);
+    }
+  return used;
+}
+
+void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
+                       const SlotSet* changed) {
+  const auto ignore = [](const dxGeom*, Slot, UpdatePart&) {};
+  if (!changed) {
+    forGeoms(
+        geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); }, ignore);
+    return;
+  }
+  listSlots(*changed, slots);
+  forGeoms(
+      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; }, ignore);
+}
+
+void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
+  slots_.resizeDiscarding(0);
+  set.forEach([&](Slot slot) {
+    if (slot < slots) slots_.push_back(slot);
+  });
+}
+
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                     BoxSet& boxes) {
+  packer_.rules = rules;
+  watching_ = false;
+  boxes.size = slots;
+  boxes.bits.resizeDiscarding(slots);
+  boxes.bodies.resizeDiscarding(slots);
+  states_.resizeDiscarding(slots);
+  std::size_t moved = 0;
+  for (bool repeated = false;; repeated = true) {
+    if (boxes.wide)
+      boxes.wide_boxes.resizeDiscarding(slots);
+    else
+      boxes.boxes.resizeDiscarding(slots);
+    const int used = forGeoms(
+        geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
+        [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+          const SlotState state = packer_.pack(geom, slot, part, boxes);
+          states_[slot] = state;
+          if (state) count(state, 1, part.facts);
+        });
+    some_body_ = 0;
+    facts_ = mergeParts(0);
+    moved += facts_.moved;
+    facts_.moved = moved;
+    const bool wide = needsDoubles(boxes, nullptr, threads);
+    if (wide == boxes.wide || repeated) return used;
+    boxes.wide = wide;
+    (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+  }
+}
+
+// Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
+// exact tests, and floats again when those would be far fewer. `changed`: the slots that were
+// packed since this was asked, or null for all.
+bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads) {
+  const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
+  if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
+  const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
+  if (coarse * coarse / 2 <= most) {
+    coarse_crowds_.forget();
+    return false;
+  }
+  if (changed && boxes.wide) return true;  // until all are packed
+  coarse_.resizeDiscarding(0);
+  const auto list = [this](Slot slot) {
+    if (states_[slot] & coarse_state) coarse_.push_back(slot);
+  };
+  const ScopedMode exact(exactMode());
+  if (changed && coarse_crowds_.counted()) {
+    for (const Slot slot : *changed) list(slot);
+    if (coarse_crowds_.countMoved(boxes, coarse_, most, threads) <= most) return false;
+    coarse_.resizeDiscarding(0);
+  }
+  for (std::size_t slot = 0; slot < boxes.size; ++slot) list(static_cast<Slot>(slot));
+  return coarse_crowds_.count(boxes, coarse_, most, threads) > most;
+}
+
+// The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
+UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
+  UpdateFacts facts;
+  for (int index = 0; index <= part_count_; ++index) {
+    const UpdatePart& part = parts_[index];
+    facts.add(part.facts);
+    if (!part.some_body) continue;
+    if (!some_body) some_body = part.some_body;
+    if ((part.some_body ^ some_body) & ~body_bits) facts.exact_bodies = false;
+  }
+  some_body_ = some_body;
+  std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
+  return facts;
+}
+
+// Where addresses are too far apart for 32 of their bits to tell them apart.
+void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
+  body_numbers_.clear();
+  for (std::size_t slot = 0; slot < boxes.size; ++slot) {
+    const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
+    if (boxes.bodies[slot] == resting_number && geoms[slot] &&
+        isResting(geoms[slot], packer_.rules))
+      continue;
+    boxes.bodies[slot] =
+        body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
+                   .first->second
+             : 0;
+  }
+}
+
+const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
+  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
+  facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
+  boxes.exact = facts_.exact_boxes;
+  boxes.filter_bits = facts_.filter_bits;
+  boxes.filter_bodies = facts_.filter_bodies;
+  return facts_;
+}
+
+void GeomUpdate::watchAll() {
+  watched_.growTo(states_.size());
+  watched_.clear();
+  for (std::size_t slot = 0; slot < states_.size(); ++slot)
+    if (!(states_[slot] & unwatched_state)) watched_.insert(static_cast<Slot>(slot));
+  watching_ = true;
+}
+
+int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed) {
+  if (!watching_) watchAll();
+  int used = 1;
+  runTeam(threads, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    const Range words = partOf(watched_.words(), thread, team);
+    const auto watchedIn = [&](std::size_t word) {
+      return word < words.end ? watched_.word(word) & ~changed.word(word) : 0;
+    };
+    const auto prefetchIn = [&](std::size_t word, bool bodies) {
+      for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
+        const std::size_t slot = word * SlotSet::word_slots + __builtin_ctzll(bits);
+        if (!bodies)
+          prefetchStatus(geoms[slot], boxes.bodies[slot] == resting_number);
+        else if (geoms[slot]->body)
+          prefetchStatus(geoms[slot]->body);
+      }
+    };
+    const bool bodies = packer_.rules.skip_asleep;
+    prefetchIn(words.begin, false);
+    prefetchIn(words.begin + 1, false);
+    if (bodies) prefetchIn(words.begin, true);
+    for (std::size_t word = words.begin; word < words.end; ++word) {
+      prefetchIn(word + 2, false);
+      if (bodies) prefetchIn(word + 1, true);
+      for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
+        const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
+        if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
+      }
+    }
+  });
+  return used;
+}
+
+// Room for all slots, with the boxes of before. What is beyond them counts no more.
+void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
+  const std::size_t before = boxes.size;
+  for (std::size_t slot = slots; slot < before; ++slot) {
+    count(states_[slot], -1, facts_);
+    watched_.erase(static_cast<Slot>(slot));
+  }
+  boxes.size = slots;
+  if (boxes.wide)
+    boxes.wide_boxes.resize(slots);
+  else
+    boxes.boxes.resize(slots);
+  boxes.bits.resize(slots);
+  boxes.bodies.resize(slots);
+  states_.resize(slots);
+  watched_.growTo(slots);
+  UpdatePart unread;
+  for (std::size_t slot = before; slot < slots; ++slot)
+    states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes);
+}
+
+// Takes the slots whose boxes may stay out of `changed` and slots_. False if too many may not: then
+// nothing has changed but the geoms' own bounds.
+bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+                         const BoxSet& boxes) {
+  forGeoms(
+      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
+      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+        packer_.stays(geom, slot, states_[slot], boxes, part);
+      });
+  facts_.moved = mergeParts(some_body_).moved;
+  std::size_t staying = 0;
+  for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
+  if (slots_.size() - staying > most) return false;
+  if (staying == 0) return true;
+  for (int index = 0; index <= part_count_; ++index)
+    for (const Slot slot : parts_[index].staying) changed.erase(slot);
+  slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
+                               [&](Slot slot) { return !changed.contains(slot); }) -
+                slots_.begin());
+  return true;
+}
+
+bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+                        SlotSet& changed, BoxSet& boxes) {
+  if (!watching_) watchAll();
+  resizeTo(slots, boxes);
+  listSlots(changed, slots);
+  constexpr std::size_t least_slots_a_thread = 1024;
+  const auto threadsForSlots = [&] {
+    return static_cast<int>(
+        std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
+  };
+  facts_.moved = 0;
+  if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
+    return false;
+  forGeoms(
+      geoms, slots_.size(), threadsForSlots(), [&](std::size_t i) { return slots_[i]; },
+      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+        const SlotState state = packer_.pack(geom, slot, part, boxes);
+        count(states_[slot], -1, part.facts);
+        count(state, 1, part.facts);
+        states_[slot] = state;
+      });
+  for (const Slot slot : slots_)
+    if (states_[slot] & unwatched_state)
+      watched_.erase(slot);
+    else
+      watched_.insert(slot);
+  return takeOver(mergeParts(some_body_), threads, boxes);
+}
+
+// Makes the facts of some slots, packed again, part of those of all. False if these would have
+// been packed otherwise.
+bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes) {
+  facts_.moved += packed.moved;
+  facts_.disabled += packed.disabled;
+  facts_.invalid += packed.invalid;
+  facts_.unbounded += packed.unbounded;
+  facts_.coarse += packed.coarse;
+  facts_.user_classes = facts_.user_classes || packed.user_classes;
+  facts_.spaces = facts_.spaces || packed.spaces;
+  facts_.newly_invalid = packed.newly_invalid;
+  facts_.exact_boxes =
+      facts_.exact_boxes && (packed.exact_boxes || boxes.wide || std::is_same<dReal, float>::value);
+  boxes.exact = facts_.exact_boxes;
+  return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
+         (boxes.filter_bodies || !packed.filter_bodies) &&
+         (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
+}
+
+std::size_t GeomUpdate::bytes() const {
+  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
+                      coarse_crowds_.bytes();
+  for (const UpdatePart& part : parts_)
+    bytes += (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,78 @@
+// The update stage: geoms in, boxes out. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_GEOM_UPDATE_H
+#define ODE_PARALLEL_SAP_GEOM_UPDATE_H
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "space/data/box_set.h"
+#include "space/data/buffer.h"
+#include "space/data/slot_set.h"
+#include "space/update/coarse_crowds.h"
+#include "space/update/geom_packer.h"
+
+namespace ode_parallel_sap {
+
+// The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
+// boxes to a part of the storage that is its own; joining the parts then moves no box.
+class GeomUpdate {
+ public:
+  // Brings the dirty ones of geoms[0..slots) up to date (null: an empty slot). All of them are in
+  // `changed`, if that is not null.
+  void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
+
+  // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
+  // scene. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+           BoxSet& boxes);
+  // The threads' facts made one. Call after pack().
+  const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
+
+  // Whether repack() may follow what was packed last.
+  bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
+  // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
+  // enabled states. Returns the number of threads used.
+  int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed);
+  // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
+  // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
+  // as a whole: the facts are others now, or of boxes that might have stayed more than `most` may
+  // not.
+  bool repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+              SlotSet& changed, BoxSet& boxes);
+  // The slots of the last repack() whose boxes changed, ascending.
+  const Buffer<Slot>& repacked() const { return slots_; }
+  const UpdateFacts& facts() const { return facts_; }
+  std::size_t bytes() const;
+
+ private:
+  template <class SlotOf, class Use>
+  int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
+  UpdateFacts mergeParts(std::uintptr_t some_body);
+  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
+  void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
+  void watchAll();
+  void resizeTo(std::size_t slots, BoxSet& boxes);
+  bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+               const BoxSet& boxes);
+  bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
+  void listSlots(const SlotSet& set, std::size_t slots);
+
+  std::vector<UpdatePart> parts_;
+  int part_count_ = 0;
+  UpdateFacts facts_;
+  std::uintptr_t some_body_ = 0;  // of those packed
+  GeomPacker packer_;
+  Buffer<SlotState> states_;  // by slot
+  SlotSet watched_;           // slots that notice() looks at
+  bool watching_ = false;
+  Buffer<Slot> slots_;  // those of a repack
+  CoarseCrowds coarse_crowds_;
+  Buffer<Slot> coarse_;
+  std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
