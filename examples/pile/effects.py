@@ -132,7 +132,7 @@ class Options(Folder):
         def threads(*options):
             # dSimpleSpace has none, and its step lasts long enough to look.
             with Running("--bodies", "6000", "--space", "simple", *options) as pile:
-                pile.wait_for_step()
+                pile.wait_until(lambda: pile.work() > 0.5)
                 with open("/proc/%d/status" % pile.process.pid) as file:
                     return int(re.search(r"Threads:\s*(\d+)", file.read()).group(1))
 
@@ -198,12 +198,16 @@ class Running:
         self.process.kill()
         self.process.communicate()
 
-    def wait_for_step(self):
-        """The header is printed just before the first one."""
-        while "steps of" not in self.process.stdout.readline():
+    def wait_until(self, condition):
+        while not condition():
             if self.process.poll() is not None:
                 raise AssertionError("it ended with %d" % self.process.returncode)
-        time.sleep(0.3)
+            time.sleep(0.01)
+
+    def work(self):
+        """Seconds of processor time so far: far more than what comes before the first step."""
+        with open("/proc/%d/stat" % self.process.pid) as file:
+            return int(file.read().rsplit(")", 1)[1].split()[11]) / os.sysconf("SC_CLK_TCK")
 
     def end(self, number):
         """Sends the signal; returns the exit code and what was printed since."""
@@ -216,9 +220,7 @@ class Interrupts(Folder):
     def interrupt(self, number):
         """Once the file has begun to grow, which it does by whole blocks."""
         with Running("--scene", "balls", "--bodies", "60", "--steps", "1000000", "--csv", self.file) as pile:
-            pile.wait_for_step()
-            while os.path.getsize(self.file) < 5000:
-                time.sleep(0.01)
+            pile.wait_until(lambda: os.path.exists(self.file) and os.path.getsize(self.file) > 5000)
             code, output = pile.end(number)
         with open(self.file) as file:
             return code, output, file.read()
@@ -226,6 +228,7 @@ class Interrupts(Folder):
     def test_the_table_is_printed_and_the_file_ends_with_a_whole_row(self):
         for number, code in (signal.SIGINT, 130), (signal.SIGTERM, 143):
             exit_code, output, text = self.interrupt(number)
+            os.remove(self.file)
             self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ %\n")
             self.assertEqual(exit_code, code)
             rows = text.splitlines()
@@ -238,7 +241,7 @@ class Interrupts(Folder):
     def test_a_second_one_ends_the_program_at_once(self):
         # A step of dSimpleSpace with so many takes far longer than this test.
         with Running("--scene", "balls", "--bodies", "60000", "--space", "simple") as pile:
-            pile.wait_for_step()
+            pile.wait_until(lambda: pile.work() > 1)
             pile.process.send_signal(signal.SIGINT)
             time.sleep(0.2)
             self.assertIsNone(pile.process.poll())
