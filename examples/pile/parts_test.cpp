@@ -1,7 +1,5 @@
 // Tests the parts of pile whose effects no run shows for certain. Ends with 0 if all hold.
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <limits>
@@ -53,7 +51,6 @@ void testStart(const Preset& preset) {
   const Motion motion = measure(world);
   bool at_rest = true;
   std::set<double> turns;
-  std::vector<std::array<double, 6>> boxes;
   for (dBodyID body : world.bodies()) {
     const dReal* speed = dBodyGetLinearVel(body);
     const dReal* rotation = dBodyGetAngularVel(body);
