@@ -23,8 +23,11 @@ add_pile_test(alphabet 0 "${checked}" --scene alphabet --steps 400 --check)
 add_pile_test(sweep 0 "dParallelSAPSpace \\(sweep, cpu" --bodies 3000 --steps 60 --method sweep --check)
 add_pile_test(brute-force 0 "dParallelSAPSpace \\(brute-force, cpu" --bodies 3000 --steps 60 --method brute-force
               --backend cpu --threads 2 --check)
+add_pile_test(axis-lists 0 "dParallelSAPSpace \\(axis-lists, cpu.*${checked}" --bodies 1000 --steps 30 --method axis-lists
+              --backend cpu --check)
 add_pile_test(hash 0 "dHashSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space hash --check)
 add_pile_test(quadtree 0 "dQuadTreeSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space quadtree --check)
+add_pile_test(sap 0 "dSweepAndPruneSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space sap --check)
 add_pile_test(simple 0 "dSimpleSpace.*${checked}" --scene balls --bodies 300 --steps 30 --space simple --check)
 
 # The pairs come in the same order whatever finds them, so the piles are the same to the last bit.
@@ -66,6 +69,13 @@ add_pile_test(size-skittles 0 "3,500 skittles \\(70,000,000 triangles\\)" --scen
 add_pile_test(size-torus 0 "1,000 tori \\(2,304,000 triangles\\)" --scene torus --steps 1)
 add_pile_test(size-alphabet 0 "260 letters \\(31,680 triangles\\)" --scene alphabet --steps 1)
 
+# What else a scene sets, shown by a single body.
+add_pile_test(default-is-cubes 0 "^cubes: 1 boxes.*\n300 steps of 0.01 s, seed 1\n" --bodies 1)
+add_pile_test(steps-balls 0 "\n450 steps of 0.01 s" --scene balls --bodies 1)
+add_pile_test(steps-skittles 0 "\n200 steps of 0.005 s" --scene skittles --bodies 1)
+add_pile_test(steps-torus 0 "\n500 steps of 0.005 s" --scene torus --bodies 1)
+add_pile_test(steps-alphabet 0 "\n4000 steps of 0.005 s" --scene alphabet --bodies 1)
+
 add_pile_test(help 0 "alphabet +260 letters" --help)
 add_pile_test(unknown-scene 2 "--scene: marbles not in" --scene marbles)
 add_pile_test(unknown-option 2 "--colour" --colour red)
@@ -74,15 +84,41 @@ add_pile_test(zero-steps 2 "--steps: Value 0 not in range" --steps 0)
 add_pile_test(negative-dt 2 "--dt: Value -0.01 not in range" --dt -0.01)
 add_pile_test(nan-dt 2 "--dt: Value nan not in range" --dt nan)
 add_pile_test(negative-seed 2 "--seed: Value -3 is negative" --seed -3)
+add_pile_test(no-iterations 2 "--iterations: Value 0 not in range" --iterations 0)
+add_pile_test(too-many-contacts 2 "--contacts: Value 65 not in range" --contacts 65)
+add_pile_test(too-many-threads 2 "--threads: Value 257 not in range" --threads 257)
 add_pile_test(no-number 2 "--threads" --threads many)
 add_pile_test(unwritable-csv 2 "cannot write the file /no/such/folder/file.csv" --csv /no/such/folder/file.csv)
 add_pile_test(method-elsewhere 2 "need --space parallel" --space hash --method sweep)
 add_pile_test(too-many-to-check 2 "takes at most" --bodies 200000 --check)
 
-# Pictures, by what is in them.
+add_pile_test(jpeg 2 "--snapshot: x.jpg does not end with .png" --snapshot x.jpg)
+
+# Parts that no run shows for certain.
+add_executable(pile-parts-test parts_test.cpp view/coarse_mesh.cpp)
+target_compile_features(pile-parts-test PRIVATE cxx_std_17)
+target_link_libraries(pile-parts-test PRIVATE pile-parts)
+enable_warnings(pile-parts-test)
+add_test(NAME examples.pile.parts COMMAND pile-parts-test)
+set_tests_properties(examples.pile.parts PROPERTIES LABELS examples TIMEOUT 120)
+
+# What each option does, what is written where, and signals.
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)  # the system's: it has the system's matplotlib
+if(ODE_PARALLEL_SAP_PYTHON)
+  foreach(part Files Options Output Interrupts)
+    string(TOLOWER ${part} name)
+    add_test(NAME examples.pile.${name} COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/effects.py"
+                                                $<TARGET_FILE:pile> ${part})
+    set_tests_properties(examples.pile.${name} PROPERTIES LABELS examples TIMEOUT 120)
+  endforeach()
+else()
+  add_test(NAME examples.pile.effects COMMAND ${CMAKE_COMMAND} -E echo "Skipped: needs Debian's python3")
+  set_tests_properties(examples.pile.effects PROPERTIES LABELS examples SKIP_REGULAR_EXPRESSION Skipped)
+endif()
+
+# Pictures, by what is in them.
 if(PILE_HAS_VIEW AND ODE_PARALLEL_SAP_PYTHON)
-  foreach(look place colours terrain coarse window shove pause)
+  foreach(look place whole bowl legible readme flags interrupt colours terrain coarse window shove pause keys)
     add_test(NAME "examples.pile.view-${look}" COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/view/look.py"
                                                        $<TARGET_FILE:pile> ${look})
     set_tests_properties("examples.pile.view-${look}" PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)

@@ -7,7 +7,7 @@
 
 namespace tradeoff {
 
-// Boxes of half a metre to one and a half, in a cube so dense that each overlaps about four others,
+// Boxes of half a metre to one and a half, in a cube so dense that there are about four pairs a box,
 // all moving.
 struct BroadSettings {
   std::string space = "parallel";  // or "hash", "sap"

@@ -12,6 +12,7 @@ import unittest
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 HERE = os.path.dirname(os.path.abspath(__file__))
+README = os.path.join(HERE, "README.md")
 
 try:
     import tqdm
@@ -139,8 +140,17 @@ class Study(unittest.TestCase):
     def test_several_points_at_once_have_each_its_share_of_the_cores(self):
         count = len(os.sched_getaffinity(0))
         with tempfile.TemporaryDirectory() as folder:
-            run_study(folder, "--at-once", str(count))
+            told, log = os.path.join(folder, "told"), os.path.join(folder, "log")
+            with open(told, "w") as file:  # the program, once it has told which cores it may use
+                file.write("#!/bin/sh\necho \"$* $(grep Cpus_allowed_list /proc/self/status)\" >>%s\nexec %s \"$@\"\n" %
+                           (log, program))
+            os.chmod(told, 0o755)
+            run_study(folder, "--at-once", str(count), "--double", told)
             broad, pile = read(folder, "broad"), read(folder, "pile")
+            with open(log) as file:
+                cores = [re.match(r"pile .*:\s*(\S+)$", line).group(1) for line in file if line.startswith("pile")]
+        self.assertEqual(len(cores), len(pile))
+        self.assertLessEqual(set(cores), {str(core) for core in os.sched_getaffinity(0)})
         self.assertEqual({row["cores"] for row in broad}, {str(count)})
         self.assertEqual({row["cores"] for row in pile}, {"1"})
         self.assertEqual(len(broad), len(self.broad))
@@ -174,6 +184,37 @@ class Study(unittest.TestCase):
             os.remove(path)
             self.assertIn("pile.csv has no setting with all its seeds", call("--out", folder, "--report").stdout)
 
+    def test_puts_the_advice_between_the_marks_of_a_document(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in "broad.csv", "pile.csv":
+                shutil.copy(os.path.join(self.folder.name, name), folder)
+            document = os.path.join(folder, "document.md")
+            with open(document, "w") as file:
+                file.write("before\n<!-- tradeoff -->\nold\n<!-- end -->\nafter\n")
+            self.assertEqual(call("--out", folder, "--report", "--write", document).returncode, 0)
+            with open(document) as file:
+                text = file.read()
+            self.assertRegex(text, r"(?s)^before\n<!-- tradeoff -->\n\nBroad phase, .*\nA heap of .*\n<!-- end -->\nafter\n$")
+            self.assertNotIn("old", text)
+            self.assertNotIn("|", text)  # the tables are in choices.md
+            self.assertIn("| Pareto front", choices(folder))
+
+    def test_the_columns_are_those_that_the_readme_explains(self):
+        with open(README) as file:
+            text = file.read()
+        for rows, key, part in ((self.broad, study.BROAD_KEY, r"## The broad phase.*## The heap"),
+                                (self.pile, study.PILE_KEY, r"## The heap.*")):
+            lines = re.findall(r"^\| (`.*?) \|", re.search("(?s)" + part, text).group(), re.M)
+            explained = [name for line in lines for name in re.findall(r"`(\w+)`", line)]
+            around = {*key, "status", "cpu", "cores", "commit", "date"}
+            self.assertEqual(explained, [name for name in rows[0] if name not in around])
+
+    def test_there_are_about_four_pairs_a_box(self):
+        result = subprocess.run([program, "broad", "--boxes", "5000", "--frames", "2"], stdout=subprocess.PIPE, text=True)
+        names, values = result.stdout.splitlines()
+        pairs = int(dict(zip(names.split(","), values.split(",")))["exact_pairs"])
+        self.assertTrue(3.5 < pairs / 5000 < 4.6, pairs)
+
     def test_draws_the_points(self):
         for name in ("broad", "pile", "pile-parts"):
             picture = imread(os.path.join(self.folder.name, name + ".png"))
@@ -187,6 +228,30 @@ class Study(unittest.TestCase):
 
 
 class Sources(unittest.TestCase):
+    def test_results_have_a_folder_named_by_processor_and_mode(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in os.listdir(HERE):
+                if name.endswith(".py"):
+                    shutil.copy(os.path.join(HERE, name), folder)
+            for options in ("--quick",), ():
+                output_of(sys.executable, os.path.join(folder, "tradeoff.py"), "--report", *options)
+            names = sorted(os.listdir(os.path.join(folder, "results")))
+            self.assertEqual(names, [names[0], names[0] + "-quick"])
+            self.assertRegex(names[0], "^[a-z0-9-]+-%d-cores$" % len(os.sched_getaffinity(0)))
+
+    def test_what_the_readme_concludes_is_made_from_the_recorded_rows(self):
+        recorded = os.path.join(HERE, "results", "xeon-16-cores")
+        with tempfile.TemporaryDirectory() as folder:
+            document = shutil.copy(os.path.join(os.path.dirname(HERE), "README.md"), folder)
+            for name in "broad.csv", "pile.csv":
+                shutil.copy(os.path.join(recorded, name), folder)
+            result = output_of(sys.executable, os.path.join(HERE, "tradeoff.py"), "--report", "--out", folder, "--write", document)
+            self.assertEqual(result.returncode, 0, result.stdout)
+            for made, kept in ((document, os.path.join(os.path.dirname(HERE), "README.md")),
+                               (os.path.join(folder, "choices.md"), os.path.join(recorded, "choices.md"))):
+                with open(made) as first, open(kept) as second:
+                    self.assertEqual(first.read(), second.read())
+
     def test_nothing_is_left_beside_them(self):
         with tempfile.TemporaryDirectory() as folder:
             for name in os.listdir(HERE):

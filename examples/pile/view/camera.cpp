@@ -12,10 +12,10 @@ using Vector = std::array<double, 3>;
 constexpr double degree = 3.14159265358979 / 180;
 constexpr double heading = 125;
 constexpr double pitch = -27;
-constexpr double margin = 0.04;     // of the picture's half width and height
-constexpr double stray = 2.5;       // times the root mean square distance from the middle
-constexpr double legible = 0.01;    // a body's share of the picture's width, in the middle
-constexpr double clearance = 0.25;  // between camera and bodies, of the way to the middle
+constexpr double margin = 0.04;   // of the picture's half width and height
+constexpr double stray = 2.5;     // times the root mean square distance from the middle
+constexpr double legible = 0.01;  // a body's share of the picture's width, in the middle
+constexpr double clearance = 3;   // sizes of a body between it and the camera
 
 double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -39,13 +39,27 @@ double distance(const Vector& a, const Vector& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// Of the bodies, without those that are nowhere or far away from all others.
-std::vector<Vector> placesToShow(const World& world) {
+using Boxes = std::vector<std::array<dReal, 6>>;
+
+Vector middleOf(const std::array<dReal, 6>& box) {
+  return {(box[0] + box[1]) / 2, (box[2] + box[3]) / 2, (box[4] + box[5]) / 2};
+}
+
+bool isSomewhere(const Vector& place) {
+  return std::isfinite(place[0]) && std::isfinite(place[1]) && std::isfinite(place[2]);
+}
+
+// The bodies' AABBs, without those that are nowhere or far away from all others.
+Boxes boxesToShow(const World& world) {
+  Boxes boxes;
   std::vector<Vector> places;
-  for (dBodyID body : world.bodies()) {
-    const dReal* p = dBodyGetPosition(body);
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]))
-      places.push_back({p[0], p[1], p[2]});
+  for (dGeomID geom : world.geoms()) {
+    if (!dGeomGetBody(geom)) continue;
+    dGeomGetAABB(geom, boxes.emplace_back().data());
+    if (isSomewhere(middleOf(boxes.back())))
+      places.push_back(middleOf(boxes.back()));
+    else
+      boxes.pop_back();
   }
   const Vector middle = middleOf(places);
   double square = 0;
@@ -53,67 +67,76 @@ std::vector<Vector> placesToShow(const World& world) {
     square += std::pow(distance(place, middle), 2) / static_cast<double>(places.size());
   // A hair more, so that rounding leaves out no body of one or two.
   const double far = 1e-9 + stray * std::sqrt(square);
-  places.erase(std::remove_if(places.begin(), places.end(),
-                              [&](const Vector& p) { return distance(p, middle) > far; }),
-               places.end());
-  if (places.empty()) places.push_back({0, 0, 0});
-  return places;
+  boxes.erase(
+      std::remove_if(boxes.begin(), boxes.end(),
+                     [&](const auto& box) { return distance(middleOf(box), middle) > far; }),
+      boxes.end());
+  if (boxes.empty()) boxes.push_back({-1, 1, -1, 1, -1, 1});
+  return boxes;
 }
 
-// A ball to be in the picture, seen along one side of it.
-struct Ball {
-  double across, depth, radius;
-};
+std::vector<Vector> middlesOf(const Boxes& boxes) {
+  std::vector<Vector> middles;
+  for (const auto& box : boxes) middles.push_back(middleOf(box));
+  return middles;
+}
 
-// Where on such a side, and how deep, the camera must stand.
-struct Stand {
+// A point to be in the picture, seen along one side of it; or where on such a side, and how deep,
+// the camera must stand.
+struct Place {
   double across, depth;
 };
 
-// The nearest place that has all balls within an opening.
-Stand standFor(const std::vector<Ball>& balls, double opening) {
+// The nearest stand that has all points within an opening.
+Place standFor(const std::vector<Place>& points, double opening) {
   double low = -std::numeric_limits<double>::infinity();
   double high = low;
-  for (const Ball& ball : balls) {
-    const double reach = ball.radius * std::hypot(1, opening) - opening * ball.depth;
-    low = std::max(low, reach - ball.across);
-    high = std::max(high, reach + ball.across);
+  for (const Place& point : points) {
+    low = std::max(low, -point.across - opening * point.depth);
+    high = std::max(high, point.across - opening * point.depth);
   }
   return {(high - low) / 2, -(high + low) / (2 * opening)};
 }
 
-// Where to stand at this depth or farther back, with as much room on both sides.
-Stand centredFor(const std::vector<Ball>& balls, double opening, double depth) {
+// Where across to stand at this depth, which is no nearer, with as much room on both sides.
+double centredFor(const std::vector<Place>& points, double opening, double depth) {
   double narrow = 0;
-  constexpr int halvings = 50;
+  constexpr int halvings = 30;
   for (int i = 0; i < halvings; ++i) {
     const double middle = (narrow + opening) / 2;
-    (standFor(balls, middle).depth < depth ? narrow : opening) = middle;
+    (standFor(points, middle).depth < depth ? narrow : opening) = middle;
   }
-  return standFor(balls, opening);
+  return standFor(points, opening).across;
+}
+
+// Calls add for every point that is to be in the picture.
+template <typename Add>
+void forEachPoint(const World& world, const Boxes& boxes, const Add& add) {
+  for (const auto& box : boxes) {
+    for (unsigned corner = 0; corner < 8; ++corner)
+      add({box[corner & 1], box[2 + (corner >> 1 & 1)], box[4 + (corner >> 2)]});
+    const Vector middle = middleOf(box);
+    add({middle[0], middle[1], world.ground_height(middle[0], middle[1])});
+  }
+  if (!world.ground_holds_bodies) return;
+  for (dGeomID geom : world.geoms())
+    if (!dGeomGetBody(geom))
+      for (const Mesh::Point& point : world.meshOf(geom).points)
+        add({point[0], point[1], point[2]});
 }
 
 // Where to stand to see everything.
-Vector placeToSeeAll(const World& world, const std::vector<Vector>& bodies) {
-  std::vector<Ball> sideways, upwards;
-  const auto add = [&](const Vector& place, double radius) {
-    sideways.push_back({dot(place, right), dot(place, ahead), radius});
-    upwards.push_back({dot(place, up), dot(place, ahead), radius});
-  };
-  for (const Vector& body : bodies) {
-    add(body, world.body_size / 2);
-    add({body[0], body[1], world.ground_height(body[0], body[1])}, 0);
-  }
-  if (world.ground_holds_bodies)
-    for (dGeomID geom : world.geoms())
-      if (!dGeomGetBody(geom))
-        for (const Mesh::Point& point : world.meshOf(geom).points)
-          add({point[0], point[1], point[2]}, 0);
+Vector placeToSeeAll(const World& world, const Boxes& boxes) {
+  std::vector<Place> sideways, upwards;
+  forEachPoint(world, boxes, [&](const Vector& point) {
+    sideways.push_back({dot(point, right), dot(point, ahead)});
+    upwards.push_back({dot(point, up), dot(point, ahead)});
+  });
   constexpr double wide = (1 - margin) * camera_opening;
   constexpr double tall = (1 - margin) * camera_opening_up;
   const double depth = std::min(standFor(sideways, wide).depth, standFor(upwards, tall).depth);
-  const double x = centredFor(sideways, wide, depth).across;
-  const double y = centredFor(upwards, tall, depth).across;
+  const double x = centredFor(sideways, wide, depth);
+  const double y = centredFor(upwards, tall, depth);
   Vector place;
   for (size_t i = 0; i < 3; ++i) place[i] = x * right[i] + y * up[i] + depth * ahead[i];
   return place;
@@ -139,15 +162,16 @@ Vector between(const Vector& from, const Vector& to, double share) {
 }  // namespace
 
 Camera cameraFor(const World& world) {
-  const std::vector<Vector> bodies = placesToShow(world);
+  const Boxes boxes = boxesToShow(world);
+  const std::vector<Vector> bodies = middlesOf(boxes);
   const Vector middle = middleOf(bodies);
-  const Vector back = placeToSeeAll(world, bodies);
+  const Vector back = placeToSeeAll(world, boxes);
   Camera camera = {back, heading, pitch};
   if (world.ground_holds_bodies) return camera;
   const auto isClear = [&](const Vector& place) {
-    const double least = clearance * distance(place, middle);
-    return std::all_of(bodies.begin(), bodies.end(),
-                       [&](const Vector& body) { return distance(place, body) >= least; });
+    return std::all_of(bodies.begin(), bodies.end(), [&](const Vector& body) {
+      return distance(place, body) >= clearance * world.body_size;
+    });
   };
   constexpr double step = 1.1;
   for (double share = legibleDistance(world) / distance(back, middle); share < 1; share *= step) {

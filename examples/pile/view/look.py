@@ -4,6 +4,7 @@ import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -36,6 +37,7 @@ class Picture:
     def __init__(self, file):
         pixels = imread(file)
         check(pixels.shape == (600, 800, 3), f"the picture is 800 x 600 in colour: {pixels.shape}")
+        self.pixels = pixels
         red, green, blue = (pixels[:, :, i] + 1e-6 for i in range(3))
         self.awake = (red > 1.5 * green) & (green > 2 * blue)
         self.asleep = (blue > 1.5 * red) & (red > 1.2 * green)
@@ -136,6 +138,96 @@ def test_coarse():
     check(0.5 < length < 2.2, f"{length:.2f} m from corner to corner, the pin is 1.5 m tall")
 
 
+def reach(mask):
+    """Rows and columns from the first to the last of it, as shares of the picture."""
+    rows, columns = numpy.nonzero(mask)
+    return rows.min() / 600, (rows.max() + 1) / 600, columns.min() / 800, (columns.max() + 1) / 800
+
+
+def check_whole(mask, name):
+    """It fills the picture in one direction, in the middle of both, and is not cut off."""
+    top, bottom, left, right = reach(mask)
+    text = f"{name} from {top:.3f} to {bottom:.3f} downwards, from {left:.3f} to {right:.3f} across"
+    check(min(top, left) > 0 and max(bottom, right) < 1, text + ": nothing is cut off")
+    check(max(bottom - top, right - left) > 0.65, text + ": the picture is full of it")
+    check(abs(top + bottom - 1) < 0.16 and abs(left + right - 1) < 0.16, text + ": it is in the middle")
+
+
+def test_whole():
+    """All bodies are in the picture, high in the air or wide on the ground."""
+    for options in (("alphabet", "--steps", "1"), ("torus", "--bodies", "60", "--steps", "150"),
+                    ("skittles", "--bodies", "30", "--steps", "200"), ("cubes", "--bodies", "100", "--steps", "1")):
+        picture, _ = snapshot("--scene", *options, "-notex")
+        check_whole(picture.awake | picture.asleep, options[0])
+
+
+def test_bowl():
+    """All of the bowl is in the picture, its near wall too, and the ball is seen through it."""
+    picture, output = snapshot("--scene", "balls", "--bodies", "1", "--steps", "1", "-notex")
+    check_whole(picture.terrain, "the bowl")
+    height = numbers(r"centres between (\S+) and", output)[0]
+    column, row, _ = (round(n) for n in column_and_row((0, 0, height), output))
+    red, _, blue = (float(n) for n in picture.pixels[row, column])
+    check(blue > 0.15 * red, f"the ball's colour is mixed with the wall's: {blue / red:.3f}")
+    # The rim nearest to the camera, of a bowl 8 m wide and 12 m deep with 40 sides.
+    x, y = numbers(r"camera at \((\S+), (\S+), ", output)
+    across = 8 * math.cos(math.pi / 40) / math.hypot(x, y)
+    column, row, _ = (round(n) for n in column_and_row((across * x, across * y, 12), output))
+    above, below = (float(picture.pixels[row + d, column - 20:column + 21].mean()) for d in (-6, 6))
+    check(abs(above - below) > 0.005, f"the wall begins below row {row}: {above:.3f} above, {below:.3f} below")
+
+
+def test_legible():
+    """Where there are very many bodies, those in the middle are still large enough to be made out."""
+    for scene, size in ("skittles", 0.5), ("cubes", 0.8):  # the side of a cube of a body's volume
+        picture, output = snapshot("--scene", scene, "--steps", "1", "-notex")
+        lowest, highest = numbers(r"centres between (\S+) and (\S+) m", output)
+        _, _, distance = column_and_row((0, 0, (lowest + highest) / 2), output)
+        check(400 / OPENING / distance * size > 5.5, f"a body in the middle is {400 / OPENING / distance * size:.1f} pixels wide")
+        picture.expect("awake", 0.2, 0.9)
+
+
+def test_readme():
+    """The picture in the README is what the command beside it draws (on other systems: nearly)."""
+    here = os.path.dirname(os.path.abspath(__file__))
+    with open(os.path.join(here, "..", "..", "README.md")) as file:
+        options = re.search(r"`pile (--scene cubes .*) --snapshot cubes\.png` draws", file.read()).group(1)
+    picture, _ = snapshot(*options.split())
+    shown = Picture(os.path.join(here, "..", "pictures", "cubes.png"))
+    for name in "awake", "asleep", "terrain", "sky":
+        picture.expect(name, 0.7 * shown.share(name), 1.4 * shown.share(name))
+    for ours, theirs in zip(reach(picture.awake), reach(shown.awake)):
+        check(abs(ours - theirs) < 0.1, f"awake bodies begin or end at {ours:.2f}, in the README's at {theirs:.2f}")
+
+
+def test_flags():
+    """-notex leaves out the textures."""
+    plain, _ = snapshot("--scene", "torus", "--bodies", "12", "--steps", "1", "-notex")
+    textured, _ = snapshot("--scene", "torus", "--bodies", "12", "--steps", "1")
+    ground = plain.flat_ground
+    check(plain.pixels[ground].std(axis=0).max() < 0.01, "the ground has one colour without textures")
+    check(textured.pixels[ground].std(axis=0).max() > 0.02, "and many with them")
+
+
+def test_interrupt():
+    """Ctrl-C ends the run with the picture that was asked for."""
+    process = subprocess.Popen([program, "--scene", "torus", "--bodies", "12", "--steps", "1000000", "-notex", "--snapshot",
+                                picture_file], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    text = ""
+    for text in process.stdout:
+        if "steps of" in text:
+            break
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    rest = process.communicate(timeout=60)[0]
+    if "finds no OpenGL" in text + rest:
+        print("Skipped: no OpenGL here (Debian: libgl1-mesa-dri draws without a GPU)")
+        sys.exit(SKIPPED)
+    check(process.returncode == 130, f"the exit code is {process.returncode}")
+    check("Interrupted after" in rest, "the table says so")
+    Picture(picture_file).expect("awake", 0.05, 0.6)
+
+
 class Window:
     """pile --view under an X server of our own."""
 
@@ -211,13 +303,42 @@ def test_shove():
 
 
 def test_pause():
-    """-pause holds the first step back."""
+    """-pause holds the first step back; Ctrl-O makes one, Ctrl-P lets it go on; Ctrl-C ends it, paused or not."""
     need_window()
     window = Window("--scene", "torus", "--bodies", "3", "-pause")
     window.wait_for("^pile: step 0,")
     time.sleep(0.5)
     window.wait_for("^pile: step 0,")
-    window.close()
+    window.key("ctrl+o")
+    window.wait_for("^pile: step 1,")
+    window.key("ctrl+p")
+    window.wait_for(r"^pile: step \d\d,")
+    window.key("ctrl+p")
+    time.sleep(0.5)
+    window.process.send_signal(signal.SIGINT)
+    check(window.process.wait(timeout=60) == 130, "Ctrl-C ends the program while it pauses, with exit code 130")
+
+
+def test_keys():
+    """drawstuff's own: textures, the camera."""
+    need_window()
+
+    def picture(act):
+        window = Window("--scene", "torus", "--bodies", "3", "-pause", "-notex", "-noshadow", "--snapshot", picture_file)
+        window.wait_for("^pile: step 0,")
+        act(window)
+        window.close()
+        return Picture(picture_file)
+
+    def drag(_):
+        subprocess.run(["xdotool", "mousemove", "300", "300", "mousedown", "1", "mousemove_relative", "--sync", "60", "0",
+                        "mouseup", "1"], check=True)
+        time.sleep(0.3)
+
+    plain = picture(lambda window: None)
+    for name, act in ("Ctrl-T", lambda window: window.key("ctrl+t")), ("dragging", drag):
+        changed = (abs(picture(act).pixels - plain.pixels).sum(axis=2) > 0.1).mean()
+        check(changed > 0.005, f"{name} changes {changed:.3f} of the picture")
 
 
 def main():

@@ -1,0 +1,257 @@
+"""Tests what pile writes and does, option by option: effects.py <pile>."""
+
+import csv
+import os
+import pty
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+program = sys.argv.pop(1)
+README = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "README.md")
+
+STAGES = ("update_ms", "synchronise_ms", "extract_ms", "filter_ms", "report_ms")
+PARTS = ("broad_ms", "narrow_ms", "joints_ms", "solver_ms")
+SMALL = ("--scene", "balls", "--bodies", "60", "--steps", "120")
+
+
+class Folder(unittest.TestCase):
+    """A test with a folder of its own."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = os.path.join(folder.name, "pile.csv")
+
+    def run_pile(self, *options, code=0, **how):
+        result = subprocess.run([program, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **how)
+        self.assertEqual(result.returncode, code, result.stdout)
+        return result.stdout
+
+    def rows(self, *options):
+        self.run_pile(*options, "--csv", self.file)
+        with open(self.file, newline="") as file:
+            return list(csv.DictReader(file))
+
+    def motion(self, *options):
+        return [(row["pairs"], row["contacts"], row["energy"]) for row in self.rows(*options)]
+
+
+def readme_columns():
+    with open(README) as file:
+        text = re.search(r"^CSV columns:.*?\n\n", file.read(), re.M | re.S).group()
+    text = text.replace("`update_ms` to `report_ms`", " ".join("`%s`" % stage for stage in STAGES))
+    return re.findall(r"`([a-z_]+)`", text)
+
+
+class Files(Folder):
+    def test_the_csv_file_has_the_columns_that_the_readme_names(self):
+        rows = self.rows(*SMALL)
+        self.assertEqual(list(rows[0]), readme_columns())
+        self.assertEqual([row["frame"] for row in rows], [str(i + 1) for i in range(120)])
+        self.assertAlmostEqual(float(rows[-1]["time_s"]), 1.2)
+        for row in rows:
+            self.assertNotIn("", row.values())
+            self.assertAlmostEqual(float(row["step_ms"]), sum(float(row[part]) for part in PARTS), delta=0.001 * float(row["step_ms"]))
+            self.assertEqual(row["geoms"], "61")
+            self.assertGreater(float(row["solver_ms"]), 0)
+        self.assertGreater(max(int(row["pairs"]) for row in rows), 60)
+        self.assertGreater(max(int(row["contacts"]) for row in rows), 10)
+        self.assertGreater(max(float(row["deepest_m"]) for row in rows), 0.001)
+        self.assertGreater(max(float(row["fastest_m_s"]) for row in rows), 3)
+
+    def test_only_our_space_has_stages(self):
+        for row in self.rows(*SMALL, "--space", "hash"):
+            self.assertEqual({row[stage] for stage in STAGES}, {""})
+            self.assertGreater(float(row["broad_ms"]), 0)
+
+    def test_a_file_that_ends_too_soon_is_an_error(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+        output = self.run_pile(*SMALL, "--csv", self.file, code=1, preexec_fn=limit, restore_signals=False)
+        self.assertIn("pile: cannot write all of the file " + self.file, output)
+
+
+class Options(Folder):
+    def test_a_seed_makes_one_pile_and_another_seed_another(self):
+        first = self.motion(*SMALL, "--seed", "1")
+        self.assertEqual(self.motion(*SMALL), first)
+        self.assertNotEqual(self.motion(*SMALL, "--seed", "2"), first)
+
+    def test_the_time_step_is_taken(self):
+        rows = self.rows(*SMALL, "--dt", "0.005")
+        self.assertAlmostEqual(float(rows[-1]["time_s"]), 0.6)
+        # In free fall a body gains 9.81 m/s a second: fewer than at 10 ms, by half.
+        self.assertAlmostEqual(float(rows[9]["fastest_m_s"]), 9.81 * 0.05, delta=0.02)
+
+    def test_more_iterations_change_the_solution(self):
+        self.assertNotEqual(self.motion(*SMALL, "--iterations", "5"), self.motion(*SMALL, "--iterations", "50"))
+
+    def test_no_pair_keeps_more_contacts_than_asked_for(self):
+        contacts = {}
+        for most in 1, 3:
+            rows = self.rows("--scene", "torus", "--bodies", "8", "--steps", "200", "--contacts", str(most))
+            for row in rows:
+                self.assertLessEqual(int(row["contacts"]), most * int(row["pairs"]))
+            contacts[most] = sum(int(row["contacts"]) for row in rows)
+        self.assertGreater(contacts[3], 1.5 * contacts[1])
+        self.assertGreater(contacts[1], 100)
+
+    def test_pairs_of_sleepers_have_no_contacts(self):
+        rows = self.rows("--scene", "alphabet", "--bodies", "3", "--steps", "1500")
+        asleep = [row for row in rows if row["asleep"] == "3"]
+        self.assertGreater(len(asleep), 10)
+        for row in asleep[1:]:  # the last one falls asleep at the end of a step
+            self.assertEqual(row["contacts"], "0")
+            self.assertNotEqual(row["pairs"], "0")
+
+    def test_threads_are_those_asked_for_or_those_there_are(self):
+        one = sorted(os.sched_getaffinity(0))[:1]
+        options = ("--scene", "balls", "--bodies", "10000", "--steps", "1", "--method", "sweep", "--backend", "cpu")
+        self.assertIn("(sweep, cpu, 1 thread)", self.run_pile(*options, "--threads", "1"))
+        self.assertIn("(sweep, cpu, 3 threads)", self.run_pile(*options, "--threads", "3"))
+        self.assertIn("(sweep, cpu, 1 thread)",
+                      self.run_pile(*options, "--threads", "0", preexec_fn=lambda: os.sched_setaffinity(0, one)))
+
+    def test_a_back_end_is_used_or_an_error(self):
+        result = subprocess.run([program, "--bodies", "3000", "--steps", "5", "--backend", "cuda"], text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        if result.returncode == 2:
+            self.assertIn("the back end cuda is not to be had here", result.stdout)
+        else:
+            self.assertEqual(result.returncode, 0, result.stdout)
+            self.assertRegex(result.stdout, r"dParallelSAPSpace \(.*, cuda,")
+
+    def test_parallel_stepping_has_threads_of_its_own(self):
+        def threads(*options):
+            # dSimpleSpace has none, and its step lasts long enough to look.
+            with Running("--bodies", "6000", "--space", "simple", *options) as pile:
+                pile.wait_until(lambda: pile.work() > 0.5)
+                with open("/proc/%d/status" % pile.process.pid) as file:
+                    return int(re.search(r"Threads:\s*(\d+)", file.read()).group(1))
+
+        self.assertEqual(threads("--stepping", "parallel", "--threads", "3"), 3 + threads())
+
+    def test_a_parallel_narrow_phase_reports_no_pairs(self):
+        self.assertGreater(sum(float(row["report_ms"]) for row in self.rows(*SMALL)), 0)
+        rows = self.rows(*SMALL, "--narrow", "parallel")
+        self.assertEqual({row["report_ms"] for row in rows}, {"0"})
+
+
+class Output(Folder):
+    def part(self, output, name):
+        found = re.search(r"^ +%s +([0-9.]+) +([0-9.]+) %%$" % name, output, re.M)
+        self.assertIsNotNone(found, name + " is not in the table:\n" + output)
+        return float(found.group(1)), float(found.group(2))
+
+    def test_the_table_has_the_parts_of_a_step(self):
+        output = self.run_pile(*SMALL, "--threads", "1")
+        parts = [self.part(output, name) for name in ("broad phase", "narrow phase", "contact joints", "solver")]
+        step, whole = self.part(output, "step")
+        self.assertEqual(whole, 100)
+        self.assertAlmostEqual(sum(ms for ms, _ in parts), step, delta=0.003)
+        self.assertAlmostEqual(sum(share for _, share in parts), 100, delta=0.3)
+        stages = [self.part(output, name)[0] for name in ("update AABBs", "synchronise", "extract pairs", "filter", "report")]
+        self.assertLessEqual(sum(stages), parts[0][0] + 0.003)
+        self.assertRegex(output, r"A mean step: 61 geoms, \d+ pairs, \d+ contacts\. 1\.20 s simulated in [0-9.]+ s\.")
+        self.assertNotRegex(self.run_pile(*SMALL, "--space", "hash"), "update|extract")
+
+    def test_the_lines_below_are_those_of_the_last_frame(self):
+        last = self.rows(*SMALL)[-1]
+        output = self.run_pile(*SMALL)
+        self.assertIn("At the end: %s of 60 bodies asleep, 0 fell out" % last["asleep"], output)
+        self.assertIn("Fastest body %.2f m/s" % float(last["fastest_m_s"]), output)
+        self.assertIn("Deepest contact %.1f mm" % (1000 * float(last["deepest_m"])), output)
+        self.assertRegex(output, r"energy \d+\.\d % of the start's")
+        self.assertRegex(output, r"centres between [0-9.]+ and [0-9.]+ m")
+
+    def test_a_bar_is_drawn_on_a_terminal_only(self):
+        self.assertNotIn("\r", self.run_pile(*SMALL))
+        ours, theirs = pty.openpty()
+        with Running(*SMALL[:-1], "100000", stderr=theirs) as pile:
+            os.close(theirs)
+            shown = b""
+            while b"asleep" not in shown:
+                shown += os.read(ours, 1000)
+            self.assertRegex(shown, rb"\r\[#*\.*\] step \d+ of 100000, \d+ asleep")
+            pile.process.kill()
+        os.close(ours)
+
+
+class Running:
+    """A pile at work."""
+
+    def __init__(self, *options, **how):
+        self.process = subprocess.Popen([program, *options], stdout=subprocess.PIPE, text=True, **how)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.communicate()
+
+    def wait_until(self, condition):
+        while not condition():
+            if self.process.poll() is not None:
+                raise AssertionError("it ended with %d" % self.process.returncode)
+            time.sleep(0.01)
+
+    def work(self):
+        """Seconds of processor time so far: far more than what comes before the first step."""
+        with open("/proc/%d/stat" % self.process.pid) as file:
+            return int(file.read().rsplit(")", 1)[1].split()[11]) / os.sysconf("SC_CLK_TCK")
+
+    def end(self, number):
+        """Sends the signal; returns the exit code and what was printed since."""
+        self.process.send_signal(number)
+        output, _ = self.process.communicate(timeout=60)
+        return self.process.returncode, output
+
+
+class Interrupts(Folder):
+    def interrupt(self, number):
+        """Once the file has begun to grow, which it does by whole blocks."""
+        with Running("--scene", "balls", "--bodies", "60", "--steps", "1000000", "--csv", self.file) as pile:
+            pile.wait_until(lambda: os.path.exists(self.file) and os.path.getsize(self.file) > 5000)
+            code, output = pile.end(number)
+        with open(self.file) as file:
+            return code, output, file.read()
+
+    def test_the_table_is_printed_and_the_file_ends_with_a_whole_row(self):
+        for number, code in (signal.SIGINT, 130), (signal.SIGTERM, 143):
+            exit_code, output, text = self.interrupt(number)
+            os.remove(self.file)
+            self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ %\n")
+            self.assertEqual(exit_code, code)
+            rows = text.splitlines()
+            steps = int(re.search(r"Interrupted after (\d+) steps", output).group(1))
+            self.assertEqual(rows[-1].split(",")[0], str(steps))
+            self.assertEqual({row.count(",") for row in rows}, {18})
+            self.assertEqual(len(rows), steps + 1)
+            self.assertEqual(text[-1], "\n")
+
+    def test_a_second_one_ends_the_program_at_once(self):
+        # A step of dSimpleSpace with so many takes far longer than this test.
+        with Running("--scene", "balls", "--bodies", "60000", "--space", "simple") as pile:
+            pile.wait_until(lambda: pile.work() > 1)
+            pile.process.send_signal(signal.SIGINT)
+            time.sleep(0.2)
+            self.assertIsNone(pile.process.poll())
+            self.assertEqual(pile.end(signal.SIGINT)[0], -signal.SIGINT)
+
+    def test_one_that_was_ignored_stays_so(self):
+        with Running(*SMALL, "--csv", self.file, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN),
+                     restore_signals=False) as pile:
+            pile.process.stdout.readline()
+            code, output = pile.end(signal.SIGINT)
+        self.assertEqual((code, output.count("Interrupted")), (0, 0))
+
+
+unittest.main(verbosity=2)
