@@ -32,7 +32,10 @@
  * - A sub-space that holds no geom is never reported.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
- * by one thread at a time. ODE's own rules for sharing worlds and geoms stay in force.
+ * by one thread at a time. ODE's own rules for sharing worlds and geoms stay in force. Threads of
+ * OpenMP's runtime wait in the process for the next collide, so the library, and with it ODE and
+ * that runtime, stays loaded when the plug-in that needed it is closed (dlclose); linked statically
+ * it asks the same of the plug-in.
  *
  * Errors: a wrong argument (no space, a space of another kind, a negative count) is an assertion as
  * in ODE itself, reported through dDebug. What the machine or the build cannot provide is answered
