@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# scripts.sh SOURCE
+#
+# examples/run and tests/run on a machine that is made up: what they install, what they say to a user
+# who cannot, and which arguments go where. Nothing is installed or built.
+set -euo pipefail
+source=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+  echo "$*"
+  exit 1
+}
+
+# The tree: the scripts, and a `pile` that prints its arguments.
+mkdir -p "$folder/tree/space/cmake" "$folder/tree/build/release/examples/pile" "$folder/bin"
+cp "$source/space/cmake/install_packages.sh" "$folder/tree/space/cmake"
+for name in examples tests; do
+  mkdir -p "$folder/tree/$name"
+  cp "$source/$name/run" "$folder/tree/$name"
+done
+stub() { # stub FILE COMMANDS
+  [ ! -e "$1" ] || fail "$1 is there already"
+  printf '#!/bin/bash\n%s\n' "$2" >"$1" && chmod +x "$1"
+}
+stub "$folder/tree/build/release/examples/pile/pile" 'echo "pile: $*"'
+
+# The machine: only these commands. A package is installed if it has a file in installed/, and to be had
+# if it is not named in $UNKNOWN.
+for name in bash dirname grep touch env; do stub "$folder/bin/$name" "exec '$(command -v $name)' \"\$@\""; done
+mkdir "$folder/installed"
+export INSTALLED=$folder/installed USER_ID=0 UNKNOWN=
+stub "$folder/bin/id" 'echo $USER_ID'
+stub "$folder/bin/nproc" 'echo 2'
+stub "$folder/bin/sleep" ''
+stub "$folder/bin/cmake" 'echo "cmake: $*"'
+stub "$folder/bin/ctest" 'echo "ctest: $*"'
+stub "$folder/bin/pkg-config" '[ -e "$INSTALLED/libode-dev" ]'
+stub "$folder/bin/dpkg-query" '[ -e "$INSTALLED/${!#}" ] && echo installed'
+stub "$folder/bin/apt-cache" '[[ " $UNKNOWN " != *" $2 "* ]]'
+stub "$folder/bin/apt-get" '
+[ "$USER_ID" = 0 ] || exit 1
+[ "$1" = install ] || exit 0
+for word in "$@"; do
+  [[ " $UNKNOWN " != *" $word "* ]] || { echo "E: Unable to locate package $word" >&2; exit 100; }
+done
+for word in "${@:2}"; do [[ $word == -* ]] || touch "$INSTALLED/$word"; done'
+for name in c++ make; do stub "$folder/bin/$name" ''; done
+run() { # run SCRIPT ARGUMENT...
+  status=0
+  PATH=$folder/bin "$folder/tree/$1" "${@:2}" >"$folder/said" 2>"$folder/errors" || status=$?
+}
+says() { grep -qxF -- "$1" "$folder/said" || fail "does not say '$1': $(cat "$folder/said" "$folder/errors")"; }
+
+# A user who can install nothing is told all of it in one line, and nothing is begun.
+for script in examples/run tests/run; do
+  USER_ID=1000 run $script
+  [ $status -eq 1 ] || fail "$script ends with $status where a package is missing"
+  [ "$(cat "$folder/said" "$folder/errors" | wc -l)" -eq 1 ] || fail "not one line: $(cat "$folder/said" "$folder/errors")"
+  grep -q 'As root: apt-get install .*libode-dev libcli11-dev' "$folder/errors" || fail "$(cat "$folder/errors")"
+done
+grep -q 'libcli11-dev catch2 .*xvfb .* file ' "$folder/errors" || fail "tests/run does not name what it wants"
+
+# One package that the archive lacks does not keep the others away.
+UNKNOWN=python3-pyode run tests/run
+[ $status -eq 0 ] || fail "tests/run ends with $status: $(cat "$folder/errors")"
+[ -e "$folder/installed/file" ] && [ -e "$folder/installed/xvfb" ] || fail "only $(ls "$folder/installed")"
+grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$folder/errors")"
+
+# Settings go to CMake, what follows to the program.
+run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls -notex
+says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -DA=b"
+says "pile: --scene balls -notex"
+run examples/run -DA=b
+says "pile: --scene cubes"
+run tests/run -DODE_SOURCE_DIR=/some/where -R pairs
+says "cmake: --preset release -DODE_SOURCE_DIR=/some/where"
+says "ctest: --test-dir build/release --output-on-failure --no-tests=error -R pairs"

@@ -1,0 +1,23 @@
+# The project itself: as a part of another one, with ODE's source from wherever, and its two scripts.
+set(here "${CMAKE_CURRENT_LIST_DIR}")
+
+function(add_project_test name)
+  add_test(NAME project.${name} COMMAND ${ARGN})
+  set_tests_properties(project.${name} PROPERTIES LABELS "cpu;project" TIMEOUT 1200 SKIP_RETURN_CODE 77
+                                                  ENVIRONMENT "${user_environment}")
+endfunction()
+
+add_project_test(
+  no-tests "${CMAKE_COMMAND}" -DPROGRAM=$<TARGET_FILE:property-tests> -DWARNING=${warn_of_no_tests}
+  -P "${here}/no_tests.cmake")
+add_project_test(scripts "${here}/scripts.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(
+  ode-source "${CMAKE_COMMAND}" "-DMODULE=${PROJECT_SOURCE_DIR}/space/cmake/ode_source.cmake"
+  "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/project/ode-source" -P "${here}/ode_source.cmake")
+add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
+if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+  add_project_test(
+    subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
+    -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}"
+    "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}" "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}")
+endif()
