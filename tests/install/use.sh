@@ -14,7 +14,7 @@ cmake --install "$build" --prefix "$prefix" >/dev/null
 libdir=$(dirname "$(find "$prefix" -name pkgconfig)")
 export PKG_CONFIG_PATH="$libdir/pkgconfig:${PKG_CONFIG_PATH-}"
 
-# A static library keeps what it is linked into in memory, as a shared one does itself.
+# A static library keeps the plug-in that it is linked into in memory, as a shared one does itself.
 check_stays() {
   [ -e "$libdir/libode-parallel-sap.so" ] || readelf -d "$1" | grep -q NODELETE || {
     echo "a plug-in with the library in it could be unloaded under the threads"
@@ -36,14 +36,15 @@ case $way in
     check_compile_line "$(grep '"command"' "$folder/user/compile_commands.json")"
     cmake --build "$folder/user" >"$folder/log" || { cat "$folder/log"; exit 1; }
     "$folder/user/user"
-    check_stays "$folder/user/user"
+    check_stays "$folder/user/plug-in.so"
     ;;
   pkg-config)
     check_compile_line "$(pkg-config --cflags ode-parallel-sap)"
     eval "flags=($(pkg-config --cflags --libs ode-parallel-sap))"
     "${CC:-cc}" "$here/user.c" -o "$folder/user-program" "${flags[@]}"
     LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program"
-    check_stays "$folder/user-program"
+    "${CC:-cc}" -shared -fPIC "$here/user.c" -o "$folder/plug-in.so" "${flags[@]}"
+    check_stays "$folder/plug-in.so"
     ;;
   preload)
     said=$(LD_LIBRARY_PATH=$libdir LD_PRELOAD=libode-parallel-sap-preload.so ODE_PARALLEL_SAP_STATS=1 "$3" 2>&1)
