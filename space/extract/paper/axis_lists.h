@@ -18,7 +18,7 @@ class ListsTooLong : public std::runtime_error {
  public:
   ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
       : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
-  const std::uint64_t needed, allowed;
+  std::uint64_t needed, allowed;
 };
 
 // The axes in the order in which they are asked: the pairs of the fullest one are looked up in the

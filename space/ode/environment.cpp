@@ -1,6 +1,4 @@
-#include "space/ode/settings.h"
-
-#include <omp.h>
+#include "space/ode/environment.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -121,11 +119,6 @@ const char* backendName(int backend) {
 }
 const char* methodName(int method) {
   return nameOf(methods, method);
-}
-
-int threadsFor(const Settings& settings) {
-  return std::max(
-      1, std::min(settings.threads ? settings.threads : omp_get_max_threads(), most_threads));
 }
 
 }  // namespace ode_parallel_sap

@@ -1,12 +1,15 @@
-// What a user may set on a space, and the environment that stands in where nothing is set.
+// What a user may set on a space.
 #ifndef ODE_PARALLEL_SAP_SETTINGS_H
 #define ODE_PARALLEL_SAP_SETTINGS_H
 
+#include <omp.h>
+
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include "space/geom/pack_rules.h"
-
+#include <algorithm>
 #include <cstdint>
+
+#include "space/geom/pack_rules.h"
 
 namespace ode_parallel_sap {
 
@@ -22,19 +25,11 @@ struct Settings {
   std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 
-// Whether this build on this machine has it. Auto is always to be had.
-bool hasBackend(int backend);
-bool hasMethod(int method);
-
-// The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
-// once; complaints go to dMessage.
-Settings settingsFromEnvironment();
-
-const char* backendName(int backend);
-const char* methodName(int method);
-
 // The threads a collide may use: 1 to most_threads.
-int threadsFor(const Settings& settings);
+inline int threadsFor(const Settings& settings) {
+  return std::max(
+      1, std::min(settings.threads ? settings.threads : omp_get_max_threads(), most_threads));
+}
 
 }  // namespace ode_parallel_sap
 

@@ -1,7 +1,8 @@
 // Where the pairs of a scene are found soonest: on the processor, or on how many devices.
-#ifndef ODE_PARALLEL_SAP_BACKEND_CHOICE_H
-#define ODE_PARALLEL_SAP_BACKEND_CHOICE_H
+#ifndef ODE_PARALLEL_SAP_DEVICE_CHOICE_H
+#define ODE_PARALLEL_SAP_DEVICE_CHOICE_H
 
+#include <algorithm>
 #include <cstddef>
 
 namespace ode_parallel_sap {
@@ -18,7 +19,7 @@ namespace ode_parallel_sap {
 // the processor does as fast never want one.
 //
 // Nothing depends on it but time: all choices give the same pairs in the same order.
-class BackendChoice {
+class DeviceChoice {
  public:
   static constexpr int most_devices = 16;
 
@@ -51,10 +52,15 @@ class BackendChoice {
     int count_ = 0;
   };
 
+  // What one frame is to run on.
+  struct Decision {
+    int devices = 0;            // 0: the processor
+    bool begins_trial = false;  // of an option that was never tried, or lost some time ago
+  };
+
   // For the next frame, of so many boxes. There is a candidate.
-  int choose(std::size_t boxes, const Candidates& candidates) {
-    if (trial_ > 0 && candidates.has(choice_)) return choice_;
-    trial_ = 0;
+  Decision decide(std::size_t boxes, const Candidates& candidates) const {
+    if (trial_ > 0 && candidates.has(choice_)) return {choice_, false};
     const double pairs = pairs_a_box_ * static_cast<double>(boxes);
     int best = *candidates.begin();
     for (const int devices : candidates)
@@ -65,20 +71,20 @@ class BackendChoice {
     if (isKnown(choice_) && candidates.has(choice_) &&
         foretell(best, boxes, pairs) > hysteresis * foretell(choice_, boxes, pairs))
       best = choice_;
-    choice_ = best;
-    if (!isKnown(best)) return best;
+    if (!isKnown(best)) return {best, false};
     for (const int devices : candidates)
-      if (devices != best && deservesTrial(devices, best, boxes, pairs)) {
-        choice_ = devices;
-        trial_ = options_[devices].settling + trial_frames;
-        break;
-      }
-    return choice_;
+      if (devices != best && deservesTrial(devices, best, boxes, pairs)) return {devices, true};
+    return {best, false};
   }
 
-  // What a frame took to find its pairs.
-  void learn(int devices, std::size_t boxes, std::size_t pairs, double ms) {
+  // What a frame took to find its pairs, on `devices`, which are others than decided where some
+  // failed.
+  void learn(const Decision& decision, int devices, std::size_t boxes, std::size_t pairs,
+             double ms) {
     if (boxes == 0) return;
+    if (choice_ != decision.devices) trial_ = 0;
+    choice_ = decision.devices;
+    if (decision.begins_trial) begin(options_[choice_]);
     ++frame_;
     pairs_a_box_ = static_cast<double>(pairs) / static_cast<double>(boxes);
     const bool on_trial = devices == choice_ && trial_ > 0;
@@ -155,14 +161,15 @@ class BackendChoice {
     const double off = known > 0 || devices == 0 ? options_[known].off : 1;
     return off * model(devices, boxes, pairs);
   }
-  bool deservesTrial(int devices, int best, std::size_t boxes, double pairs) {
-    Option& option = options_[devices];
+  bool deservesTrial(int devices, int best, std::size_t boxes, double pairs) const {
+    const Option& option = options_[devices];
     const double promised = foretell(devices, boxes, pairs), now = foretell(best, boxes, pairs);
     if (!isKnown(devices)) return promised < now;
-    if (frame_ - option.last_frame < option.interval || promised > worth_another_try * now)
-      return false;
-    option.interval = option.interval < longest_interval ? 2 * option.interval : longest_interval;
-    return true;
+    return frame_ - option.last_frame >= option.interval && promised <= worth_another_try * now;
+  }
+  void begin(Option& option) {
+    trial_ = option.settling + trial_frames;
+    if (option.off > 0) option.interval = std::min(2 * option.interval, longest_interval);
   }
 
   Option options_[most_devices + 1];

@@ -1,15 +1,18 @@
 // Scenes so small that they need no boxes. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SMALL_SCENE_H
-#define ODE_PARALLEL_SAP_SMALL_SCENE_H
+#ifndef ODE_PARALLEL_SAP_SMALL_SCENES_H
+#define ODE_PARALLEL_SAP_SMALL_SCENES_H
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "space/frame/complaints.h"
+#include "space/frame/statistics.h"
 #include "space/geom/geom_tests.h"
-#include "space/geom/ode_private.h"
 #include "space/geom/pack_rules.h"
+#include "space/geom/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -29,6 +32,10 @@ struct SmallScene {
   unsigned actives = 0, invalid = 0, unbounded = 0;
   bool user_classes = false;
   std::size_t moved = 0, candidates = 0, pairs = 0;
+
+  SmallResult result(std::size_t geoms) const {
+    return {geoms, moved, geoms - actives - invalid, invalid, unbounded, candidates, pairs};
+  }
 };
 
 // A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
@@ -89,6 +96,24 @@ class StillScene {
   std::vector<SmallScene::Couple> couples_;
   unsigned invalid_ = 0, unbounded_ = 0;
   bool user_classes_ = false;
+};
+
+// The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
+// take most of the time. Once nothing has moved for two frames the pairs are remembered.
+class SmallScenes {
+ public:
+  // A geom became dirty, came or went.
+  void noteChange() { is_still_ = false; }
+  SmallResult collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                      Statistics& statistics, void* data, dNearCallback* callback);
+  std::size_t bytes() const { return still_scene_ ? still_scene_->bytes() : 0; }
+
+ private:
+  void remember(const Scene& scene, const PackRules& rules, const SmallScene& found);
+
+  std::unique_ptr<StillScene> still_scene_;
+  bool is_still_ = false;      // it was remembered, and noteChange() was not called since
+  unsigned still_frames_ = 0;  // without a move, in a row
 };
 
 }  // namespace ode_parallel_sap
