@@ -31,9 +31,9 @@ long double gapOf(const Bounds& a, const Bounds& b) {
   return gap;
 }
 
-// The distance from the plane of the corner that is nearest to it, over the largest number that
-// takes part (of an inverted box the corner that would be); negative where the box reaches the
-// plane or is infinite where that matters.
+// The distance from the plane of the corner that is nearest to it, over the largest finite number
+// that takes part (of an inverted box the corner that would be); negative where the box reaches the
+// plane or is infinite on its side.
 long double relativeClearance(const Bounds& box, const dVector4 plane) {
   long double distance = -static_cast<long double>(plane[3]);
   long double largest = std::fabs(distance);
@@ -41,13 +41,17 @@ long double relativeClearance(const Bounds& box, const dVector4 plane) {
     if (plane[axis] == 0) continue;
     const long double normal = plane[axis];
     const long double low = box[2 * axis], high = box[2 * axis + 1];
-    distance += normal * (normal > 0 ? low : high);
-    largest = std::max({largest, std::fabs(normal * low), std::fabs(normal * high)});
+    const long double nearest = normal * (normal > 0 ? low : high);
+    if (std::isinf(nearest) && nearest < 0) return -1;
+    distance += nearest;
+    for (const long double bound : {low, high})
+      if (!std::isinf(bound)) largest = std::max(largest, std::fabs(normal * bound));
   }
-  if (!std::isfinite(distance) || distance <= 0) return -1;
+  if (distance <= 0) return -1;
   // Near the ends of the type's range nobody can be sure.
   constexpr long double most = std::numeric_limits<dReal>::max() / 16, least = 1 / most;
-  return largest > most || distance < least ? least : distance / largest;
+  if (largest > most || distance < least) return least;
+  return std::isinf(distance) ? 1 : distance / largest;
 }
 
 }  // namespace
