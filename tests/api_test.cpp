@@ -368,6 +368,8 @@ bool processorHas(const std::string& set) {
   if (set == "avx512")
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
            __builtin_cpu_supports("avx512vl");
+#elif defined(__aarch64__)
+  if (set == "neon") return true;
 #endif
   return false;
 }

@@ -39,6 +39,8 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     # GCC 12 warns of the undefined registers in its own intrinsics.
     set_property(SOURCE ${core}/simd/kernels_avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -Wno-maybe-uninitialized)
   endif()
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
+  target_sources(ode-parallel-sap-core PRIVATE ${core}/simd/kernels_neon.cpp)
 endif()
 
 target_include_directories(ode-parallel-sap-core PUBLIC "${core}/..")

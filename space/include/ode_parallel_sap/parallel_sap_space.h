@@ -298,7 +298,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * destroyed, where its time went. A value that is not understood or not to be had is reported
  * through dMessage and ignored.
  *
- * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512, read at the same moment, is for tests and
+ * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon, read at the same moment, is for tests and
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
  * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
  * Pairs and their order do not depend on it.
