@@ -66,7 +66,7 @@ class Partition {
   struct Work {
     std::size_t boxes = 0, pairs = 0;
     // A box travels and is sorted, a pair is found, put into its list and travels: on an H200 a box
-    // takes about as long as four pairs (cuda/README.md, where the time goes).
+    // takes about as long as four pairs (tests/bench/results/DEVICES.md).
     double cost() const { return 4.0 * static_cast<double>(boxes) + static_cast<double>(pairs); }
   };
 
