@@ -9,12 +9,12 @@
 
 #include "space/coherence/incremental.h"
 #include "space/data/parallel.h"
-#include "space/data/radix_sort.h"
 #include "space/data/round_outward.h"
 #include "space/extract/paper/axis_lists.h"
 #include "space/extract/paper/brute_force.h"
 #include "space/extract/sweep.h"
 #include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
 #include "space/update/coarse_crowds.h"
 #include "support/case.h"
 #include "support/catch.hpp"

@@ -5,12 +5,12 @@
 #include <map>
 #include <vector>
 
-#include "../../tests/bench/csv.h"
-#include "check.h"
-#include "scenes.h"
+#include "cuda/check/check.h"
+#include "cuda/check/scenes.h"
 #include "space/extract/paper/brute_force.h"
 #include "space/extract/sweep.h"
 #include "space/frame/device_choice.h"
+#include "tests/bench/csv.h"
 
 namespace cuda_check {
 

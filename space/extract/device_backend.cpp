@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cuda/axis_lists/cuda_axis_lists.h"
-#include "cuda/cuda_sweep.h"
-#include "cuda/device/device_pool.h"
+#include "cuda/finder/cuda_sweep.h"
+#include "cuda/finder/device_pool.h"
 #endif
 
 namespace ode_parallel_sap {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "space/extract/pair_finder.h"
+#include "space/data/pair_finder.h"
 
 namespace ode_parallel_sap {
 

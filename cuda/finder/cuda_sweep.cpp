@@ -1,4 +1,4 @@
-#include "cuda/cuda_sweep.h"
+#include "cuda/finder/cuda_sweep.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,47 +1,17 @@
-#include "space/extract/size_classes.h"
+#include "space/cells/size_classes.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
 
-namespace {
-
-// Sizes within a factor of 2^3 share a class: cells of mixed sizes are then at most as wide as
-// their largest boxes, and boxes of one size rarely straddle two classes.
-constexpr int class_octaves = 3;
-// Below this share of all boxes a class of small boxes is not worth a tree of its own.
-constexpr std::size_t least_share = 32;
-// A shape (long in some axes, short in others) gets a class from this share of its window on.
-constexpr std::size_t least_shape_share = 16;
-constexpr std::size_t least_shape_count = 64;
-
-constexpr std::uint8_t no_class = 0xff;
-constexpr int unbounded_octave = 255;
-
-int octaveOf(float extent) {
-  std::int32_t bits;
-  std::memcpy(&bits, &extent, sizeof bits);
-  const bool negative = bits<0, nan = (bits & 0x7fffffff)> 0x7f800000;
-  return negative && !nan ? 0 : bits >> 23 & 0xff;
-}
-
-}  // namespace
-
-// The octave of the greatest extent, and for each axis whether the extent there is far shorter.
 template <class Real>
 int SizeClasses<Real>::binOf(const BasicBox<Real>& box) {
-  int octave[3];
-  for (int axis = 0; axis < 3; ++axis)
-    octave[axis] = octaveOf(static_cast<float>(box.upper[axis] - box.lower[axis]));
-  const int greatest = std::max({octave[0], octave[1], octave[2]});
-  if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  int shape = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    shape |= int{greatest - octave[axis] >= class_octaves} << axis;
-  return greatest * shapes + shape;
+  const auto extent = [&](int axis) {
+    return static_cast<float>(box.upper[axis] - box.lower[axis]);
+  };
+  return size_rules::binOf(extent(0), extent(1), extent(2));
 }
 
 template <class Real>
@@ -69,10 +39,10 @@ void SizeClasses<Real>::Survey::add(const Survey& other) {
 
 // Takes the fullest run of octaves as a window, then the fullest of the rest, and so on.
 template <class Real>
-std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows(
-    const Survey& survey) {
-  std::array<std::size_t, octaves> counts = {};
-  std::size_t all = 0;
+std::vector<size_rules::Window> SizeClasses<Real>::chooseWindows(const Survey& survey) {
+  using namespace size_rules;
+  std::array<std::uint32_t, octaves> counts = {};
+  std::uint32_t all = 0;
   for (int bin = survey.first; bin <= survey.last; ++bin)
     counts[bin / shapes] += survey.histogram[bin];
   // A window may begin and end in empty octaves.
@@ -82,10 +52,10 @@ std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows
 
   std::vector<Window> windows;
   std::array<bool, octaves> taken = {};
-  for (std::size_t left = all; left > 0;) {
+  for (std::uint32_t left = all; left > 0;) {
     Window best = {0, 0, 0};
     for (int first = lowest; first < end; ++first) {
-      std::size_t count = 0;
+      std::uint32_t count = 0;
       int last = first;
       for (; last < first + class_octaves && last < end && !taken[last]; ++last)
         count += counts[last];
@@ -95,55 +65,29 @@ std::vector<typename SizeClasses<Real>::Window> SizeClasses<Real>::chooseWindows
     windows.push_back(best);
     left -= best.count;
   }
-  std::sort(windows.begin(), windows.end(),
-            [](const Window& a, const Window& b) { return a.first < b.first; });
-  // Few small boxes do no harm among larger ones. The last of too many join as well.
-  constexpr std::size_t most_windows = most / 2;
-  for (std::size_t i = 0; i + 1 < windows.size();) {
-    if (windows[i].count < all / least_share || windows.size() > most_windows) {
-      windows[i + 1].first = windows[i].first;
-      windows[i + 1].count += windows[i].count;
-      windows.erase(windows.begin() + i);
-    } else {
-      ++i;
-    }
-  }
+  windows.resize(static_cast<std::size_t>(
+      arrangeWindows(windows.data(), static_cast<int>(windows.size()), all)));
   return windows;
 }
 
 // Splits windows by shape where a shape is common.
 template <class Real>
 typename SizeClasses<Real>::Table SizeClasses<Real>::chooseTable(const Survey& survey) {
+  using namespace size_rules;
   const Histogram& histogram = survey.histogram;
   const std::vector<Window> windows = chooseWindows(survey);
   Table table;
   table.fill(no_class);
   count_ = 0;
   for (const Window& window : windows) {
-    std::array<std::size_t, shapes> counts = {};
+    std::array<std::uint32_t, shapes> counts = {};
     for (int bin = window.first * shapes; bin < (window.last + 1) * shapes; ++bin)
       counts[bin % shapes] += histogram[bin];
-    const std::size_t least = std::max(window.count / least_shape_share, least_shape_count);
-    const int classes_left = most - 1 - count_ - static_cast<int>(&windows.back() - &window);
-    int shared = -1;  // the class of all shapes that get none of their own
-    std::array<int, shapes> class_of_shape;
-    int used = 0;
-    for (int shape = 0; shape < shapes; ++shape) {
-      if (counts[shape] >= least && used + 1 < classes_left) {
-        class_of_shape[shape] = count_++;
-        ++used;
-      } else {
-        class_of_shape[shape] = -1;
-      }
-    }
-    for (int shape = 0; shape < shapes; ++shape) {
-      if (class_of_shape[shape] >= 0 || counts[shape] == 0) continue;
-      if (shared < 0) shared = count_++;
-      class_of_shape[shape] = shared;
-    }
+    std::array<std::uint8_t, shapes> class_of_shape;
+    count_ = splitWindow(counts.data(), window.count, static_cast<int>(&windows.back() - &window),
+                         count_, class_of_shape.data());
     for (int bin = window.first * shapes; bin < (window.last + 1) * shapes; ++bin)
-      if (class_of_shape[bin % shapes] >= 0)
-        table[bin] = static_cast<std::uint8_t>(class_of_shape[bin % shapes]);
+      table[bin] = class_of_shape[bin % shapes];
   }
   has_unbounded_ = histogram[unbounded_octave * shapes] != 0;
   if (has_unbounded_) table[unbounded_octave * shapes] = static_cast<std::uint8_t>(count_++);

@@ -1,4 +1,4 @@
-#include "space/data/radix_sort.h"
+#include "space/sort/radix_sort.h"
 
 #include <algorithm>
 #include <cstring>

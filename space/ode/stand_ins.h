@@ -1,5 +1,5 @@
-/* What the preload library asks of the library it loads, which exports it for that. Not for users:
- * it is in no header that is installed, and both libraries come from one build. */
+/* What the preload library (space/preload) asks of the library it loads, which exports it for that.
+ * Not for users: it is in no header that is installed, and both libraries come from one build. */
 #ifndef ODE_PARALLEL_SAP_STAND_INS_H
 #define ODE_PARALLEL_SAP_STAND_INS_H
 

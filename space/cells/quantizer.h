@@ -27,9 +27,7 @@ inline Real centreOf(const BasicBox<Real>& box, int axis) {
   return centre == centre ? centre : 0;
 }
 
-// Gives each of the binary digits of a key to one axis: always to the one on which the steps
-// are still the longest in terms of the boxes' mean extent there. A flat or long scene thus spends
-// its digits where it has room, and cells come out in the shape of the boxes.
+// Gives each of the binary digits of a key to one axis (CurveDigits).
 template <class Real>
 class Quantizer {
  public:

@@ -1,4 +1,4 @@
-#include "space/extract/cell_tree.h"
+#include "space/cells/cell_tree.h"
 
 #include <limits>
 

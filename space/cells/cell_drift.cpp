@@ -1,4 +1,4 @@
-#include "space/extract/cell_drift.h"
+#include "space/cells/cell_drift.h"
 
 #include <algorithm>
 

@@ -1,8 +1,10 @@
-#include "space/extract/quantizer.h"
+#include "space/cells/quantizer.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "space/data/curve_digits.h"
 
 namespace ode_parallel_sap {
 
@@ -45,23 +47,14 @@ Quantizer<Real>::Quantizer(const ClassSummary<Real>& summary, int digits) : digi
     if (std::isfinite(extent)) greatest_extent = std::max(greatest_extent, extent);
   for (int axis = 0; axis < 3; ++axis) {
     const double range = static_cast<double>(summary.high[axis]) - summary.low[axis];
-    // Extents of nothing are taken as a small part of the largest, or as one where all are nothing.
-    const double extent = greatest_extent > 0
-                              ? std::max(summary.extent[axis], greatest_extent / 1024)
-                              : static_cast<double>(summary.count);
+    const double extent = extentToMeasureBy(summary.extent[axis], greatest_extent);
     step[axis] = std::isfinite(range) && std::isfinite(extent) && range > 0 ? range / extent : 0;
   }
-  int axis_of_digit[max_bits];
-  int axis_bits[3] = {0, 0, 0};
-  for (int digit = digits - 1; digit >= 0; --digit) {
-    const int axis = static_cast<int>(std::max_element(step, step + 3) - step);
-    axis_of_digit[digit] = axis;
-    step[axis] /= 2;
-    ++axis_bits[axis];
-  }
+  CurveDigits curve;
+  curve.deal(step, digits);
   for (int axis = 0; axis < 3; ++axis) {
     const double range = static_cast<double>(summary.high[axis]) - summary.low[axis];
-    const double steps = std::ldexp(1.0, axis_bits[axis]);
+    const double steps = std::ldexp(1.0, curve.bits[axis]);
     origin_[axis] = summary.low[axis];
     // A range too small to divide by is left as one step.
     const double scale = range > 0 ? steps / range : 0;
@@ -70,10 +63,10 @@ Quantizer<Real>::Quantizer(const ClassSummary<Real>& summary, int digits) : digi
 
     std::uint32_t digit_of_bit[max_bits];
     for (int digit = 0, bit = 0; digit < digits; ++digit)
-      if (axis_of_digit[digit] == axis) digit_of_bit[bit++] = std::uint32_t{1} << digit;
+      if (curve.axisOf(digit) == axis) digit_of_bit[bit++] = std::uint32_t{1} << digit;
     for (int byte = 0; byte < 3; ++byte) {
       const int first_bit = 8 * byte;
-      const int count = std::max(0, std::min(8, axis_bits[axis] - first_bit));
+      const int count = std::max(0, std::min(8, curve.bits[axis] - first_bit));
       spread_[axis][byte][0] = 0;
       for (int bit = 0; bit < count; ++bit)
         for (int value = 0; value < 1 << bit; ++value)

@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
+#include "space/axes/axis_choice.h"
+#include "space/axes/endpoint_lists.h"
 #include "space/data/buffer.h"
-#include "space/extract/paper/axis_lists.h"
-#include "space/extract/paper/endpoint_lists.h"
 
 namespace ode_parallel_sap {
 

@@ -1,7 +1,8 @@
-#include "space/extract/paper/axis_parts.h"
+#include "space/axes/axis_parts.h"
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 
 #include "space/data/parallel.h"
 

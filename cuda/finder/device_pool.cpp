@@ -1,8 +1,10 @@
-#include "cuda/device/device_pool.h"
+#include "cuda/finder/device_pool.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <utility>
+
+#include "cuda/finder/cuda_sweep.h"
 
 namespace ode_parallel_sap {
 

@@ -1,29 +1,16 @@
-// All that the rest of the library sees of the CUDA back end. No CUDA type in here.
+// The sweep on CUDA devices, as the rest of the library sees it. No CUDA type in here.
 #ifndef ODE_PARALLEL_SAP_CUDA_SWEEP_H
 #define ODE_PARALLEL_SAP_CUDA_SWEEP_H
 
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <stdexcept>
-#include <string>
 #include <vector>
 
-#include "space/extract/pair_finder.h"
+#include "cuda/device/devices.h"
+#include "space/data/pair_finder.h"
 
 namespace ode_parallel_sap {
-
-// The device, its memory or its driver failed. what() gives the call and the driver's reason. The
-// boxes are untouched, so that the caller can find the pairs elsewhere.
-class DeviceFailure : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-struct FailedDevice {
-  int device;  // as the driver counts them
-  std::string reason;
-};
 
 // How long the stages of the last find() took on the device, in milliseconds; filled only while
 // measuring. The stages follow each other without a gap, except that boxes arrive during `upload`
@@ -70,10 +57,6 @@ class CudaPairFinder : public PairFinder {
   virtual void measure(bool on) = 0;
   virtual const CudaStageTimes& times() const = 0;
 };
-
-// The devices that this build has code for, as the driver counts them. Loads the driver but creates
-// no context. Where there is none, `why` (if not null) gets the reason.
-std::vector<int> cudaDevices(std::string* why = nullptr);
 
 // Where a finder gets its devices from: the i-th, counted from 0, or -1 where there are not so
 // many. The same one may come more than once, and stands for several then.

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/quantizer.h"
+#include "space/cells/size_classes.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
-#include "space/extract/quantizer.h"
-#include "space/extract/size_classes.h"
 
 namespace ode_parallel_sap {
 

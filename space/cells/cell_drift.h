@@ -4,10 +4,10 @@
 
 #include <vector>
 
+#include "space/cells/cell_tree.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/slot_set.h"
-#include "space/extract/cell_tree.h"
 
 namespace ode_parallel_sap {
 

@@ -1,10 +1,11 @@
-#include "space/extract/paper/endpoint_lists.h"
+#include "space/axes/endpoint_lists.h"
 
 #include <algorithm>
 #include <cstring>
 
+#include "space/data/float_steps.h"
 #include "space/data/parallel.h"
-#include "space/data/radix_sort.h"
+#include "space/sort/radix_sort.h"
 
 namespace ode_parallel_sap {
 
@@ -13,15 +14,12 @@ namespace {
 constexpr std::uint32_t upper_flag = std::uint32_t{1} << 31;
 constexpr std::uint32_t slot_mask = upper_flag - 1;
 
-// Integers in the order of the values, which are no NaN; adding 0 makes one of the two zeros.
+// Integers in the order of the values, which are no NaN; the two zeros are one.
 std::uint32_t orderOf(float value) {
-  value += 0.0f;
-  std::uint32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits >> 31 ? ~bits : bits | std::uint32_t{1} << 31;
+  return unsignedStepNumber(value);
 }
 std::uint64_t orderOf(double value) {
-  value += 0.0;
+  value += 0.0;  // makes one of the two zeros
   std::uint64_t bits;
   std::memcpy(&bits, &value, sizeof bits);
   return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;

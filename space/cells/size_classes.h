@@ -7,15 +7,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/quantizer.h"
 #include "space/data/box_set.h"
-#include "space/extract/quantizer.h"
+#include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
 
 template <class Real>
 class SizeClasses {
  public:
-  static constexpr int most = 24;
+  static constexpr int most = size_rules::most_classes;
 
   // Chooses the classes for the boxes that are not NaN and summarises each.
   void choose(const BoxSet& boxes, int threads);
@@ -29,9 +30,7 @@ class SizeClasses {
   std::size_t bytes() const { return surveys_.capacity() * sizeof(Survey); }
 
  private:
-  static constexpr int octaves = 256;  // exponents of a float
-  static constexpr int shapes = 8;  // for each axis: about as long as the longest, or far shorter
-  static constexpr int bins = octaves * shapes;
+  static constexpr int bins = size_rules::bins;
   using Histogram = std::array<std::uint32_t, bins>;
   using Table = std::array<std::uint8_t, bins>;
 
@@ -44,14 +43,8 @@ class SizeClasses {
     void count(int bin);
     void add(const Survey& other);
   };
-  // Consecutive octaves whose boxes share classes.
-  struct Window {
-    int first, last;
-    std::size_t count;
-  };
-
   static int binOf(const BasicBox<Real>& box);
-  static std::vector<Window> chooseWindows(const Survey& survey);
+  static std::vector<size_rules::Window> chooseWindows(const Survey& survey);
   Table chooseTable(const Survey& survey);
 
   Table table_ = {};

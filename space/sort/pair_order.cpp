@@ -1,11 +1,11 @@
-#include "space/extract/pair_order.h"
+#include "space/sort/pair_order.h"
 
 #include <algorithm>
 #include <utility>
 
 #include "space/data/parallel.h"
-#include "space/data/radix_sort.h"
 #include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
 
 namespace ode_parallel_sap {
 

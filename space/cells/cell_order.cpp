@@ -1,9 +1,9 @@
-#include "space/extract/cell_order.h"
+#include "space/cells/cell_order.h"
 
 #include <algorithm>
 
-#include "space/data/radix_sort.h"
 #include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
 
 namespace ode_parallel_sap {
 

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "cuda/cuda_sweep.h"
+#include "cuda/device/devices.h"
 
 namespace ode_parallel_sap {
 
