@@ -534,8 +534,9 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   if (odeHasAssertions()) {
     CHECK_THROWS_AS(dSpaceGetGeom(space, 0), OdeAssertion);
     CHECK_THROWS_AS(dSpaceGetGeom(space, -1), OdeAssertion);
+    CHECK_THROWS_AS(dHashSpaceSetLevels(space, -2, 8), OdeAssertion);
   } else {
-    WARN("SKIPPED: indexes out of range; this ODE was built without assertions");
+    WARN("SKIPPED: indexes out of range, levels; this ODE was built without assertions");
   }
   dSpaceDestroy(stock);
   dSpaceDestroy(sweep);
