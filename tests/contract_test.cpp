@@ -364,7 +364,6 @@ TEST_CASE("The callback may change geoms of other spaces, which see it in their 
   }
 }
 
-#if defined(__SSE2__)
 TEST_CASE("The callback runs in the program's own floating-point mode", "[contract]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : kSceneSizes) {
