@@ -1,6 +1,6 @@
-#include "lanes_neon.h"
+#include "space/simd/lanes_neon.h"
 //
-#include "kernels_impl.h"
+#include "space/simd/kernels_impl.h"
 
 namespace ode_parallel_sap {
 

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "lanes_common.h"
+#include "space/simd/lanes_common.h"
 
 namespace {
 
