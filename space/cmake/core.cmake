@@ -23,6 +23,7 @@ add_library(
   ${core}/extract/quantizer.cpp
   ${core}/queries/query_tree.cpp
   ${core}/data/radix_sort.cpp
+  ${core}/data/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
   ${core}/extract/size_classes.cpp

@@ -18,6 +18,8 @@ constexpr std::size_t least_share = 32;
 constexpr std::size_t least_shape_share = 16;
 constexpr std::size_t least_shape_count = 64;
 
+Region surveying("size classes: survey");
+
 constexpr std::uint8_t no_class = 0xff;
 constexpr int unbounded_octave = 255;
 
@@ -157,11 +159,11 @@ void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   for (int attempt = 0;; ++attempt) {
     int parts = 1;
-    runTeam(threads, [&](int thread, int team) {
+    runTeam(surveying, threads, [&](int thread, int team) {
       if (thread == 0) parts = team;
       Survey& own = surveys_[thread];
       own.clear();
-      const Range range = partOf(boxes.size, thread, team);
+      const Range range = ownPart(boxes.size, thread, team);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
         if (!isActive(box)) continue;

@@ -2,32 +2,19 @@
 #include <algorithm>
 #include <new>
 
+#include "space/data/grains.h"
 #include "space/frame/space_scopes.h"
 #include "space/geom/geom_tests.h"
 #include "space/ode/ode_space.h"
 
 namespace ode_parallel_sap {
 
-namespace {
-
-// Threads are worth their start from this many slots on, and each of them from this many.
-constexpr std::size_t least_shared_scene = 4096;
-constexpr std::size_t least_slots_a_thread = 1024;
-// Where all pairs are tested there is more to do.
-constexpr std::size_t least_shared_brute_force = 1024;
-
-}  // namespace
-
 // The most threads that are worth their start for this number of geoms.
 int ParallelSAPSpace::threadsForScene() const {
-  const std::size_t slots = geoms_.size();
-  if ((settings.method == dParallelSAPMethodBruteForce ||
-       settings.method == dParallelSAPMethodAxisLists) &&
-      slots >= least_shared_brute_force)
-    return threadsFor(settings);
-  if (slots < least_shared_scene) return 1;
-  return static_cast<int>(
-      std::min<std::size_t>(threadsFor(settings), slots / least_slots_a_thread));
+  const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
+                         settings.method == dParallelSAPMethodAxisLists;
+  return teamFor(geoms_.size(), tests_all ? grains::scene_of_all_tests : grains::scene,
+                 threadsFor(settings));
 }
 
 // A number that the user set is taken as it is.
