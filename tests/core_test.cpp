@@ -290,8 +290,10 @@ TEST_CASE("Parts of a range cover it once, in order") {
 }
 
 TEST_CASE("An exception of any thread reaches the caller, once all are done") {
+  static Region region("exceptions");
   for (const int threads : {1, 4})
-    REQUIRE_THROWS_AS(runTeam(threads, [](int, int) { throw std::bad_alloc(); }), std::bad_alloc);
+    REQUIRE_THROWS_AS(runTeam(region, threads, [](int, int) { throw std::bad_alloc(); }),
+                      std::bad_alloc);
 }
 
 TEST_CASE("Coarse boxes are a crowd where they are close together, not where they are many") {

@@ -26,7 +26,7 @@ std::unique_ptr<Scene> sceneFor(const Variant& variant, std::size_t size, std::u
   const MakeSpace make = [variant](dSpaceID parent) {
     const dSpaceID space = dParallelSAPSpaceCreate(parent);
     configure(space, variant.configuration);
-    dParallelSAPSpaceSetNumThreads(space, variant.threads);
+    if (variant.threads) dParallelSAPSpaceSetNumThreads(space, variant.threads);
     return space;
   };
   return std::make_unique<Scene>(make, size, seed);
@@ -111,7 +111,7 @@ TEST_CASE("At every extreme every configuration finds exactly the pairs owed", "
     variants.push_back({configuration, 0});
   }
   for (const Extreme& extreme : extremes()) {
-    for (const std::size_t size : {std::size_t{25}, std::size_t{200}, std::size_t{1200}}) {
+    for (const std::size_t size : {std::size_t{25}, std::size_t{200}, geomsOf(1200)}) {
       CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
                  differenceOfPairs) == "");
     }
@@ -124,7 +124,7 @@ TEST_CASE("At every extreme any number of threads finds exactly the pairs owed",
     variants.push_back({configuration, 3});
   }
   for (const Extreme& extreme : extremes()) {
-    CHECK(play(extreme, extreme.most, variants, 2, differenceOfPairs) == "");
+    CHECK(play(extreme, geomsOf(extreme.most), variants, 2, differenceOfPairs) == "");
   }
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("At every extreme dSpaceCollide2 finds exactly the geoms owed", "[extr
     variants.push_back({configuration, 0});
   }
   for (const Extreme& extreme : extremes()) {
-    for (const std::size_t size : {std::size_t{25}, std::size_t{700}}) {
+    for (const std::size_t size : {std::size_t{25}, geomsOf(700)}) {
       CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
                  differenceOfProbes) == "");
     }

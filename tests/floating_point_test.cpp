@@ -78,6 +78,7 @@ TEST_CASE("The modes of these tests do what their names say", "[modes]") {
 
 TEST_CASE("Every thread of a team runs in its caller's mode and gets its own back") {
   constexpr int threads = 4;
+  static Region region("floating-point modes");
   for (const unsigned mode : modes) {
     INFO("mode " << std::hex << mode);
     std::atomic<int> ran{0}, strange{0};
@@ -89,9 +90,9 @@ TEST_CASE("Every thread of a team runs in its caller's mode and gets its own bac
     };
     {
       const sap_test::FloatingPointMode scoped(mode);
-      runTeam(threads, look(mode));
+      runTeam(region, threads, look(mode));
     }
-    runTeam(threads, look(sap_test::FloatingPointMode::kDefault));
+    runTeam(region, threads, look(sap_test::FloatingPointMode::kDefault));
     CHECK(ran >= 2);
     CHECK(strange == 0);
   }

@@ -25,7 +25,7 @@ const int kThreads[] = {1, 2, 3, 7, 16};
 TEST_CASE("Every number of threads gives the expected sequence in every scene", "[threads]") {
   const std::uint64_t seed = seedOr(41);
   for (const WorldScene& scene : worldScenes()) {
-    const std::size_t n = std::min<std::size_t>(scene.most, 4000);
+    const std::size_t n = std::min(scene.most, geomsOf(4000));
     const Space space;
     World world(space);
     scene.populate(world, n, seed);
@@ -55,7 +55,7 @@ TEST_CASE("Every number of threads gives the same sequence of frames while all m
       const Space space(configuration);
       dParallelSAPSpaceSetNumThreads(space, threads);
       World world(space);
-      world.addBoxes(clusters(5000, seed));
+      world.addBoxes(clusters(geomsOf(5000), seed));
       for (std::size_t frame = 0; frame < 4; ++frame) {
         world.jitter(0.4, seed + frame);
         Pairs pairs = collide(space);
@@ -96,7 +96,7 @@ class Player {
   Player(const Configuration& configuration, int threads, std::uint64_t seed)
       : space_(configuration), world_(space_), seed_(seed) {
     dParallelSAPSpaceSetNumThreads(space_, threads);
-    world_.addBoxes(denseCube(2500 + 10 * (seed % 3), seed));
+    world_.addBoxes(denseCube(geomsOf(2500) + 10 * (seed % 3), seed));
   }
 
   // The pairs of each frame.

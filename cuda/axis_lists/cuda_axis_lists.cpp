@@ -10,6 +10,7 @@
 #include "cuda/device/devices.h"
 #include "space/axes/axis_parts.h"
 #include "space/data/floating_point.h"
+#include "space/data/grains.h"
 #include "space/data/lists_too_long.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
@@ -26,10 +27,10 @@ using device::CommonCounts;
 constexpr std::uint64_t chunk_pairs = std::uint64_t{1} << 24;
 // Found pairs travel this many at a time.
 constexpr std::size_t piece_pairs = std::size_t{1} << 19;
-// Found pairs that a thread finishes at a time; of fewer than so many times that one thread takes
-// all. A team is used as a whole or not at all: OpenMP takes long to start threads anew.
+// Found pairs that a thread finishes at a time.
 constexpr std::size_t finish_pairs = std::size_t{1} << 11;
-constexpr std::size_t least_shared_finishes = 4;
+
+Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 
 using Clock = std::chrono::steady_clock;
 double milliseconds(Clock::time_point begin, Clock::time_point end) {
@@ -229,9 +230,10 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
   const int count = static_cast<int>(shares_.size());
   int used = 1;
   try {
-    runTeam(count == 1 ? 1 : threads, [&](int thread, int team) {
+    runTeam(driving, count == 1 ? 1 : threads, [&](int thread, int team) {
       if (thread == 0) used = std::min(team, count);
       for (int i = thread; i < count; i += team) {
+        TeamWatch::noteWork();
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
         if (!share.device) share.driver_context = driverContextOf(share.number);
@@ -256,12 +258,13 @@ template <class Real>
 void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
-  if (count < least_shared_finishes * finish_pairs) threads = 1;
+  threads = teamFor(count, grains::finished_pairs, threads);
   finished_.resize(threads);
   for (Buffer<Pair>& finished : finished_) finished.resizeDiscarding(0);
   for (const Share& share : shares_) {
-    ChunkQueue queue(share.found.size(), finish_pairs);
-    runTeam(threads, [&](int thread, int) {
+    const std::size_t size = share.found.size();
+    ChunkQueue queue(size, chunkOf(size, finish_pairs, threads));
+    runTeam(finishing, threads, [&](int thread, int) {
       Buffer<Pair>& to = finished_[thread];
       Range range;
       while (queue.next(range)) {

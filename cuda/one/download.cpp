@@ -6,6 +6,7 @@
 #include "cuda/device/spin.h"
 #include "cuda/one/expand.h"
 #include "cuda/one/lists.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -14,11 +15,11 @@ using device::stretch_words;
 
 namespace {
 
-// Fewer are dealt with sooner than others are woken.
-constexpr std::size_t least_shared_words = 1 << 15;
 constexpr std::size_t least_piece_stretches = 64;
 constexpr std::size_t most_piece_stretches = 384;
 constexpr std::size_t pieces_wanted = 6;
+
+Region expanding("device: download");
 
 }  // namespace
 
@@ -45,7 +46,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
   ring_.reserve(most_piece_stretches * device::stretch_size * ring_pieces);
   Pair* const to = pairs.parts[0].data();
   const std::size_t pieces = piecesFor(total);
-  if (total < least_shared_words) threads = 1;
+  threads = teamFor(total, grains::received_words, threads);
   if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
   for (auto& stretches : unsure_) stretches.clear();
 
@@ -62,7 +63,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
   std::atomic<std::size_t> arrived{0};
   std::atomic<bool> failed{false};
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(expanding, threads, [&](int thread, int team) {
     try {
       std::size_t asked = 0;
       for (std::size_t piece = 0; piece < pieces; ++piece) {
@@ -85,7 +86,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
           if (failed) return;
         }
         const std::size_t base = piece * piece_words, words = std::min(piece_words, total - base);
-        const Range part = partOf((words + stretch_words - 1) / stretch_words, thread, team);
+        const Range part = ownPart((words + stretch_words - 1) / stretch_words, thread, team);
         const std::uint32_t* const here = ring_.data() + piece % ring_pieces * piece_size;
         for (std::size_t stretch = part.begin; stretch < part.end; ++stretch) {
           const std::size_t begin = stretch * stretch_words;

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "cuda/device/spin.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -22,9 +23,8 @@ constexpr int least_team_with_sender = 4;
 // H200: 39 instead of 47 GB/s); what is short is there sooner.
 constexpr int most_copiers = 6;
 constexpr std::size_t long_run_bytes = std::size_t{8} << 20;
-// Less is copied sooner than others are woken. A team is used as a whole or not at all: OpenMP
-// takes long to start threads anew.
-constexpr std::size_t least_shared_bytes = 3 << 17;
+
+Region sending("device: upload");
 
 }  // namespace
 
@@ -43,7 +43,7 @@ int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t eleme
       std::min(most_piece_bytes, std::max(least_piece_bytes, bytes / pieces_wanted)) / element *
       element;
   const std::size_t pieces = (bytes + piece_bytes - 1) / piece_bytes;
-  if (bytes < least_shared_bytes) threads = 1;
+  threads = teamFor(bytes, grains::sent_bytes, threads);
   const int copiers = bytes < long_run_bytes ? threads : most_copiers;
   std::vector<std::atomic<int>> copied(pieces);
   std::atomic<std::size_t> open{0};  // pieces that may be written; all once something failed
@@ -53,7 +53,7 @@ int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t eleme
     return std::min(piece_bytes, bytes - piece * piece_bytes);
   };
   const auto copyPart = [&](std::size_t piece, int part, int parts) {
-    const Range range = partOf(sizeOf(piece), part, parts, 64);
+    const Range range = ownPart(sizeOf(piece), part, parts, 64);
     std::memcpy(ring_.data() + placeOf(piece) * most_piece_bytes + range.begin,
                 static_cast<const char*>(from) + piece * piece_bytes + range.begin,
                 range.end - range.begin);
@@ -87,7 +87,7 @@ int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t eleme
     }
   };
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(sending, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     const bool apart = team >= least_team_with_sender;
     const int parts = apart ? std::min(team - 1, copiers) : team;

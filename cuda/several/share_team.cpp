@@ -25,6 +25,8 @@ constexpr std::size_t too_many_for_caches = std::size_t{1} << 23;
 // From this many threads a device on, drivers do nothing but drive.
 constexpr int threads_with_drivers_apart = 4;
 
+Region dealing("device: rows of shares"), joining("device: lists of shares");
+
 bool drivesOnly(int thread, int team, std::size_t devices) {
   return static_cast<std::size_t>(thread) < devices &&
          static_cast<std::size_t>(team) >= devices * threads_with_drivers_apart;
@@ -94,6 +96,7 @@ void ShareTeam::deal(const BoxSet& boxes, int thread, int team) {
   if (!drivesOnly(thread, team, count_)) {
     DealtRow& row = *rows_[thread];
     for (std::size_t begin; (begin = next_row_.fetch_add(rows_at_once)) < rows;) {
+      TeamWatch::noteWork();
       const std::size_t end = std::min(rows, begin + rows_at_once);
       for (std::size_t r = begin; r < end; ++r) {
         row.sort(boxes, r, cuts_);
@@ -190,6 +193,7 @@ void ShareTeam::collect(const BoxSet& boxes, int thread, int team, PairList& pai
     if (!drivesOnly(thread, team, count_))
       for (std::size_t s; (s = next_slice_.fetch_add(1)) < slices_.size();) {
         if (!waitFor(slices_[s], thread, team)) return;
+        TeamWatch::noteWork();
         joiners_[thread].join(lists_.data(), static_cast<int>(count_), slices_[s], boxes.size,
                               boxes.exact, past_caches, pairs.parts[0].data(), unsure_[thread]);
       }
@@ -263,14 +267,14 @@ int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps
   for (auto& stretches : unsure_) stretches.clear();
 
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(dealing, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     deal(boxes, thread, team);
   });
   times_.search = clock.ms() - times_.plan;
   if (!failed()) {
     prepareJoin(boxes, pairs);
-    runTeam(threads, [&](int thread, int team) { collect(boxes, thread, team, pairs); });
+    runTeam(joining, threads, [&](int thread, int team) { collect(boxes, thread, team, pairs); });
     times_.join = clock.ms() - times_.search - times_.plan;
   }
   failures.clear();

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "space/data/float_steps.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/sort/radix_sort.h"
 
@@ -52,11 +53,11 @@ void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>
 // End points may move by this many places on average before sorting anew is faster (20,000 boxes on
 // one core: 1.4 ms where nothing moves, 1.85 at half a place, 2.15 at one, 1.95 sorted anew).
 constexpr std::size_t places_an_endpoint = 1;
-// Fewer are done sooner than other threads are woken.
-constexpr std::size_t least_shared_members = 1000;
 // A newcomer passes half of all end points.
 constexpr std::size_t least_members_a_newcomer = 1024;
 constexpr int frames_without_repair = 15;
+
+Region sorting("end points: axes");
 
 // False if it gave up; the end points are all there in any case.
 template <class Real>
@@ -179,8 +180,10 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
   complete_ = false;
   compareMembers(all, boxes.size);
   const bool repairable = newcomers_.size() <= members_ / least_members_a_newcomer;
-  runTeam(members_ < least_shared_members ? 1 : threads, [&](int thread, int team) {
+  const int most = teamFor(members_, grains::sorted_members, threads);
+  runTeam(sorting, most, [&](int thread, int team) {
     for (int axis = thread; axis < 3; axis += team) {
+      TeamWatch::noteWork();
       int& anew_for = axes_[axis].anew_for;
       if (anew_for > 0 || !repairable) {
         if (anew_for > 0) --anew_for;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -16,8 +17,8 @@ constexpr double most_growth = 0.2;
 constexpr int longest_service = 32;
 // Where cells come apart within a frame, they are tried again after more and more frames.
 constexpr int longest_pause = 64;
-// From this many words of slots on they are looked at by all threads.
-constexpr std::size_t least_shared_words = 1024;
+
+Region looking("cell drift: active boxes");
 
 // Sums of the extents of what is below a node. Not a number where there is nothing.
 template <class Real>
@@ -64,8 +65,9 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
   seen_.growTo(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  runTeam(words < least_shared_words ? 1 : threads, [&](int thread, int team) {
-    const Range range = partOf(words, thread, team);
+  const int most = teamFor(words, grains::looked_at_words, threads);
+  runTeam(looking, most, [&](int thread, int team) {
+    const Range range = ownPart(words, thread, team);
     for (std::size_t word = range.begin; word < range.end; ++word) {
       const std::size_t first = word * word_slots, count = std::min(boxes.size - first, word_slots);
       std::uint64_t bits = 0;

@@ -18,6 +18,10 @@ constexpr std::size_t most_piece_boxes = 8192;
 constexpr std::size_t pieces_a_thread = 16;
 // Buckets for dealing: their open cache lines stay within the second-level cache.
 constexpr int most_bucket_digits = 11;
+
+Region laying_curves("cell order: a crowd's curve"), keying("cell order: keys");
+Region dealing("cell order: buckets"), cutting("cell order: pieces");
+
 constexpr std::uint32_t no_key = ~std::uint32_t{0};
 
 // A curve laid anew tells apart what lies within some decades. Crowds within crowds are halved in
@@ -60,8 +64,8 @@ struct CellOrder<Real>::Cutter {
     if (!spread) return 0;
     const int digits = digitsFor(summary.count);
     const Quantizer<Real> quantizer(summary, digits);
-    runTeam(threads, [&](int thread, int team) {
-      const Range range = partOf(end - begin, thread, team);
+    runTeam(laying_curves, threads, [&](int thread, int team) {
+      const Range range = ownPart(end - begin, thread, team);
       for (std::size_t i = begin + range.begin; i < begin + range.end; ++i) {
         const std::uint32_t slot = slotOf(records[i]);
         records[i] = std::uint64_t{quantizer.keyOf(boxes[slot])} << 32 | slot;
@@ -167,11 +171,11 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
   order_.resizeDiscarding(boxes.size);
   positions_.resizeDiscarding(buckets_ * threads);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(keying, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const counts = positions_.data() + buckets_ * part;
       std::fill(counts, counts + buckets_, 0);
-      const Range range = partOf(boxes.size, part, threads);
+      const Range range = ownPart(boxes.size, part, threads);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         if (!isActive(box[slot])) {
           order_[slot] = no_key;
@@ -206,10 +210,10 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
   records_ = workspace.data();
   scratch_ = records_ + count_;
   const int classes = size_classes_.count();
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(dealing, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const next = positions_.data() + buckets_ * part;
-      const Range range = partOf(boxes.size, part, threads);
+      const Range range = ownPart(boxes.size, part, threads);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         const std::uint32_t key = order_[slot];
         if (key == no_key) continue;
@@ -252,7 +256,7 @@ template <class Real>
 void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
   if (piece_starts_.size() < pieces_.size()) piece_starts_.resize(pieces_.size());
   ChunkQueue queue(pieces_.size(), 1);
-  runTeam(threads, [&](int, int) {
+  runTeam(cutting, threads, [&](int, int) {
     Cutter cutter = {boxesOf<Real>(boxes), records_, scratch_};
     Range range;
     while (queue.next(range)) {
@@ -275,8 +279,11 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   pieces_.clear();
   classes_.clear();
   std::vector<std::size_t> first_pieces;
+  // No piece is shorter than what ends as cells of one crowd.
+  const std::size_t least =
+      std::max<std::size_t>(chunkOf(count_, longest_halved, threads), group_size);
   const std::size_t most =
-      std::max(std::min(count_ / (pieces_a_thread * threads), most_piece_boxes), longest_halved);
+      std::max(std::min(count_ / (pieces_a_thread * threads), most_piece_boxes), least);
   for (int i = 0; i < size_classes_.count(); ++i) {
     first_pieces.push_back(pieces_.size());
     const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;

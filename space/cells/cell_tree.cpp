@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -12,8 +13,7 @@ std::size_t groupsFor(std::size_t children) {
   return (children + group_size - 1) / group_size;
 }
 
-// Below this many groups a level is not worth a team.
-constexpr std::size_t least_shared_groups = 256;
+Region packing("cell tree: cells");
 
 }  // namespace
 
@@ -47,8 +47,9 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
     return groups_.data() + (view_.levels[depth] - groups_.data());
   };
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
-  runTeam(cell_count_ < least_shared_groups ? 1 : threads, [&](int thread, int team) {
-    const Range range = partOf(cell_count_, thread, team, group_size);
+  const int most = teamFor(cell_count_, grains::packed_cells, threads);
+  runTeam(packing, most, [&](int thread, int team) {
+    const Range range = ownPart(cell_count_, thread, team, group_size);
     kernel.packCells(boxesOf<Real>(boxes), order, starts, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);

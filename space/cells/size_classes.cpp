@@ -6,6 +6,12 @@
 
 namespace ode_parallel_sap {
 
+namespace {
+
+Region surveying("size classes: survey");
+
+}  // namespace
+
 template <class Real>
 int SizeClasses<Real>::binOf(const BasicBox<Real>& box) {
   const auto extent = [&](int axis) {
@@ -101,11 +107,11 @@ void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   for (int attempt = 0;; ++attempt) {
     int parts = 1;
-    runTeam(threads, [&](int thread, int team) {
+    runTeam(surveying, threads, [&](int thread, int team) {
       if (thread == 0) parts = team;
       Survey& own = surveys_[thread];
       own.clear();
-      const Range range = partOf(boxes.size, thread, team);
+      const Range range = ownPart(boxes.size, thread, team);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
         if (!isActive(box)) continue;

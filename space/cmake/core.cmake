@@ -22,6 +22,7 @@ add_library(
   ${core}/cells/size_classes.cpp
   ${core}/extract/sweep.cpp
   ${core}/queries/query_tree.cpp
+  ${core}/data/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
   ${core}/sort/pair_order.cpp

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "space/data/floating_point.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/simd/sink.h"
 
@@ -14,9 +15,10 @@ constexpr std::uint8_t no_home = 0xff;
 // A level is merged into the next one when it is no longer this many times smaller, and all of them
 // into the base when together they are.
 constexpr std::size_t level_ratio = 4;
-// A thread is worth its start from this many boxes to be looked for.
-constexpr std::size_t least_boxes_a_thread = 512;
-constexpr std::size_t task_cells = 4;
+// Cells that a thread takes at a time: few, since some meet far more than others.
+constexpr std::size_t most_task_cells = 4;
+
+Region meeting("incremental: cells");
 
 }  // namespace
 
@@ -106,8 +108,7 @@ int Incremental<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, in
     spare_levels_.push_back(std::move(newest));
     return 1;
   }
-  threads = static_cast<int>(
-      std::min<std::size_t>(threads, newest->slots.size() / least_boxes_a_thread + 1));
+  threads = teamFor(newest->slots.size(), grains::changed_boxes, threads);
   gather(boxes, newest->slots);
   newest->sweep.find(gathered_, threads, own_pairs_);
   const Slot* const slots = newest->slots.data();
@@ -136,13 +137,15 @@ template <class Real>
 int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level, Home home,
                                  bool exact, int threads) {
   tasks_.clear();
-  for (std::size_t i = 0; i < newest.trees(); ++i)
+  for (std::size_t i = 0; i < newest.trees(); ++i) {
+    const std::size_t task_cells = chunkOf(newest.cells(i), most_task_cells, threads);
     for (std::size_t begin = 0; begin < newest.cells(i); begin += task_cells)
       tasks_.push_back({i, begin, std::min(begin + task_cells, newest.cells(i))});
+  }
   const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(meeting, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     Buffer<Pair>& pairs = found_[thread];
     const std::size_t before = pairs.size();

@@ -13,6 +13,8 @@ namespace {
 // What a thread takes at a time; parts that have grown to twice that are cut.
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
+Region merging("kept pairs: parts");
+
 // Merges both into `merged`; returns how many of [begin, end) stayed.
 std::size_t mergePart(const Pair* begin, const Pair* end, const Pair* found, const Pair* found_end,
                       const SlotSet& changed, Buffer<Pair>& merged) {
@@ -33,12 +35,13 @@ std::size_t mergePart(const Pair* begin, const Pair* end, const Pair* found, con
 }  // namespace
 
 // Cuts the pairs into parts of like length, and the found ones where those begin.
-void KeptPairs::planTasks(const PairList& pairs, const PairList& found) {
+void KeptPairs::planTasks(const PairList& pairs, const PairList& found, int threads) {
+  const std::size_t task_pairs = chunkOf(pairs.size(), part_pairs, threads);
   const Pair* const found_begin = found.parts[0].begin();
   const Pair* const found_end = found.parts[0].end();
   tasks_.clear();
   for (const Buffer<Pair>& part : pairs.parts) {
-    const std::size_t pieces = std::max<std::size_t>(part.size() / part_pairs, 1);
+    const std::size_t pieces = std::max<std::size_t>(part.size() / task_pairs, 1);
     for (std::size_t i = 0; i < pieces && part.size(); ++i) {
       const Range range = partOf(part.size(), static_cast<int>(i), static_cast<int>(pieces));
       tasks_.push_back({part.data() + range.begin, part.data() + range.end, nullptr, nullptr});
@@ -55,12 +58,12 @@ void KeptPairs::planTasks(const PairList& pairs, const PairList& found) {
 
 void KeptPairs::replace(const SlotSet& changed, const PairList& found, int threads,
                         PairList& pairs) {
-  planTasks(pairs, found);
+  planTasks(pairs, found, threads);
   merged_.clear(tasks_.size());
   ChunkQueue queue(tasks_.size(), 1);
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
-  runTeam(team, [&](int, int) {
+  runTeam(merging, team, [&](int, int) {
     Range range;
     while (queue.next(range)) {
       const Task& task = tasks_[range.begin];

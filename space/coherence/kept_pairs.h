@@ -22,7 +22,7 @@ class KeptPairs {
   struct Task {
     const Pair *begin, *end, *found_begin, *found_end;
   };
-  void planTasks(const PairList& pairs, const PairList& found);
+  void planTasks(const PairList& pairs, const PairList& found, int threads);
 
   std::vector<Task> tasks_;
   PairList merged_;

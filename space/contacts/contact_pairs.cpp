@@ -2,6 +2,7 @@
 
 #include <new>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/geom/ode_private.h"
 
@@ -9,8 +10,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// A team is worth its start from this many pairs on.
-constexpr std::size_t least_shared_pairs = 8192;
+Region listing("contacts: list of pairs");
 
 }  // namespace
 
@@ -50,9 +50,9 @@ void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces,
   for (const Buffer<Pair>& part : pairs.parts) {
     GeomPair* const list = list_.data() + at;
     at += part.size();
-    const int team = part.size() < least_shared_pairs ? 1 : threads;
-    runTeam(team, [&](int thread, int threads_of_team) {
-      const Range range = partOf(part.size(), thread, threads_of_team);
+    const int team = teamFor(part.size(), grains::listed_pairs, threads);
+    runTeam(listing, team, [&](int thread, int threads_of_team) {
+      const Range range = ownPart(part.size(), thread, threads_of_team);
       for (std::size_t i = range.begin; i < range.end; ++i)
         list[i] = {geoms[earlierOf(part[i])], geoms[laterOf(part[i])]};
     });

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "space/contacts/collider_threads.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/geom/ode_private.h"
 
@@ -14,10 +15,8 @@ namespace {
 // The bits of dCollide's flags that are the most contacts, as ODE documents them.
 constexpr int most_contacts_mask = 0xffff;
 
-// A team is worth its start from this many pairs of boxes on, or this many of meshes. It is all or
-// one: a team of another size costs the runtime new threads.
-constexpr std::size_t least_shared_pairs = 256;
-constexpr std::size_t least_shared_heavy_pairs = 4;
+Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs");
+
 // Few enough pairs at a time that nobody waits long for the last thread.
 constexpr std::size_t most_pairs_a_chunk = 32;
 constexpr std::size_t most_heavy_pairs_a_chunk = 8;
@@ -109,10 +108,10 @@ class NarrowPhase::Pass {
 
   // Calls work(index, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
-  int share(std::size_t count, std::size_t chunk, int threads, Work work) const {
+  int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
     ChunkQueue queue(count, chunk);
     int used = 1;
-    runTeam(threads, [&](int thread, int team) {
+    runTeam(region, threads, [&](int thread, int team) {
       if (thread == 0) used = team;
       const ThreadData data(thread, manual_cleanup_);
       if (!data.ready()) return;
@@ -193,9 +192,9 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
 // A thread that is alone need not tell the pairs apart: this is the serial loop.
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
-  const int team = pass.size() < least_shared_pairs ? 1 : threads;
+  const int team = teamFor(pass.size(), grains::collided_pairs, threads);
   const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
-  return pass.share(pass.size(), chunk, team,
+  return pass.share(colliding, pass.size(), chunk, team,
                     [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
 }
 
@@ -204,9 +203,9 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
   for (const Share& share : shares_)
     for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
   if (waiting_.size() == 0) return 1;
-  const int team = waiting_.size() < least_shared_heavy_pairs ? 1 : threads;
+  const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
   const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
-  return pass.share(waiting_.size(), chunk, team,
+  return pass.share(colliding_heavy, waiting_.size(), chunk, team,
                     [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });
 }
 

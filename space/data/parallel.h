@@ -10,6 +10,7 @@
 #include <exception>
 
 #include "space/data/floating_point.h"
+#include "space/data/team.h"
 
 namespace ode_parallel_sap {
 
@@ -29,12 +30,19 @@ inline Range partOf(std::size_t count, int part, int parts, std::size_t step = 1
   return {cut(part), cut(part + 1)};
 }
 
+// The same of a thread of a team.
+inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 1) {
+  const Range range = partOf(count, part, parts, step);
+  if (range.begin < range.end) TeamWatch::noteWork();
+  return range;
+}
+
 // Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer)
 // and returns when all are done. All run in the calling thread's floating-point mode: OpenMP's
 // threads would otherwise keep the one they were born with. The first exception of any thread is
 // thrown again on the caller's.
 template <class Work>
-void runTeam(int threads, Work&& work) {
+void runTeam(Region& region, int threads, Work&& work) {
   if (threads <= 1) {
     work(0, 1);
     return;
@@ -42,9 +50,11 @@ void runTeam(int threads, Work&& work) {
   const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;
+  TeamWatch watch(region);
 #pragma omp parallel num_threads(threads)
   {
     const ScopedMode callers_mode(mode);
+    const TeamWatch::Member member(watch, omp_get_num_threads());
     try {
       work(omp_get_thread_num(), omp_get_num_threads());
     } catch (...) {
@@ -60,14 +70,17 @@ class ChunkQueue {
   ChunkQueue(std::size_t count, std::size_t chunk) : count_(count), chunk_(chunk) {}
   // False when nothing is left.
   bool next(Range& range) {
+    TeamWatch::takeTurn(arrived_);
     const std::size_t begin = next_.fetch_add(chunk_, std::memory_order_relaxed);
     if (begin >= count_) return false;
     range = {begin, begin + chunk_ < count_ ? begin + chunk_ : count_};
+    TeamWatch::noteWork();
     return true;
   }
 
  private:
   const std::size_t count_, chunk_;
+  std::atomic<int> arrived_{0};  // threads; counted in tests
   alignas(64) std::atomic<std::size_t> next_{0};
 };
 

@@ -19,6 +19,8 @@ constexpr std::size_t tasks_a_thread = 8;
 // sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
 constexpr std::size_t most_reaching_cells = 16;
 
+Region sweeping("sweep: tasks");
+
 }  // namespace
 
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
@@ -82,7 +84,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(sweeping, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     BufferSink sink(found_[thread]);
     Range range;

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "space/data/floating_point.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/geom/geom_tests.h"
 
@@ -39,11 +40,9 @@ struct PairFilter::ExactTest {
 namespace {
 
 constexpr Pair dropped_pair = ~Pair{0};
-// A thread is worth its start from this many pairs on.
-constexpr std::size_t least_pairs_a_thread = 16384;
-constexpr std::size_t chunk_pairs = 4096;
-// And this many where the geoms of each pair have to come from memory.
-constexpr std::size_t least_verified_a_thread = 4096;
+constexpr std::size_t most_chunk_pairs = 4096;  // that a thread takes at a time
+
+Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
 }  // namespace
 
@@ -96,11 +95,9 @@ void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begi
 void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
                         PairList& pairs) {
   for (Buffer<Pair>& part : pairs.parts) {
-    const int team = facts.user_classes ? 1
-                                        : static_cast<int>(std::min<std::size_t>(
-                                              threads, part.size() / least_verified_a_thread + 1));
-    runTeam(team, [&](int thread, int size) {
-      const Range range = partOf(part.size(), thread, size);
+    const int team = facts.user_classes ? 1 : teamFor(part.size(), grains::verified_pairs, threads);
+    runTeam(verifying, team, [&](int thread, int size) {
+      const Range range = ownPart(part.size(), thread, size);
       verifyChunk(geoms, facts.user_classes, part.data() + range.begin, part.data() + range.end);
     });
     part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
@@ -111,17 +108,16 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int thre
 std::size_t PairFilter::testStretches(const ExactTest& test, int threads, PairList& pairs) {
   chunks_.clear();
   std::size_t count = 0;
-  for (const PairList::Stretch& stretch : pairs.unsure) {
-    count += stretch.end - stretch.begin;
+  for (const PairList::Stretch& stretch : pairs.unsure) count += stretch.end - stretch.begin;
+  const std::size_t chunk_pairs = chunkOf(count, most_chunk_pairs, threads);
+  for (const PairList::Stretch& stretch : pairs.unsure)
     for (std::size_t begin = stretch.begin; begin < stretch.end; begin += chunk_pairs)
       chunks_.push_back({stretch.part, begin, std::min(begin + chunk_pairs, stretch.end)});
-  }
-  const int team =
-      static_cast<int>(std::min<std::size_t>(threads, count / least_pairs_a_thread + 1));
+  const int team = teamFor(count, grains::exact_tests, threads);
   const ScopedMode mode(exactMode());
   std::atomic<std::size_t> dropped{0};
   ChunkQueue queue(chunks_.size(), 1);
-  runTeam(team, [&](int, int) {
+  runTeam(testing, team, [&](int, int) {
     Range range;
     while (queue.next(range)) {
       const PairList::Stretch& chunk = chunks_[range.begin];

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
@@ -12,11 +13,11 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// A thread is worth its start from this many tests of sixteen boxes and a plane on.
-constexpr std::size_t least_tests_a_thread = 8192;
 constexpr dReal least_normal = static_cast<dReal>(1e-30);
 // Cells that a thread takes at a time.
-constexpr std::size_t chunk_cells = 64;
+constexpr std::size_t most_chunk_cells = 64;
+
+Region meeting("planes: cells");
 
 // What meetHalfSpaces() computes in the precision of the boxes is off by less than 8 epsilon of the
 // numbers' size: rounding of bounds, normal and distance, three products, two sums. Beyond that it
@@ -102,15 +103,14 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   std::vector<HalfSpace<Real>> half_spaces;
   for (const Slot slot : planes_) half_spaces.push_back(halfSpaceOf<Real>(geoms[slot]));
   const std::size_t cells = (boxes.size + group_size - 1) / group_size;
-  const std::size_t tests = cells * planes_.size();
-  threads = static_cast<int>(std::min<std::size_t>(threads, tests / least_tests_a_thread + 1));
+  threads = teamFor(cells * planes_.size(), grains::half_space_tests, threads);
   if (found_.size() < static_cast<std::size_t>(threads)) {
     found_.resize(threads);
     hits_.resize(threads);
   }
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  ChunkQueue queue(cells, chunk_cells);
-  runTeam(threads, [&](int thread, int) {
+  ChunkQueue queue(cells, chunkOf(cells, most_chunk_cells, threads));
+  runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
     const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
     Range range;

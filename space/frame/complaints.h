@@ -7,7 +7,7 @@
 #include <new>
 #include <unordered_set>
 
-#include "space/extract/paper/axis_lists.h"
+#include "space/data/lists_too_long.h"
 
 namespace ode_parallel_sap {
 

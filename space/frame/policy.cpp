@@ -2,17 +2,12 @@
 
 #include <algorithm>
 
+#include "space/data/grains.h"
 #include "space/frame/small_scenes.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// Threads are worth their start from this many slots on, and each of them from this many.
-constexpr std::size_t least_shared_scene = 4096;
-constexpr std::size_t least_slots_a_thread = 1024;
-// Where all pairs are tested there is more to do.
-constexpr std::size_t least_shared_brute_force = 1024;
 
 bool isAuto(const Settings& settings) {
   return settings.method == dParallelSAPMethodAuto;
@@ -28,13 +23,10 @@ bool Policy::isSmall(std::size_t slots, const Settings& settings) {
 
 // The most threads that are worth their start for this number of slots.
 int Policy::mostThreads(std::size_t slots, const Settings& settings) {
-  const int all = threadsFor(settings);
-  if ((settings.method == dParallelSAPMethodBruteForce ||
-       settings.method == dParallelSAPMethodAxisLists) &&
-      slots >= least_shared_brute_force)
-    return all;
-  if (slots < least_shared_scene) return 1;
-  return static_cast<int>(std::min<std::size_t>(all, slots / least_slots_a_thread));
+  const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
+                         settings.method == dParallelSAPMethodAxisLists;
+  return ode_parallel_sap::teamFor(slots, tests_all ? grains::scene_of_all_tests : grains::scene,
+                                   threadsFor(settings));
 }
 
 // A number that the user set is taken as it is.

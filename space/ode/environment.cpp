@@ -4,7 +4,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
+#include "space/data/team.h"
 #include "space/extract/device_backend.h"
 #include "space/ode/environment_switch.h"
 #include "space/simd/kernels.h"
@@ -110,6 +112,10 @@ Settings settingsFromEnvironment() {
   int megabytes = 0;
   readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);
   settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
+  // Nor is this: makes teams of little work, see team.h.
+  int grain = 0;
+  readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
+  if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
   chooseInstructionSet();
   return settings;
 }

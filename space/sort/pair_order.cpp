@@ -16,6 +16,8 @@ constexpr std::size_t bucket_pairs = 8192;
 constexpr std::size_t most_buckets = 2048;
 constexpr std::size_t buckets_a_thread = 4;
 constexpr std::size_t least_bucket_pairs = 512;
+Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
+
 // One thread puts up to this number, of few slots, in order at once: they still fit the cache.
 constexpr std::size_t pairs_at_once = 65536, slots_at_once = 16384;
 // Lists of more pairs than this, on average, are sorted by digits.
@@ -112,7 +114,8 @@ PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, i
     buckets.shift = buckets.slot_bits;
     return buckets;
   }
-  const std::size_t shared = std::min(buckets_a_thread * threads, count / least_bucket_pairs);
+  const std::size_t shared =
+      std::min(buckets_a_thread * threads, count / chunkOf(count, least_bucket_pairs, threads));
   const std::size_t wanted = std::min(most_buckets, std::max(count / bucket_pairs, shared) + 1);
   while ((slots - 1) >> buckets.shift >= wanted) ++buckets.shift;
   buckets.count = ((slots - 1) >> buckets.shift) + 1;
@@ -125,8 +128,9 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
   const std::size_t parts = found.size();
   const auto bucketOf = [&](Pair pair) { return std::size_t{earlierOf(pair)} >> buckets.shift; };
   positions_.assign(buckets.count * parts, 0);
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(counting, threads, [&](int thread, int team) {
     for (std::size_t part = thread; part < parts; part += team) {
+      if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const counts = positions_.data() + buckets.count * part;
       for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
     }
@@ -139,8 +143,9 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
       position += std::exchange(positions_[buckets.count * part + bucket], position);
   }
   bucket_begin_[buckets.count] = position;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(dealing, threads, [&](int thread, int team) {
     for (std::size_t part = thread; part < parts; part += team) {
+      if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const next = positions_.data() + buckets.count * part;
       for (const Pair pair : found[part]) dealt[next[bucketOf(pair)]++] = pair;
     }
@@ -166,7 +171,7 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
   deal(found, buckets, threads, sorted);
   for (Scratch& scratch : scratch_) scratch.unsure.clear();
   ChunkQueue queue(buckets.count, 1);
-  runTeam(threads, [&](int thread, int) {
+  runTeam(sorting, threads, [&](int thread, int) {
     Range range;
     while (queue.next(range)) {
       const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -13,6 +14,9 @@ namespace {
 // Eleven bits keep a thread's 2,048 counters and open cache lines within the second-level cache.
 constexpr int max_digit_bits = 11;
 
+Region counting("radix sort: counts"), scattering("radix sort: scatter"),
+    copying("radix sort: copy");
+
 // One stable counting pass. Each thread counts and later scatters one part of the input; the
 // counters become positions by a scan over digits first, threads second.
 void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
@@ -21,9 +25,9 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   const std::uint64_t mask = digits - 1;
   positions.assign(digits * threads, 0);
   int parts = threads;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(counting, threads, [&](int thread, int team) {
     if (thread == 0) parts = team;
-    const Range range = partOf(count, thread, team);
+    const Range range = ownPart(count, thread, team);
     std::uint32_t* const counts = positions.data() + digits * thread;
     for (std::size_t i = range.begin; i < range.end; ++i) ++counts[from[i] >> low_bit & mask];
   });
@@ -36,9 +40,9 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
       position += size;
     }
   // The parts are those of the count, whoever takes them.
-  runTeam(parts, [&](int thread, int team) {
+  runTeam(scattering, parts, [&](int thread, int team) {
     for (int part = thread; part < parts; part += team) {
-      const Range range = partOf(count, part, parts);
+      const Range range = ownPart(count, part, parts);
       std::uint32_t* const next = positions.data() + digits * part;
       for (std::size_t i = range.begin; i < range.end; ++i)
         to[next[from[i] >> low_bit & mask]++] = from[i];
@@ -77,8 +81,8 @@ void sortAlone(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
 void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
                int bits, int threads) {
   if (count < 2 || bits <= 0) return;
-  constexpr std::size_t least_shared = 16384;
-  if (threads == 1 || count < least_shared) {
+  threads = teamFor(count, grains::sorted_records, threads);
+  if (threads == 1) {
     sortAlone(records, scratch, count, low_bit, bits);
     return;
   }
@@ -92,8 +96,8 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
     done += digit_bits;
   }
   if (from != records)
-    runTeam(threads, [&](int thread, int team) {
-      const Range range = partOf(count, thread, team);
+    runTeam(copying, threads, [&](int thread, int team) {
+      const Range range = ownPart(count, thread, team);
       std::memcpy(records + range.begin, from + range.begin,
                   (range.end - range.begin) * sizeof *records);
     });

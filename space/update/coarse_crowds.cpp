@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
 
@@ -15,8 +16,9 @@ namespace {
 // So that boxes all far from each other seem to make a pair for sixteen boxes at most.
 constexpr std::size_t cells_a_box = 8;
 constexpr std::size_t block_boxes = 64;  // whose counts are on their way from memory together
-constexpr std::size_t least_boxes_a_thread = 4096;
 constexpr double step_of_floats = 0x1p-22;
+
+Region counting("coarse crowds: boxes");
 
 std::uint64_t bitsOf(double value) {
   std::uint64_t bits;
@@ -84,11 +86,10 @@ std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse,
 
 std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
                                      std::size_t most, int threads) {
-  threads =
-      static_cast<int>(std::min<std::size_t>(threads, moved.size() / least_boxes_a_thread + 1));
+  threads = teamFor(moved.size(), grains::counted_boxes, threads);
   std::atomic<std::size_t> pairs{pairs_};
-  runTeam(threads, [&](int thread, int team) {
-    const Range range = partOf(moved.size(), thread, team);
+  runTeam(counting, threads, [&](int thread, int team) {
+    const Range range = ownPart(moved.size(), thread, team);
     const auto increment = [team](std::uint16_t* count) {
       return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
     };

@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "space/data/floating_point.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
 #include "space/geom/geom_tests.h"
@@ -18,6 +19,8 @@ namespace {
 // Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
 // a geom's two blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = 32;
+
+Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
 bool hasGimpact() {
   static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
@@ -78,11 +81,11 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
         if (geom->final_posr) prefetch(geom->final_posr, sizeof(dxPosR));
   };
   int used = 1;
-  runTeam(parts, [&](int thread, int team) {
+  runTeam(updating, parts, [&](int thread, int team) {
     if (thread == 0) used = team;
     for (int index = thread; index < parts; index += team) {
       UpdatePart& part = parts_[index];
-      const Range range = partOf(count, index, parts);
+      const Range range = ownPart(count, index, parts);
       const auto block = [&](std::size_t begin) {
         return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
       };
@@ -250,9 +253,9 @@ void GeomUpdate::watchAll() {
 int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed) {
   if (!watching_) watchAll();
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(noticing, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
-    const Range words = partOf(watched_.words(), thread, team);
+    const Range words = ownPart(watched_.words(), thread, team);
     const auto watchedIn = [&](std::size_t word) {
       return word < words.end ? watched_.word(word) & ~changed.word(word) : 0;
     };
@@ -329,10 +332,8 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
   if (!watching_) watchAll();
   resizeTo(slots, boxes);
   listSlots(changed, slots);
-  constexpr std::size_t least_slots_a_thread = 1024;
   const auto threadsForSlots = [&] {
-    return static_cast<int>(
-        std::min<std::size_t>(threads, slots_.size() / least_slots_a_thread + 1));
+    return teamFor(slots_.size(), grains::packed_slots, threads);
   };
   facts_.moved = 0;
   if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))

@@ -21,4 +21,9 @@ int scaled(int usual) {
   return std::max(1, static_cast<int>(std::lround(usual * scale)));
 }
 
+std::size_t geomsOf(std::size_t usual) {
+  constexpr std::size_t some_hundred = 400;
+  return std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN") ? std::min(usual, some_hundred) : usual;
+}
+
 }  // namespace sap_test

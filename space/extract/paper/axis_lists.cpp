@@ -5,6 +5,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/free_memory.h"
+#include "space/data/grains.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
 
@@ -15,12 +16,11 @@ namespace {
 // In place of the later box of an entry that does not overlap after all.
 constexpr Slot no_slot = ~Slot{0};
 // Pairs dealt with at a time: their results stay in the second-level cache.
-constexpr std::uint64_t chunk_pairs = 1 << 14;
+constexpr std::size_t chunk_pairs = 1 << 14;
 // Lists get some room to grow.
 constexpr std::uint64_t spare_part = 8;
-// Fewer pairs than this are not worth other threads. A team is used as a whole or not at all, here
-// and for the end points: OpenMP takes long to start threads anew.
-constexpr std::uint64_t least_shared_pairs = 1 << 16;
+
+Region filling("axis lists: places"), meeting("axis lists: pairs of all axes");
 
 std::uint64_t roomFor(std::uint64_t pairs) {
   return pairs + pairs / spare_part;
@@ -82,8 +82,8 @@ template <class Real>
 void AxisLists<Real>::fillLists(int threads) {
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = endpoints_.axis(axis);
-    ChunkQueue queue(rows.pairs(), chunk_pairs);
-    runTeam(threads, [&](int, int) {
+    ChunkQueue queue(rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads));
+    runTeam(filling, threads, [&](int, int) {
       Range range;
       while (queue.next(range)) fillPlaces(rows, range.begin, range.end, lists_[axis].data());
     });
@@ -98,7 +98,7 @@ void AxisLists<Real>::meet(const BoxSet& boxes, const AxisChoice& axes, std::uin
   const AxisRows &first = endpoints_.axis(axes.fullest), &second = endpoints_.axis(axes.second),
                  &third = endpoints_.axis(axes.third);
   const Slot* const list = lists_[axes.fullest].data();
-  both.resizeDiscarding(chunk_pairs);
+  both.resizeDiscarding(end - begin);
   Pair* both_end = both.data();
   forRows(first, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
     const Slot a = first.order[row];
@@ -131,15 +131,15 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const AxisChoice axes = chooseAxes(
       {endpoints_.axis(0).pairs(), endpoints_.axis(1).pairs(), endpoints_.axis(2).pairs()});
   const std::uint64_t count = endpoints_.axis(axes.fullest).pairs();
-  if (count < least_shared_pairs) threads = 1;
+  threads = teamFor(count, grains::axis_pairs, threads);
   fillLists(threads);
 
   both_.resize(threads);
   found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  ChunkQueue queue(count, chunk_pairs);
+  ChunkQueue queue(count, chunkOf(count, chunk_pairs, threads));
   int used = 1;
-  runTeam(threads, [&](int thread, int team) {
+  runTeam(meeting, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     Range range;
     while (queue.next(range))

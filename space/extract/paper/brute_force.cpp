@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "space/data/floating_point.h"
+#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/simd/sink.h"
 
@@ -28,8 +29,7 @@ struct Triangle {
   }
 };
 
-// Below this number of pairs a thread is not worth its start.
-constexpr std::uint64_t least_pairs_a_thread = 1 << 18;
+Region testing("brute force: pairs");
 
 // Tests a box after which a crowd must have shown to be one: a tenth of what the sweep of moved
 // boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
@@ -38,10 +38,6 @@ constexpr std::uint64_t first_tests_a_box = 100;
 constexpr std::size_t least_crowd = 1000;
 // Between two looks at whether it is one, the number of tests grows by this factor.
 constexpr std::uint64_t growth = 4;
-
-int partsFor(std::uint64_t tests, int threads) {
-  return static_cast<int>(std::min<std::uint64_t>(threads, tests / least_pairs_a_thread + 1));
-}
 
 // Notes where unsure pairs may be.
 void noteUnsure(PairList& pairs) {
@@ -76,7 +72,7 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
   const Kernels<Real>& kernel = kernels<Real>();
   int used = 1;
   const std::uint64_t count = (round.tests.end - round.tests.begin) * round.stripes;
-  runTeam(partsFor(count, threads), [&](int thread, int team) {
+  runTeam(testing, teamFor(count, grains::box_tests, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
     for (int stripe = 0; stripe < round.stripes; ++stripe) {
       Buffer<Pair>& part = pairs.parts[(stripe * round.rounds + round.number) * threads + thread];
@@ -85,7 +81,7 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
       const Range all = partOf(triangle.pairs(), stripe, round.stripes);
       const std::uint64_t begin = std::min(all.begin + round.tests.begin, all.end);
       const Range own =
-          partOf(std::min(all.begin + round.tests.end, all.end) - begin, thread, team);
+          ownPart(std::min(all.begin + round.tests.end, all.end) - begin, thread, team);
       if (own.begin == own.end) continue;
       const std::uint64_t from = begin + own.begin, to = begin + own.end;
       const std::uint64_t first = triangle.rowOf(from), last = triangle.rowOf(to - 1);
@@ -106,7 +102,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
-  packCells(boxes, partsFor(tests, threads));
+  packCells(boxes, teamFor(tests, grains::box_tests, threads));
   const int used = testRound(boxes, {1, 1, 0, {0, tests}, 0}, threads, pairs);
   if (!boxes.exact) noteUnsure(pairs);
   return used;
@@ -125,7 +121,7 @@ int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t 
   int rounds = 1;
   for (std::uint64_t tests = next; tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
-  packCells(boxes, partsFor(all, threads));
+  packCells(boxes, teamFor(all, grains::box_tests, threads));
   int used = 1;
   std::uint64_t tested = 0;
   double pairs_a_test = 0;

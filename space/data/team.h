@@ -1,0 +1,135 @@
+// How many threads some work is given to, and what tests do to that.
+#ifndef ODE_PARALLEL_SAP_TEAM_H
+#define ODE_PARALLEL_SAP_TEAM_H
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace ode_parallel_sap {
+
+// The work that a thread is worth its start for. grains.h has all of them.
+struct Grain {
+  enum Team {
+    further,  // a thread more for each so much work
+    every,    // no thread has less than so much
+    whole     // as large as may be from so much work on, since OpenMP takes long to start the
+              // threads anew that a smaller team did without
+  };
+  std::uint64_t work;
+  Team team;
+  std::uint64_t alone = 0;  // less than this is done alone in any case
+};
+
+// Where tests set it, every grain is at most this, so that a few hundred geoms occupy all threads
+// at every stage. 0, as it is elsewhere, leaves all as it is. One for the process.
+inline std::atomic<std::uint64_t> test_grain{0};
+
+inline bool teamsAreTested() {
+  return test_grain.load(std::memory_order_relaxed) != 0;
+}
+
+inline std::uint64_t grained(std::uint64_t usual) {
+  const std::uint64_t most = test_grain.load(std::memory_order_relaxed);
+  return most ? std::min(usual, most) : usual;
+}
+
+// The threads, of `most`, that are worth their start for `work`.
+inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
+  const std::uint64_t a_thread = grained(grain.work);
+  if (work < a_thread || work < grained(grain.alone)) return 1;
+  if (grain.team == Grain::whole) return most;
+  const std::uint64_t threads = work / a_thread + (grain.team == Grain::further);
+  return static_cast<int>(std::min<std::uint64_t>(most, threads));
+}
+
+// What a thread of a team takes at a time of `work`: `usual`, but in tests a quarter of its share
+// where that is less.
+inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
+  const std::uint64_t least = test_grain.load(std::memory_order_relaxed);
+  if (least == 0) return usual;
+  const std::uint64_t quarter = work / (4 * static_cast<std::uint64_t>(team));
+  return static_cast<std::size_t>(std::min<std::uint64_t>(usual, std::max(least, quarter)));
+}
+
+// A place in the code where a team works: one object for each, in a list of all, so that a test can
+// see that none of them has only ever had one thread at work.
+class Region {
+ public:
+  explicit Region(const char* name) : name_(name), next_(first_) { first_ = this; }
+  Region(const Region&) = delete;
+  Region& operator=(const Region&) = delete;
+
+  const char* name() const { return name_; }
+  // How often two threads or more had work there. Counted where teams are tested.
+  std::uint64_t timesShared() const { return times_shared_.load(std::memory_order_relaxed); }
+  static const Region* first() { return first_; }
+  const Region* next() const { return next_; }
+
+ private:
+  friend class TeamWatch;
+
+  inline static const Region* first_ = nullptr;
+  const char* const name_;
+  const Region* const next_;
+  std::atomic<std::uint64_t> times_shared_{0};
+};
+
+// Counts the threads of a team that have work, where teams are tested. Elsewhere nothing is done.
+class TeamWatch {
+ public:
+  explicit TeamWatch(Region& region) : region_(teamsAreTested() ? &region : nullptr) {}
+  ~TeamWatch() {
+    if (region_ && workers_.load(std::memory_order_relaxed) > 1)
+      region_->times_shared_.fetch_add(1, std::memory_order_relaxed);
+  }
+  TeamWatch(const TeamWatch&) = delete;
+  TeamWatch& operator=(const TeamWatch&) = delete;
+
+  // The calling thread as one of a team, as long as this lives.
+  class Member {
+   public:
+    Member(TeamWatch& watch, int team) : watch_(watch) {
+      if (watch_.region_) enter(team);
+    }
+    ~Member() {
+      if (watch_.region_) leave();
+    }
+    Member(const Member&) = delete;
+    Member& operator=(const Member&) = delete;
+
+   private:
+    friend class TeamWatch;
+    void enter(int team);
+    void leave();
+
+    TeamWatch& watch_;
+    Member* outer_ = nullptr;
+    const void* queue_ = nullptr;  // the last one that it took from
+    int team_ = 1;
+    bool worked_ = false;
+  };
+
+  // Says that the calling thread has work of its team's.
+  static void noteWork() {
+    if (teamsAreTested()) noteOwnWork();
+  }
+  // Called before anything is taken from a queue, which counts the threads that have come to it.
+  // Nobody takes twice before all have come (or have been waited for long enough): of little work
+  // the first thread would have done all while the others wake.
+  static void takeTurn(std::atomic<int>& arrived) {
+    if (teamsAreTested()) awaitOthers(arrived);
+  }
+
+ private:
+  static void noteOwnWork();
+  static void awaitOthers(std::atomic<int>& arrived);
+
+  Region* const region_;
+  std::atomic<int> workers_{0};
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,289 @@
+// With a grain of 1 a few hundred geoms occupy every thread at every stage, and what comes of it is
+// what one thread finds. Sees the library's own counts of who had work: built from its objects.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "space/data/grains.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/contact_scene.h"
+#include "support/knobs.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+using ode_parallel_sap::Region;
+
+namespace {
+
+namespace grains = ode_parallel_sap::grains;
+
+const int kTeams[] = {2, 3, 7, 16};
+
+// Sets the grain of the process as long as it lives.
+class ScopedGrain {
+ public:
+  explicit ScopedGrain(std::uint64_t grain)
+      : before_(ode_parallel_sap::test_grain.exchange(grain)) {}
+  ~ScopedGrain() { ode_parallel_sap::test_grain = before_; }
+  ScopedGrain(const ScopedGrain&) = delete;
+  ScopedGrain& operator=(const ScopedGrain&) = delete;
+
+ private:
+  const std::uint64_t before_;
+};
+
+std::map<std::string, std::uint64_t> timesShared() {
+  std::map<std::string, std::uint64_t> times;
+  for (const Region* region = Region::first(); region; region = region->next())
+    times[region->name()] = region->timesShared();
+  return times;
+}
+
+// A scene, what happens to it before each frame, and the regions in which teams work then.
+struct Play {
+  const char* name;
+  int method;
+  std::function<void(World& world, std::uint64_t seed)> populate;
+  std::function<void(World& world, std::uint64_t seed)> change;
+  std::vector<std::string> regions;
+};
+
+void moveAll(World& world, std::uint64_t seed) {
+  world.jitter(0.4, seed);
+}
+
+void moveSome(World& world, std::uint64_t seed) {
+  Random random(seed);
+  for (int i = 0; i < 60; ++i) {
+    const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
+    const dReal* const at = dGeomGetPosition(geom);
+    dGeomSetPosition(geom, at[0] + random.between(-1, 1), at[1], at[2]);
+  }
+}
+
+// Keys of one curve for all do not tell those of a crowd apart, nor do those of a second one all of
+// them.
+void populateWithCrowds(World& world, std::uint64_t seed) {
+  Random random(seed);
+  for (const double side : {1e3, 1e-3, 1e-9})
+    for (int i = 0; i < 300; ++i) {
+      Box box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = random.between(0, side);
+        box.high[axis] = box.low[axis] + 1;
+      }
+      world.addBox(box);
+    }
+}
+
+void populateWithHighBits(World& world, std::uint64_t seed) {
+  world.addBoxes(denseCube(700, seed));
+  Random random(seed);
+  constexpr int high = 8 * sizeof(long) - 4;
+  for (const dGeomID geom : world.geoms()) {
+    dGeomSetCategoryBits(geom, 1ul << (high + random.below(3)));
+    dGeomSetCollideBits(geom, random.below(8) << high);
+  }
+}
+
+void populateWithBodies(World& world, std::uint64_t seed) {
+  world.addBoxes(denseCube(700, seed));
+  for (const dGeomID geom : world.geoms()) world.giveBody(geom);
+  dParallelSAPSpaceSetSkipStatic(world.space(), 1);
+}
+
+// All boxes reach into the planes, so that none is culled.
+void populateWithPlanes(World& world, std::uint64_t seed) {
+  world.addBoxes(denseCube(700, seed));
+  for (int axis = 0; axis < 3; ++axis)
+    world.take(dCreatePlane(world.space(), axis == 0, axis == 1, axis == 2, 1000));
+  dParallelSAPSpaceSetCullPlanes(world.space(), 1);
+}
+
+// Where floats are much coarser than the boxes.
+void populateFarAway(World& world, std::uint64_t seed) {
+  for (Box box : denseCube(700, seed)) {
+    box.low[0] += 1e9;
+    box.high[0] += 1e9;
+    world.addBox(box);
+  }
+}
+
+void populateDensely(World& world, std::uint64_t seed) {
+  world.addBoxes(denseCube(700, seed));
+}
+
+const std::vector<Play>& plays() {
+  static const std::vector<Play> all = {
+      {"all boxes move",
+       dParallelSAPMethodSweep,
+       populateDensely,
+       moveAll,
+       {"update: geoms", "size classes: survey", "cell order: keys", "cell order: buckets",
+        "cell order: pieces", "cell tree: cells", "cell drift: active boxes", "sweep: tasks",
+        "pair order: counts", "pair order: deal", "pair order: buckets"}},
+      {"crowds in one place",
+       dParallelSAPMethodSweep,
+       populateWithCrowds,
+       moveSome,
+       {"cell order: a crowd's curve", "radix sort: counts", "radix sort: scatter",
+        "radix sort: copy"}},
+      {"brute force",
+       dParallelSAPMethodBruteForce,
+       populateDensely,
+       moveAll,
+       {"brute force: pairs"}},
+      {"axis lists",
+       dParallelSAPMethodAxisLists,
+       populateDensely,
+       moveAll,
+       {"end points: axes", "axis lists: places", "axis lists: pairs of all axes"}},
+      {"some boxes move",
+       dParallelSAPMethodSweep,
+       populateDensely,
+       moveSome,
+       {"update: what changed unnoticed", "incremental: cells", "kept pairs: parts"}},
+      {"bits that boxes have no room for",
+       dParallelSAPMethodSweep,
+       populateWithHighBits,
+       moveAll,
+       {"filter: exact tests"}},
+      {"geoms at rest are left out",
+       dParallelSAPMethodSweep,
+       populateWithBodies,
+       moveAll,
+       {"filter: verified pairs"}},
+      {"planes apart", dParallelSAPMethodSweep, populateWithPlanes, moveAll, {"planes: cells"}},
+      {"far away", dParallelSAPMethodSweep, populateFarAway, moveAll, {"coarse crowds: boxes"}},
+  };
+  return all;
+}
+
+const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs", "contacts: pairs",
+                                                      "contacts: heavy pairs"};
+
+// The pairs of each frame, held against the oracle.
+std::vector<Pairs> framesOf(const Play& play, int threads) {
+  const std::uint64_t seed = seedOr(91);
+  const Space space({dParallelSAPBackendCPU, play.method, play.name});
+  dParallelSAPSpaceSetNumThreads(space, threads);
+  World world(space);
+  play.populate(world, seed);
+  std::vector<Pairs> frames;
+  for (std::uint64_t frame = 0; frame < 8; ++frame) {
+    if (frame > 0) play.change(world, seed + frame);
+    frames.push_back(collide(space));
+    INFO(play.name << ", " << threads << " threads, frame " << frame
+                   << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    REQUIRE(frames.back().size() > 0);
+    REQUIRE(difference(frames.back(), expectedPairs(world.geoms())) == "");
+  }
+  return frames;
+}
+
+}  // namespace
+
+TEST_CASE("With a grain of 1 two threads and more have work in every region of the pipeline") {
+  for (const Play& play : plays()) {
+    const std::vector<Pairs> expected = framesOf(play, 1);
+    const ScopedGrain grain(1);
+    for (const int threads : kTeams) {
+      const auto before = timesShared();
+      const std::vector<Pairs> frames = framesOf(play, threads);
+      const auto after = timesShared();
+      for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+        INFO(play.name << ", " << threads << " threads, frame " << frame);
+        REQUIRE(difference(frames[frame], expected[frame]) == "");
+      }
+      for (const std::string& region : play.regions) {
+        INFO(play.name << ", " << threads << " threads, " << region);
+        REQUIRE(after.count(region) == 1);
+        CHECK(after.at(region) > before.at(region));
+      }
+    }
+  }
+}
+
+TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
+  const std::uint64_t seed = seedOr(92);
+  const ScopedGrain grain(1);
+  for (const int threads : kTeams) {
+    const Space space;
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    ContactScene scene(space);
+    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere}, 300, seed);
+    const auto before = timesShared();
+    for (std::uint64_t frame = 0; frame < 4; ++frame) {
+      scene.move(seed + frame);
+      const Contacts got = parallelContacts(space, 8);
+      INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(got.size() > 100);
+      REQUIRE(difference(got, serialContacts(space, {8})) == "");
+    }
+    const auto after = timesShared();
+    for (const std::string& region : regions_of_contacts) {
+      INFO(threads << " threads, " << region);
+      REQUIRE(after.count(region) == 1);
+      CHECK(after.at(region) > before.at(region));
+    }
+  }
+}
+
+// Those of a device are looked at by device_test.
+TEST_CASE("There is no region that these tests leave out") {
+  std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
+  for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
+  for (const auto& [region, times] : timesShared()) {
+    INFO(region);
+    CHECK((covered.count(region) == 1 || region.rfind("device: ", 0) == 0));
+  }
+}
+
+TEST_CASE("Without a grain of the tests' small scenes are found by one thread") {
+  const ScopedGrain grain(0);
+  const auto before = timesShared();
+  for (const Play& play : plays()) (void)framesOf(play, 16);
+  CHECK(timesShared() == before);
+}
+
+TEST_CASE("The environment sets the grain of all spaces of the process") {
+  const ScopedGrain grain(0);
+  REQUIRE(setenv("ODE_PARALLEL_SAP_TEST_GRAIN", "5", 1) == 0);
+  const Space space;
+  REQUIRE(unsetenv("ODE_PARALLEL_SAP_TEST_GRAIN") == 0);
+  CHECK(ode_parallel_sap::test_grain == 5);
+  const Space other;
+  CHECK(ode_parallel_sap::test_grain == 5);
+}
+
+TEST_CASE("A team grows with its work as its grain says") {
+  using ode_parallel_sap::Grain;
+  using ode_parallel_sap::teamFor;
+  const auto teams = [](const Grain& grain, int most) {
+    std::vector<int> teams;
+    for (const std::uint64_t work : {0, 9, 10, 19, 20, 39, 40, 50, 1000})
+      teams.push_back(teamFor(work, grain, most));
+    return teams;
+  };
+  using Teams = std::vector<int>;
+  const ScopedGrain none(0);
+  CHECK(teams({10, Grain::further}, 6) == Teams{1, 1, 2, 2, 3, 4, 5, 6, 6});
+  CHECK(teams({10, Grain::every}, 6) == Teams{1, 1, 1, 1, 2, 3, 4, 5, 6});
+  CHECK(teams({10, Grain::every, 40}, 6) == Teams{1, 1, 1, 1, 1, 1, 4, 5, 6});
+  CHECK(teams({10, Grain::whole}, 6) == Teams{1, 1, 6, 6, 6, 6, 6, 6, 6});
+  for (const auto team : {Grain::further, Grain::every, Grain::whole})
+    CHECK(teams({10, team, 40}, 1) == Teams(9, 1));
+  CHECK(teamFor(std::uint64_t{1} << 62, grains::box_tests, 16) == 16);
+  const ScopedGrain one(1);
+  CHECK(teams({10, Grain::further, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
+  CHECK(teams({10, Grain::every, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
+  CHECK(teams({10, Grain::whole, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
+}
