@@ -368,6 +368,8 @@ bool processorHas(const std::string& set) {
   if (set == "avx512")
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
            __builtin_cpu_supports("avx512vl");
+#elif defined(__aarch64__)
+  if (set == "neon") return true;
 #endif
   return false;
 }
@@ -532,8 +534,9 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   if (odeHasAssertions()) {
     CHECK_THROWS_AS(dSpaceGetGeom(space, 0), OdeAssertion);
     CHECK_THROWS_AS(dSpaceGetGeom(space, -1), OdeAssertion);
+    CHECK_THROWS_AS(dHashSpaceSetLevels(space, -2, 8), OdeAssertion);
   } else {
-    WARN("SKIPPED: indexes out of range; this ODE was built without assertions");
+    WARN("SKIPPED: indexes out of range, levels; this ODE was built without assertions");
   }
   dSpaceDestroy(stock);
   dSpaceDestroy(sweep);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "space/extract/paper/axis_parts.h"
+#include "space/axes/axis_parts.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

@@ -4,17 +4,17 @@
 #include <functional>
 #include <vector>
 
-#include "space/frame/backend_choice.h"
+#include "space/frame/device_choice.h"
 #include "space/frame/method_choice.h"
 #include "support/catch.hpp"
 #include "support/random.h"
 
-using ode_parallel_sap::BackendChoice;
+using ode_parallel_sap::DeviceChoice;
 using ode_parallel_sap::MethodChoice;
 
 namespace {
 
-using Candidates = BackendChoice::Candidates;
+using Candidates = DeviceChoice::Candidates;
 
 // Milliseconds of a frame of so many boxes on so many devices, 0: the processor.
 using Machine = std::function<double(int devices, double boxes)>;
@@ -28,18 +28,19 @@ struct Run {
 
 // Frames of one size. Devices that are wanted are ready some frames later; the first frames on a
 // number of devices take ten times as long.
-Run run(BackendChoice& choice, const Machine& machine, double boxes, int available, int frames,
+Run run(DeviceChoice& choice, const Machine& machine, double boxes, int available, int frames,
         int counted, double pairs_a_box = 4.6) {
   Run made;
   int ready = 0, ready_at = -1;
-  std::vector<int> used(BackendChoice::most_devices + 1);
+  std::vector<int> used(DeviceChoice::most_devices + 1);
   for (int frame = 0; frame < frames; ++frame) {
     if (frame == ready_at) ready = made.wanted;
     const auto n = static_cast<std::size_t>(boxes);
-    const int devices = choice.choose(n, Candidates::upTo(true, ready));
+    const DeviceChoice::Decision decision = choice.decide(n, Candidates::upTo(true, ready));
+    const int devices = decision.devices;
     if (devices > ready) FAIL(devices << " devices chosen, " << ready << " are ready");
     const double ms = machine(devices, boxes) * (used[devices]++ < 2 ? 10 : 1);
-    choice.learn(devices, n, static_cast<std::size_t>(boxes * pairs_a_box), ms);
+    choice.learn(decision, devices, n, static_cast<std::size_t>(boxes * pairs_a_box), ms);
     const int wanted = choice.wanted(n, Candidates::upTo(true, available), ready);
     if (wanted > made.wanted) ready_at = frame + 5;
     made.wanted = std::max(made.wanted, wanted);
@@ -93,7 +94,7 @@ const struct {
 TEST_CASE("A choice is never a tenth slower than the best fixed one", "[choice]") {
   for (const auto& machine : machines)
     for (double boxes = 2; boxes < 2e7; boxes *= 1.2) {
-      BackendChoice choice;
+      DeviceChoice choice;
       const int counted = 2000;
       const Run made = run(choice, machine.time, boxes, 4, 6000, counted);
       INFO(machine.name << ", " << boxes << " boxes, at last " << made.last << " devices");
@@ -107,7 +108,7 @@ TEST_CASE("A choice is never a tenth slower than the best fixed one", "[choice]"
 TEST_CASE("Scenes that a device could not speed up never want one", "[choice]") {
   for (const auto& machine : machines)
     for (const double boxes : {2.0, 10.0, 40.0, 100.0, 300.0}) {
-      BackendChoice choice;
+      DeviceChoice choice;
       const auto single = [&](int d, double n) { return d ? 1e9 : machine.time(0, n) / 10; };
       INFO(machine.name << ", " << boxes);
       CHECK(run(choice, single, boxes, 4, 100000, 1).wanted == 0);
@@ -115,14 +116,14 @@ TEST_CASE("Scenes that a device could not speed up never want one", "[choice]") 
 }
 
 TEST_CASE("A device is wanted only after time was missed", "[choice]") {
-  BackendChoice choice;
+  DeviceChoice choice;
   // 100,000 boxes: some 1.2 ms a frame to be saved.
   CHECK(run(choice, machines[0].time, 1e5, 1, 30, 1).wanted == 0);
   CHECK(run(choice, machines[0].time, 1e5, 1, 100, 1).wanted == 1);
 }
 
 TEST_CASE("A choice follows the size of the scene", "[choice]") {
-  BackendChoice choice;
+  DeviceChoice choice;
   const Machine& time = machines[0].time;
   CHECK(run(choice, time, 16e6, 4, 300, 10).last == 4);
   const auto all = Candidates::upTo(true, 4);
@@ -131,9 +132,10 @@ TEST_CASE("A choice follows the size of the scene", "[choice]") {
       double ms = 0;
       for (int frame = 0; frame < 60; ++frame) {
         const auto n = static_cast<std::size_t>(boxes);
-        const int devices = choice.choose(n, all);
+        const DeviceChoice::Decision decision = choice.decide(n, all);
+        const int devices = decision.devices;
         const double taken = time(devices, boxes);
-        choice.learn(devices, n, static_cast<std::size_t>(4.6 * boxes), taken);
+        choice.learn(decision, devices, n, static_cast<std::size_t>(4.6 * boxes), taken);
         if (frame >= 30) ms += taken / 30;
       }
       INFO(boxes << " boxes, round " << round);
@@ -143,7 +145,7 @@ TEST_CASE("A choice follows the size of the scene", "[choice]") {
 
 TEST_CASE("A choice does not waver where times are noisy", "[choice]") {
   sap_test::Random random(5);
-  BackendChoice choice;
+  DeviceChoice choice;
   const double boxes = 4000;  // near where one device draws level
   const Machine noisy = [&](int d, double) { return (d ? 0.3 : 0.31) * random.between(0.8, 1.2); };
   const Run made = run(choice, noisy, boxes, 1, 4000, 3000);
@@ -152,7 +154,7 @@ TEST_CASE("A choice does not waver where times are noisy", "[choice]") {
 }
 
 TEST_CASE("What was found slow is tried again, rarely", "[choice]") {
-  BackendChoice choice;
+  DeviceChoice choice;
   int frame = 0, on_device = 0;
   // The device is shared with somebody else during the first frames.
   const Machine time = [&](int d, double) {
@@ -161,7 +163,7 @@ TEST_CASE("What was found slow is tried again, rarely", "[choice]") {
   };
   run(choice, time, 1e5, 1, 1500, 1);
   CHECK(on_device > 100);
-  BackendChoice other;
+  DeviceChoice other;
   frame = on_device = 0;
   const Machine slow = [&](int d, double) {
     on_device += d;
@@ -180,13 +182,14 @@ TEST_CASE("A device whose first frames were slow is soon known as fast", "[choic
         if (d == 1) return 1.2 * (++frames_on_one <= slow ? by : 1);
         return d == 0 ? 4.2 : 1.5;
       };
-      BackendChoice choice;
+      DeviceChoice choice;
       const auto all = Candidates::upTo(true, 2);
       double ms = 0;
       for (int frame = 0; frame < 200; ++frame) {
-        const int devices = choice.choose(500000, all);
+        const DeviceChoice::Decision decision = choice.decide(500000, all);
+        const int devices = decision.devices;
         const double taken = time(devices, 500000);
-        choice.learn(devices, 500000, 2300000, taken);
+        choice.learn(decision, devices, 500000, 2300000, taken);
         if (frame >= 100) ms += taken / 100;
       }
       INFO(slow << " frames slow by " << by);
@@ -195,12 +198,12 @@ TEST_CASE("A device whose first frames were slow is soon known as fast", "[choic
 }
 
 TEST_CASE("Devices that are lost are not chosen", "[choice]") {
-  BackendChoice choice;
+  DeviceChoice choice;
   run(choice, machines[0].time, 16e6, 4, 300, 10);
   choice.lost(1);
-  CHECK(choice.choose(16000000, Candidates::upTo(true, 1)) <= 1);
+  CHECK(choice.decide(16000000, Candidates::upTo(true, 1)).devices <= 1);
   choice.lost(0);
-  CHECK(choice.choose(16000000, Candidates::upTo(true, 0)) == 0);
+  CHECK(choice.decide(16000000, Candidates::upTo(true, 0)).devices == 0);
 }
 
 TEST_CASE("A number of devices that is set is the only one but the processor", "[choice]") {
@@ -208,9 +211,9 @@ TEST_CASE("A number of devices that is set is the only one but the processor", "
   CHECK(std::vector<int>(three.begin(), three.end()) == std::vector<int>{0, 3});
   const auto forced = Candidates::only(false, 100);
   CHECK(std::vector<int>(forced.begin(), forced.end()) ==
-        std::vector<int>{BackendChoice::most_devices});
-  BackendChoice choice;
-  CHECK(choice.choose(1000, Candidates::only(false, 3)) == 3);
+        std::vector<int>{DeviceChoice::most_devices});
+  DeviceChoice choice;
+  CHECK(choice.decide(1000, Candidates::only(false, 3)).devices == 3);
 }
 
 TEST_CASE("A small scene is swept while its cells can be kept", "[choice]") {
@@ -218,23 +221,26 @@ TEST_CASE("A small scene is swept while its cells can be kept", "[choice]") {
   MethodChoice choice;
   for (int frame = 0; frame < 300; ++frame) {
     REQUIRE(choice.sweeps(slots, pairs));
-    choice.learn(frame % 32 != 0);  // cells are cut anew now and then
+    choice.learnOfSweep(frame % 32 != 0);  // cells are cut anew now and then
   }
   // From now on they never are kept: less and less often it is tried.
   int swept = 0;
   for (int frame = 0; frame < 1000; ++frame) {
-    if (!choice.sweeps(slots, pairs)) continue;
-    choice.learn(false);
+    if (!choice.sweeps(slots, pairs)) {
+      choice.learnOfTests();
+      continue;
+    }
+    choice.learnOfSweep(false);
     ++swept;
   }
   CHECK(swept > 6);
   CHECK(swept < 60);
   // Once they are, it goes on.
   int frames = 0;
-  for (; frames < 1000 && !choice.sweeps(slots, pairs); ++frames) continue;
+  for (; frames < 1000 && !choice.sweeps(slots, pairs); ++frames) choice.learnOfTests();
   CHECK(frames <= 256);
   for (int frame = 0; frame < 100; ++frame) {
-    choice.learn(true);
+    choice.learnOfSweep(true);
     REQUIRE(choice.sweeps(slots, pairs));
   }
   CHECK_FALSE(choice.sweeps(100, 450));
@@ -244,8 +250,10 @@ TEST_CASE("A small scene is swept while its cells can be kept", "[choice]") {
 TEST_CASE("All pairs are tested where so many overlap that sorting them would take longer",
           "[choice]") {
   MethodChoice choice;
-  CHECK(choice.sweeps(1000, 10000));
-  CHECK_FALSE(choice.sweeps(1000, 30000));
-  CHECK(choice.sweeps(100000, 30000000));
-  CHECK_FALSE(choice.sweeps(5000, 1500000));
+  CHECK(choice.sweeps(500, 2500));
+  CHECK_FALSE(choice.sweeps(500, 10000));
+  CHECK_FALSE(MethodChoice::isCrowd(1000, 10000));
+  CHECK(MethodChoice::isCrowd(1000, 30000));
+  CHECK_FALSE(MethodChoice::isCrowd(100000, 30000000));
+  CHECK(MethodChoice::isCrowd(5000, 1500000));
 }

@@ -309,6 +309,61 @@ TEST_CASE("What the callback disables or enables is seen by the next collide", "
   }
 }
 
+TEST_CASE("Bodies that the callback disables or enables are asleep or awake for the next collide",
+          "[contract]") {
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    dParallelSAPSpaceSetSkipAsleep(space, 1);
+    World world(space);
+    world.addBoxes(onePlace(30, 1));
+    for (const dGeomID geom : world.geoms()) world.giveBody(geom);
+    INFO(configuration.name);
+    const auto collideAndTurn = [&](void (*turn)(dBodyID)) {
+      std::size_t calls = 0;
+      collideWith(space, [&](dGeomID, dGeomID) {
+        for (std::size_t i = 1; i < 30 && calls == 0; ++i) turn(world.bodies()[i]);
+        ++calls;
+      });
+      return calls;
+    };
+    CHECK(collideAndTurn(dBodyDisable) == 435);
+    CHECK(collideAndTurn(dBodyEnable) == 29);
+    CHECK(collide(space).size() == 435);
+  }
+}
+
+TEST_CASE("The callback may change geoms of other spaces, which see it in their next collide",
+          "[contract]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const std::size_t n : kSceneSizes) {
+      const Space space(configuration), other(configuration);
+      World world(space), world_of_other(other);
+      world.addBoxes(denseCube(n, 17));
+      world_of_other.addBoxes(denseCube(n, 18));
+      (void)collide(other);
+      const std::vector<dGeomID>& geoms = world_of_other.geoms();
+      int calls = 0;
+      collideWith(space, [&](dGeomID, dGeomID) {
+        if (calls++) return;
+        dGeomSetPosition(geoms[0], 1, 2, 3);
+        dGeomBoxSetLengths(geoms[1], 3, 3, 3);
+        dGeomSetCategoryBits(geoms[2], 2);
+        dGeomSetCollideBits(geoms[2], 2);
+        const dBodyID body = world_of_other.giveBody(geoms[3]);
+        dGeomSetBody(geoms[4], body);
+        dGeomDisable(geoms[5]);
+        const dGeomID again = geoms[6];
+        world_of_other.remove(again);
+        world_of_other.addAgain(again);
+      });
+      INFO(configuration.name << ", " << n << " geoms");
+      CHECK(calls > 0);
+      CHECK(difference(collide(other), expectedPairs(geoms)) == "");
+      CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+    }
+  }
+}
+
 TEST_CASE("The callback runs in the program's own floating-point mode", "[contract]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : kSceneSizes) {

@@ -9,12 +9,12 @@
 
 #include "space/coherence/incremental.h"
 #include "space/data/parallel.h"
-#include "space/data/radix_sort.h"
 #include "space/data/round_outward.h"
 #include "space/extract/paper/axis_lists.h"
 #include "space/extract/paper/brute_force.h"
 #include "space/extract/sweep.h"
 #include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
 #include "space/update/coarse_crowds.h"
 #include "support/case.h"
 #include "support/catch.hpp"
@@ -219,7 +219,7 @@ TEST_CASE("Rounding outward is the nearest float that is not inside, for any bit
   const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, 3.4028234e38, 3.5e38,
                             1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
   const float highest = std::numeric_limits<float>::infinity();
-  for (int round = 0; round < 200000; ++round) {
+  for (int round = 0; round < sap_test::scaled(200000); ++round) {
     double bounds[6];
     for (double& bound : bounds) {
       const std::uint64_t bits = random.bits();
@@ -251,7 +251,7 @@ TEST_CASE("Rounding outward is the nearest float that is not inside, for any bit
 TEST_CASE("Rounding outward in vectors gives what it gives one by one, for boxes of every kind") {
   sap_test::Random random(sap_test::seedOr(1));
   const double special[] = {0.0, -0.0, NAN, HUGE_VAL, -HUGE_VAL, 1e-310, 3.5e38, 1.7e308, -1.7e308};
-  for (int round = 0; round < 200000; ++round) {
+  for (int round = 0; round < sap_test::scaled(200000); ++round) {
     const double size = std::pow(10, random.between(-60, 60));
     double bounds[6];
     for (int axis = 0; axis < 3; ++axis) {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "../cuda/cuda_sweep.h"
 #include "cuda/device/fault_injection.h"
+#include "cuda/finder/cuda_sweep.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"

@@ -10,8 +10,8 @@
 #include "cuda/one/cell_cut.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
+#include "space/cells/size_classes.h"
 #include "space/data/pair_rule.h"
-#include "space/extract/size_classes.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
@@ -26,10 +26,10 @@ float anyFloat(Random& random) {
   const float inf = std::numeric_limits<float>::infinity();
   const float special[] = {0.0f, -0.0f,   1e-45f, -1e-45f, 1.17549435e-38f, 1, -1,
                            3,    3.4e38f, inf,    -inf};
-  if (random.chance(0.3)) return device::floatOf(static_cast<std::int32_t>(random.bits()));
+  if (random.chance(0.3)) return floatOf(static_cast<std::int32_t>(random.bits()));
   const float near = special[random.below(sizeof special / sizeof *special)];
   const auto steps = static_cast<int>(random.below(9)) - 4;
-  const float moved = device::unordered(device::ordered(near) + steps);
+  const float moved = unordered(ordered(near) + steps);
   return std::isinf(near) || std::isnan(moved) ? near : moved;
 }
 
@@ -61,8 +61,7 @@ Box anyBox(Random& random) {
 Box boxBeside(const Box& other, Random& random) {
   const auto near = [&](float bound) {
     if (!std::isfinite(bound)) return bound;
-    const float moved =
-        device::unordered(device::ordered(bound) + static_cast<int>(random.below(9)) - 4);
+    const float moved = unordered(ordered(bound) + static_cast<int>(random.below(9)) - 4);
     return std::isfinite(moved) ? moved : bound;
   };
   Box box = anyBox(random);
@@ -88,15 +87,15 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
   Random random(sap_test::seedOr(91));
   for (int i = 0; i < 200000; ++i) {
     const float a = anyFloat(random), b = anyFloat(random);
-    REQUIRE(device::bitsOf(device::unordered(device::ordered(a))) == device::bitsOf(a));
+    REQUIRE(bitsOf(unordered(ordered(a))) == bitsOf(a));
     if (std::isnan(a) || std::isnan(b)) continue;
     if (a < b) {
-      REQUIRE(device::ordered(a) < device::ordered(b));
-      REQUIRE(device::stepNumber(a) < device::stepNumber(b));
-      const std::int64_t steps = std::int64_t{device::stepNumber(b)} - device::stepNumber(a);
+      REQUIRE(ordered(a) < ordered(b));
+      REQUIRE(stepNumber(a) < stepNumber(b));
+      const std::int64_t steps = std::int64_t{stepNumber(b)} - stepNumber(a);
       REQUIRE((steps == 1) == (std::nextafter(a, b) == b));
     }
-    if (a == b) REQUIRE(device::stepNumber(a) == device::stepNumber(b));
+    if (a == b) REQUIRE(stepNumber(a) == stepNumber(b));
   }
 }
 
@@ -152,12 +151,12 @@ TEST_CASE("An octave is the exponent of an extent, and that of infinity the last
   Random random(sap_test::seedOr(94));
   for (int i = 0; i < 20000; ++i) {
     const float extent = std::fabs(anyFloat(random));
-    const int octave = device::octaveOf(extent);
+    const int octave = size_rules::octaveOf(extent);
     if (!std::isfinite(extent))
-      REQUIRE(octave == device::unbounded_octave);
+      REQUIRE(octave == size_rules::unbounded_octave);
     else
       REQUIRE(octave == (extent < 1.17549435e-38f ? 0 : std::ilogb(extent) + 127));
-    if (extent > 0 && std::isfinite(extent)) REQUIRE(device::octaveOf(-extent) == 0);
+    if (extent > 0 && std::isfinite(extent)) REQUIRE(size_rules::octaveOf(-extent) == 0);
   }
 }
 
@@ -186,8 +185,8 @@ struct CurvedBoxes {
         box.lower[axis] = static_cast<float>(centre - size[axis] / 2);
         box.upper[axis] = static_cast<float>(centre + size[axis] / 2);
         const float middle = device::centreOf(box.lower[axis], box.upper[axis]);
-        least[axis] = std::min(least[axis], device::ordered(middle));
-        greatest[axis] = std::max(greatest[axis], device::ordered(middle));
+        least[axis] = std::min(least[axis], ordered(middle));
+        greatest[axis] = std::max(greatest[axis], ordered(middle));
         extent[axis] +=
             largest > 0 ? static_cast<unsigned long long>(size[axis] / largest * 65536) : 0;
       }
@@ -196,8 +195,8 @@ struct CurvedBoxes {
     curve.choose(least, greatest, extent, digits);
     std::copy(extent, extent + 3, sum);
     for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = device::unordered(least[axis]);
-      high[axis] = device::unordered(greatest[axis]);
+      low[axis] = unordered(least[axis]);
+      high[axis] = unordered(greatest[axis]);
     }
   }
   // No step of the curve's that could have been longer is shorter than half another one, in terms

@@ -25,7 +25,7 @@ TEST_CASE("The oracle's pairs are those of dSimpleSpace in every scene", "[oracl
     INFO(scene.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
     REQUIRE(world.geoms().size() == 250);
     const Pairs expected = expectedPairs(world.geoms());
-    CHECK(expected.size() > 20);
+    CHECK(expected.size() > 5);  // 25 on average in the emptiest
     CHECK(difference(asSet(collide(space.id)), expected) == "");
   }
 }

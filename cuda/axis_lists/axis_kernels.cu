@@ -1,6 +1,6 @@
 #include "cuda/axis_lists/axis_kernels.h"
 //
-#include "cuda/one/primitives.cuh"
+#include "cuda/device/launch.cuh"
 
 namespace ode_parallel_sap {
 namespace device {

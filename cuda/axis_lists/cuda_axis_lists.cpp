@@ -7,13 +7,14 @@
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/device/device.h"
+#include "cuda/device/devices.h"
+#include "space/axes/axis_parts.h"
 #include "space/data/floating_point.h"
 #include "space/data/grains.h"
+#include "space/data/lists_too_long.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
-#include "space/extract/pair_order.h"
-#include "space/extract/paper/axis_lists.h"
-#include "space/extract/paper/axis_parts.h"
+#include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
 

@@ -7,8 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "cuda/cuda_sweep.h"
-#include "space/extract/pair_finder.h"
+#include "space/data/pair_finder.h"
 
 namespace ode_parallel_sap {
 
@@ -19,9 +18,9 @@ struct CudaAxisListsTimes {
   double finish = 0;     // on the CPU: filters, marks, order
 };
 
-// Finds what AxisLists finds on the CPU (space/axis_lists.h), in floats and in doubles. Not for use
-// by two threads at once; several finders may share devices. After an exception the finder may be
-// destroyed or used again.
+// Finds what AxisLists finds on the CPU (space/extract/paper/axis_lists.h), in floats and in
+// doubles. Not for use by two threads at once; several finders may share devices. After an
+// exception the finder may be destroyed or used again.
 class CudaAxisListsFinder : public PairFinder {
  public:
   // Throws DeviceFailure, ListsTooLong (for the memory of one of the devices) and std::bad_alloc.

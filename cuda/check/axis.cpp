@@ -5,10 +5,10 @@
 #include <numeric>
 #include <vector>
 
-#include "check.h"
 #include "cuda/axis_lists/cuda_axis_lists.h"
+#include "cuda/check/check.h"
+#include "cuda/check/scenes.h"
 #include "cuda/device/fault_injection.h"
-#include "scenes.h"
 #include "space/extract/paper/axis_lists.h"
 #include "space/extract/sweep.h"
 

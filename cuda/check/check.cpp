@@ -1,5 +1,5 @@
 // Checks the CUDA sweep against the CPU's and times it, on plain boxes.
-#include "check.h"
+#include "cuda/check/check.h"
 
 #include <omp.h>
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cuda/cuda_sweep.h"
+#include "cuda/finder/cuda_sweep.h"
 #include "space/data/box_set.h"
 #include "space/data/pair_list.h"
 

@@ -3,8 +3,8 @@
 #include <exception>
 #include <vector>
 
-#include "check.h"
-#include "scenes.h"
+#include "cuda/check/check.h"
+#include "cuda/check/scenes.h"
 #include "space/extract/sweep.h"
 
 namespace cuda_check {

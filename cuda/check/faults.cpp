@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <thread>
 
-#include "check.h"
+#include "cuda/check/check.h"
+#include "cuda/check/scenes.h"
 #include "cuda/device/fault_injection.h"
-#include "scenes.h"
 #include "space/extract/sweep.h"
 
 namespace cuda_check {

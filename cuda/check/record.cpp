@@ -5,12 +5,12 @@
 #include <map>
 #include <vector>
 
-#include "../../tests/bench/csv.h"
-#include "check.h"
-#include "scenes.h"
+#include "cuda/check/check.h"
+#include "cuda/check/scenes.h"
 #include "space/extract/paper/brute_force.h"
 #include "space/extract/sweep.h"
-#include "space/frame/backend_choice.h"
+#include "space/frame/device_choice.h"
+#include "tests/bench/csv.h"
 
 namespace cuda_check {
 
@@ -107,13 +107,14 @@ class Frames {
   Frames(Finders& finders, const BoxSet& boxes, int devices)
       : finders_(finders),
         boxes_(boxes),
-        candidates_(BackendChoice::Candidates::upTo(true, devices)) {}
+        candidates_(DeviceChoice::Candidates::upTo(true, devices)) {}
 
   double find(int way) {
     if (way != by_choice) return finders_.find(way, boxes_, pairs_);
-    chosen_ = choice_.choose(boxes_.size, candidates_);
+    decision_ = choice_.decide(boxes_.size, candidates_);
+    chosen_ = decision_.devices;
     const double ms = finders_.find(chosen_, boxes_, pairs_);
-    choice_.learn(chosen_, boxes_.size, pairs_.size(), ms);
+    choice_.learn(decision_, chosen_, boxes_.size, pairs_.size(), ms);
     return ms;
   }
   int last(int way) const { return way == by_choice ? chosen_ : way; }
@@ -122,9 +123,10 @@ class Frames {
  private:
   Finders& finders_;
   const BoxSet& boxes_;
-  const BackendChoice::Candidates candidates_;
-  BackendChoice choice_;
+  const DeviceChoice::Candidates candidates_;
+  DeviceChoice choice_;
   int chosen_ = 0;
+  DeviceChoice::Decision decision_;
   PairList pairs_;
 };
 

@@ -1,4 +1,4 @@
-#include "scenes.h"
+#include "cuda/check/scenes.h"
 
 #include <cmath>
 #include <limits>

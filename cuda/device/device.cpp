@@ -4,8 +4,9 @@
 
 #include <atomic>
 #include <string>
+#include <vector>
 
-#include "cuda/cuda_sweep.h"
+#include "cuda/device/devices.h"
 #include "cuda/device/fault_injection.h"
 
 namespace ode_parallel_sap {

@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cuda/one/both_sides.h"
 #include "cuda/one/scene_plan.h"
+#include "space/data/both_sides.h"
 
 namespace ode_parallel_sap {
 namespace device {

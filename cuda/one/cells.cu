@@ -5,8 +5,8 @@
 #include <cub/device/device_select.cuh>
 
 #include "cuda/one/cell_cut.h"
+#include "cuda/one/place.h"
 #include "cuda/one/primitives.cuh"
-#include "cuda/several/partition.h"
 
 namespace ode_parallel_sap {
 namespace device {

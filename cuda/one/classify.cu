@@ -6,14 +6,9 @@
 namespace ode_parallel_sap {
 namespace device {
 
-namespace {
+using namespace size_rules;
 
-// As in SizeClasses on the CPU, where the numbers come from.
-constexpr std::uint32_t least_share = 32;
-constexpr std::uint32_t least_shape_share = 16;
-constexpr std::uint32_t least_shape_count = 64;
-constexpr int most_windows = most_classes / 2;
-constexpr std::uint32_t no_class = 0xff;
+namespace {
 
 constexpr int survey_threads = 512;
 constexpr int survey_boxes = 4;  // a thread
@@ -46,36 +41,8 @@ __global__ void __launch_bounds__(survey_threads)
   if (threadIdx.x == 0 && counts[bins]) atomicAdd(&plan->counters.inactive, counts[bins]);
 }
 
-struct Window {
-  int first, last;
-  std::uint32_t count;
-};
-
-// Splits a window by shape where a shape is common; entries of `class_of_shape` are classes.
-__device__ void splitWindow(const std::uint32_t* counts, const Window& window, int windows_left,
-                            int& classes, std::uint8_t* class_of_shape, int* last_octave) {
-  const std::uint32_t least = max(window.count / least_shape_share, least_shape_count);
-  const int classes_left = most_classes - 1 - classes - windows_left;
-  int used = 0, shared = -1;
-  for (int shape = 0; shape < shapes; ++shape) {
-    class_of_shape[shape] = no_class;
-    if (counts[shape] < least || used + 1 >= classes_left) continue;
-    last_octave[classes] = window.last;
-    class_of_shape[shape] = classes++;
-    ++used;
-  }
-  for (int shape = 0; shape < shapes; ++shape) {
-    if (class_of_shape[shape] != no_class || counts[shape] == 0) continue;
-    if (shared < 0) {
-      shared = classes;
-      last_octave[classes++] = window.last;
-    }
-    class_of_shape[shape] = shared;
-  }
-}
-
-// One block, one thread an octave. Windows of consecutive octaves are taken fullest first, small
-// ones join the next larger, then shapes are split off: SizeClasses::chooseTable. At most 255
+// One block, one thread an octave. Windows of consecutive octaves are taken fullest first, as by
+// SizeClasses::chooseWindows on one thread; what becomes of them is in size_rules.h. At most 255
 // windows can be taken (each has an octave of its own), most_classes classes are made.
 __global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
   __shared__ std::uint32_t octave_counts[octaves + class_octaves];
@@ -123,26 +90,8 @@ __global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes
 
   const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
   if (t == 0) {
-    int all = window_count;
-    for (int i = 1; i < all; ++i)
-      for (int j = i; j > 0 && windows[j].first < windows[j - 1].first; --j) {
-        const Window swapped = windows[j];
-        windows[j] = windows[j - 1];
-        windows[j - 1] = swapped;
-      }
-    // Written back into the same array: `kept` never overtakes `i`.
-    int kept = 0;
     const std::uint32_t bounded = active - octave_counts[unbounded_octave];
-    for (int i = 0; i < all; ++i) {
-      const bool join = i + 1 < all &&
-                        (windows[i].count < bounded / least_share || kept + all - i > most_windows);
-      if (join) {
-        windows[i + 1].first = windows[i].first;
-        windows[i + 1].count += windows[i].count;
-      } else {
-        windows[kept++] = windows[i];
-      }
-    }
+    const int kept = arrangeWindows(windows, window_count, bounded);
     window_count = kept;
     for (int i = 0; i < kept; ++i)
       for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
@@ -157,9 +106,12 @@ __global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes
   __syncthreads();
   if (t == 0) {
     int classes = 0;
-    for (int i = 0; i < window_count; ++i)
-      splitWindow(shape_counts[i], windows[i], window_count - 1 - i, classes, class_of_shape[i],
-                  last_octave);
+    for (int i = 0; i < window_count; ++i) {
+      const int before = classes;
+      classes = splitWindow(shape_counts[i], windows[i].count, window_count - 1 - i, classes,
+                            class_of_shape[i]);
+      for (int of = before; of < classes; ++of) last_octave[of] = windows[i].last;
+    }
     plan->unbounded = no_class;
     if (octave_counts[unbounded_octave]) {
       plan->unbounded = classes;

@@ -3,16 +3,14 @@
 #define ODE_PARALLEL_SAP_CUDA_CURVE_H
 
 #include "cuda/one/elements.h"
+#include "space/data/curve_digits.h"
 
 namespace ode_parallel_sap {
 namespace device {
 
-// How the centres of one class become keys: each digit goes to the axis on which the steps are
-// still the longest in terms of the boxes' mean extent there (Quantizer on the CPU).
-struct Curve {
+// How the centres of one class become keys (Quantizer on the CPU).
+struct Curve : CurveDigits {
   float origin[3], stretch[3], scale[3], last_step[3];
-  unsigned long long axes;  // two bits a digit, the lowest digit's lowest
-  int bits[3];
 
   // From the centres' range, as ordered integers, and the sums of the boxes' extents.
   ODE_PARALLEL_SAP_BOTH_SIDES void choose(const int* low, const int* high,
@@ -24,18 +22,9 @@ struct Curve {
       const bool any = low[axis] <= high[axis];
       origin[axis] = any ? unordered(low[axis]) : 0;
       range[axis] = any ? static_cast<double>(unordered(high[axis])) - origin[axis] : 0;
-      // Extents of nothing are taken as a small part of the largest, or as all the same.
-      step[axis] = range[axis] /
-                   (greatest > 0 ? fmax(static_cast<double>(extent[axis]), greatest / 1024) : 1.0);
-      bits[axis] = 0;
+      step[axis] = range[axis] / extentToMeasureBy(static_cast<double>(extent[axis]), greatest);
     }
-    axes = 0;
-    for (int digit = digits - 1; digit >= 0; --digit) {
-      const int axis = step[0] >= step[1] ? step[0] >= step[2] ? 0 : 2 : step[1] >= step[2] ? 1 : 2;
-      axes |= static_cast<unsigned long long>(axis) << 2 * digit;
-      step[axis] *= 0.5;
-      ++bits[axis];
-    }
+    deal(step, digits);
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = static_cast<double>(1u << bits[axis]);
       // In two factors: ranges near the denormals need one beyond the floats.

@@ -7,9 +7,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "cuda/cuda_sweep.h"
-#include "cuda/device/context.h"
 #include "cuda/one/cells.h"
+#include "cuda/one/context.h"
 
 namespace ode_parallel_sap {
 

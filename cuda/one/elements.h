@@ -5,11 +5,10 @@
 
 #include <math.h>
 
-#include <cstdint>
-#include <cstring>
-
-#include "cuda/one/both_sides.h"
 #include "cuda/one/scene_plan.h"
+#include "space/data/both_sides.h"
+#include "space/data/float_steps.h"
+#include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
 namespace device {
@@ -26,32 +25,6 @@ struct Record {
 };
 static_assert(sizeof(Record) == record_bytes, "records are allocated by this size");
 
-ODE_PARALLEL_SAP_BOTH_SIDES inline std::int32_t bitsOf(float value) {
-  std::int32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-ODE_PARALLEL_SAP_BOTH_SIDES inline float floatOf(std::int32_t bits) {
-  float value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
-
-// Maps floats to integers of the same order, and back. -0 comes before +0; NaN beyond infinity.
-ODE_PARALLEL_SAP_BOTH_SIDES inline int ordered(float value) {
-  const int bits = bitsOf(value);
-  return bits ^ ((bits >> 31) & 0x7fffffff);
-}
-ODE_PARALLEL_SAP_BOTH_SIDES inline float unordered(int order) {
-  return floatOf(order ^ ((order >> 31) & 0x7fffffff));
-}
-
-// Numbers the floats by steps, as on the CPU: the two zeros are one.
-ODE_PARALLEL_SAP_BOTH_SIDES inline int stepNumber(float value) {
-  const int bits = bitsOf(value), sign = bits >> 31;
-  return ((bits & 0x7fffffff) ^ sign) - sign;
-}
-
 ODE_PARALLEL_SAP_BOTH_SIDES inline float centreOf(float low, float high) {
   return 0.5f * low + 0.5f * high;
 }
@@ -63,11 +36,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlap(const float4& low_a, const float
          (low_b.y <= high_a.y) & (low_a.z <= high_b.z) & (low_b.z <= high_a.z);
 }
 
-// Whether only the exact boxes can tell that two overlap whose float bounds do: one bound shrunk by
-// two steps would pass the other.
-ODE_PARALLEL_SAP_BOTH_SIDES inline bool isBorderline(float low, float high) {
-  return stepNumber(low) + 2 > stepNumber(high);
-}
+// Whether only the exact boxes can tell that two overlap whose float bounds do.
 ODE_PARALLEL_SAP_BOTH_SIDES inline bool isUnsure(const float4& low_a, const float4& high_a,
                                                  const float4& low_b, const float4& high_b) {
   return isBorderline(low_a.x, high_b.x) | isBorderline(low_b.x, high_a.x) |
@@ -101,24 +70,9 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool isActive(const Record& box) {
          box.high.x == box.high.x && box.high.y == box.high.y && box.high.z == box.high.z;
 }
 
-// Sizes and shapes as in SizeClasses on the CPU, where the numbers come from.
-constexpr int class_octaves = 3;
-constexpr int unbounded_octave = 255;
-
-ODE_PARALLEL_SAP_BOTH_SIDES inline int octaveOf(float extent) {
-  const int bits = bitsOf(extent);
-  const bool nan = (bits & 0x7fffffff) > 0x7f800000;
-  return bits < 0 && !nan ? 0 : bits >> 23 & 0xff;
-}
-
-// The octave of the greatest extent, and for each axis whether the extent there is far shorter.
+// The bin of its sizes.
 ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(const Record& box) {
-  const int x = octaveOf(box.high.x - box.low.x), y = octaveOf(box.high.y - box.low.y),
-            z = octaveOf(box.high.z - box.low.z);
-  const int greater = x > y ? x : y, greatest = greater > z ? greater : z;
-  if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  return greatest * shapes + (greatest - x >= class_octaves) + (greatest - y >= class_octaves) * 2 +
-         (greatest - z >= class_octaves) * 4;
+  return size_rules::binOf(box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z);
 }
 
 }  // namespace device

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "cuda/device/device.h"
+#include "cuda/device/launch.cuh"
 #include "cuda/one/elements.h"
 #include "cuda/one/scene_plan.h"
 
@@ -29,24 +29,6 @@ struct Records {
 inline Records recordsIn(void* memory, std::size_t count, std::size_t begin = 0) {
   float4* const low = static_cast<float4*>(memory);
   return {low + begin, low + count + begin};
-}
-
-// Starts a kernel on `stream` and checks that it started.
-template <class... Parameters, class... Arguments>
-void launch(const char* name, void (*kernel)(Parameters...), std::size_t blocks, int threads,
-            cudaStream_t stream, Arguments... arguments) {
-  cudaLaunchConfig_t config = {};
-  config.gridDim = dim3(static_cast<unsigned>(blocks));
-  config.blockDim = dim3(threads);
-  config.stream = stream;
-  checkCuda(cudaCallIsToFail() ? cudaErrorLaunchFailure
-                               : cudaLaunchKernelEx(&config, kernel, Parameters(arguments)...),
-            name);
-}
-
-inline std::size_t blocksFor(std::size_t items, std::size_t items_a_block, std::size_t most) {
-  const std::size_t blocks = (items + items_a_block - 1) / items_a_block;
-  return blocks < 1 ? 1 : blocks < most ? blocks : most;
 }
 
 // Of all lanes of the warp.

@@ -5,14 +5,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "space/data/size_rules.h"
+
 namespace ode_parallel_sap {
 namespace device {
 
-// Classes and bins are those of SizeClasses on the CPU.
-constexpr int most_classes = 24;
-constexpr int octaves = 256;
-constexpr int shapes = 8;
-constexpr int bins = octaves * shapes;
+using size_rules::bins;
+using size_rules::most_classes;
 
 // A key is the class, then the place on the class's curve, in the top digits of 32.
 constexpr int class_digits = 5;

@@ -69,8 +69,8 @@ void DealtRow::sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts) {
   const Box* const from = boxes.boxes.data() + begin;
   const int axis = cuts.axis, shares = cuts.shares;
   for (std::size_t i = 0; i < size; ++i) {
-    low_[i] = orderOf(from[i].lower[axis]);
-    high_[i] = orderOf(from[i].upper[axis]);
+    low_[i] = stepNumber(from[i].lower[axis]);
+    high_[i] = stepNumber(from[i].upper[axis]);
   }
   for (int share = 0; share < shares; ++share) count[share] = 0;
   for (std::size_t word = 0; word < slots / 32; ++word) {

@@ -1,34 +1,17 @@
-// How several devices share a scene: it is cut along one axis. Plain host code but for placeOf.
+// How several devices share a scene: it is cut along one axis. Plain host code.
 #ifndef ODE_PARALLEL_SAP_CUDA_PARTITION_H
 #define ODE_PARALLEL_SAP_CUDA_PARTITION_H
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <vector>
 
-#include "cuda/one/both_sides.h"
+#include "cuda/one/place.h"
 #include "space/data/box_set.h"
 
 namespace ode_parallel_sap {
 
 constexpr int most_shares = 16;
-
-// A place along the axis: a bound's order among all floats above, a slot below. Places of boxes are
-// those of their lower bounds; as slots differ, so do they, and even boxes in one spot can be cut
-// apart.
-using Place = std::uint64_t;
-
-ODE_PARALLEL_SAP_BOTH_SIDES inline std::int32_t orderOf(float bound) {
-  std::int32_t bits;
-  memcpy(&bits, &bound, sizeof bits);
-  // Negative floats the other way round; the two zeros are one place.
-  return bits < 0 ? static_cast<std::int32_t>(0x80000000u - static_cast<std::uint32_t>(bits))
-                  : bits;
-}
-ODE_PARALLEL_SAP_BOTH_SIDES inline Place placeOf(float bound, std::uint32_t slot) {
-  return Place{static_cast<std::uint32_t>(orderOf(bound)) ^ 0x80000000u} << 32 | slot;
-}
 
 // Share s takes the places from at[s - 1] on, below at[s].
 struct Cuts {
@@ -83,7 +66,7 @@ class Partition {
   struct Work {
     std::size_t boxes = 0, pairs = 0;
     // A box travels and is sorted, a pair is found, put into its list and travels: on an H200 a box
-    // takes about as long as four pairs (cuda/README.md, where the time goes).
+    // takes about as long as four pairs (tests/bench/results/DEVICES.md).
     double cost() const { return 4.0 * static_cast<double>(boxes) + static_cast<double>(pairs); }
   };
 

@@ -20,7 +20,7 @@ constexpr std::size_t rows_at_once = 8;
 // Lists leave in pieces of 1.5 MB, as in Download.
 constexpr std::size_t piece_words = 384 * stretch_words;
 // Pairs that go past the caches, 64 MB: no use to whoever reads them next, and a fifth less time
-// for 74 million (cuda/README.md).
+// for 74 million (tests/bench/results/DEVICES.md).
 constexpr std::size_t too_many_for_caches = std::size_t{1} << 23;
 // From this many threads a device on, drivers do nothing but drive.
 constexpr int threads_with_drivers_apart = 4;

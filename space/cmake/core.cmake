@@ -8,26 +8,26 @@ set(round_one_by_one "$<$<COMPILE_LANG_AND_ID:CXX,GNU,Clang,AppleClang>:-ffp-con
 set(core "${CMAKE_CURRENT_LIST_DIR}/..")
 add_library(
   ode-parallel-sap-core OBJECT
-  ${core}/extract/paper/axis_lists.cpp
-  ${core}/extract/paper/axis_parts.cpp
-  ${core}/extract/paper/brute_force.cpp
-  ${core}/extract/cell_drift.cpp
-  ${core}/extract/cell_order.cpp
-  ${core}/extract/cell_tree.cpp
-  ${core}/update/coarse_crowds.cpp
+  ${core}/axes/axis_parts.cpp
+  ${core}/axes/endpoint_lists.cpp
   ${core}/coherence/incremental.cpp
   ${core}/coherence/kept_pairs.cpp
-  ${core}/extract/paper/endpoint_lists.cpp
   ${core}/data/free_memory.cpp
-  ${core}/extract/pair_order.cpp
-  ${core}/extract/quantizer.cpp
+  ${core}/cells/cell_drift.cpp
+  ${core}/cells/cell_order.cpp
+  ${core}/cells/cell_tree.cpp
+  ${core}/extract/paper/axis_lists.cpp
+  ${core}/extract/paper/brute_force.cpp
+  ${core}/cells/quantizer.cpp
+  ${core}/cells/size_classes.cpp
+  ${core}/extract/sweep.cpp
   ${core}/queries/query_tree.cpp
-  ${core}/data/radix_sort.cpp
   ${core}/data/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/extract/size_classes.cpp
-  ${core}/extract/sweep.cpp)
+  ${core}/sort/pair_order.cpp
+  ${core}/sort/radix_sort.cpp
+  ${core}/update/coarse_crowds.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
@@ -40,6 +40,8 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     # GCC 12 warns of the undefined registers in its own intrinsics.
     set_property(SOURCE ${core}/simd/kernels_avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -Wno-maybe-uninitialized)
   endif()
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
+  target_sources(ode-parallel-sap-core PRIVATE ${core}/simd/kernels_neon.cpp)
 endif()
 
 target_include_directories(ode-parallel-sap-core PUBLIC "${core}/..")

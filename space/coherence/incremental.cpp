@@ -5,7 +5,7 @@
 #include "space/data/floating_point.h"
 #include "space/data/grains.h"
 #include "space/data/parallel.h"
-#include "space/data/sink.h"
+#include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
 

@@ -10,8 +10,8 @@
 #include "space/data/buffer.h"
 #include "space/data/pair_list.h"
 #include "space/data/slot_set.h"
-#include "space/extract/pair_order.h"
 #include "space/extract/sweep.h"
+#include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
 

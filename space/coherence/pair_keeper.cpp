@@ -13,26 +13,16 @@ constexpr std::size_t changing_share = 8;
 constexpr std::size_t least_slots_for_trees = 120;
 // After a frame on a device this many frames must change little before trees are built here.
 constexpr int least_quiet_frames = 2;
-// Where a tolerance turned out not to help, it is tried again after more and more frames: each time
-// takes a few, since the boxes are others then.
-constexpr int longest_tolerance_pause = 64;
 
 }  // namespace
 
-void PairKeeper::start(Source source) {
+void PairKeeper::start(bool on_device, int method) {
   running_ = true;
-  source_ = source;
+  source_ = on_device                           ? Source::device
+            : method == dParallelSAPMethodSweep ? Source::sweep
+                                                : Source::all_pairs;
   incremental_started_ = false;
   has_helped_ = false;
-}
-
-// How long it holds must not depend on where pairs were found, since the pairs do on it.
-PackRules PairKeeper::rulesOfFrame(const PackRules& wanted) {
-  if (wanted != wanted_) tolerance_pause_ = Pause();
-  wanted_ = wanted;
-  PackRules rules = wanted;
-  if (tolerance_pause_.skipsTurn()) rules.tolerance = 0;
-  return rules;
 }
 
 bool PairKeeper::mayBuildTrees(std::size_t slots) const {
@@ -43,40 +33,38 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
 }
 
-bool PairKeeper::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
-                        int threads, GeomUpdate& geom_update, BoxSet& boxes) {
+PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
+                                       const PackRules& rules, int threads, GeomUpdate& geom_update,
+                                       BoxSet& boxes) {
   moved_in_vain_ = 0;
   if (!running_ || rules != rules_ || !geom_update.canRepack()) {
     rules_ = rules;
-    return false;
+    return Outcome::not_tried;
   }
   // Within a tolerance most of what moved may turn out to stay.
   const bool some_may_stay = rules.tolerance > 0;
   if (tooMany(changed_.count(), slots)) {
     few_changes_ = 0;
-    if (!some_may_stay) return false;
+    if (!some_may_stay) return Outcome::anew;
   }
   changed_.growTo(slots);
   threads_ = geom_update.notice(geoms, threads, boxes, changed_);
   const std::size_t changes = changed_.count();
-  if (!some_may_stay && tooMany(changes, slots)) return false;
+  if (!some_may_stay && tooMany(changes, slots)) return Outcome::anew;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
   if (!some_may_stay && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
-    return false;
+    return Outcome::anew;
   const bool fits =
       geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
   // Slots that are gone are in none of the boxes, but in pairs.
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
     has_helped_ = true;
-    // Without it a frame may come here or not by where its pairs were found.
-    if (rules.tolerance > 0) tolerance_pause_.reset();
-    return true;
+    return Outcome::kept;
   }
   moved_in_vain_ = geom_update.facts().moved;
-  if (!has_helped_ && rules.tolerance > 0) tolerance_pause_.lengthen(2, longest_tolerance_pause);
-  return false;
+  return has_helped_ ? Outcome::anew : Outcome::never_helped;
 }
 
 template <class Real>

@@ -11,7 +11,6 @@
 #include "space/data/slot_set.h"
 #include "space/extract/cpu_finders.h"
 #include "space/filter/pair_filter.h"
-#include "space/frame/pause.h"
 #include "space/update/geom_update.h"
 
 namespace ode_parallel_sap {
@@ -21,8 +20,9 @@ namespace ode_parallel_sap {
 // anew and start() begins again from it.
 class PairKeeper {
  public:
-  // Who left the pairs of the last frame, and with them what find() can go on from.
-  enum class Source { sweep, all_pairs, device };
+  // Whether the last frame's boxes and pairs serve: nothing was kept, they do, too much changed, or
+  // too much left its box in the first frame after boxes were packed as a whole.
+  enum class Outcome { not_tried, kept, anew, never_helped };
 
   // The geom of a slot is new, gone or has moved.
   void change(Slot slot) {
@@ -30,25 +30,21 @@ class PairKeeper {
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
   }
-  // The rules of the frame that begins: those that are wanted, but for some frames without a
-  // tolerance that did not help.
-  PackRules rulesOfFrame(const PackRules& wanted);
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
-  // The last frame's boxes and pairs are complete, or are of no use any more.
-  void start(Source source);
+  // The last frame's boxes and pairs are complete, found by this method, or of no use any more.
+  void start(bool on_device, int method);
   void stop() { running_ = false; }
   // Gives back all that is held, and knows nothing any more: the next frame is to be found anew.
   void release() { *this = PairKeeper(); }
 
-  // Brings the boxes up to date with what changed. False if the frame is to be found anew: nothing
-  // is kept, or too much changed for it to pay.
-  bool update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-              GeomUpdate& geom_update, BoxSet& boxes);
-  // Geoms that it has moved already when it says no. Told once.
-  std::size_t movedInVain() { return std::exchange(moved_in_vain_, 0); }
+  // Brings the boxes up to date with what changed, unless the frame is to be found anew.
+  Outcome update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                 GeomUpdate& geom_update, BoxSet& boxes);
+  // Geoms that the last update() moved although the frame is to be found anew.
+  std::size_t movedInVain() const { return moved_in_vain_; }
   // Then makes `pairs` those of this frame. `finders` has the sweep that found a frame's pairs, and
   // lends its trees. Returns the number of threads used for both.
   int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
@@ -60,6 +56,9 @@ class PairKeeper {
   std::size_t bytes() const;
 
  private:
+  // Who left the pairs of the last frame, and with them what find() can go on from.
+  enum class Source { sweep, all_pairs, device };
+
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
@@ -68,12 +67,11 @@ class PairKeeper {
 
   SlotSet changed_;
   bool running_ = false;
-  PackRules wanted_, rules_;  // of the last frame
+  PackRules rules_;  // of the last frame
   Source source_ = Source::all_pairs;
   bool incremental_started_ = false;
   bool has_helped_ = false;  // since start()
   int few_changes_ = 0;      // frames in a row in which little changed, but were found anew
-  Pause tolerance_pause_;
   Incremental<float> incremental_;
   Incremental<double> wide_incremental_;
   PairList found_;

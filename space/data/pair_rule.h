@@ -2,28 +2,16 @@
 #ifndef ODE_PARALLEL_SAP_PAIR_RULE_H
 #define ODE_PARALLEL_SAP_PAIR_RULE_H
 
-#include <cstdint>
-#include <cstring>
-
 #include "space/data/box_set.h"
+#include "space/data/float_steps.h"
 #include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
 
-// Numbers the floats by steps, the two zeros being one.
-inline std::int32_t stepNumber(float value) {
-  std::int32_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  const std::int32_t sign = bits >> 31;
-  return ((bits & 0x7fffffff) ^ sign) - sign;
-}
-
-// Whether only the exact boxes can tell that two overlap whose float bounds do: one bound shrunk by
-// two steps would pass the other. Each exact bound is less than one step inside its float.
+// Whether only the exact boxes can tell that two overlap whose float bounds do.
 inline bool isUnsure(const BasicBox<float>& a, const BasicBox<float>& b) {
   for (int axis = 0; axis < 3; ++axis)
-    if (stepNumber(a.lower[axis]) + 2 > stepNumber(b.upper[axis]) ||
-        stepNumber(b.lower[axis]) + 2 > stepNumber(a.upper[axis]))
+    if (isBorderline(a.lower[axis], b.upper[axis]) || isBorderline(b.lower[axis], a.upper[axis]))
       return true;
   return false;
 }

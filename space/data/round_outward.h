@@ -13,6 +13,7 @@
 #endif
 
 #include "space/data/box_set.h"
+#include "space/data/float_steps.h"
 
 namespace ode_parallel_sap {
 
@@ -48,12 +49,7 @@ inline BoundsFacts roundOutwardOneByOne(const Real* bounds, Box& box) {
       exact &= back == up;
       nan |= up != up;
       unbounded |= std::fabs(up) > most;
-      std::int32_t bits;
-      std::memcpy(&bits, &value, sizeof bits);
-      bits ^= (bits >> 31) & 0x7fffffff;  // order of the integers = order of the floats
-      bits += back < up;
-      bits ^= (bits >> 31) & 0x7fffffff;
-      std::memcpy(&value, &bits, sizeof bits);
+      value = unordered(ordered(value) + (back < up));
       (side ? box.upper : box.lower)[axis] = side ? value : -value;
     }
     growth[axis] = (static_cast<Real>(box.upper[axis]) - static_cast<Real>(box.lower[axis])) -

@@ -10,20 +10,16 @@
 
 namespace ode_parallel_sap {
 
-// About 25 KB before the first box: a space makes it when a frame first needs it, so that the many
-// spaces of a few geoms that programs make do without.
 class CPUFinders {
  public:
-  explicit CPUFinders(std::uint64_t axis_lists_bytes) {
-    axis_lists_.limit(axis_lists_bytes);
-    wide_axis_lists_.limit(axis_lists_bytes);
-  }
-
-  PairFinder& of(int method, bool wide) {
+  // `axis_lists_bytes`: the most that the method AxisLists may take, 0: its own choice.
+  PairFinder& of(int method, bool wide, std::uint64_t axis_lists_bytes) {
     if (method == dParallelSAPMethodBruteForce)
       return choose(brute_force_, wide_brute_force_, wide);
-    if (method == dParallelSAPMethodAxisLists) return choose(axis_lists_, wide_axis_lists_, wide);
-    return choose(sweep_, wide_sweep_, wide);
+    if (method != dParallelSAPMethodAxisLists) return choose(sweep_, wide_sweep_, wide);
+    axis_lists_.limit(axis_lists_bytes);
+    wide_axis_lists_.limit(axis_lists_bytes);
+    return choose(axis_lists_, wide_axis_lists_, wide);
   }
 
   template <class Real>

@@ -1,5 +1,7 @@
 #include "space/extract/device_backend.h"
 
+#include <utility>
+
 #include <ode/ode.h>
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
@@ -8,8 +10,8 @@
 #include <vector>
 
 #include "cuda/axis_lists/cuda_axis_lists.h"
-#include "cuda/cuda_sweep.h"
-#include "cuda/device/device_pool.h"
+#include "cuda/finder/cuda_sweep.h"
+#include "cuda/finder/device_pool.h"
 #endif
 
 namespace ode_parallel_sap {
@@ -18,15 +20,6 @@ DeviceBackend::DeviceBackend() = default;
 DeviceBackend::~DeviceBackend() = default;
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
-
-namespace {
-
-BackendChoice::Candidates candidatesFor(const DeviceBackend::Wish& wish, int devices) {
-  if (wish.devices == 0) return BackendChoice::Candidates::upTo(wish.processor, devices);
-  return BackendChoice::Candidates::only(wish.processor, std::min(wish.devices, devices));
-}
-
-}  // namespace
 
 struct DeviceBackend::Finder {
   std::unique_ptr<CudaPairFinder> sweep =
@@ -42,15 +35,15 @@ int DeviceBackend::lost() const {
   return finder_ ? finder_->sweep->devicesLost() : 0;
 }
 
-int DeviceBackend::choose(const BoxSet& boxes, const Wish& wish) {
-  if (failed_ || boxes.wide) return 0;
+DeviceBackend::Devices DeviceBackend::devices() const {
+  if (failed_) return {};
   const DevicePool& pool = DevicePool::get();
-  // A number that is set without leave for the processor is taken as it is.
-  if (!wish.processor && wish.devices > 0) return wish.devices;
-  int ready = pool.ready() - lost();
-  if (!wish.processor) ready = std::max(ready, 1);
-  if (ready < std::min(wish.devices, pool.countSoFar() - lost())) ready = 0;
-  return choice_.choose(boxes.size, candidatesFor(wish, ready));
+  return {true, pool.ready() - lost(), pool.countSoFar() - lost()};
+}
+
+void DeviceBackend::prepare(int devices) {
+  DevicePool& pool = DevicePool::get();
+  pool.prepare(std::min(devices + lost(), pool.countSoFar()));
 }
 
 // Tells of devices that were left out, whichever space met them first, and of those that failed
@@ -61,7 +54,7 @@ void DeviceBackend::reportFailures(const std::string& reason) {
   if (finder_) failed = finder_->sweep->takeFailures();
   if (left_out.empty() && failed.empty() && !failed_) return;
   const int left = failed_ ? 0 : DevicePool::get().countSoFar() - lost();
-  choice_.lost(left);
+  loss_ = true;
   const std::string then = left > 0 ? "; GPUs left: " + std::to_string(left)
                                     : ", pairs are found on the CPU from now on";
   for (const FailedDevice& device : left_out)
@@ -122,16 +115,8 @@ int DeviceBackend::findByAxisLists(const BoxSet& boxes, int threads, int devices
   });
 }
 
-void DeviceBackend::learn(const Wish& wish, int devices, std::size_t boxes, std::size_t pairs,
-                          double ms) {
-  if (failed_ || (!wish.processor && wish.devices > 0)) return;
-  devices = std::min(devices, BackendChoice::most_devices);
-  choice_.learn(devices, boxes, pairs, ms);
-  DevicePool& pool = DevicePool::get();
-  if (pool.hasFailures()) reportFailures({});
-  const int usable = pool.countSoFar() - lost();
-  const int wanted = choice_.wanted(boxes, candidatesFor(wish, usable), pool.ready() - lost());
-  if (wanted > 0) pool.prepare(std::min(wanted + lost(), pool.countSoFar()));
+void DeviceBackend::reportLeftOut() {
+  if (!failed_ && DevicePool::get().hasFailures()) reportFailures({});
 }
 
 std::size_t DeviceBackend::bytes() const {
@@ -146,20 +131,25 @@ struct DeviceBackend::Finder {};
 bool deviceAvailable() {
   return false;
 }
-int DeviceBackend::choose(const BoxSet&, const Wish&) {
-  return 0;
+DeviceBackend::Devices DeviceBackend::devices() const {
+  return {};
 }
+void DeviceBackend::prepare(int) {}
 int DeviceBackend::find(const BoxSet&, int, int, PairList&) {
   return 0;
 }
 int DeviceBackend::findByAxisLists(const BoxSet&, int, int, std::uint64_t, PairList&) {
   return 0;
 }
-void DeviceBackend::learn(const Wish&, int, std::size_t, std::size_t, double) {}
+void DeviceBackend::reportLeftOut() {}
 std::size_t DeviceBackend::bytes() const {
   return 0;
 }
 
 #endif
+
+bool DeviceBackend::takeLoss() {
+  return std::exchange(loss_, false);
+}
 
 }  // namespace ode_parallel_sap

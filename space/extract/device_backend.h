@@ -7,8 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "space/extract/pair_finder.h"
-#include "space/frame/backend_choice.h"
+#include "space/data/pair_finder.h"
 
 namespace ode_parallel_sap {
 
@@ -19,19 +18,20 @@ bool deviceAvailable();
 // One space's share of the devices.
 class DeviceBackend {
  public:
-  // What the user set.
-  struct Wish {
-    bool processor;  // may be chosen, too
-    int devices;     // 0: chosen by the space
+  // What there is for this space, as far as is known without loading the driver.
+  struct Devices {
+    bool any = false;  // in this build, and not all of them failed this space
+    int ready = 0;     // a frame does not wait for these
+    int usable = 0;
   };
 
   DeviceBackend();
   ~DeviceBackend();
 
-  // On how many devices the next frame's pairs are found soonest; 0: on the processor. Where the
-  // processor may be chosen, a device is only ever chosen after another thread has made it ready,
-  // so that no frame waits for it.
-  int choose(const BoxSet& boxes, const Wish& wish);
+  Devices devices() const;
+  // Has another thread make so many devices ready for this space.
+  void prepare(int devices);
+
   // As PairFinder::find, on `devices` devices; returns how many found the pairs. 0, with nothing in
   // `pairs`, where devices do not take such boxes or all have failed: the caller then finds the
   // pairs itself. A device that fails is reported once through dMessage and not used again by this
@@ -41,9 +41,10 @@ class DeviceBackend {
   // where the memory of one of them, or `most_bytes` unless that is 0, does not suffice.
   int findByAxisLists(const BoxSet& boxes, int threads, int devices, std::uint64_t most_bytes,
                       PairList& pairs);
-  // What a frame took; `devices` as find() returned it. Has more devices made ready where they
-  // would pay.
-  void learn(const Wish& wish, int devices, std::size_t boxes, std::size_t pairs, double ms);
+  // Reports the devices that could not be made ready meanwhile.
+  void reportLeftOut();
+  // Whether devices were reported as failed or left out since this was last asked.
+  bool takeLoss();
   std::size_t bytes() const;
 
  private:
@@ -54,8 +55,8 @@ class DeviceBackend {
   int attempt(PairList& pairs, Work work);
 
   std::unique_ptr<Finder> finder_;
-  BackendChoice choice_;
   bool failed_ = false;
+  bool loss_ = false;  // not taken yet
 };
 
 }  // namespace ode_parallel_sap

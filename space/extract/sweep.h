@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "space/extract/cell_drift.h"
-#include "space/extract/cell_order.h"
-#include "space/extract/cell_tree.h"
-#include "space/extract/pair_finder.h"
-#include "space/extract/pair_order.h"
+#include "space/cells/cell_drift.h"
+#include "space/cells/cell_order.h"
+#include "space/cells/cell_tree.h"
+#include "space/data/pair_finder.h"
+#include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
 

@@ -9,9 +9,9 @@
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/pair_list.h"
-#include "space/extract/pair_order.h"
 #include "space/geom/pack_rules.h"
 #include "space/simd/kernels.h"
+#include "space/sort/pair_order.h"
 
 struct dxGeom;
 

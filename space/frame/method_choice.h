@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "space/frame/pause.h"
+#include "space/data/back_off.h"
 
 namespace ode_parallel_sap {
 
@@ -13,36 +13,40 @@ namespace ode_parallel_sap {
 // thread: level at 200 slots where cells are kept, at 650 where they never are.)
 class MethodChoice {
  public:
-  // Whether to sweep a scene of which the last frame had so many pairs, or else to test all.
-  bool sweeps(std::size_t slots, std::size_t pairs) {
-    if (slots <= least_slots || isCrowd(slots, pairs)) return false;
-    return slots > most_slots || !pause_.skipsTurn();
-  }
+  static constexpr std::size_t least_slots = 200, most_slots = 650;
   // Where so many of all pairs overlap that testing all is faster whatever their number: from 300
   // to 10,000 boxes from every 40th to 50th place in the table of all with all on.
+  static constexpr std::size_t places_of_a_pair = 45;
+
+  // By the pairs of the last frame.
   static bool isCrowd(std::size_t slots, std::size_t pairs) {
     return pairs > slots * slots / places_of_a_pair;
   }
-  static constexpr std::size_t places_of_a_pair = 45;
+  // Whether to sweep a scene, or else to test all. A crowd of more slots than most_slots is told
+  // apart by testing all, which is given up where it is none.
+  bool sweeps(std::size_t slots, std::size_t pairs) const {
+    if (slots > most_slots) return true;
+    return slots > least_slots && !isCrowd(slots, pairs) && !back_off_.waits();
+  }
   // What became of a sweep: it made do with the cells it had, or cut them anew.
-  void learn(bool kept_cells) {
+  void learnOfSweep(bool kept_cells) {
     if (kept_cells) {
-      pause_.reset();
+      back_off_.paid();
       if (cut_ > 0) --cut_;
     } else if ((cut_ += cut_weight) > most_cut) {
       cut_ = 0;
-      pause_.lengthen(4, longest_pause);
+      back_off_.failed();
     }
   }
+  // A frame was found without it.
+  void learnOfTests() { back_off_.pass(); }
 
  private:
-  static constexpr std::size_t least_slots = 200, most_slots = 650;
   // Cells may be cut in every fourth frame.
   static constexpr int cut_weight = 3, most_cut = 6;
-  static constexpr int longest_pause = 256;
 
   int cut_ = 0;
-  Pause pause_;
+  BackOff back_off_{4, 4, 256};
 };
 
 }  // namespace ode_parallel_sap

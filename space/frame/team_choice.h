@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "space/data/back_off.h"
+
 namespace ode_parallel_sap {
 
 // A team waits for its slowest thread. Where other programs hold the cores, a thread may not run
@@ -15,34 +17,29 @@ namespace ode_parallel_sap {
 class TeamChoice {
  public:
   // The threads for the next frame, of `wanted`.
-  int threads(int wanted) const { return alone_for_ > 0 ? 1 : wanted; }
+  int threads(int wanted) const { return back_off_.waits() ? 1 : wanted; }
 
   // What a frame took, without the callback.
   void learn(int threads, std::size_t geoms, double ms) {
     const double cost = ms / static_cast<double>(std::max<std::size_t>(geoms, 1));
     if (threads <= 1) {
       alone_cost_ = cost;
-      if (alone_for_ > 0) --alone_for_;
-      return;
-    }
-    if (cost <= alone_cost_) {
+      back_off_.pass();
+    } else if (cost <= alone_cost_) {
       bad_frames_ = 0;
-      interval_ = shortest_interval;
+      back_off_.paid();
     } else if (++bad_frames_ == most_bad_frames) {
       bad_frames_ = 0;
-      alone_for_ = interval_;
-      interval_ = std::min(2 * interval_, longest_interval);
+      back_off_.failed();
     }
   }
 
  private:
   static constexpr int most_bad_frames = 3;
-  static constexpr int shortest_interval = 16, longest_interval = 1024;  // frames
 
+  BackOff back_off_{16, 2, 1024, 2};
   double alone_cost_ = 0;  // ms a geom
-  int alone_for_ = 2;      // frames still to be done alone
   int bad_frames_ = 0;     // in a row
-  int interval_ = shortest_interval;
 };
 
 }  // namespace ode_parallel_sap

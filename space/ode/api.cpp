@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
 
 using ode_parallel_sap::parallelSAPSpace;

@@ -1,36 +1,30 @@
 #include "space/ode/ode_space.h"
 
-#include <algorithm>
 #include <new>
 #include <utility>
 
-#include "space/frame/space_scopes.h"
+#include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
-#include "space/geom/plane_test.h"
+#include "space/ode/environment.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
-namespace {
+// Locks the space against changes to its contents, until it is left in whatever way.
+class ParallelSAPSpace::Lock {
+ public:
+  explicit Lock(ParallelSAPSpace& space) : space_(space) { ++space_.lock_count; }
+  ~Lock() { --space_.lock_count; }
+  Lock(const Lock&) = delete;
+  Lock& operator=(const Lock&) = delete;
 
-constexpr std::size_t most_slots = std::size_t{1} << 28;
-
-std::size_t slotIn(const dxGeom* geom) {
-  return reinterpret_cast<std::size_t>(geom->tome_ex) - 1;
-}
-void setSlot(dxGeom* geom, std::size_t slot) {
-  geom->tome_ex = reinterpret_cast<dxGeom**>(slot + 1);
-}
-void clearSlot(dxGeom* geom) {
-  geom->tome_ex = nullptr;
-}
-
-}  // namespace
+ private:
+  ParallelSAPSpace& space_;
+};
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
-    : dxSpace(parent), settings(settingsFromEnvironment()) {
+    : dxSpace(parent), settings(settingsFromEnvironment()), pipeline_(settings.print_stats) {
   type = space_class;
-  timed_ = settings.print_stats;
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -46,7 +40,7 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals() const {
-  const FrameSums::Sums frame = totals_.average();
+  const FrameSums::Sums frame = totals().average();
   if (!frame.frames) return;
   dMessage(
       0,
@@ -62,18 +56,16 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   CHECK_NOT_LOCKED(this);
   dAASSERT(geom);
   dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
-  dUASSERT(geoms_.size() < most_slots, "too many geoms in a parallel SAP space");
+  dUASSERT(!slots_.full(), "too many geoms in a parallel SAP space");
 
-  constexpr std::size_t least_gaps = 64;
-  if (geoms_.size() - count >= std::max<std::size_t>(least_gaps, count)) closeSlots();
+  if (slots_.mustClose(count)) closeSlots();
   // All that may throw comes before the geom is known here.
-  const Slot slot = static_cast<Slot>(geoms_.size());
-  pair_keeper_.change(slot);
+  const Slot slot = slots_.next();
+  pipeline_.noteChange(slot);
   silent_.growTo(slot + std::size_t{1});
-  geoms_.push_back(geom);
-  setSlot(geom, slot);
+  slots_.add(geom);
   silent_.add(slot);
-  plane_pairs_.forget();
+  pipeline_.noteNewcomer();
   geom->next = nullptr;
   geom->tome = tail_;
   *tail_ = geom;
@@ -93,184 +85,116 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dAASSERT(geom);
   dUASSERT(geom->parent_space == this, "object is not in this space");
 
-  queries_.changed(slotIn(geom));
-  plane_pairs_.forget();
-  pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
-  silent_.remove(static_cast<Slot>(slotIn(geom)));
-  geoms_[slotIn(geom)] = nullptr;
-  while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
-  clearSlot(geom);
-  if (!reported_invalid_.empty()) reported_invalid_.erase(geom);
+  const Slot slot = Slots::slotOf(geom);
+  noteChange(slot);
+  pipeline_.noteNewcomer();
+  pipeline_.forget(geom);
+  silent_.remove(slot);
+  slots_.remove(geom);
   if (!geom->next) tail_ = geom->tome;
   dxSpace::remove(geom);
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
-  is_still_ = false;
-  queries_.changed(slotIn(geom));
-  pair_keeper_.change(static_cast<Slot>(slotIn(geom)));
+  noteChange(Slots::slotOf(geom));
 }
 
-// Closes the gaps that removed geoms left, once they are a quarter of all slots.
+// The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
+void ParallelSAPSpace::noteChange(Slot slot) {
+  queries_.changed(slot);
+  pipeline_.noteChange(slot);
+}
+
 void ParallelSAPSpace::closeSlots() {
-  const std::size_t gaps = geoms_.size() - count;
-  if (gaps == 0 || gaps < geoms_.size() / 4) return;
-  pair_keeper_.stop();
-  silent_.clear();
-  std::size_t slot = 0;
-  for (dxGeom* const geom : geoms_) {
-    if (!geom) continue;
-    geoms_[slot] = geom;
-    setSlot(geom, slot);
-    if (mayBeSilent(geom)) silent_.add(static_cast<Slot>(slot));
-    ++slot;
-  }
-  geoms_.resize(slot);
+  if (!slots_.worthClosing(count)) return;
+  slots_.close();
+  pipeline_.forgetSlots();
   queries_.reset();
-  plane_pairs_.forget();
+  silent_.clear();
+  for (Slot slot = 0; slot < slots_.size(); ++slot)
+    if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
 }
 
 // Asks the geoms that may be dirty without having said so.
-void ParallelSAPSpace::noteSilent() {
-  silent_.ask(*this, geoms_.data());
+void ParallelSAPSpace::askSilent() {
+  silent_.ask(*this, slots_.geoms().data());
 }
 
 void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
-  silent_.addMeshes(geoms_.data(), meshes);
+  silent_.addMeshes(slots_.geoms().data(), meshes);
 }
 
 void ParallelSAPSpace::cleanGeoms() {
-  noteSilent();
+  askSilent();
   cleanNoted();
 }
 
 void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  try {
-    geom_update_.clean(geoms_.data(), geoms_.size(), threadsForFrame(), pair_keeper_.changed());
-  } catch (const std::bad_alloc&) {
-    cleanOneByOne();
+  pipeline_.clean(scene(), settings);
+}
+
+// Within a callback of this space the slots stay what they are, and what is held stays held.
+void ParallelSAPSpace::beginFrame() {
+  if (lock_count == 1) {
+    if (pipeline_.holdsTooMuch(count)) {
+      pipeline_.release();
+      queries_.release();
+      slots_.shrink();
+    }
+    closeSlots();
   }
-  needs_clean_ = false;
+  queries_.noteFrame();
+  askSilent();
 }
 
-std::size_t ParallelSAPSpace::cleanOneByOne() {
-  std::size_t moved = 0;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!(geom->gflags & GEOM_DIRTY)) continue;
-    cleanGeom(geom);
-    ++moved;
-  }
-  return moved;
+void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
+  dAASSERT(callback);
+  const Lock lock(*this);
+  beginFrame();
+  pipeline_.collide(scene(), settings, data, callback);
 }
 
-// Called before each frame, for the last one. The storage of the devices stays: it took too long to
-// get.
-void ParallelSAPSpace::releaseSpareMemory() {
-  if (lock_count > 1 || !memory_watch_.isTooMuchAfter(count, stats_.pairs)) return;
-  closeSlots();
-  geoms_.shrink();
-  queries_.release();
-  hits_.release();
-  pair_keeper_.release();
-  geom_update_ = GeomUpdate();
-  boxes_ = BoxSet();
-  cpu_finders_.reset();
-  pair_filter_ = PairFilter();
-  plane_pairs_ = PlanePairs();
-  pairs_ = PairList();
-  kept_ = PairList();
-  others_ = PairList();
-  kept_apart_ = false;
-  contact_pairs_.release();
-  narrow_phase_ = NarrowPhase();
-}
-
-// By bounds, bits and bodies.
-bool ParallelSAPSpace::pairsExactly(dxGeom* a, dxGeom* b) const {
-  const ScopedMode mode(exactMode());
-  return boxesOverlap(a, b) && filtersMatch(a, b) && !isCulled(a, b);
-}
-
-// Needs exactMode().
-bool ParallelSAPSpace::isCulled(dxGeom* a, dxGeom* b) const {
-  return settings.rules.cull_planes && areClearByPlane(a, b);
+void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
+  const Lock lock(*this);
+  beginFrame();
+  pipeline_.collideContacts(scene(), settings, request, getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
-  noteSilent();
+  askSilent();
   if (IS_SPACE(geom))
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
-      other->noteSilent();
-  if (needs_clean_ && queries_.clean(geoms_)) needs_clean_ = false;
+      other->askSilent();
+  if (needs_clean_ && queries_.clean(slots_.geoms())) needs_clean_ = false;
   cleanNoted();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
-  // As in collide(), a query within the callback finds the member free.
-  Buffer<dxGeom*> hits = std::move(hits_);
+  // A query within the callback has hits of its own.
+  Buffer<dxGeom*> hits = queries_.takeHits();
   try {
-    queries_.find(geoms_, geom, settings.rules.cull_planes, threadsForFrame(), hits);
+    queries_.find(slots_.geoms(), geom, settings.rules.cull_planes,
+                  pipeline_.teamFor(slots_.size(), settings), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
-    collide2WithoutMemory(data, geom, callback);
+    queryWithoutMemory(scene(), settings.rules, geom, data, callback);
     return;
   }
-  std::size_t count = 0;
+  std::size_t passed = 0;
   for (dxGeom* const own : hits)
-    if (passesAABBTests(own, geom)) hits[count++] = own;
-  hits.resize(count);
+    if (passesAABBTests(own, geom)) hits[passed++] = own;
+  hits.resize(passed);
   for (dxGeom* const own : hits) callback(data, own, geom);
-  hits_ = std::move(hits);
-}
-
-void ParallelSAPSpace::collide2WithoutMemory(void* data, dxGeom* geom, dNearCallback* callback) {
-  for (dxGeom* own = first; own; own = own->next) {
-    if (!isEnabled(own) || hasNaN(own) || !pairsExactly(own, geom)) continue;
-    if (passesAABBTests(own, geom)) callback(data, own, geom);
-  }
-}
-
-// Where there is no memory to note that it was, rather once more than not at all.
-void ParallelSAPSpace::reportInvalid(const dxGeom* geom) {
-  bool first = true;
-  try {
-    first = reported_invalid_.insert(geom).second;
-  } catch (const std::bad_alloc&) {
-  }
-  if (first)
-    dMessage(0, "parallel SAP space: geom %p has a NaN in its AABB and is left out of all pairs",
-             static_cast<const void*>(geom));
-}
-
-void ParallelSAPSpace::reportTooLong(const ListsTooLong& lists) {
-  if (!lists_too_long_reported_)
-    dMessage(0,
-             "parallel SAP space: the method AxisLists would need %.1f MB for the pairs of each "
-             "axis and may take %.1f MB; the method Sweep is used where it does not fit",
-             static_cast<double>(lists.needed) / 1e6, static_cast<double>(lists.allowed) / 1e6);
-  lists_too_long_reported_ = true;
-}
-
-void ParallelSAPSpace::countTotals() {
-  if (settings.print_stats) totals_.add(stats_);
-}
-
-std::size_t ParallelSAPSpace::memoryBytes() const {
-  return sizeof *this + geoms_.bytes() + boxes_.bytes() +
-         (cpu_finders_ ? cpu_finders_->bytes() : 0) + device_.bytes() + pairs_.bytes() +
-         contact_pairs_.bytes() + narrow_phase_.bytes() + queries_.bytes() + hits_.bytes() +
-         plane_pairs_.bytes() + silent_.bytes() + kept_.bytes() + others_.bytes() +
-         geom_update_.bytes() + pair_keeper_.bytes() + (still_scene_ ? still_scene_->bytes() : 0);
+  queries_.giveBack(std::move(hits));
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
-  timed_ = true;
-  if (stats_.frames) stats_.memory_bytes = memoryBytes();
-  return stats_;
+  return pipeline_.statistics().read(sizeof *this + slots_.bytes() + silent_.bytes() +
+                                     queries_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -74,7 +74,6 @@ void SilentGeoms::list(dxGeom* const* geoms) {
     watched.push_back(same ? std::move(*before) : Watched{slot, geoms[slot], {}});
   });
   watched_ = std::move(watched);
-  listed_ = true;
 }
 
 // What a dirty one holds may be other geoms than before. It is told of them when it is clean again:
@@ -94,8 +93,33 @@ void SilentGeoms::askSubspace(Watched& subspace) {
   }
 }
 
+// As most of the time none is, the flags are looked at without a branch. What a dirty sub-space
+// held when it was listed may be gone.
+bool SilentGeoms::anyDirty() const {
+  const dxGeom* const* geom = asked_.data();
+  const dxGeom* const* const spaces_end = geom + asked_spaces_;
+  const dxGeom* const* const end = geom + asked_.size();
+  int flags = 0;
+  for (; geom < spaces_end; ++geom) flags |= (*geom)->gflags;
+  if (flags & GEOM_DIRTY) return true;
+  for (; geom < end; ++geom) flags |= (*geom)->gflags;
+  return (flags & GEOM_DIRTY) != 0;
+}
+
+void SilentGeoms::listAsked() {
+  asked_.clear();
+  for (const Watched& watched : watched_)
+    if (IS_SPACE(watched.geom)) asked_.push_back(watched.geom);
+  asked_spaces_ = asked_.size();
+  for (const Watched& watched : watched_) {
+    if (!IS_SPACE(watched.geom)) asked_.push_back(watched.geom);
+    asked_.insert(asked_.end(), watched.meshes.begin(), watched.meshes.end());
+  }
+}
+
 void SilentGeoms::askAll(dxSpace& space, dxGeom* const* geoms) try {
   if (!listed_) list(geoms);
+  listed_ = false;  // should memory end
   bool any = false;
   for (Watched& watched : watched_) {
     if (IS_SPACE(watched.geom)) askSubspace(watched);
@@ -104,6 +128,8 @@ void SilentGeoms::askAll(dxSpace& space, dxGeom* const* geoms) try {
     any = true;
   }
   if (any) makeDirty(&space, true);
+  listAsked();
+  listed_ = true;
 } catch (const std::bad_alloc&) {
   makeDirtyAround(&space);
   for (dxGeom* geom = space.first; geom; geom = geom->next)
@@ -119,7 +145,8 @@ void SilentGeoms::addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes) 
 }
 
 std::size_t SilentGeoms::bytes() const {
-  std::size_t bytes = slots_.bytes() + watched_.capacity() * sizeof(Watched);
+  std::size_t bytes =
+      slots_.bytes() + watched_.capacity() * sizeof(Watched) + asked_.capacity() * sizeof(dxGeom*);
   for (const Watched& watched : watched_) bytes += watched.meshes.capacity() * sizeof(dxGeom*);
   return bytes;
 }

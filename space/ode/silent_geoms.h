@@ -42,8 +42,7 @@ class SilentGeoms {
   // mesh that was made dirty silently, and makes the spaces that hold it dirty. Calls it for those
   // that it has been called for already, too, until they are clean.
   void ask(dxSpace& space, dxGeom* const* geoms) {
-    if (listed_ && watched_.empty()) return;
-    askAll(space, geoms);
+    if (!listed_ || (!asked_.empty() && anyDirty())) askAll(space, geoms);
   }
   // Adds the meshes of `space`, and those within its sub-spaces, to `meshes`.
   void addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes);
@@ -58,13 +57,18 @@ class SilentGeoms {
     bool listed = false;
   };
 
+  bool anyDirty() const;
   void askAll(dxSpace& space, dxGeom* const* geoms);
   static void askSubspace(Watched& subspace);
   void list(dxGeom* const* geoms);
+  void listAsked();
 
   SlotSet slots_;  // of all meshes and spaces, and of geoms that are not listed yet
   bool listed_ = true;
   std::vector<Watched> watched_;  // ascending
+  // All of these, the sub-spaces first, and the meshes within sub-spaces.
+  std::vector<const dxGeom*> asked_;
+  std::size_t asked_spaces_ = 0;
 };
 
 // Whether ODE may make it dirty without a call of dirty().

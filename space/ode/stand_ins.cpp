@@ -1,5 +1,5 @@
 // What the preload library uses: spaces in the place of stock ones, and an account of them.
-#include "space/preload/stand_ins.h"
+#include "space/ode/stand_ins.h"
 
 #include <chrono>
 #include <cstdio>

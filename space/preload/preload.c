@@ -11,9 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "real_ode.h"
 #include "space/ode/environment_switch.h"
-#include "stand_ins.h"
+#include "space/ode/stand_ins.h"
+#include "space/preload/real_ode.h"
 
 #define PUBLIC __attribute__((visibility("default")))
 #define CALLER __builtin_return_address(0)

@@ -1,5 +1,5 @@
 #define _GNU_SOURCE
-#include "real_ode.h"
+#include "space/preload/real_ode.h"
 
 #include <dlfcn.h>
 #include <link.h>

@@ -253,6 +253,7 @@ void GeomQueries::reset() {
 
 void GeomQueries::release() {
   tree_.reset();
+  hits_.release();
 }
 
 bool GeomQueries::clean(const Geoms& geoms) {
@@ -334,9 +335,9 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int t
 }
 
 std::size_t GeomQueries::bytes() const {
-  if (!tree_) return 0;
-  return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
-         tree_->wide.bytes() + tree_->found.bytes() + tree_->marks.bytes() +
+  if (!tree_) return hits_.bytes();
+  return hits_.bytes() + sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() +
+         tree_->narrow.bytes() + tree_->wide.bytes() + tree_->found.bytes() + tree_->marks.bytes() +
          tree_->marked_words.bytes();
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <utility>
 
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
@@ -48,6 +49,10 @@ class GeomQueries {
   // std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
 
+  // Storage for hits, kept between queries. One that is taken by a query is free for no other.
+  Buffer<dxGeom*> takeHits() { return std::move(hits_); }
+  void giveBack(Buffer<dxGeom*>&& hits) { hits_ = std::move(hits); }
+
   // A frame went by: what no query asked for in many of them is given back.
   void noteFrame() {
     if (tree_ && ++idle_frames_ == patience) release();
@@ -65,6 +70,7 @@ class GeomQueries {
   bool bringUpToDate(const Geoms& geoms, int threads);
 
   std::unique_ptr<Tree> tree_;
+  Buffer<dxGeom*> hits_;
   int idle_frames_ = 0;
   bool asked_ = false;       // there was a query
   double changes_ = 0;       // since the last query

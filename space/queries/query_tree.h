@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/cell_order.h"
+#include "space/cells/cell_tree.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
-#include "space/extract/cell_order.h"
-#include "space/extract/cell_tree.h"
 
 namespace ode_parallel_sap {
 

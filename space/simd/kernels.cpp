@@ -8,6 +8,8 @@ namespace ode_parallel_sap {
 extern const KernelSet kernels_portable;
 #if defined(__x86_64__)
 extern const KernelSet kernels_sse2, kernels_avx2, kernels_avx512;
+#elif defined(__AARCH64EL__)
+extern const KernelSet kernels_neon;
 #endif
 
 namespace {
@@ -23,6 +25,8 @@ struct Available {
       list[count++] = &kernels_avx512;
     if (__builtin_cpu_supports("avx2")) list[count++] = &kernels_avx2;
     list[count++] = &kernels_sse2;
+#elif defined(__AARCH64EL__)
+    list[count++] = &kernels_neon;
 #endif
     list[count++] = &kernels_portable;
   }

@@ -19,7 +19,7 @@
 #include "machine.h"
 #include "program.h"
 #include "random.h"
-#include "space/data/radix_sort.h"
+#include "space/sort/radix_sort.h"
 #include "stopwatch.h"
 
 namespace bench {

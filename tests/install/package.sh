@@ -32,6 +32,10 @@ if command -v lintian >/dev/null; then
 else
   echo "without lintian"
 fi
+for package in *.deb; do
+  maintainer=$(dpkg-deb -f "$package" Maintainer)
+  [ "$maintainer" = "$DEBFULLNAME <$DEBEMAIL>" ] || fail "$package is $maintainer's"
+done
 
 libdir=$(dirname "$(find "$folder/root" -name pkgconfig)")
 eval "flags=($(PKG_CONFIG_PATH=$libdir/pkgconfig pkg-config --cflags --libs ode-parallel-sap))"

@@ -7,6 +7,7 @@ set -euo pipefail
 source=$1 build=$2
 shift 2
 here=$(cd "$(dirname "$0")" && pwd)
+mkdir -p "$build"
 fail() {
   echo "$*"
   exit 1

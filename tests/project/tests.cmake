@@ -1,4 +1,5 @@
-# The project itself: as a part of another one, with ODE's source from wherever, and its two scripts.
+# The project itself: as a part of another one, with ODE's source from wherever, its two scripts, which of its
+# rooms include which, and the files that its documents name.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 
 function(add_project_test name)
@@ -15,6 +16,9 @@ add_project_test(
   ode-source "${CMAKE_COMMAND}" "-DMODULE=${PROJECT_SOURCE_DIR}/space/cmake/ode_source.cmake"
   "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/project/ode-source" -P "${here}/ode_source.cmake")
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
+add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(sizes "${here}/sizes_test.sh")
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"

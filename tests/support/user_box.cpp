@@ -6,9 +6,11 @@ namespace sap_test {
 namespace {
 
 std::atomic<unsigned long> asked{0};
+std::atomic<void (*)()> observer{nullptr};
 
 void boundsOf(dGeomID geom, dReal aabb[6]) {
   ++asked;
+  if (void (*const observe)() = observer) observe();
   const UserBoxData& data = userBoxData(geom);
   const dReal* position = dGeomGetPosition(geom);
   for (int i = 0; i < 6; ++i) {
@@ -79,6 +81,10 @@ UserBoxData& userBoxData(dGeomID user_box) {
 
 unsigned long userBoundsAsked() {
   return asked;
+}
+
+void setUserBoundsObserver(void (*new_observer)()) {
+  observer = new_observer;
 }
 
 }  // namespace sap_test

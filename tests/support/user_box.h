@@ -32,5 +32,7 @@ UserBoxData& userBoxData(dGeomID user_box);
 
 // How often ODE or a space asked any user box for its bounding box since the program began.
 unsigned long userBoundsAsked();
+// Called whenever that happens; null: nothing is.
+void setUserBoundsObserver(void (*observer)());
 
 }  // namespace sap_test

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "space/data/floating_point.h"
 #include "space/data/free_memory.h"
@@ -58,14 +57,6 @@ bool holds(const AxisRows& rows, const Slot* list, Slot a, Slot b) {
 }
 
 }  // namespace
-
-AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]) {
-  AxisChoice axes = {0, 1, 2};
-  if (pairs[axes.second] > pairs[axes.fullest]) std::swap(axes.second, axes.fullest);
-  if (pairs[axes.third] > pairs[axes.fullest]) std::swap(axes.third, axes.fullest);
-  if (pairs[axes.third] < pairs[axes.second]) std::swap(axes.third, axes.second);
-  return axes;
-}
 
 template <class Real>
 void AxisLists<Real>::reserveLists() {

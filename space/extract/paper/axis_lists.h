@@ -3,30 +3,16 @@
 #define ODE_PARALLEL_SAP_AXIS_LISTS_H
 
 #include <cstdint>
-#include <stdexcept>
 #include <vector>
 
+#include "space/axes/axis_choice.h"
+#include "space/axes/endpoint_lists.h"
 #include "space/data/buffer.h"
-#include "space/extract/pair_finder.h"
-#include "space/extract/pair_order.h"
-#include "space/extract/paper/endpoint_lists.h"
+#include "space/data/lists_too_long.h"
+#include "space/data/pair_finder.h"
+#include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
-
-// The lists of a scene need more memory than they may take. Both in bytes.
-class ListsTooLong : public std::runtime_error {
- public:
-  ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
-      : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
-  const std::uint64_t needed, allowed;
-};
-
-// The axes in the order in which they are asked: the pairs of the fullest one are looked up in the
-// emptiest, so that few are left for the third.
-struct AxisChoice {
-  int fullest, second, third;
-};
-AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]);
 
 // The system of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase Adaptation from
 // Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are kept sorted along

@@ -2,10 +2,10 @@
 #ifndef ODE_PARALLEL_SAP_BRUTE_FORCE_H
 #define ODE_PARALLEL_SAP_BRUTE_FORCE_H
 
+#include "space/cells/cell_tree.h"
 #include "space/data/buffer.h"
+#include "space/data/pair_finder.h"
 #include "space/data/parallel.h"
-#include "space/extract/cell_tree.h"
-#include "space/extract/pair_finder.h"
 
 namespace ode_parallel_sap {
 

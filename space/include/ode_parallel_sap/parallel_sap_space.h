@@ -15,10 +15,13 @@
  * - Their order is fixed: ascending by (earlier geom, later geom), where geoms count in the order
  *   in which they were last added to the space. The earlier geom is the callback's first argument.
  *   dSpaceCollide2 also visits this space's geoms in that order and keeps ODE's order of arguments.
- * - Bits, bodies and enabled states are read when the collide begins; what the callback changes in
- *   them is seen by the next collide.
+ * - Bits, bodies and enabled states are read when the collide begins. The callback may enable and
+ *   disable geoms of the space and their bodies: the next collide sees it.
  *   (Where there is no memory for the list of pairs, they are tested and reported one by one, and
  *   such changes take effect at once.)
+ *   Nothing else of these geoms may change while the space is locked: in ODE it is an assertion to
+ *   move or resize them, to change their bits or their body, to add or remove them. Geoms of spaces
+ *   that are not locked may be changed in every way; their spaces see it in their next collide.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first pair is reported. They must not move or change a geom of the space, nor
  *   collide it.
@@ -288,17 +291,18 @@ typedef struct dParallelSAPStats {
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
  * this has been called once, and then in every sixteenth frame: the clock would be a good part of
- * what it measures. Their times are those of the last frame that was timed. */
+ * what it measures. Their times are those of the last frame that was timed, and extract_ms is all
+ * that comes before the report. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* Environment variables, read when a space is created, take the place of the defaults above in
  * programs that set nothing: ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda,
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
- * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 prints through dMessage, when a space is
- * destroyed, where its time went. A value that is not understood or not to be had is reported
- * through dMessage and ignored.
+ * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 (or 0) prints through dMessage, when a space
+ * is destroyed, what its frames had to do and where their time went. A value that is not understood
+ * or not to be had is reported through dMessage and ignored.
  *
- * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512, read at the same moment, is for tests and
+ * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon, read at the same moment, is for tests and
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
  * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
  * Pairs and their order do not depend on it.
@@ -306,7 +310,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
  * and simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end
- * what was replaced and where the time went. */
+ * what was replaced and where the time of all these spaces went. What it does not understand it
+ * says on stderr. */
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,112 @@
+#include "cuda/finder/device_pool.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+#include "cuda/finder/cuda_sweep.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// ODE_PARALLEL_SAP_VIRTUAL_DEVICES=n takes that many of those that there are, or lets them stand
+// for that many: for tests.
+std::vector<int> listedDevices() {
+  const std::vector<int> real = cudaDevices();
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_VIRTUAL_DEVICES");
+  const std::size_t wanted = text ? std::strtoul(text, nullptr, 10) : 0;
+  if (wanted == 0 || real.empty()) return real;
+  std::vector<int> devices;
+  while (devices.size() < wanted) devices.push_back(real[devices.size() % real.size()]);
+  return devices;
+}
+
+// Some boxes with a few pairs.
+BoxSet smallScene() {
+  BoxSet boxes;
+  boxes.size = 4096;
+  boxes.boxes.resize(boxes.size);
+  for (std::size_t i = 0; i < boxes.size; ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes.boxes[i].lower[axis] = static_cast<float>((i >> 4 * axis) % 16);
+      boxes.boxes[i].upper[axis] = boxes.boxes[i].lower[axis] + 1.5f;
+    }
+  return boxes;
+}
+
+}  // namespace
+
+DevicePool& DevicePool::get() {
+  static DevicePool pool;
+  return pool;
+}
+
+DevicePool::~DevicePool() {
+  if (thread_.joinable()) thread_.join();
+}
+
+int DevicePool::count() {
+  std::call_once(asked_, [this] {
+    listed_ = listedDevices();
+    usable_.reserve(listed_.size());
+    count_ = static_cast<int>(listed_.size());
+  });
+  return count_;
+}
+
+int DevicePool::device(std::size_t i) {
+  const auto isReady = [&] { return i < static_cast<std::size_t>(ready_); };
+  if (!isReady()) {
+    count();
+    const std::lock_guard<std::mutex> lock(making_ready_);
+    for (; !isReady() && tried_ < listed_.size(); ++tried_) makeReady(listed_[tried_]);
+  }
+  return isReady() ? usable_[i] : -1;
+}
+
+// Finds a few pairs on it, so that the driver has loaded what it takes.
+void DevicePool::makeReady(int device) {
+  if (std::find(left_out_.begin(), left_out_.end(), device) != left_out_.end()) {
+    --count_;  // stands for several
+    return;
+  }
+  try {
+    PairList pairs;
+    makeCudaSweep({device})->find(smallScene(), 1, pairs);
+    usable_.push_back(device);
+    ++ready_;
+  } catch (const DeviceFailure& failure) {
+    leaveOut(device, failure.what());
+  }
+}
+
+void DevicePool::leaveOut(int device, const char* reason) {
+  left_out_.push_back(device);
+  --count_;
+  const std::lock_guard<std::mutex> lock(telling_);
+  failures_.push_back({device, reason});
+  has_failures_ = true;
+}
+
+std::vector<FailedDevice> DevicePool::takeFailures() {
+  if (!has_failures_) return {};
+  const std::lock_guard<std::mutex> lock(telling_);
+  has_failures_ = false;
+  return std::exchange(failures_, {});
+}
+
+void DevicePool::prepare(int wanted) {
+  if (wanted <= ready_ || busy_.exchange(true)) return;
+  if (thread_.joinable()) thread_.join();
+  thread_ = std::thread([this, wanted] {
+    try {
+      device(static_cast<std::size_t>(wanted) - 1);
+    } catch (const std::exception&) {
+      // No memory on the host: asked for again with the next frame.
+    }
+    busy_ = false;
+  });
+}
+
+}  // namespace ode_parallel_sap

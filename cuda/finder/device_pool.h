@@ -1,0 +1,63 @@
+// Which of the machine's devices can be used.
+#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
+#define ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
+
+#include <atomic>
+#include <cstddef>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "cuda/device/devices.h"
+
+namespace ode_parallel_sap {
+
+// The devices of this machine, for all spaces of the program. One that cannot be made ready (it has
+// no memory for a context, say) is left out for the rest of the program; the others are counted as
+// if it were not there. For use by any number of threads at once.
+class DevicePool {
+ public:
+  static DevicePool& get();
+
+  // How many there are that have not been left out. Asks the driver when called for the first time.
+  int count();
+  // The same without asking: there may be one.
+  int countSoFar() const { return count_; }
+  // Those made ready so far.
+  int ready() const { return ready_; }
+  // The i-th, counted from 0, as the driver counts them; -1: there are not so many. Made ready
+  // first if need be, which takes up to a second.
+  int device(std::size_t i);
+  // Has the first `wanted` made ready by another thread, and returns at once.
+  void prepare(int wanted);
+
+  // Whether takeFailures() has something to tell; for every frame.
+  bool hasFailures() const { return has_failures_; }
+  // Devices that have been left out since the last call; each is told of once.
+  std::vector<FailedDevice> takeFailures();
+
+ private:
+  DevicePool() = default;
+  ~DevicePool();
+  void makeReady(int device);
+  void leaveOut(int device, const char* reason);
+
+  std::once_flag asked_;
+  std::vector<int> listed_;
+  std::vector<int> usable_;  // has room for all: those before ready_ are read by any thread
+  std::atomic<int> count_{1}, ready_{0};
+  std::mutex making_ready_;  // for what follows
+  std::size_t tried_ = 0;    // of those listed
+  std::vector<int> left_out_;
+
+  std::mutex telling_;  // for what follows
+  std::vector<FailedDevice> failures_;
+  std::atomic<bool> has_failures_{false};
+
+  std::atomic<bool> busy_{false};
+  std::thread thread_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,51 @@
+// What a space tells the program through dMessage, each of it once.
+#ifndef ODE_PARALLEL_SAP_COMPLAINTS_H
+#define ODE_PARALLEL_SAP_COMPLAINTS_H
+
+#include <ode/ode.h>
+
+#include <new>
+#include <unordered_set>
+
+#include "space/data/lists_too_long.h"
+
+namespace ode_parallel_sap {
+
+class Complaints {
+ public:
+  // Where there is no memory to note that it was said, rather once more than not at all.
+  void ofInvalid(const dxGeom* geom) {
+    bool first = true;
+    try {
+      first = invalid_.insert(geom).second;
+    } catch (const std::bad_alloc&) {
+    }
+    if (first)
+      dMessage(0, "parallel SAP space: geom %p has a NaN in its AABB and is left out of all pairs",
+               static_cast<const void*>(geom));
+  }
+  // The geom is gone: another one may come to its address.
+  void forget(const dxGeom* geom) {
+    if (!invalid_.empty()) invalid_.erase(geom);
+  }
+  void ofTooLong(const ListsTooLong& lists) {
+    if (!too_long_)
+      dMessage(0,
+               "parallel SAP space: the method AxisLists would need %.1f MB for the pairs of each "
+               "axis and may take %.1f MB; the method Sweep is used where it does not fit",
+               static_cast<double>(lists.needed) / 1e6, static_cast<double>(lists.allowed) / 1e6);
+    too_long_ = true;
+  }
+  void ofNoMemory() {
+    if (!no_memory_) dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
+    no_memory_ = true;
+  }
+
+ private:
+  std::unordered_set<const dxGeom*> invalid_;
+  bool too_long_ = false, no_memory_ = false;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,184 @@
+// Where the pairs of a scene are found soonest: on the processor, or on how many devices.
+#ifndef ODE_PARALLEL_SAP_DEVICE_CHOICE_H
+#define ODE_PARALLEL_SAP_DEVICE_CHOICE_H
+
+#include <algorithm>
+#include <cstddef>
+
+namespace ode_parallel_sap {
+
+// Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
+// each, a model foretells how the time grows with boxes and pairs, and the frames that ran on it
+// tell by how much the model is off on this machine. Every frame goes to the choice that promises
+// the least; one that was never tried gets a trial of a few frames when it promises to be
+// better, one that lost is tried again at growing intervals, in case the machine has more to give
+// by now.
+//
+// Devices cost their context (up to a second, taken by another thread meanwhile), so they are
+// wanted only once the time that they would have saved this space adds up to something. Scenes that
+// the processor does as fast never want one.
+//
+// Nothing depends on it but time: all choices give the same pairs in the same order.
+class DeviceChoice {
+ public:
+  static constexpr int most_devices = 16;
+
+  // What may be chosen: 1, 2, 4 ... devices up to the number given, or one number only.
+  class Candidates {
+   public:
+    static Candidates upTo(bool processor, int devices) {
+      Candidates all;
+      if (processor) all.add(0);
+      for (int d = 1; d <= devices && d <= most_devices; d *= 2) all.add(d);
+      return all;
+    }
+    static Candidates only(bool processor, int devices) {
+      Candidates all;
+      if (processor) all.add(0);
+      if (devices > 0) all.add(devices < most_devices ? devices : most_devices);
+      return all;
+    }
+    const int* begin() const { return devices_; }
+    const int* end() const { return devices_ + count_; }
+    bool has(int devices) const {
+      for (const int d : *this)
+        if (d == devices) return true;
+      return false;
+    }
+
+   private:
+    void add(int devices) { devices_[count_++] = devices; }
+    int devices_[8] = {};
+    int count_ = 0;
+  };
+
+  // What one frame is to run on.
+  struct Decision {
+    int devices = 0;            // 0: the processor
+    bool begins_trial = false;  // of an option that was never tried, or lost some time ago
+  };
+
+  // For the next frame, of so many boxes. There is a candidate.
+  Decision decide(std::size_t boxes, const Candidates& candidates) const {
+    if (trial_ > 0 && candidates.has(choice_)) return {choice_, false};
+    const double pairs = pairs_a_box_ * static_cast<double>(boxes);
+    int best = *candidates.begin();
+    for (const int devices : candidates)
+      if (isKnown(devices) &&
+          (!isKnown(best) || foretell(devices, boxes, pairs) < foretell(best, boxes, pairs)))
+        best = devices;
+    // Stays where it is unless it clearly pays.
+    if (isKnown(choice_) && candidates.has(choice_) &&
+        foretell(best, boxes, pairs) > hysteresis * foretell(choice_, boxes, pairs))
+      best = choice_;
+    if (!isKnown(best)) return {best, false};
+    for (const int devices : candidates)
+      if (devices != best && deservesTrial(devices, best, boxes, pairs)) return {devices, true};
+    return {best, false};
+  }
+
+  // What a frame took to find its pairs, on `devices`, which are others than decided where some
+  // failed.
+  void learn(const Decision& decision, int devices, std::size_t boxes, std::size_t pairs,
+             double ms) {
+    if (boxes == 0) return;
+    if (choice_ != decision.devices) trial_ = 0;
+    choice_ = decision.devices;
+    if (decision.begins_trial) begin(options_[choice_]);
+    ++frame_;
+    pairs_a_box_ = static_cast<double>(pairs) / static_cast<double>(boxes);
+    const bool on_trial = devices == choice_ && trial_ > 0;
+    trial_ -= on_trial;
+    Option& option = options_[devices];
+    // Its storage and its threads come into being.
+    if (option.settling > 0) {
+      --option.settling;
+      return;
+    }
+    const double off = ms / model(devices, boxes, static_cast<double>(pairs));
+    const double weight = on_trial ? weight_in_trial : usual_weight;
+    option.off = isKnown(devices) ? option.off + weight * (off - option.off) : off;
+    option.last_frame = frame_;
+  }
+
+  // How many devices should be made ready, of the `candidates`; `ready` are. Asked once a frame, of
+  // the size just learnt.
+  int wanted(std::size_t boxes, const Candidates& candidates, int ready) {
+    if (!isKnown(choice_) || trial_ > 0) return wanted_;
+    const double pairs = pairs_a_box_ * static_cast<double>(boxes);
+    const double now = foretell(choice_, boxes, pairs);
+    for (const int devices : candidates) {
+      if (devices <= ready) continue;
+      const double then = foretell(devices, boxes, pairs);
+      if (then > now) continue;
+      missed_ms_ += now - then;
+      if (missed_ms_ > least_missed_ms) {
+        missed_ms_ = 0;
+        wanted_ = devices;
+      }
+      break;
+    }
+    return wanted_;
+  }
+
+  // A device failed: what is known of more devices than these is void.
+  void lost(int devices_left) {
+    for (int devices = devices_left + 1; devices <= most_devices; ++devices)
+      options_[devices] = Option();
+    if (choice_ > devices_left) trial_ = choice_ = 0;
+    wanted_ = wanted_ < devices_left ? wanted_ : devices_left;
+  }
+
+ private:
+  struct Option {
+    double off = 0;    // time taken by time foretold; 0: not known
+    int settling = 3;  // frames until its times mean something
+    long last_frame = 0;
+    long interval = 16;  // frames until it is tried again
+  };
+
+  static constexpr double usual_weight = 0.25;  // of the newest frame
+  static constexpr double weight_in_trial = 0.7;
+  static constexpr double hysteresis = 0.95;  // a change must take less than this
+  static constexpr double worth_another_try = 2;
+  static constexpr int trial_frames = 2;
+  static constexpr long longest_interval = 1 << 16;
+  static constexpr double least_missed_ms = 50;
+
+  bool isKnown(int devices) const { return options_[devices].off > 0; }
+
+  // Milliseconds, by the shape of the curves on an H200 with sixteen cores (cuda/README.md).
+  static double model(int devices, std::size_t boxes, double pairs) {
+    const double n = static_cast<double>(boxes);
+    if (devices == 0) return 0.002 + 0.9e-5 * n + 2e-6 * pairs;
+    const double shared = 0.75e-6 * n + 0.155e-6 * pairs;
+    return devices == 1 ? 0.09 + shared : 0.4 + 1.1 * shared / devices;
+  }
+  // An option that was never tried is taken to be as far off as the nearest one with fewer devices.
+  double foretell(int devices, std::size_t boxes, double pairs) const {
+    int known = devices;
+    while (known > 0 && !isKnown(known)) --known;
+    const double off = known > 0 || devices == 0 ? options_[known].off : 1;
+    return off * model(devices, boxes, pairs);
+  }
+  bool deservesTrial(int devices, int best, std::size_t boxes, double pairs) const {
+    const Option& option = options_[devices];
+    const double promised = foretell(devices, boxes, pairs), now = foretell(best, boxes, pairs);
+    if (!isKnown(devices)) return promised < now;
+    return frame_ - option.last_frame >= option.interval && promised <= worth_another_try * now;
+  }
+  void begin(Option& option) {
+    trial_ = option.settling + trial_frames;
+    if (option.off > 0) option.interval = std::min(2 * option.interval, longest_interval);
+  }
+
+  Option options_[most_devices + 1];
+  int choice_ = 0, trial_ = 0, wanted_ = 0;
+  long frame_ = 0;
+  double pairs_a_box_ = 0;
+  double missed_ms_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

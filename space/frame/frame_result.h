@@ -1,0 +1,33 @@
+// What a frame did: written by the stages, read by the policy and for the statistics.
+#ifndef ODE_PARALLEL_SAP_FRAME_RESULT_H
+#define ODE_PARALLEL_SAP_FRAME_RESULT_H
+
+#include <cstddef>
+
+#include "space/coherence/pair_keeper.h"
+#include "space/extract/extraction.h"
+
+namespace ode_parallel_sap {
+
+struct FrameResult {
+  std::size_t geoms = 0;
+  // Of the update.
+  std::size_t moved = 0, disabled = 0, invalid = 0, unbounded = 0;
+  PairKeeper::Outcome coherence = PairKeeper::Outcome::not_tried;
+  bool wide = false;  // the boxes were doubles
+  // Of the extraction, if the frame was found anew, and of the stages together.
+  Found found;
+  int threads = 1;  // of the widest stage
+  unsigned long long candidates = 0, kept = 0, pairs = 0, contacts = 0;
+
+  // Milliseconds.
+  double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
+         report_ms = 0, total_ms = 0;
+  double found_ms() const { return update_ms + synchronise_ms + extract_ms + filter_ms; }
+
+  bool anew() const { return coherence != PairKeeper::Outcome::kept; }
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

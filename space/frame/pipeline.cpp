@@ -1,0 +1,142 @@
+#include "space/frame/pipeline.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "space/frame/without_memory.h"
+
+namespace ode_parallel_sap {
+
+void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
+                       dNearCallback* callback) {
+  statistics_.beginFrame();
+  if (Policy::isSmall(scene.slots.size(), settings)) {
+    collideSmall(scene, settings, data, callback);
+  } else {
+    const SceneFacts facts = factsOf(scene, false);
+    Frame frame(store_, policy_.decide(facts, settings), facts, scene);
+    if (findPairs(frame, settings)) {
+      report(frame, data, callback);
+      frame.result.report_ms = frame.clock.lap();
+    } else {
+      complaints_.ofNoMemory();
+      updateWithoutMemory(scene, frame.result);
+      note(frame.result);
+      collideWithoutMemory(scene, settings.rules, frame.result, data, callback);
+      frame.clock.lap();
+    }
+    frame.result.total_ms = frame.clock.total();
+    note(frame.result);
+  }
+  statistics_.endFrame();
+}
+
+// All stages up to the report. False where there is no memory for them.
+bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
+  if (candidates_apart_) std::swap(frame.pairs, candidates_);
+  candidates_apart_ = false;
+  if (!findChanges(frame)) findAnew(frame);
+  select(frame);
+  frame.result.filter_ms += frame.clock.lap();
+  frame.result.pairs = frame.pairs.size();
+  frame.found = true;
+  learn(frame, settings);
+  note(frame.result);
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+// The last frame's pairs, but for those of geoms that changed since. False where little is kept.
+bool Pipeline::findChanges(Frame& frame) {
+  const Plan& plan = frame.plan;
+  FrameResult& result = frame.result;
+  PairKeeper& coherence = store_.coherence;
+  if (!plan.keep) return false;
+  result.coherence = coherence.update(frame.geoms(), frame.slots(), plan.rules, plan.threads,
+                                      geom_update_, boxes_);
+  if (result.coherence != PairKeeper::Outcome::kept) return false;
+  frame.scene.needs_clean = false;
+  result.update_ms = frame.clock.lap();
+  frame.updated = &geom_update_.facts();
+  takeNotice(frame);
+  result.synchronise_ms = frame.clock.lap();
+  result.threads = coherence.find(frame.geoms(), geom_update_, plan.rules, boxes_, plan.threads,
+                                  extraction_.finders(), pair_filter_, frame.pairs);
+  result.found.method = dParallelSAPMethodSweep;
+  result.candidates = coherence.candidates();
+  result.kept = coherence.kept();
+  result.extract_ms = frame.clock.lap();
+  return true;
+}
+
+// update -> synchronise -> extract -> filter, for all geoms.
+void Pipeline::findAnew(Frame& frame) {
+  const Plan& plan = frame.plan;
+  FrameResult& result = frame.result;
+  PairKeeper& coherence = store_.coherence;
+  coherence.stop();
+  result.threads =
+      geom_update_.pack(frame.geoms(), frame.slots(), plan.rules, plan.threads, boxes_);
+  coherence.forgetChanges();
+  frame.scene.needs_clean = false;
+  result.update_ms = frame.clock.lap();
+
+  frame.updated = &geom_update_.synchronise(frame.geoms(), boxes_);
+  takeNotice(frame);
+  if (plan.keep) result.moved += coherence.movedInVain();
+  result.wide = boxes_.wide;
+  result.synchronise_ms = frame.clock.lap();
+
+  result.found = extraction_.find(boxes_, plan.extraction, frame.pairs);
+  if (result.found.too_long) complaints_.ofTooLong(*result.found.too_long);
+  result.threads = std::max(result.threads, result.found.threads);
+  result.candidates = frame.pairs.size();
+  result.extract_ms = frame.clock.lap();
+
+  pair_filter_.run(frame.geoms(), *frame.updated, plan.rules, boxes_, plan.threads, frame.pairs);
+  result.filter_ms = frame.clock.lap();
+  if (plan.keep) coherence.start(result.found.devices > 0, result.found.method);
+}
+
+// Of the geoms, when their boxes are up to date.
+void Pipeline::takeNotice(Frame& frame) {
+  const UpdateFacts& updated = *frame.updated;
+  for (const Slot slot : updated.newly_invalid) complaints_.ofInvalid(frame.geoms()[slot]);
+  frame.result.moved = updated.moved;
+  frame.result.disabled = updated.disabled;
+  frame.result.invalid = updated.invalid;
+  frame.result.unbounded = updated.unbounded;
+  if (frame.plan.rules.cull_planes) plane_pairs_.take(frame.geoms(), boxes_);
+}
+
+// Makes the pairs that are to be reported out of those that may have to be, and keeps these apart
+// where they are others.
+void Pipeline::select(Frame& frame) {
+  const PackRules& rules = frame.plan.rules;
+  const int threads = frame.plan.threads;
+  const bool planes_apart = rules.cull_planes && plane_pairs_.any();
+  const bool verifying = PairFilter::needsVerifying(*frame.updated, rules);
+  if (!planes_apart && !verifying) return;
+  candidates_apart_ = true;
+  std::swap(frame.pairs, candidates_);  // `pairs` may be those of the last frame now
+  if (verifying) {
+    // The pairs but those of planes, which are put among them in the end.
+    PairList& others = planes_apart ? others_ : frame.pairs;
+    others.copyFrom(candidates_);
+    PairFilter::verify(frame.geoms(), *frame.updated, threads, others);
+  }
+  if (planes_apart)
+    frame.result.candidates +=
+        plane_pairs_.addTo(verifying ? others_ : candidates_, frame.geoms(), boxes_, rules,
+                           frame.updated->user_classes, threads, frame.pairs);
+}
+
+void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
+  dxGeom* const* const geoms = frame.geoms();
+  for (const Buffer<Pair>& part : frame.pairs.parts)
+    for (const Pair pair : part) callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,97 @@
+// dSpaceCollide and dParallelSAPSpaceCollideContacts: the stages of a frame. Sees ODE's private
+// headers.
+#ifndef ODE_PARALLEL_SAP_PIPELINE_H
+#define ODE_PARALLEL_SAP_PIPELINE_H
+
+#include <cstddef>
+
+#include "space/contacts/contact_pairs.h"
+#include "space/contacts/narrow_phase.h"
+#include "space/extract/extraction.h"
+#include "space/filter/pair_filter.h"
+#include "space/filter/plane_pairs.h"
+#include "space/frame/complaints.h"
+#include "space/frame/frame.h"
+#include "space/frame/memory_watch.h"
+#include "space/frame/policy.h"
+#include "space/frame/small_scenes.h"
+#include "space/frame/statistics.h"
+#include "space/update/geom_update.h"
+
+namespace ode_parallel_sap {
+
+class Pipeline {
+ public:
+  explicit Pipeline(bool sums) : statistics_(sums) {}
+
+  // The scene is locked. `callback` is called for its pairs, in their order.
+  void collide(const Scene& scene, const Settings& settings, void* data, dNearCallback* callback);
+  // The contacts of its pairs. `manual_cleanup`: threads leave no data in ODE.
+  void collideContacts(const Scene& scene, const Settings& settings, const ContactRequest& request,
+                       bool manual_cleanup);
+  // Brings the AABBs of all geoms up to date, as for a frame.
+  void clean(const Scene& scene, const Settings& settings);
+  int teamFor(std::size_t slots, const Settings& settings) const {
+    return policy_.teamFor(slots, settings);
+  }
+
+  // The geom of a slot is new, gone or has moved.
+  void noteChange(Slot slot) {
+    small_scenes_.noteChange();
+    store_.coherence.change(slot);
+  }
+  // Geoms come or go.
+  void noteNewcomer() { plane_pairs_.forget(); }
+  // Slots have other numbers now.
+  void forgetSlots() {
+    store_.coherence.stop();
+    plane_pairs_.forget();
+  }
+  void forget(const dxGeom* geom) { complaints_.forget(geom); }
+
+  // Whether what is held is far more than the last frames needed. To be asked once a frame.
+  bool holdsTooMuch(std::size_t geoms) { return memory_watch_.isTooMuchAfter(geoms, last_pairs_); }
+  // Gives back what is held, but for the devices.
+  void release();
+  std::size_t bytes() const;
+  Statistics& statistics() { return statistics_; }
+  const Statistics& statistics() const { return statistics_; }
+
+ private:
+  SceneFacts factsOf(const Scene& scene, bool for_contacts) const;
+  bool findPairs(Frame& frame, const Settings& settings);
+  bool findChanges(Frame& frame);
+  void findAnew(Frame& frame);
+  void takeNotice(Frame& frame);
+  void select(Frame& frame);
+  void learn(const Frame& frame, const Settings& settings);
+  void note(const FrameResult& result);
+  static void report(const Frame& frame, void* data, dNearCallback* callback);
+  SmallResult collideSmall(const Scene& scene, const Settings& settings, void* data,
+                           dNearCallback* callback);
+  int collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                   FrameResult& result);
+
+  Policy policy_;
+  FrameStore store_;
+  GeomUpdate geom_update_;
+  BoxSet boxes_;
+  Extraction extraction_;
+  PairFilter pair_filter_;
+  PlanePairs plane_pairs_;
+  // Where the pairs reported in the last frame are not all that may have to be reported in the next
+  // one: those. And those of others than planes, where planes' are found apart.
+  PairList candidates_, others_;
+  bool candidates_apart_ = false;
+  NarrowPhase narrow_phase_;
+  Buffer<GeomPair> contact_pairs_;
+  SmallScenes small_scenes_;
+  Complaints complaints_;
+  Statistics statistics_;
+  MemoryWatch memory_watch_;
+  std::size_t last_pairs_ = 0;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

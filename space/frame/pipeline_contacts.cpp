@@ -1,0 +1,69 @@
+// dParallelSAPSpaceCollideContacts: the narrow phase in the place of the report.
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "space/frame/pipeline.h"
+#include "space/frame/without_memory.h"
+
+namespace ode_parallel_sap {
+
+// A contact callback that collides the space again finds the members free, as one of collide does.
+void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
+                               const ContactRequest& request, bool manual_cleanup) {
+  statistics_.beginFrame();
+  StageClock clock;
+  ContactPairs pairs(request, std::move(contact_pairs_));
+  NarrowPhase narrow_phase = std::move(narrow_phase_);
+  FrameResult result;
+  const int threads = collectPairs(scene, settings, pairs, result);
+  clock.lap();
+  bool found = true;
+  try {
+    const int used = narrow_phase.run(pairs.list(), request, threads, manual_cleanup);
+    result.threads = std::max(result.threads, used);
+    result.contacts = narrow_phase.contacts();
+    result.narrow_ms = clock.lap();
+    policy_.learnOfContacts(settings, used, pairs.list().size(), result.narrow_ms);
+  } catch (const std::bad_alloc&) {
+    narrow_phase = NarrowPhase();  // going on one by one needs memory, too
+    found = false;
+    result.narrow_ms = clock.lap();
+  }
+  if (found)
+    narrow_phase.report(pairs.list(), request);
+  else
+    NarrowPhase::collideOneByOne(pairs.list(), request);
+  result.report_ms = clock.lap();
+  result.total_ms = clock.total();
+  note(result);
+  statistics_.endFrame();
+  contact_pairs_ = pairs.release();
+  narrow_phase_ = std::move(narrow_phase);
+}
+
+// All stages up to the list of pairs. Returns the threads of the narrow phase.
+int Pipeline::collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                           FrameResult& result) {
+  const SceneFacts facts = factsOf(scene, true);
+  const Plan plan = policy_.decide(facts, settings);
+  if (Policy::isSmall(facts.slots, settings)) {
+    StageClock clock;
+    result = resultOf(collideSmall(scene, settings, &pairs, &dParallelSAPAddPair));
+    result.extract_ms = clock.lap();
+    return plan.contact_threads;
+  }
+  Frame frame(store_, plan, facts, scene);
+  if (findPairs(frame, settings)) {
+    pairs.add(frame.pairs, frame.geoms(), frame.updated->spaces, plan.threads);
+  } else {
+    complaints_.ofNoMemory();
+    updateWithoutMemory(scene, frame.result);
+    note(frame.result);
+    collideWithoutMemory(scene, settings.rules, frame.result, &pairs, &dParallelSAPAddPair);
+  }
+  result = frame.result;
+  return plan.contact_threads;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,67 @@
+// What a pipeline knows when a frame begins, and what it takes from one.
+#include <new>
+
+#include "space/frame/pipeline.h"
+
+namespace ode_parallel_sap {
+
+SceneFacts Pipeline::factsOf(const Scene& scene, bool for_contacts) const {
+  return {scene.slots.size(), last_pairs_,  boxes_.wide,
+          scene.nested,       for_contacts, extraction_.devices().devices()};
+}
+
+void Pipeline::learn(const Frame& frame, const Settings& settings) {
+  policy_.learn(frame.plan, frame.facts, settings, frame.result);
+  if (!frame.plan.weighs_devices) return;
+  DeviceBackend& devices = extraction_.devices();
+  devices.reportLeftOut();
+  if (devices.takeLoss()) policy_.learnOfLoss(devices.devices().usable);
+  const int wanted = policy_.wantedDevices(frame.plan, factsOf(frame.scene, false), settings);
+  if (wanted > 0) devices.prepare(wanted);
+}
+
+void Pipeline::note(const FrameResult& result) {
+  statistics_.note(result);
+  last_pairs_ = result.pairs;
+}
+
+SmallResult Pipeline::collideSmall(const Scene& scene, const Settings& settings, void* data,
+                                   dNearCallback* callback) {
+  store_.coherence.stop();
+  const SmallResult result =
+      small_scenes_.collide(scene, settings.rules, complaints_, statistics_, data, callback);
+  last_pairs_ = result.pairs;
+  return result;
+}
+
+void Pipeline::clean(const Scene& scene, const Settings& settings) {
+  try {
+    geom_update_.clean(scene.slots.data(), scene.slots.size(),
+                       policy_.teamFor(scene.slots.size(), settings), store_.coherence.changed());
+  } catch (const std::bad_alloc&) {
+    cleanOneByOne(scene.first);
+  }
+  scene.needs_clean = false;
+}
+
+void Pipeline::release() {
+  store_ = FrameStore();
+  geom_update_ = GeomUpdate();
+  boxes_ = BoxSet();
+  extraction_.release();
+  pair_filter_ = PairFilter();
+  plane_pairs_ = PlanePairs();
+  candidates_ = PairList();
+  others_ = PairList();
+  candidates_apart_ = false;
+  contact_pairs_.release();
+  narrow_phase_ = NarrowPhase();
+}
+
+std::size_t Pipeline::bytes() const {
+  return store_.pairs.bytes() + store_.coherence.bytes() + geom_update_.bytes() + boxes_.bytes() +
+         extraction_.bytes() + plane_pairs_.bytes() + candidates_.bytes() + others_.bytes() +
+         contact_pairs_.bytes() + narrow_phase_.bytes() + small_scenes_.bytes();
+}
+
+}  // namespace ode_parallel_sap

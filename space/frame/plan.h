@@ -1,0 +1,37 @@
+// What a frame is to do: decided once, when it begins, and not changed after.
+#ifndef ODE_PARALLEL_SAP_PLAN_H
+#define ODE_PARALLEL_SAP_PLAN_H
+
+#include <cstddef>
+
+#include "space/extract/extraction.h"
+#include "space/frame/device_choice.h"
+#include "space/geom/pack_rules.h"
+
+namespace ode_parallel_sap {
+
+// What is known when a frame begins.
+struct SceneFacts {
+  std::size_t slots;
+  std::size_t last_pairs;  // of the last frame
+  bool last_wide;          // its boxes were doubles
+  bool nested;             // within a callback of this space
+  bool for_contacts;       // the narrow phase follows
+  DeviceBackend::Devices devices;
+};
+
+struct Plan {
+  PackRules rules;          // those that the user set, but for a tolerance that does not pay
+  int threads = 1;          // of all stages up to the report
+  int contact_threads = 1;  // of the narrow phase
+  bool keep = false;        // boxes and pairs of the last frame serve where little has changed
+  ExtractionPlan extraction;
+  // Where extraction may run on devices: what was weighed, and how it came out.
+  bool weighs_devices = false;
+  DeviceChoice::Candidates candidates;
+  DeviceChoice::Decision device_decision;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

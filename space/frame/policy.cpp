@@ -1,0 +1,144 @@
+#include "space/frame/policy.h"
+
+#include <algorithm>
+
+#include "space/data/grains.h"
+#include "space/frame/small_scenes.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+bool isAuto(const Settings& settings) {
+  return settings.method == dParallelSAPMethodAuto;
+}
+
+}  // namespace
+
+bool Policy::isSmall(std::size_t slots, const Settings& settings) {
+  return slots <= smallest_scene && settings.method != dParallelSAPMethodSweep &&
+         settings.method != dParallelSAPMethodAxisLists &&
+         settings.backend != dParallelSAPBackendCUDA;
+}
+
+// The most threads that are worth their start for this number of slots.
+int Policy::mostThreads(std::size_t slots, const Settings& settings) {
+  const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
+                         settings.method == dParallelSAPMethodAxisLists;
+  return ode_parallel_sap::teamFor(slots, tests_all ? grains::scene_of_all_tests : grains::scene,
+                                   threadsFor(settings));
+}
+
+// A number that the user set is taken as it is.
+int Policy::teamFor(std::size_t slots, const Settings& settings) const {
+  const int threads = mostThreads(slots, settings);
+  return settings.threads == 0 ? team_.threads(threads) : threads;
+}
+
+Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
+  Plan plan;
+  plan.rules = settings.rules;
+  if (!facts.nested && settings.rules == rules_ && tolerance_.waits()) plan.rules.tolerance = 0;
+  plan.threads = teamFor(facts.slots, settings);
+  // A team as large as that of the narrow phase: some OpenMP runtimes end the threads that a
+  // smaller one does without, and start new ones for the next large one.
+  if (facts.for_contacts && plan.threads > 1) plan.threads = threadsFor(settings);
+  plan.contact_threads = threadsFor(settings);
+  if (settings.threads == 0) plan.contact_threads = contact_team_.threads(plan.contact_threads);
+  // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
+  // callback, which has the pairs.
+  plan.keep = !facts.nested && settings.backend != dParallelSAPBackendCUDA &&
+              (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
+  ExtractionPlan& extraction = plan.extraction;
+  extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
+  extraction.crowd = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
+                     MethodChoice::isCrowd(facts.slots, facts.last_pairs);
+  extraction.places_of_a_pair = MethodChoice::places_of_a_pair;
+  extraction.threads = plan.threads;
+  extraction.axis_lists_bytes = settings.axis_lists_bytes;
+  if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
+    planDevices(facts, settings, plan);
+  return plan;
+}
+
+int Policy::methodFor(const SceneFacts& facts, const Settings& settings) const {
+  return settings.backend == dParallelSAPBackendCUDA ||
+                 method_choice_.sweeps(facts.slots, facts.last_pairs)
+             ? dParallelSAPMethodSweep
+             : dParallelSAPMethodBruteForce;
+}
+
+// A number that is set without leave for the processor is taken as it is. Where the processor may
+// be chosen, devices are chosen only once they are ready, so that no frame waits for them.
+void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
+  ExtractionPlan& extraction = plan.extraction;
+  const bool processor = settings.backend == dParallelSAPBackendAuto;
+  if (extraction.method == dParallelSAPMethodAxisLists) {
+    if (processor) return;
+    extraction.devices = std::max(1, settings.devices);
+    // One thread drives each device, in small scenes too.
+    extraction.threads = std::max(plan.threads, std::min(extraction.devices, threadsFor(settings)));
+    return;
+  }
+  if (extraction.method != dParallelSAPMethodSweep) return;
+  if (!processor && settings.devices > 0) {
+    extraction.devices = settings.devices;
+    return;
+  }
+  if (processor && facts.last_wide) return;
+  int ready = processor ? facts.devices.ready : std::max(facts.devices.ready, 1);
+  if (ready < std::min(settings.devices, facts.devices.usable)) ready = 0;
+  plan.weighs_devices = true;
+  plan.candidates = settings.devices == 0 ? DeviceChoice::Candidates::upTo(processor, ready)
+                                          : DeviceChoice::Candidates::only(
+                                                processor, std::min(settings.devices, ready));
+  plan.device_decision = device_choice_.decide(facts.slots, plan.candidates);
+  extraction.devices = plan.device_decision.devices;
+}
+
+void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                   const FrameResult& result) {
+  if (!facts.nested) learnOfTolerance(plan, settings, result);
+  if (!result.anew()) return;
+  const Found& found = result.found;
+  if (isAuto(settings) || settings.method == dParallelSAPMethodSweep) {
+    if (found.devices == 0 && found.method == dParallelSAPMethodSweep)
+      method_choice_.learnOfSweep(found.kept_cells);
+    else if (facts.slots <= MethodChoice::most_slots)
+      method_choice_.learnOfTests();
+  }
+  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
+    team_.learn(result.threads, facts.slots, result.found_ms());
+  if (plan.weighs_devices && !result.wide)
+    device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
+                         facts.slots, result.candidates, result.extract_ms);
+}
+
+void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
+                              const FrameResult& result) {
+  if (settings.rules != rules_) tolerance_ = BackOff(1, 2, 64);
+  rules_ = settings.rules;
+  if (plan.rules.tolerance < settings.rules.tolerance)
+    tolerance_.pass();
+  else if (plan.rules.tolerance > 0 && result.coherence == PairKeeper::Outcome::kept)
+    tolerance_.paid();
+  else if (plan.rules.tolerance > 0 && result.coherence == PairKeeper::Outcome::never_helped)
+    tolerance_.failed();
+}
+
+void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
+  if (settings.threads == 0 && threadsFor(settings) > 1) contact_team_.learn(threads, pairs, ms);
+}
+
+int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {
+  if (!plan.weighs_devices) return 0;
+  const bool processor = settings.backend == dParallelSAPBackendAuto;
+  const int usable = facts.devices.usable;
+  const DeviceChoice::Candidates all =
+      settings.devices == 0
+          ? DeviceChoice::Candidates::upTo(processor, usable)
+          : DeviceChoice::Candidates::only(processor, std::min(settings.devices, usable));
+  return device_choice_.wanted(facts.slots, all, facts.devices.ready);
+}
+
+}  // namespace ode_parallel_sap

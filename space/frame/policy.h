@@ -1,0 +1,55 @@
+// All that is decided about a frame, and what was learnt from those before it.
+#ifndef ODE_PARALLEL_SAP_POLICY_H
+#define ODE_PARALLEL_SAP_POLICY_H
+
+#include <cstddef>
+
+#include "space/data/back_off.h"
+#include "space/frame/device_choice.h"
+#include "space/frame/frame_result.h"
+#include "space/frame/method_choice.h"
+#include "space/frame/plan.h"
+#include "space/frame/settings.h"
+#include "space/frame/team_choice.h"
+
+namespace ode_parallel_sap {
+
+// Pairs and their order depend on none of its decisions but the tolerance's, which follow from what
+// the program did and from nothing else; all others may depend on what frames took.
+class Policy {
+ public:
+  // Whether a scene is so small that it is collided on the spot (small_scenes.h).
+  static bool isSmall(std::size_t slots, const Settings& settings);
+
+  Plan decide(const SceneFacts& facts, const Settings& settings) const;
+  // The threads for anything that looks at so many slots.
+  int teamFor(std::size_t slots, const Settings& settings) const;
+
+  // Takes notice of a frame that went by `plan` to its end, its pairs at least.
+  void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+             const FrameResult& result);
+  // What a narrow phase of so many pairs took on `threads` threads.
+  void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // Devices failed: so many are left.
+  void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
+  // How many devices should be made ready.
+  int wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings);
+
+ private:
+  static int mostThreads(std::size_t slots, const Settings& settings);
+  int methodFor(const SceneFacts& facts, const Settings& settings) const;
+  void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
+  void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
+
+  TeamChoice team_, contact_team_;
+  MethodChoice method_choice_;
+  DeviceChoice device_choice_;
+  // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
+  // since the boxes are others then.
+  BackOff tolerance_ = BackOff(1, 2, 64);
+  PackRules rules_;  // that were set in the last frame
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

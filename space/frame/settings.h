@@ -1,0 +1,36 @@
+// What a user may set on a space.
+#ifndef ODE_PARALLEL_SAP_SETTINGS_H
+#define ODE_PARALLEL_SAP_SETTINGS_H
+
+#include <omp.h>
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "space/geom/pack_rules.h"
+
+namespace ode_parallel_sap {
+
+constexpr int most_threads = 256;
+
+struct Settings {
+  int backend = dParallelSAPBackendAuto;
+  int method = dParallelSAPMethodAuto;
+  int threads = 0;  // 0: what OpenMP would use
+  int devices = 0;  // 0: chosen by the space
+  bool print_stats = false;
+  PackRules rules;
+  std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
+};
+
+// The threads a collide may use: 1 to most_threads.
+inline int threadsFor(const Settings& settings) {
+  return std::max(
+      1, std::min(settings.threads ? settings.threads : omp_get_max_threads(), most_threads));
+}
+
+}  // namespace ode_parallel_sap
+
+#endif

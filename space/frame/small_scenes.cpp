@@ -1,0 +1,141 @@
+#include "space/frame/small_scenes.h"
+
+#include <algorithm>
+#include <new>
+
+#include "space/frame/stage_clock.h"
+#include "space/geom/plane_test.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Up to this number of geoms pairs are tested without vectors.
+constexpr unsigned most_without_vectors = 14;
+// From this number of geoms on it pays to look whether they are as before.
+constexpr std::size_t least_remembered = 4;
+
+// Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
+// the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
+// time.
+template <class Use>
+__attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned count, Use use) {
+  constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
+  Group<dReal> boxes[cells];
+  GroupIds ids[cells];
+  for (unsigned i = 0; i < count; ++i) {
+    const unsigned lane = i % group_size;
+    for (int axis = 0; axis < 3; ++axis) {
+      boxes[i / group_size].lower[axis][lane] = geoms[i]->aabb[2 * axis];
+      boxes[i / group_size].upper[axis][lane] = geoms[i]->aabb[2 * axis + 1];
+    }
+    ids[i / group_size].slot[lane] = i;
+  }
+  TreeView<dReal> view = {};
+  view.levels[0] = boxes;
+  view.ids = ids;
+  view.depth = 1;
+  // A few rows at a time, which need less of the stack.
+  constexpr std::size_t rows = group_size;
+  Pair pairs[(rows + 1) * smallest_scene + 2 * group_size];
+  for (std::size_t row = 0; row + 1 < count; row += rows) {
+    PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
+    const std::size_t last = std::min<std::size_t>(row + rows - 1, count - 2);
+    kernels<dReal>().trianglePairs(view, {count, row, row + 1, last, count}, true, sink);
+    for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+  }
+}
+
+// Which geoms take part, and which of them may pair, the AABBTest functions apart. All are clean.
+void find(const Scene& scene, const PackRules& rules, SmallScene& found) {
+  const ScopedMode mode(exactMode());
+  for (dxGeom* geom = scene.first; geom; geom = geom->next) {
+    if (!isEnabled(geom)) continue;
+    if (!isPlain(geom)) {
+      if (hasNaN(geom)) {
+        ++found.invalid;
+        continue;
+      }
+      found.unbounded += isUnbounded(geom);
+    }
+    found.user_classes = found.user_classes || isUserClass(geom);
+    found.active[found.actives++] = geom;
+  }
+  const bool all_wanted = !rules.skip() && !rules.cull_planes;
+  const auto take = [&](unsigned i, unsigned j) {
+    dxGeom *const a = found.active[i], *const b = found.active[j];
+    if (filtersMatch(a, b) && (all_wanted || !(rules.cull_planes && areClearByPlane(a, b))) &&
+        (all_wanted || !isLeftOut(a, b, rules)))
+      found.couples[found.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+  };
+  if (found.actives > most_without_vectors)
+    forOverlapping(found.active, found.actives, take);
+  else
+    for (unsigned i = 0; i < found.actives; ++i)
+      for (unsigned j = i + 1; j < found.actives; ++j)
+        if (boxesOverlap(found.active[i], found.active[j])) take(i, j);
+}
+
+// Leaves the couples that pass the AABBTest functions as the pairs.
+void test(SmallScene& found) {
+  if (!found.user_classes) {
+    found.pairs = found.candidates;
+    return;
+  }
+  for (std::size_t i = 0; i < found.candidates; ++i) {
+    const SmallScene::Couple couple = found.couples[i];
+    if (passesAABBTests(found.active[couple.earlier()], found.active[couple.later()]))
+      found.couples[found.pairs++] = couple;
+  }
+}
+
+}  // namespace
+
+SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                                 Statistics& statistics, void* data, dNearCallback* callback) {
+  const bool timed = statistics.timesSmallFrame();
+  const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  SmallScene found;
+  if (is_still_ && still_scene_->holds(scene.first, rules)) {
+    still_scene_->recall(found);
+  } else {
+    found.moved = cleanOneByOne(scene.first);
+    scene.needs_clean = false;
+    find(scene, rules, found);
+    for (dxGeom* geom = scene.first; found.invalid && geom; geom = geom->next)
+      if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
+    remember(scene, rules, found);
+  }
+  test(found);
+
+  const unsigned long long frame = statistics.frames();
+  const SmallResult result = found.result(scene.count);
+  statistics.note(result);
+  const Clock::time_point reporting = timed ? Clock::now() : begin;
+  for (std::size_t i = 0; i < found.pairs; ++i) {
+    const SmallScene::Couple couple = found.couples[i];
+    callback(data, found.active[couple.earlier()], found.active[couple.later()]);
+  }
+  if (statistics.frames() != frame)  // a collide within the callback wrote its own
+    statistics.note(result);
+  if (timed)
+    statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
+  return result;
+}
+
+// The second of two frames without a move is remembered, where that says it all: not what rules
+// leave out by the state of bodies.
+void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallScene& found) {
+  is_still_ = false;
+  still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
+  if (still_frames_ < 2 || scene.count < least_remembered || rules.skip()) return;
+  try {
+    if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
+    still_scene_->remember(scene.first, rules, found);
+    is_still_ = true;
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+}  // namespace ode_parallel_sap

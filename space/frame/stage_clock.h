@@ -1,0 +1,32 @@
+// Times of stages.
+#ifndef ODE_PARALLEL_SAP_STAGE_CLOCK_H
+#define ODE_PARALLEL_SAP_STAGE_CLOCK_H
+
+#include <chrono>
+
+namespace ode_parallel_sap {
+
+using Clock = std::chrono::steady_clock;
+
+inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
+  return std::chrono::duration<double, std::milli>(end - begin).count();
+}
+
+// Hands out the time since it was last asked.
+class StageClock {
+ public:
+  double lap() {
+    const Clock::time_point before = lap_;
+    lap_ = Clock::now();
+    return milliseconds(before, lap_);
+  }
+  // Up to the last lap.
+  double total() const { return milliseconds(begin_, lap_); }
+
+ private:
+  Clock::time_point begin_ = Clock::now(), lap_ = begin_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

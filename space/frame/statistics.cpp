@@ -1,0 +1,66 @@
+#include "space/frame/statistics.h"
+
+namespace ode_parallel_sap {
+
+// Of the last frame nothing is left but its number.
+void Statistics::clear() {
+  const unsigned long long frames = last_.frames;
+  last_ = {};
+  last_.frames = frames;
+}
+
+void Statistics::note(const FrameResult& result) {
+  clear();
+  last_was_small_ = false;
+  last_.geoms = result.geoms;
+  last_.moved = result.moved;
+  last_.disabled = result.disabled;
+  last_.invalid = result.invalid;
+  last_.unbounded = result.unbounded;
+  last_.candidates = result.candidates;
+  last_.pairs = result.pairs;
+  last_.contacts = result.contacts;
+  last_.kept = result.kept;
+  last_.backend = result.found.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
+  last_.method = result.found.method;
+  last_.threads = result.threads;
+  last_.devices = result.found.devices;
+  last_.update_ms = result.update_ms;
+  last_.synchronise_ms = result.synchronise_ms;
+  last_.extract_ms = result.extract_ms;
+  last_.filter_ms = result.filter_ms;
+  last_.narrow_ms = result.narrow_ms;
+  last_.report_ms = result.report_ms;
+  last_.total_ms = result.total_ms;
+}
+
+// Few words are written: more would be a good part of a frame of two geoms.
+void Statistics::note(const SmallResult& result) {
+  if (!last_was_small_) {
+    clear();
+    last_.backend = dParallelSAPBackendCPU;
+    last_.method = dParallelSAPMethodBruteForce;
+    last_.threads = 1;
+    last_was_small_ = true;
+  }
+  last_.geoms = result.geoms;
+  last_.moved = result.moved;
+  last_.disabled = result.disabled;
+  last_.invalid = result.invalid;
+  last_.unbounded = result.unbounded;
+  last_.candidates = result.candidates;
+  last_.pairs = result.pairs;
+}
+
+void Statistics::noteTimes(double found_ms, double report_ms) {
+  last_.extract_ms = found_ms;
+  last_.report_ms = report_ms;
+  last_.total_ms = found_ms + report_ms;
+}
+
+bool Statistics::timesSmallFrame() {
+  constexpr unsigned interval = 16;  // frames
+  return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
+}
+
+}  // namespace ode_parallel_sap

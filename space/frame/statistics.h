@@ -1,0 +1,72 @@
+// The statistics of a space: derived from what frames did, and summed, here and nowhere else. No
+// decision reads them.
+#ifndef ODE_PARALLEL_SAP_STATISTICS_H
+#define ODE_PARALLEL_SAP_STATISTICS_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include "space/frame/frame_result.h"
+#include "space/frame/frame_sums.h"
+
+namespace ode_parallel_sap {
+
+// What the smallest scenes tell: no stage but the report has a time of its own.
+struct SmallResult {
+  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
+              pairs = 0;
+};
+
+inline FrameResult resultOf(const SmallResult& small) {
+  FrameResult result;
+  result.geoms = small.geoms;
+  result.moved = small.moved;
+  result.disabled = small.disabled;
+  result.invalid = small.invalid;
+  result.unbounded = small.unbounded;
+  result.candidates = small.candidates;
+  result.pairs = small.pairs;
+  result.found.method = dParallelSAPMethodBruteForce;
+  return result;
+}
+
+class Statistics {
+ public:
+  // `sums`: they are to be printed one day, so every frame is timed and added up.
+  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
+
+  void beginFrame() { ++last_.frames; }
+  // What a frame has done so far: before the report, which may throw or collide again, and after.
+  void note(const FrameResult& result);
+  void note(const SmallResult& result);
+  // The times of a small frame.
+  void noteTimes(double found_ms, double report_ms);
+  // The last noted frame came to its end.
+  void endFrame() {
+    if (sums_wanted_) sums_.add(last_);
+  }
+
+  // Reading the clock takes longer than colliding a few geoms: whether this small frame is timed.
+  bool timesSmallFrame();
+
+  unsigned long long frames() const { return last_.frames; }
+  const FrameSums& sums() const { return sums_; }
+  // Of the last frame. Small frames are timed from now on.
+  const dParallelSAPStats& read(std::size_t memory_bytes) {
+    times_wanted_ = true;
+    if (last_.frames) last_.memory_bytes = memory_bytes;
+    return last_;
+  }
+
+ private:
+  void clear();
+
+  bool sums_wanted_, times_wanted_;
+  bool last_was_small_ = false;
+  unsigned small_frames_ = 0;  // since times are wanted
+  dParallelSAPStats last_ = {};
+  FrameSums sums_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,130 @@
+#include "space/ode/environment.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+#include "space/data/team.h"
+#include "space/extract/device_backend.h"
+#include "space/ode/environment_switch.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+struct Name {
+  int value;
+  const char* name;
+};
+constexpr Name backends[] = {{dParallelSAPBackendAuto, "auto"},
+                             {dParallelSAPBackendCPU, "cpu"},
+                             {dParallelSAPBackendCUDA, "cuda"}};
+constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
+                            {dParallelSAPMethodSweep, "sweep"},
+                            {dParallelSAPMethodBruteForce, "brute-force"},
+                            {dParallelSAPMethodAxisLists, "axis-lists"}};
+// Whatever the processor: those of others are known, and not to be had.
+constexpr Name instruction_sets[] = {
+    {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
+
+template <std::size_t count>
+const char* nameOf(const Name (&names)[count], int value) {
+  for (const Name& name : names)
+    if (name.value == value) return name.name;
+  return "unknown";
+}
+
+template <std::size_t count>
+void readName(const char* variable, const Name (&names)[count], bool (*has)(int), int& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  for (const Name& name : names) {
+    if (std::strcmp(text, name.name) != 0) continue;
+    if (has(name.value))
+      value = name.value;
+    else
+      dMessage(0, "%s=%s is not to be had here and is ignored", variable, text);
+    return;
+  }
+  dMessage(0, "%s=%s is not understood and is ignored", variable, text);
+}
+
+const KernelSet* instructionSet(int value) {
+  return kernelSetNamed(nameOf(instruction_sets, value));
+}
+
+// Of the whole process, so of the spaces that there are, too.
+void chooseInstructionSet() {
+  int value = -1;
+  readName(
+      "ODE_PARALLEL_SAP_SIMD", instruction_sets, [](int set) { return instructionSet(set) != 0; },
+      value);
+  chooseKernelSet(value < 0 ? *allKernelSets()[0] : *instructionSet(value));
+}
+
+void readCount(const char* variable, int most, int& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  char* end = nullptr;
+  errno = 0;
+  const long count = std::strtol(text, &end, 10);
+  if (*end != '\0' || count < 0 || errno != 0)
+    dMessage(0, "%s=%s is not a count and is ignored", variable, text);
+  else
+    value = static_cast<int>(std::min<long>(count, most));
+}
+
+void readSwitch(const char* variable, bool& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  const int on = switchOf(text);
+  if (on < 0)
+    dMessage(0, "%s=%s is neither 0 nor 1 and is ignored", variable, text);
+  else
+    value = on != 0;
+}
+
+}  // namespace
+
+bool hasBackend(int backend) {
+  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU ||
+         (backend == dParallelSAPBackendCUDA && deviceAvailable());
+}
+
+bool hasMethod(int method) {
+  return method == dParallelSAPMethodAuto || method == dParallelSAPMethodSweep ||
+         method == dParallelSAPMethodBruteForce || method == dParallelSAPMethodAxisLists;
+}
+
+Settings settingsFromEnvironment() {
+  Settings settings;
+  constexpr int most_devices = 1024;
+  constexpr int most_megabytes = 1 << 30;
+  readName("ODE_PARALLEL_SAP_BACKEND", backends, hasBackend, settings.backend);
+  readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
+  readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
+  readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
+  readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
+  // Not part of the interface: lets tests come to the limit without filling the machine.
+  int megabytes = 0;
+  readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);
+  settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
+  // Nor is this: makes teams of little work, see team.h.
+  int grain = 0;
+  readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
+  if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
+  chooseInstructionSet();
+  return settings;
+}
+
+const char* backendName(int backend) {
+  return nameOf(backends, backend);
+}
+const char* methodName(int method) {
+  return nameOf(methods, method);
+}
+
+}  // namespace ode_parallel_sap

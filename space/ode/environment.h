@@ -1,0 +1,22 @@
+// The environment that stands in where a program sets nothing.
+#ifndef ODE_PARALLEL_SAP_ENVIRONMENT_H
+#define ODE_PARALLEL_SAP_ENVIRONMENT_H
+
+#include "space/frame/settings.h"
+
+namespace ode_parallel_sap {
+
+// Whether this build on this machine has it. Auto is always to be had.
+bool hasBackend(int backend);
+bool hasMethod(int method);
+
+// The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
+// once; complaints go to dMessage.
+Settings settingsFromEnvironment();
+
+const char* backendName(int backend);
+const char* methodName(int method);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,31 @@
+/* What the preload library (space/preload) asks of the library it loads, which exports it for that.
+ * Not for users: it is in no header that is installed, and both libraries come from one build. */
+#ifndef ODE_PARALLEL_SAP_STAND_INS_H
+#define ODE_PARALLEL_SAP_STAND_INS_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A stand-in is a parallel SAP space that answers the class of the stock space whose place it takes
+ * (dSpaceGetClass, dGeomGetClass), so that programs that ask find what they made. */
+typedef struct dParallelSAPStandIns {
+  /* Null, or what about the ODE of this process differs from the private headers of the build. */
+  const char* (*misfit)(void);
+  dSpaceID (*create)(dSpaceID parent, int space_class);
+  /* The levels of dHashSpace, which are kept and have no effect. 0: not a stand-in. */
+  int (*set_levels)(dSpaceID space, int minlevel, int maxlevel);
+  int (*get_levels)(dSpaceID space, int* minlevel, int* maxlevel);
+  /* Writes to stderr where the time of all stand-ins went, those that are gone included. */
+  void (*report)(void);
+} dParallelSAPStandIns;
+
+ODE_PARALLEL_SAP_API const dParallelSAPStandIns* dParallelSAPGetStandIns(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

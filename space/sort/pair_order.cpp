@@ -1,0 +1,194 @@
+#include "space/sort/pair_order.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "space/data/parallel.h"
+#include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Buckets hold about this many pairs, 64 kB: small beside the second-level cache.
+constexpr std::size_t bucket_pairs = 8192;
+constexpr std::size_t most_buckets = 2048;
+constexpr std::size_t buckets_a_thread = 4;
+constexpr std::size_t least_bucket_pairs = 512;
+Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
+
+// One thread puts up to this number, of few slots, in order at once: they still fit the cache.
+constexpr std::size_t pairs_at_once = 65536, slots_at_once = 16384;
+// Lists of more pairs than this, on average, are sorted by digits.
+constexpr std::size_t long_list = 6;
+// Where there are this many slots to a pair, looking at each slot takes longer than sorting.
+constexpr std::size_t sparse_slots = 4;
+
+// Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
+bool laterComesAfter(Pair a, Pair b) {
+  return laterOf(a) < laterOf(b);
+}
+
+// That of a ground plane may hold all geoms: from this length on digits are faster, storage
+// included.
+constexpr std::size_t longest_compared = 512;
+
+void sortLong(Pair* begin, Pair* end) {
+  const std::size_t count = end - begin;
+  if (count <= longest_compared) {
+    std::sort(begin, end, laterComesAfter);
+    return;
+  }
+  Slot all = 0;
+  for (const Pair* pair = begin; pair < end; ++pair) all |= laterOf(*pair);
+  int bits = 1;
+  while (all >> bits) ++bits;
+  Buffer<Pair> scratch;
+  scratch.resize(count);
+  radixSort(begin, scratch.data(), count, 0, bits, 1);
+}
+
+}  // namespace
+
+// By digits: of the earlier slots those that differ.
+bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch) {
+  Pair all = 0, differing = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    all |= pairs[i];
+    differing |= pairs[i] ^ pairs[0];
+  }
+  constexpr std::size_t few = 64;
+  if (count <= few) {
+    std::sort(pairs, pairs + count,
+              [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
+    return isUnsure(all);
+  }
+  int earlier_bits = 0;
+  while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
+  radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
+  if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
+  return isUnsure(all);
+}
+
+// From `found` to `pairs`, which may be the same.
+bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
+                           std::size_t bucket, Pair* pairs, Scratch& scratch) {
+  if (count == 0) return false;
+  scratch.pairs.resizeDiscarding(count);
+  const Slot first_slot = static_cast<Slot>(bucket << buckets.shift);
+  const std::size_t slots =
+      std::min(std::size_t{1} << buckets.shift, buckets.slots - std::size_t{first_slot});
+  const bool sparse = slots / count >= sparse_slots;
+  // Long lists are put in order together, before they are told apart.
+  const bool lists_are_long = count / slots > long_list;
+  if ((sparse || lists_are_long) && found != pairs) {  // these sort in place
+    std::copy(found, found + count, pairs);
+    found = pairs;
+  }
+  if (sparse) return sortSparse(pairs, count, buckets.slot_bits, scratch);
+  if (lists_are_long) radixSort(pairs, scratch.pairs.data(), count, 0, buckets.slot_bits, 1);
+  scratch.ends.assign(slots + 1, 0);
+  std::uint32_t* const ends = scratch.ends.data();
+  Pair all = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    ++ends[earlierOf(found[i]) - first_slot + 1];
+    all |= found[i];
+  }
+  for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
+  for (std::size_t i = 0; i < count; ++i)
+    scratch.pairs[ends[earlierOf(found[i]) - first_slot]++] = found[i];
+  if (lists_are_long)
+    std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
+  else
+    kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+  return isUnsure(all);
+}
+
+// Small enough for the cache, and enough of them for all threads.
+PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, int threads) {
+  Buckets buckets;
+  buckets.slots = slots;
+  while ((slots - 1) >> buckets.slot_bits) ++buckets.slot_bits;
+  if (threads == 1 && slots <= slots_at_once && count <= pairs_at_once) {
+    buckets.shift = buckets.slot_bits;
+    return buckets;
+  }
+  const std::size_t shared =
+      std::min(buckets_a_thread * threads, count / chunkOf(count, least_bucket_pairs, threads));
+  const std::size_t wanted = std::min(most_buckets, std::max(count / bucket_pairs, shared) + 1);
+  while ((slots - 1) >> buckets.shift >= wanted) ++buckets.shift;
+  buckets.count = ((slots - 1) >> buckets.shift) + 1;
+  return buckets;
+}
+
+// Deals all pairs into their buckets, one after the other in `dealt`; bucket_begin_ tells where.
+void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
+                     Pair* dealt) {
+  const std::size_t parts = found.size();
+  const auto bucketOf = [&](Pair pair) { return std::size_t{earlierOf(pair)} >> buckets.shift; };
+  positions_.assign(buckets.count * parts, 0);
+  runTeam(counting, threads, [&](int thread, int team) {
+    for (std::size_t part = thread; part < parts; part += team) {
+      if (found[part].size()) TeamWatch::noteWork();
+      std::size_t* const counts = positions_.data() + buckets.count * part;
+      for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
+    }
+  });
+  bucket_begin_.resize(buckets.count + 1);
+  std::size_t position = 0;
+  for (std::size_t bucket = 0; bucket < buckets.count; ++bucket) {
+    bucket_begin_[bucket] = position;
+    for (std::size_t part = 0; part < parts; ++part)
+      position += std::exchange(positions_[buckets.count * part + bucket], position);
+  }
+  bucket_begin_[buckets.count] = position;
+  runTeam(dealing, threads, [&](int thread, int team) {
+    for (std::size_t part = thread; part < parts; part += team) {
+      if (found[part].size()) TeamWatch::noteWork();
+      std::size_t* const next = positions_.data() + buckets.count * part;
+      for (const Pair pair : found[part]) dealt[next[bucketOf(pair)]++] = pair;
+    }
+  });
+}
+
+void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+                     PairList& pairs) {
+  std::size_t count = 0;
+  for (const Buffer<Pair>& part : found) count += part.size();
+  pairs.clear(1);
+  pairs.parts[0].resizeDiscarding(count);
+  if (count == 0) return;
+  Pair* const sorted = pairs.parts[0].data();
+  if (scratch_.size() < static_cast<std::size_t>(threads)) scratch_.resize(threads);
+  const Buckets buckets = bucketsFor(count, slots, threads);
+  if (buckets.count == 1 && found[0].size() == count) {
+    if (sortBucket(found[0].data(), count, buckets, 0, sorted, scratch_[0]))
+      pairs.unsure.push_back({0, 0, count});
+    return;
+  }
+
+  deal(found, buckets, threads, sorted);
+  for (Scratch& scratch : scratch_) scratch.unsure.clear();
+  ChunkQueue queue(buckets.count, 1);
+  runTeam(sorting, threads, [&](int thread, int) {
+    Range range;
+    while (queue.next(range)) {
+      const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];
+      if (sortBucket(sorted + begin, end - begin, buckets, range.begin, sorted + begin,
+                     scratch_[thread]))
+        scratch_[thread].unsure.push_back({0, begin, end});
+    }
+  });
+  for (const Scratch& scratch : scratch_)
+    pairs.unsure.insert(pairs.unsure.end(), scratch.unsure.begin(), scratch.unsure.end());
+}
+
+std::size_t PairOrder::bytes() const {
+  std::size_t bytes = (positions_.capacity() + bucket_begin_.capacity()) * sizeof(std::size_t);
+  for (const Scratch& scratch : scratch_)
+    bytes += scratch.pairs.bytes() + scratch.ends.capacity() * sizeof(std::uint32_t);
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,106 @@
+#include "space/sort/radix_sort.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "space/data/grains.h"
+#include "space/data/parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Eleven bits keep a thread's 2,048 counters and open cache lines within the second-level cache.
+constexpr int max_digit_bits = 11;
+
+Region counting("radix sort: counts"), scattering("radix sort: scatter"),
+    copying("radix sort: copy");
+
+// One stable counting pass. Each thread counts and later scatters one part of the input; the
+// counters become positions by a scan over digits first, threads second.
+void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
+                  int bits, int threads, std::vector<std::uint32_t>& positions) {
+  const std::size_t digits = std::size_t{1} << bits;
+  const std::uint64_t mask = digits - 1;
+  positions.assign(digits * threads, 0);
+  int parts = threads;
+  runTeam(counting, threads, [&](int thread, int team) {
+    if (thread == 0) parts = team;
+    const Range range = ownPart(count, thread, team);
+    std::uint32_t* const counts = positions.data() + digits * thread;
+    for (std::size_t i = range.begin; i < range.end; ++i) ++counts[from[i] >> low_bit & mask];
+  });
+  std::uint32_t position = 0;
+  for (std::size_t digit = 0; digit < digits; ++digit)
+    for (int part = 0; part < parts; ++part) {
+      std::uint32_t& cell = positions[digits * part + digit];
+      const std::uint32_t size = cell;
+      cell = position;
+      position += size;
+    }
+  // The parts are those of the count, whoever takes them.
+  runTeam(scattering, parts, [&](int thread, int team) {
+    for (int part = thread; part < parts; part += team) {
+      const Range range = ownPart(count, part, parts);
+      std::uint32_t* const next = positions.data() + digits * part;
+      for (std::size_t i = range.begin; i < range.end; ++i)
+        to[next[from[i] >> low_bit & mask]++] = from[i];
+    }
+  });
+}
+
+// The same on one thread, with counters small enough to be cleared for a few hundred records.
+void sortAlone(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
+               int bits) {
+  constexpr int digit_bits_alone = 8;
+  std::uint32_t next[1 << digit_bits_alone];
+  const int passes = (bits + digit_bits_alone - 1) / digit_bits_alone;
+  std::uint64_t *from = records, *to = scratch;
+  for (int pass = 0, done = 0; pass < passes; ++pass) {
+    const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
+    const int shift = low_bit + done;
+    const std::size_t digits = std::size_t{1} << digit_bits;
+    std::fill(next, next + digits, 0);
+    for (std::size_t i = 0; i < count; ++i) ++next[from[i] >> shift & (digits - 1)];
+    std::uint32_t position = 0;
+    for (std::size_t digit = 0; digit < digits; ++digit) {
+      const std::uint32_t size = next[digit];
+      next[digit] = position;
+      position += size;
+    }
+    for (std::size_t i = 0; i < count; ++i) to[next[from[i] >> shift & (digits - 1)]++] = from[i];
+    std::swap(from, to);
+    done += digit_bits;
+  }
+  if (from != records) std::memcpy(records, from, count * sizeof *records);
+}
+
+}  // namespace
+
+void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
+               int bits, int threads) {
+  if (count < 2 || bits <= 0) return;
+  threads = teamFor(count, grains::sorted_records, threads);
+  if (threads == 1) {
+    sortAlone(records, scratch, count, low_bit, bits);
+    return;
+  }
+  const int passes = (bits + max_digit_bits - 1) / max_digit_bits;
+  std::vector<std::uint32_t> positions;
+  std::uint64_t *from = records, *to = scratch;
+  for (int pass = 0, done = 0; pass < passes; ++pass) {
+    const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
+    countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
+    std::swap(from, to);
+    done += digit_bits;
+  }
+  if (from != records)
+    runTeam(copying, threads, [&](int thread, int team) {
+      const Range range = ownPart(count, thread, team);
+      std::memcpy(records + range.begin, from + range.begin,
+                  (range.end - range.begin) * sizeof *records);
+    });
+}
+
+}  // namespace ode_parallel_sap

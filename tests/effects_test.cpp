@@ -1,0 +1,361 @@
+// What the header says that a setting does or a statistic tells, by its effect.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define THREAD_SANITIZER
+#endif
+#endif
+
+namespace {
+
+constexpr auto kNap = std::chrono::milliseconds(5);
+constexpr double kNapMs = 5;
+
+void nap() {
+  std::this_thread::sleep_for(kNap);
+}
+
+void ignoreContacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
+
+std::size_t contactPairsOf(dSpaceID space) {
+  const dParallelSAPContactCallbacks callbacks = {ignoreContacts, nullptr, nullptr, nullptr};
+  dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+  return statsOf(space).pairs;
+}
+
+// Collides a space whose callback sleeps in its first call.
+void collideAsleep(dSpaceID space) {
+  int calls = 0;
+  dSpaceCollide(space, &calls, [](void* calls, dGeomID, dGeomID) {
+    if ((*static_cast<int*>(calls))++ == 0) nap();
+  });
+}
+
+}  // namespace
+
+TEST_CASE("The times of the stages are those of what was done in them", "[effects]") {
+  for (const std::size_t n : {20, 3000}) {
+    const bool is_small = n < 100;
+    const Space space;
+    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+    World world(space);
+    world.addBoxes(denseCube(n, 1));
+    (void)statsOf(space);  // from now on small scenes are timed
+    INFO(n << " geoms");
+
+    collideAsleep(space);
+    dParallelSAPStats stats = statsOf(space);
+    CHECK(stats.report_ms >= kNapMs);
+    CHECK(stats.total_ms >= stats.report_ms);
+    CHECK(stats.extract_ms > 0);
+    CHECK(stats.narrow_ms == 0);
+    if (!is_small) {
+      CHECK(stats.update_ms > 0);
+      CHECK(stats.synchronise_ms > 0);
+      CHECK(stats.filter_ms > 0);
+    }
+
+    // Functions of user classes: the bounds' are part of the update, the pairs' of the filter.
+    const dReal far = 500;
+    const Bounds bounds = {far, far + 1, far, far + 1, far, far + 1};
+    const auto veto = [](dGeomID, dGeomID, dReal*) {
+      nap();
+      return 1;
+    };
+    world.take(createUserBox(space, bounds, false, veto));
+    world.take(createUserBoxWithoutTest(space, bounds));
+    for (int frame = 0; frame < 16; ++frame) (void)collide(space);  // one of which is timed
+    stats = statsOf(space);
+    CHECK((is_small ? stats.extract_ms : stats.filter_ms) >= kNapMs);
+    CHECK(stats.report_ms < stats.total_ms);
+
+    const auto sleepInFlags = [](void*, dGeomID, dGeomID) {
+      nap();
+      return 1;
+    };
+    const auto sleepInReport = [](void* data, dGeomID, dGeomID, const dContactGeom*, int) {
+      if ((*static_cast<int*>(data))++ == 0) std::this_thread::sleep_for(4 * kNap);
+    };
+    for (std::size_t i = 30; i < n; ++i) dGeomDisable(world.geoms()[i]);
+    int calls = 0;
+    dParallelSAPContactCallbacks callbacks = {sleepInReport, sleepInFlags, nullptr, nullptr};
+    dParallelSAPSpaceCollideContacts(space, &calls, 0, &callbacks);
+    stats = statsOf(space);
+    CHECK(calls > 0);
+    CHECK(stats.contacts == static_cast<unsigned long long>(calls));
+    CHECK(stats.narrow_ms >= kNapMs);
+    CHECK(stats.report_ms >= 4 * kNapMs);
+    CHECK(stats.total_ms >= stats.narrow_ms + stats.report_ms);
+  }
+}
+
+TEST_CASE("Small scenes are timed once statistics were asked for, in every sixteenth frame",
+          "[effects]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(60, 2));
+  for (int frame = 0; frame < 20; ++frame) (void)collide(space);
+  CHECK(statsOf(space).total_ms == 0);
+  double last = 0;
+  for (int frame = 0; frame < 64; ++frame) {
+    collideAsleep(space);
+    const dParallelSAPStats stats = statsOf(space);
+    INFO("frame " << frame);
+    CHECK((stats.total_ms != last) == (frame % 16 == 0));
+    CHECK(stats.frames == 21u + static_cast<unsigned>(frame));
+    last = stats.total_ms;
+  }
+  CHECK(last >= kNapMs);
+}
+
+TEST_CASE("Statistics of a frame for contacts count its pairs and contacts", "[effects]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {30, 2000}) {
+      const Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 3));
+      INFO(configuration.name << ", " << n << " geoms");
+      std::size_t calls = 0, contacts = 0;
+      struct Counts {
+        std::size_t& calls;
+        std::size_t& contacts;
+      } counts = {calls, contacts};
+      const dParallelSAPContactCallbacks callbacks = {
+          [](void* data, dGeomID, dGeomID, const dContactGeom*, int count) {
+            ++static_cast<Counts*>(data)->calls;
+            static_cast<Counts*>(data)->contacts += static_cast<std::size_t>(count);
+          },
+          nullptr, nullptr, nullptr};
+      dParallelSAPSpaceCollideContacts(space, &counts, 8, &callbacks);
+      dParallelSAPStats stats = statsOf(space);
+      CHECK(stats.frames == 1);
+      CHECK(stats.geoms == n);
+      CHECK(stats.moved == n);
+      CHECK(stats.contacts == contacts);
+      CHECK(contacts > calls);
+      CHECK(stats.pairs == expectedPairs(world.geoms()).size());
+      (void)collide(space);
+      stats = statsOf(space);
+      CHECK(stats.frames == 2);
+      CHECK(stats.contacts == 0);
+      CHECK(stats.narrow_ms == 0);
+    }
+}
+
+TEST_CASE("Settings hold for contacts as for pairs, and those of rest for no query", "[effects]") {
+  for (const std::size_t n : {40, 1500}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, 4));
+    world.take(dCreatePlane(space, 1, 1, 1, -1000));
+    for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
+    for (const dBodyID body : world.bodies()) dBodyDisable(body);
+    const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
+    const Pairs all = collide(space), hits = collide2(space, probe);
+    INFO(n << " geoms");
+    CHECK(contactPairsOf(space) == all.size());
+
+    const auto pairsWith = [&](void (*set)(dSpaceID, int)) {
+      set(space, 1);
+      const std::size_t pairs = collide(space).size();
+      CHECK(contactPairsOf(space) == pairs);
+      const std::size_t queried = collide2(space, probe).size();
+      set(space, 0);
+      CHECK(contactPairsOf(space) == all.size());
+      return std::make_pair(pairs, queried);
+    };
+    // The plane is static: every pair has a sleeping body or none.
+    CHECK(pairsWith(dParallelSAPSpaceSetSkipAsleep).first < all.size() / 2);
+    CHECK(pairsWith(dParallelSAPSpaceSetSkipAsleep).second == hits.size());
+    CHECK(pairsWith(dParallelSAPSpaceSetSkipStatic).first < all.size());
+    CHECK(pairsWith(dParallelSAPSpaceSetSkipStatic).second == hits.size());
+    CHECK(pairsWith(dParallelSAPSpaceSetCullPlanes).first == all.size() - n);
+    CHECK(pairsWith(dParallelSAPSpaceSetCullPlanes).second == hits.size() - 1);
+
+    if (n > 100) {  // fewer are tested by their own bounds
+      dParallelSAPSpaceSetTolerance(space, dReal(0.5));
+      const std::size_t pairs = collide(space).size();
+      CHECK(pairs > all.size());
+      CHECK(contactPairsOf(space) == pairs);
+      CHECK(difference(collide2(space, probe), hits) == "");
+    }
+    dGeomDestroy(probe);
+  }
+}
+
+namespace {
+
+// What the functions of a user class see of the space they are called for.
+struct Witness {
+  std::thread::id thread;
+  dGeomID inside;  // of the space
+  std::size_t calls = 0, elsewhere = 0, unlocked = 0, late = 0;
+  bool reporting = false;
+
+  void look() {
+    ++calls;
+    elsewhere += std::this_thread::get_id() != thread;
+    late += reporting;
+    bool locked = false;
+    try {
+      dSpaceRemove(dGeomGetSpace(inside), inside);
+    } catch (const OdeAssertion&) {
+      locked = true;
+    }
+    unlocked += !locked;
+  }
+};
+Witness* witness = nullptr;
+
+}  // namespace
+
+TEST_CASE("Functions of user classes run on the calling thread, locked, before any report",
+          "[effects]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {20, 6000}) {
+      const Space space(configuration);
+      dParallelSAPSpaceSetNumThreads(space, 3);
+      World world(space);
+      for (const Box& box : denseCube(n, 5))
+        world.take(createUserBox(space,
+                                 {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
+                                  static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
+                                  static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])},
+                                 false, [](dGeomID, dGeomID, dReal*) {
+                                   witness->look();
+                                   return 1;
+                                 }));
+      Witness seen;
+      seen.thread = std::this_thread::get_id();
+      seen.inside = world.geoms()[0];
+      witness = &seen;
+      setUserBoundsObserver([] { witness->look(); });
+      dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { witness->reporting = true; });
+      setUserBoundsObserver(nullptr);
+      witness = nullptr;
+      INFO(configuration.name << ", " << n << " geoms");
+      CHECK(seen.calls > n);
+      CHECK(seen.reporting);
+      CHECK(seen.elsewhere == 0);
+      CHECK(seen.unlocked == 0);
+      CHECK(seen.late == 0);
+    }
+}
+
+TEST_CASE("Scenes of some thousand geoms use one thread, whatever is set", "[effects]") {
+  for (const int method : {dParallelSAPMethodAuto, dParallelSAPMethodSweep})
+    for (const std::size_t n : {3, 100, 1000, 4000}) {
+      const Space space;
+      dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+      dParallelSAPSpaceSetMethod(space, method);
+      dParallelSAPSpaceSetNumThreads(space, 7);
+      World world(space);
+      world.addBoxes(denseCube(n, 6));
+      (void)collide(space);
+      INFO(n << " geoms");
+      CHECK(statsOf(space).threads == 1);
+    }
+}
+
+TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
+  const char* const threads = std::getenv("OMP_NUM_THREADS");  // CTest runs this with 1 and with 2
+  if (!threads) return;
+  const Space space;
+  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+  dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep);
+  REQUIRE(dParallelSAPSpaceGetNumThreads(space) == 0);
+  World world(space);
+  world.addBoxes(denseCube(50000, 7));
+  int most = 0;
+  for (int frame = 0; frame < 3; ++frame) {
+    world.jitter(1, 7);
+    (void)collide(space);
+    most = std::max(most, statsOf(space).threads);
+  }
+  CHECK(most == std::atoi(threads));
+}
+
+#if !defined(THREAD_SANITIZER)  // which does not know what becomes of OpenMP's threads
+TEST_CASE("After a fork the child goes on with one thread", "[effects]") {
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 2);
+  World world(space);
+  world.addBoxes(denseCube(20000, 8));
+  const Pairs pairs = collide(space);
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(60);
+    dParallelSAPSpaceSetNumThreads(space, 1);
+    world.jitter(0.1, 8);
+    const Pairs moved = collide(space);
+    for (const dGeomID geom : world.geoms()) dGeomDisable(geom);
+    _exit(!moved.empty() && moved != pairs && collide(space).empty() ? 0 : 1);
+  }
+  REQUIRE(child > 0);
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK(difference(collide(space), pairs) == "");
+}
+#endif
+
+TEST_CASE("dSpaceGetGeom counts in the order of the pairs, whatever moves", "[effects]") {
+  for (const std::size_t n : {30, 1500}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, 9));
+    for (int frame = 0; frame < 4; ++frame) {
+      for (std::size_t i = 0; i < n; ++i)
+        REQUIRE(dSpaceGetGeom(space, static_cast<int>(i)) == world.geoms()[i]);
+      world.jitter(frame % 2 ? 0.1 : 0, 9);
+      dGeomSetPosition(world.geoms()[n / 2], 0, 0, 0);
+      if (frame % 2) (void)collide(space);
+    }
+    const dGeomID again = world.geoms()[3];
+    world.remove(again);
+    world.addAgain(again);
+    CHECK(dSpaceGetGeom(space, static_cast<int>(n) - 1) == again);
+    CHECK(dSpaceGetGeom(space, 3) == world.geoms()[3]);
+  }
+}
+
+TEST_CASE("Nothing is built for the smallest scenes", "[effects]") {
+  const Space space, swept;
+  REQUIRE(dParallelSAPSpaceSetMethod(swept, dParallelSAPMethodSweep));
+  World world(space), world_of_swept(swept);
+  for (World* each : {&world, &world_of_swept}) each->addBoxes(denseCube(120, 10));
+  (void)statsOf(space);
+  std::size_t moving = 0;
+  for (int frame = 0; frame < 20; ++frame) {
+    for (World* each : {&world, &world_of_swept}) each->jitter(0.1, 10);
+    (void)collide(space), (void)collide(swept);
+    moving = std::max(moving, statsOf(space).memory_bytes);
+  }
+  CHECK(moving < statsOf(swept).memory_bytes / 2);
+  // Of a scene that stands still no more is remembered than its pairs.
+  for (int frame = 0; frame < 20; ++frame) (void)collide(space);
+  CHECK(statsOf(space).memory_bytes > moving);
+  CHECK(statsOf(space).memory_bytes < moving + 120 * 64 + 16 * statsOf(space).pairs);
+}
