@@ -20,6 +20,7 @@
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/teams.h"
 
 using namespace ode_parallel_sap;
 using sap_test::Boxes;
@@ -283,4 +284,55 @@ TEST_CASE("Spaces that come and go leave nothing on the device", "[device][sever
   const std::size_t after = freeDeviceMemory();
   INFO(before << " bytes free before, " << after << " after");
   CHECK(after + (4 << 20) >= before);
+}
+
+namespace {
+
+const std::vector<std::string> regions_of_one = {"device: upload", "device: download",
+                                                 "device: pairs of axis lists"};
+const std::vector<std::string> regions_of_several = {
+    "device: rows of shares", "device: lists of shares", "device: axis lists"};
+
+// Plays frames by each method until two threads have had work in all the regions.
+void shareRegions(int devices, const std::vector<std::string>& regions) {
+  const Boxes boxes = sap_test::denseCube(60000, 11);
+  const Pairs expected = pairsOnProcessor(boxes);
+  const sap_test::ScopedGrain grain(1);
+  for (const int threads : {2, 3, 7, 16}) {
+    Scene scene(boxes, dParallelSAPBackendCUDA, devices);
+    dParallelSAPSpaceSetNumThreads(scene.space, threads);
+    const auto before = sap_test::timesShared();
+    const auto left = [&] {
+      std::string left;
+      const auto after = sap_test::timesShared();
+      for (const std::string& region : regions)
+        if (after.at(region) == before.at(region)) left += region + "; ";
+      return left;
+    };
+    for (int frame = 0; frame < 20 && !left().empty(); ++frame)
+      for (const int method : {dParallelSAPMethodSweep, dParallelSAPMethodAxisLists}) {
+        INFO(threads << " threads, frame " << frame << ", method " << method);
+        REQUIRE(dParallelSAPSpaceSetMethod(scene.space, method));
+        REQUIRE(difference(scene.collide(), expected) == "");
+        REQUIRE(scene.stats().devices == devices);
+      }
+    INFO(threads << " threads");
+    CHECK(left() == "");
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Of the threads that serve a device two and more have work", "[device][one]") {
+  shareRegions(1, regions_of_one);
+  for (const auto& [region, times] : sap_test::timesShared()) {
+    INFO(region);
+    const bool covered = std::count(regions_of_one.begin(), regions_of_one.end(), region) +
+                         std::count(regions_of_several.begin(), regions_of_several.end(), region);
+    CHECK(covered == sap_test::isOfDevice(region));
+  }
+}
+
+TEST_CASE("Of the threads that serve several devices two and more have work", "[device][several]") {
+  shareRegions(3, regions_of_several);
 }

@@ -322,7 +322,8 @@ TEST_CASE("With a tolerance, small steps cost no search", "[kept]") {
   CHECK(stats.kept == 0);
 }
 
-TEST_CASE("A tolerance that all geoms exceed is left out for more and more frames", "[kept]") {
+TEST_CASE("A tolerance that all geoms exceed is left out for more and more frames",
+          "[kept][long]") {
   Space space;
   World world(space);
   world.addBoxes(denseCube(3000, 66));
@@ -345,7 +346,7 @@ TEST_CASE("A tolerance that all geoms exceed is left out for more and more frame
   CHECK(collide(space).size() > expectedPairs(world.geoms()).size());
 }
 
-TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[kept]") {
+TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[kept][long]") {
   // The same for one thread and two, in every frame.
   Space spaces[2];
   World one(spaces[0]), two(spaces[1]);

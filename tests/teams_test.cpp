@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,35 +16,15 @@
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/scenes.h"
+#include "support/teams.h"
 
 using namespace sap_test;
-using ode_parallel_sap::Region;
 
 namespace {
 
 namespace grains = ode_parallel_sap::grains;
 
 const int kTeams[] = {2, 3, 7, 16};
-
-// Sets the grain of the process as long as it lives.
-class ScopedGrain {
- public:
-  explicit ScopedGrain(std::uint64_t grain)
-      : before_(ode_parallel_sap::test_grain.exchange(grain)) {}
-  ~ScopedGrain() { ode_parallel_sap::test_grain = before_; }
-  ScopedGrain(const ScopedGrain&) = delete;
-  ScopedGrain& operator=(const ScopedGrain&) = delete;
-
- private:
-  const std::uint64_t before_;
-};
-
-std::map<std::string, std::uint64_t> timesShared() {
-  std::map<std::string, std::uint64_t> times;
-  for (const Region* region = Region::first(); region; region = region->next())
-    times[region->name()] = region->timesShared();
-  return times;
-}
 
 // A scene, what happens to it before each frame, and the regions in which teams work then.
 struct Play {
@@ -243,7 +222,7 @@ TEST_CASE("There is no region that these tests leave out") {
   for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);
-    CHECK((covered.count(region) == 1 || region.rfind("device: ", 0) == 0));
+    CHECK((covered.count(region) == 1 || isOfDevice(region)));
   }
 }
 
