@@ -7,8 +7,8 @@
 
 namespace tradeoff {
 
-// Boxes of half a metre to one and a half, in a cube so dense that there are about four pairs a box,
-// all moving.
+// Boxes of half a metre to one and a half, in a cube so dense that there are about four pairs a
+// box, all moving.
 struct BroadSettings {
   std::string space = "parallel";  // or "hash", "sap"
   std::string backend = "cpu";     // or "cuda"; of the parallel space
