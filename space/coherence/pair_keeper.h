@@ -37,8 +37,6 @@ class PairKeeper {
   // The last frame's boxes and pairs are complete, found by this method, or of no use any more.
   void start(bool on_device, int method);
   void stop() { running_ = false; }
-  // Gives back all that is held, and knows nothing any more: the next frame is to be found anew.
-  void release() { *this = PairKeeper(); }
 
   // Brings the boxes up to date with what changed, unless the frame is to be found anew.
   Outcome update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,

@@ -30,6 +30,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     found = false;
     result.narrow_ms = clock.lap();
   }
+  note(result);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs.list(), request);
   else

@@ -127,7 +127,8 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
 }
 
 void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
-  if (settings.threads == 0 && threadsFor(settings) > 1) contact_team_.learn(threads, pairs, ms);
+  const int most = ode_parallel_sap::teamFor(pairs, grains::collided_pairs, threadsFor(settings));
+  if (settings.threads == 0 && most > 1) contact_team_.learn(threads, pairs, ms);
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {

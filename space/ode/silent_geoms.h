@@ -15,7 +15,9 @@ namespace ode_parallel_sap {
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which tells the spaces of clean
 // geoms only, then says nothing of it, nor of the spaces around it. So a space asks its meshes, its
 // sub-spaces and the meshes within these, at any depth, before it relies on what it knows of them.
-// They are listed, so that this takes a look at one flag each and at no other geom.
+// (Where the program itself cleans or collides a stock sub-space first, ODE erases the trace, and
+// the bounds of that sub-space are stale in any space.) They are listed, so that this takes a look
+// at one flag each and at no other geom.
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.

@@ -119,22 +119,24 @@ int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t 
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;
   int rounds = 1;
-  for (std::uint64_t tests = next; tests < stripe; tests *= growth) ++rounds;
+  for (std::uint64_t tests = next; 2 * tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
   packCells(boxes, teamFor(all, grains::box_tests, threads));
   int used = 1;
   std::uint64_t tested = 0;
   double pairs_a_test = 0;
   for (int number = 0; number < rounds; ++number, next *= growth) {
-    const Range tests = {tested, std::min(next, stripe)};
+    const bool last = number + 1 == rounds;
+    const Range tests = {tested, last ? stripe : next};
     // An eighth more than so far, since storage that grows is copied.
     const double expected =
         1.125 * pairs_a_test * static_cast<double>(stripes * (tests.end - tests.begin));
     const Round round = {stripes, rounds, number, tests, static_cast<std::size_t>(expected)};
     used = std::max(used, testRound(boxes, round, threads, pairs));
     tested = tests.end;
-    if (number + 1 == rounds) break;
-    if (pairs.size() * places_of_a_pair < stripes * tested) return 0;
+    if (last) break;
+    // A test is for two places of the table.
+    if (pairs.size() * places_of_a_pair < 2 * stripes * tested) return 0;
     pairs_a_test = static_cast<double>(pairs.size()) / static_cast<double>(stripes * tested);
   }
   if (!boxes.exact) noteUnsure(pairs);
