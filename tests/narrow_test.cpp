@@ -212,6 +212,10 @@ TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
     dParallelSAPContactCallbacks callbacks = {Thrower::contacts, nullptr, nullptr, nullptr};
     CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
     CHECK(left == 0);
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space, &stats);
+    CHECK(stats.contacts > 100);  // found, though not all of them were reported
+    CHECK(stats.narrow_ms > 0);
     left = 1;
     callbacks.flags = Thrower::flags;
     CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, &left, 4, &callbacks), Stop);
