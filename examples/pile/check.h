@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "space/contacts/narrow_phase.h"
+#include "narrow_phase.h"
 
 namespace pile {
 

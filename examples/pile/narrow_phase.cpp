@@ -1,4 +1,4 @@
-#include "space/contacts/narrow_phase.h"
+#include "narrow_phase.h"
 
 #include <algorithm>
 #include <limits>

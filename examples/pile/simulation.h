@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "check.h"
+#include "narrow_phase.h"
 #include "options.h"
-#include "space/contacts/narrow_phase.h"
 #include "stepping.h"
 #include "world.h"
 

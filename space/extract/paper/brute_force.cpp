@@ -31,9 +31,9 @@ struct Triangle {
 
 Region testing("brute force: pairs");
 
-// Tests a box after which a crowd must have shown to be one: a tenth of what the sweep of moved
+// Tests a box after which a crowd must have shown to be one: a sixteenth of what the sweep of moved
 // boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
-constexpr std::uint64_t first_tests_a_box = 100;
+constexpr std::uint64_t first_tests_a_box = 64;
 // Up to this number of boxes all tests take no longer than the sweep and those would together.
 constexpr std::size_t least_crowd = 1000;
 // Between two looks at whether it is one, the number of tests grows by this factor.
