@@ -25,7 +25,7 @@ constexpr std::size_t most_images = 64;
 constexpr std::uint64_t pairs_worth_an_image = 1000;
 
 // How long exit() waits for collisions in other threads.
-constexpr std::chrono::seconds longest_wait(1);
+constexpr std::chrono::seconds longest_wait(2);
 
 class Pool {
  public:
