@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdarg>
@@ -288,6 +289,37 @@ TEST_CASE("Contacts are those of the serial loop with images and, whatever fails
   CHECK((timesOnImages() > before) == !fault);
   REQUIRE(said.size() == (fault ? 1 : 0));
   if (fault) CHECK(said[0].find(fault->told) != std::string::npos);
+}
+
+TEST_CASE("No geom is moved while its contacts with heightfields are found") {
+  const ScopedGrain grain(1);
+  const Space space;
+  ContactScene scene(space);
+  std::vector<dGeomID> boxes;
+  for (std::uint64_t i = 0; i < 100; ++i) boxes.push_back(scene.add(Kind::Box, 3, seedOr(79) + i));
+  for (std::uint64_t i = 0; i < 8; ++i) scene.add(Kind::Heightfield, 3, seedOr(80) + i);
+  dParallelSAPSpaceSetNumThreads(space, 2);
+  const Contacts expected = parallelContacts(space, 8);
+  const auto before = timesOnImages();
+  std::vector<std::array<dReal, 3>> places;
+  for (const dGeomID box : boxes) {
+    const dReal* const at = dGeomGetPosition(box);
+    places.push_back({at[0], at[1], at[2]});
+  }
+  std::atomic<bool> done{false};
+  std::atomic<long> looks{0}, moved{0};
+  std::thread watcher([&] {
+    for (; !done; ++looks)
+      for (std::size_t i = 0; i < boxes.size(); ++i)
+        moved += !std::equal(places[i].begin(), places[i].end(), dGeomGetPosition(boxes[i]));
+  });
+  while (looks == 0) std::this_thread::yield();
+  for (int frame = 0; frame < 200; ++frame) (void)parallelContacts(space, 8);
+  done = true;
+  watcher.join();
+  CHECK(moved == 0);
+  CHECK(timesOnImages() > before);
+  CHECK(difference(parallelContacts(space, 8), expected) == "");
 }
 
 TEST_CASE("No image is lent twice at a time") {
