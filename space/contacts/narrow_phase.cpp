@@ -23,10 +23,12 @@ Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
 constexpr std::size_t most_pairs_a_chunk = 32;
 constexpr std::size_t most_heavy_pairs_a_chunk = 8;
 constexpr std::size_t chunks_a_thread = 32;
+// Of pairs of meshes one may take a hundred times as long as another.
+constexpr std::size_t image_chunks_a_thread = 128;
 
-std::size_t chunkFor(std::size_t pairs, int team, std::size_t most) {
-  return std::clamp<std::size_t>(pairs / (chunks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most);
+std::size_t chunkFor(std::size_t pairs, int team, std::size_t most,
+                     std::size_t chunks = chunks_a_thread) {
+  return std::clamp<std::size_t>(pairs / (chunks * static_cast<std::size_t>(team)), 1, most);
 }
 
 // Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
@@ -230,9 +232,12 @@ int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
 
 // Makes the lists of all threads one.
 void NarrowPhase::gather(Buffer<Waiting> Share::*list) {
-  waiting_.resizeDiscarding(0);
+  std::size_t count = 0;
+  for (const Share& share : shares_) count += (share.*list).size();
+  waiting_.resizeDiscarding(count);
+  Waiting* end = waiting_.data();
   for (const Share& share : shares_)
-    for (const Waiting& waiting : share.*list) waiting_.push_back(waiting);
+    end = std::copy((share.*list).begin(), (share.*list).end(), end);
 }
 
 int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
@@ -252,7 +257,8 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
     return 1;
   }
-  const std::size_t chunk = chunkFor(waiting_.size(), images.count(), most_pairs_a_chunk);
+  const std::size_t chunk =
+      chunkFor(waiting_.size(), images.count(), most_pairs_a_chunk, image_chunks_a_thread);
   return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
                     [&](std::size_t i, int thread) {
                       pass.prefetchAfter(i, waiting_);
