@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "heightfield.h"
+#include "space/geom/ode_heightfield.h"
 
 namespace ode_parallel_sap {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "heightfield.h"
+#include "space/geom/ode_heightfield.h"
 
 namespace ode_parallel_sap {
 
