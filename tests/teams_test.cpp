@@ -147,7 +147,8 @@ const std::vector<Play>& plays() {
 }
 
 const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs", "contacts: pairs",
-                                                      "contacts: heavy pairs"};
+                                                      "contacts: heavy pairs",
+                                                      "contacts: pairs on images"};
 
 // The pairs of each frame, held against the oracle.
 std::vector<Pairs> framesOf(const Play& play, int threads) {
@@ -198,7 +199,8 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
     const Space space;
     dParallelSAPSpaceSetNumThreads(space, threads);
     ContactScene scene(space);
-    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere}, 300, seed);
+    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
+    for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
     const auto before = timesShared();
     for (std::uint64_t frame = 0; frame < 4; ++frame) {
       scene.move(seed + frame);

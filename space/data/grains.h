@@ -59,6 +59,9 @@ constexpr Grain collided_pairs = {256, Grain::whole};
 // Pairs of colliders that are slower: 1 us each of cylinders, 9 us of meshes of tori
 // (results/xeon-16-cores/parts.csv); 4 to 38 us.
 constexpr Grain heavy_pairs = {4, Grain::whole};
+// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori; 12 to
+// 72 us.
+constexpr Grain image_pairs = {8, Grain::whole};
 
 // Bytes that are copied to where a device reads them: 50 us at the 8 GB/s that each of six threads
 // reaches (cuda/one/upload.cpp).

@@ -222,13 +222,25 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * the program has allocated the data, as for dCollide.
  *
  * Any thread collides spheres, boxes, capsules, cylinders, convexes, planes and rays with each
- * other, and meshes with these and with each other if dCheckConfiguration ("ODE_EXT_mt_collisions")
- * is 1 and ODE was built with OPCODE. The calling thread alone, after the others are done, collides
- * what shares memory or runs code of the program: heightfields, geom transforms, user classes,
- * meshes in any other build of ODE, meshes with callbacks or with temporal coherence, and pairs
- * whose flags say so. ODE does not tell where dSetColliderOverride was used for classes of its own:
- * an override that is not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The
- * message handler (dSetMessageHandler) may be called from any of the threads.
+ * other, and meshes with these and with each other if ODE was built with OPCODE, and heightfields
+ * with all of them but planes and heightfields. Meshes where dCheckConfiguration
+ * ("ODE_EXT_mt_collisions") is 0 share a cache in ODE, and its collider writes to heightfields and
+ * moves the other geom; so each thread collides these in a private image of ODE: the file of its
+ * shared library, loaded again from memory, with variables of its own. Images are loaded when there
+ * have been pairs enough to pay for it, take some 2 MB each, and stay to the end of the program.
+ * What their colliders report goes to the functions that the program has set (dSetMessageHandler,
+ * dSetDebugHandler, dSetErrorHandler); what they allocate does not come from those of
+ * dSetAllocHandler. Where there can be none, ODE being linked statically, say, dMessage tells why,
+ * once, and the calling thread collides these pairs.
+ *
+ * The calling thread alone, after the others are done, collides what runs code of the program or
+ * keeps something in a geom: geom transforms, user classes, meshes with callbacks or with temporal
+ * coherence, meshes of GIMPACT, heightfields whose heights are a callback's, heightfields and
+ * meshes where dCheckConfiguration ("ODE_EXT_mt_collisions") is 1, and pairs whose flags say so.
+ * Colliders that dSetColliderOverride has put in the place of ODE's run on the calling thread, too,
+ * for pairs that would be collided in an image; for others ODE does not tell: an override that is
+ * not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The functions for
+ * messages and errors may be called from any of the threads.
  *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
