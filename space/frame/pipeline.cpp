@@ -124,8 +124,7 @@ void Pipeline::select(Frame& frame) {
   if (verifying) {
     // The pairs but those of planes, which are put among them in the end.
     PairList& others = planes_apart ? others_ : frame.pairs;
-    others.copyFrom(candidates_);
-    PairFilter::verify(frame.geoms(), *frame.updated, threads, others);
+    pair_filter_.verify(frame.geoms(), *frame.updated, threads, candidates_, others);
   }
   if (planes_apart)
     frame.result.candidates +=
