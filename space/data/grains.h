@@ -54,6 +54,11 @@ constexpr Grain moved_pairs = {1 << 15, Grain::further};
 // planes and 10,000 bodies).
 constexpr Grain half_space_tests = {8192, Grain::further};
 
+// Pairs that are compared with those of the last frame: 0.5 ns each where they
+// are the same, 2 ns with the writing of what is new; 16 to 66 us.
+constexpr Grain compared_pairs = {1 << 15, Grain::further};
+// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
+constexpr Grain handed_out_pairs = {1024, Grain::whole};
 // Pairs whose geoms are written into the list of the narrow phase: 1 ns each, 8 us.
 constexpr Grain listed_pairs = {8192, Grain::whole};
 // Pairs that are collided: 0.4 us each of boxes, 0.1 ms.
