@@ -310,6 +310,9 @@ std::size_t PairEvents::placeOf(Slot a, Slot b) const {
 }
 
 void PairEvents::release() {
+  retire();
+  begun_.release();
+  ended_.release();
   next_told_.release();
   next_numbers_.release();
   old_slots_.release();

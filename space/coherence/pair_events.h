@@ -63,7 +63,7 @@ class PairEvents {
   // The place in the last frame of a pair of slots of now; pairs() if it has none.
   std::size_t placeOf(Slot a, Slot b) const;
 
-  // Gives back what the next frames need not have.
+  // Gives back what the next frame need not have, and what the last one told.
   void release();
   std::size_t bytes() const;
 
