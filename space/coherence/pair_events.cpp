@@ -89,15 +89,14 @@ void PairEvents::forget(Slot slot) {
   any_gone_ = true;
 }
 
-// All that stay have lower slots than any that came since. There is room for them: see reserve().
+// All that stay have lower slots than any that came since, but for those that sit in slots of geoms
+// that are gone, and are marked so. There is room: see reserve().
 void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
   const std::size_t known = std::min(closed_ ? was_.size() : told_slots_, geoms.size());
   if (!closed_) was_.resizeDiscarding(known);
   std::size_t stay = 0;
-  for (Slot slot = 0; slot < known; ++slot) {
-    const Slot old = closed_ ? was_[slot] : slot;
-    if (geoms[slot] && !gone_.contains(old)) was_[stay++] = old;
-  }
+  for (Slot slot = 0; slot < known; ++slot)
+    if (geoms[slot]) was_[stay++] = closed_ ? was_[slot] : slot;
   was_.resize(stay);
   closed_ = true;
 }
