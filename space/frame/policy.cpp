@@ -44,11 +44,13 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
       tolerance_.waits())
     plan.rules.tolerance = 0;
   plan.threads = teamFor(facts.slots, settings);
-  // A team as large as that of the narrow phase: some OpenMP runtimes end the threads that a
-  // smaller one does without, and start new ones for the next large one.
-  if (facts.for_contacts && plan.threads > 1) plan.threads = threadsFor(settings);
-  plan.contact_threads = threadsFor(settings);
+  // A team as large as that of the narrow phase or the report: some OpenMP runtimes end the threads
+  // that a smaller one does without, and start new ones for the next large one.
+  if ((facts.for_contacts || facts.for_blocks) && plan.threads > 1)
+    plan.threads = threadsFor(settings);
+  plan.contact_threads = plan.block_threads = threadsFor(settings);
   if (settings.threads == 0) plan.contact_threads = contact_team_.threads(plan.contact_threads);
+  if (settings.threads == 0) plan.block_threads = block_team_.threads(plan.block_threads);
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
   plan.keep = mechanisms::kept_pairs && !facts.nested &&
@@ -134,6 +136,11 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
 void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
   const int most = ode_parallel_sap::teamFor(pairs, grains::collided_pairs, threadsFor(settings));
   if (settings.threads == 0 && most > 1) contact_team_.learn(threads, pairs, ms);
+}
+
+void Policy::learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms) {
+  const int most = ode_parallel_sap::teamFor(pairs, grains::handed_out_pairs, threadsFor(settings));
+  if (settings.threads == 0 && most > 1) block_team_.learn(threads, pairs, ms);
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {
