@@ -69,8 +69,8 @@ class Pipeline {
   static void report(const Frame& frame, void* data, dNearCallback* callback);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, void* data,
                            dNearCallback* callback);
-  int collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                   FrameResult& result);
+  Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                    FrameResult& result);
 
   Policy policy_;
   FrameStore store_;

@@ -45,6 +45,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   if (facts.for_contacts && plan.threads > 1) plan.threads = threadsFor(settings);
   plan.contact_threads = threadsFor(settings);
   if (settings.threads == 0) plan.contact_threads = contact_team_.threads(plan.contact_threads);
+  plan.leaves_out_apart =
+      settings.apart == Settings::by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
   plan.keep = !facts.nested && settings.backend != dParallelSAPBackendCUDA &&
@@ -129,6 +131,18 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
 void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
   const int most = ode_parallel_sap::teamFor(pairs, grains::collided_pairs, threadsFor(settings));
   if (settings.threads == 0 && most > 1) contact_team_.learn(threads, pairs, ms);
+}
+
+// Counts decide, not times. The test of a pair takes a ninth to a fourth of what dCollide takes to
+// find it apart; apart-benchmark shows both.
+void Policy::learnOfApart(const Plan& plan, std::size_t tested, std::size_t apart) {
+  constexpr std::size_t least_share = 6;
+  if (!plan.leaves_out_apart)
+    apart_.pass();
+  else if (apart * least_share < tested)
+    apart_.failed();
+  else if (tested > 0)
+    apart_.paid();
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {

@@ -30,6 +30,8 @@ class Policy {
              const FrameResult& result);
   // What a narrow phase of so many pairs took on `threads` threads.
   void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // Of so many pairs that were tested whether they are apart, so many are.
+  void learnOfApart(const Plan& plan, std::size_t tested, std::size_t apart);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -47,6 +49,8 @@ class Policy {
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.
   BackOff tolerance_ = BackOff(1, 2, 64);
+  // To test pairs that touch costs a little each.
+  BackOff apart_ = BackOff(4, 2, 64);
   PackRules rules_;  // that were set in the last frame
 };
 

@@ -116,6 +116,9 @@ Settings settingsFromEnvironment() {
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
+  // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
+  // pay.
+  readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
   chooseInstructionSet();
   return settings;
 }

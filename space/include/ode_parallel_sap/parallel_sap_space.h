@@ -230,6 +230,14 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * an override that is not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The
  * message handler (dSetMessageHandler) may be called from any of the threads.
  *
+ * dCollide is not called for every pair. Where both geoms are spheres, capsules, boxes or planes,
+ * neither CONTACTS_UNIMPORTANT nor dParallelSAPOnCallingThread is among the pair's flags, and
+ * enough pairs of the last frames were worth it, pairs are first tested whether they are apart by
+ * more than all errors of rounding, ODE's and the test's own; of those dCollide would find no
+ * contact. The flags callback is called for them, too. An override (dSetColliderOverride) of the
+ * collider of two of these classes that finds contacts of shapes that do not touch, or that counts
+ * its calls, needs dParallelSAPOnCallingThread for its pairs.
+ *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
  * called again. */
@@ -287,6 +295,8 @@ typedef struct dParallelSAPStats {
                                   * every frame is found anew, where a geom has category or collide
                                   * bits above the lowest 32 (1ul << 40) but not all from the 32nd on
                                   * (~8ul) */
+  unsigned long long apart;      /* pairs that dCollide was not called for since they are certainly
+                                  * apart; none in frames in which too few were to look for them */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
