@@ -138,6 +138,10 @@ void checkGeomLayout() {
 
   CHECK(sphere->type == dSphereClass);
   CHECK(sphere->gflags == (GEOM_DIRTY | GEOM_AABB_BAD | GEOM_ENABLED | GEOM_PLACEABLE));
+  dGeomID box = dCreateBox(nullptr, 2, 3, 5);
+  const dReal* const side = static_cast<dxBox*>(box)->side;
+  CHECK(side[0] == 2 && side[1] == 3 && side[2] == 5);
+  dGeomDestroy(box);
   CHECK(static_cast<dxSphere*>(sphere)->radius == dReal(0.75));
   CHECK(sphere->data == nullptr && sphere->body == nullptr && sphere->offset_posr == nullptr);
   CHECK(sphere->next_ex == nullptr && sphere->tome_ex == nullptr);

@@ -44,6 +44,12 @@ const char* misfitOfSpace(dxSpace* space, dxGeom* geom) {
   return nullptr;
 }
 
+const char* misfitOfBox(dxGeom* geom) {
+  const dReal* const side = static_cast<dxBox*>(geom)->side;
+  EXPECT(side[0] == 2 && side[1] == 3 && side[2] == 5);
+  return nullptr;
+}
+
 #undef EXPECT
 
 }  // namespace
@@ -57,6 +63,9 @@ const char* misfitOfODE() {
     if (geom->parent_space) dSpaceRemove(&space, geom);
   }
   dGeomDestroy(geom);
+  dxGeom* const box = dCreateBox(nullptr, 2, 3, 5);
+  if (!misfit) misfit = misfitOfBox(box);
+  dGeomDestroy(box);
   return misfit;
 }
 
