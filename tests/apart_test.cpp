@@ -31,6 +31,8 @@ struct DestroyGeom {
 };
 using Geom = std::unique_ptr<dxGeom, DestroyGeom>;
 
+constexpr ApartKinds kAll = {true, true};
+
 const int kClasses[] = {dSphereClass, dBoxClass, dCapsuleClass, dPlaneClass};
 
 const char* nameOf(int geom_class) {
@@ -185,8 +187,8 @@ class Pair {
   }
   bool isLeftOut(bool& tested) const {
     const GeomPair pair = {a.get(), b.get()};
-    const ApartPairs found = certainlyApart(&pair, 1, 1);
-    tested = found.tested;
+    const ApartPairs found = certainlyApart(&pair, 1, 1, kAll);
+    tested = found.boxes | found.others;
     return found.apart;
   }
 
@@ -336,9 +338,10 @@ TEST_CASE("What is clearly apart is left out", "[apart]") {
         left_out += pair.isLeftOut(tested);
       }
       CHECK(free > scaled(100));
-      // Parallel capsules, one behind the other, are not decided.
+      // Parallel capsules, one behind the other, are not decided, nor is what is small where ODE
+      // computes with floats.
       const bool capsules = first == dCapsuleClass && second == dCapsuleClass;
-      CHECK(left_out * 100 >= free * (capsules ? 80 : 98));
+      CHECK(left_out * 100 >= free * (kSingle ? 60 : capsules ? 80 : 98));
     }
 }
 
@@ -354,7 +357,7 @@ TEST_CASE("Every instruction set leaves out the same pairs of boxes", "[apart]")
     pairs.push_back({geoms.back().a.get(), geoms.back().b.get()});
   }
   const KernelSet& usual = kernelSet();
-  const std::uint32_t expected = certainlyApart(pairs.data(), 32, ~0u).apart;
+  const std::uint32_t expected = certainlyApart(pairs.data(), 32, ~0u, kAll).apart;
   CHECK(expected != 0);
   CHECK(expected != ~0u);
   for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
@@ -362,8 +365,8 @@ TEST_CASE("Every instruction set leaves out the same pairs of boxes", "[apart]")
     CAPTURE((*set)->name);
     for (std::size_t count = 0; count <= 32; ++count) {
       const std::uint32_t first = count == 32 ? ~0u : (1u << count) - 1;
-      CHECK(certainlyApart(pairs.data(), count, ~0u).apart == (expected & first));
-      CHECK(certainlyApart(pairs.data(), 32, first).apart == (expected & first));
+      CHECK(certainlyApart(pairs.data(), count, ~0u, kAll).apart == (expected & first));
+      CHECK(certainlyApart(pairs.data(), 32, first, kAll).apart == (expected & first));
     }
   }
   chooseKernelSet(usual);
@@ -374,7 +377,7 @@ TEST_CASE("Nothing traps that would not trap in ODE", "[apart]") {
   dGeomSetPosition(b.get(), kSingle ? dReal(1e19) : dReal(1e99), 0, 0);
   const GeomPair pair = {a.get(), b.get()};
   const FloatingPointMode scoped(FloatingPointMode::kTrapping);
-  CHECK(certainlyApart(&pair, 1, 1).tested == 1);
+  CHECK(certainlyApart(&pair, 1, 1, kAll).boxes == 1);
 }
 
 TEST_CASE("An offset geom that has not followed its body is not tested", "[apart]") {
@@ -386,11 +389,11 @@ TEST_CASE("An offset geom that has not followed its body is not tested", "[apart
   dGeomSetPosition(b.get(), 0, 0, 9);
   const GeomPair pair = {a.get(), b.get()};
   dGeomGetPosition(a.get());
-  CHECK(certainlyApart(&pair, 1, 1).apart == 1);
+  CHECK(certainlyApart(&pair, 1, 1, kAll).apart == 1);
   dBodySetPosition(body, 0, 0, 9);
-  CHECK(certainlyApart(&pair, 1, 1).tested == 0);
+  CHECK(certainlyApart(&pair, 1, 1, kAll).others == 0);
   dGeomGetPosition(a.get());
-  CHECK(certainlyApart(&pair, 1, 1).tested == 1);
-  CHECK(certainlyApart(&pair, 1, 1).apart == 0);
+  CHECK(certainlyApart(&pair, 1, 1, kAll).others == 1);
+  CHECK(certainlyApart(&pair, 1, 1, kAll).apart == 0);
   dWorldDestroy(world);
 }

@@ -9,32 +9,29 @@ namespace ode_parallel_sap {
 
 namespace {
 
+using namespace apart_shapes;
+
 bool isKnown(const dxGeom* geom) {
-  return (geom->type == dSphereClass || geom->type == dBoxClass || geom->type == dCapsuleClass ||
-          geom->type == dPlaneClass) &&
-         !(geom->gflags & GEOM_POSR_BAD);
+  constexpr unsigned known =
+      1u << dSphereClass | 1u << dBoxClass | 1u << dCapsuleClass | 1u << dPlaneClass;
+  return geom->type < 32 && known >> geom->type & 1 && !(geom->gflags & GEOM_POSR_BAD);
 }
 
-BallShape ballOf(dxGeom* geom) {
-  return {geom->final_posr->pos, dGeomSphereGetRadius(geom)};
+BallShape ballOf(const dxGeom* geom) {
+  return {geom->final_posr->pos, static_cast<const dxSphere*>(geom)->radius};
 }
-RodShape rodOf(dxGeom* geom) {
-  dReal radius, length;
-  dGeomCapsuleGetParams(geom, &radius, &length);
-  return {geom->final_posr->pos, geom->final_posr->R, radius, length};
+RodShape rodOf(const dxGeom* geom) {
+  const dxCapsule* const capsule = static_cast<const dxCapsule*>(geom);
+  return {geom->final_posr->pos, geom->final_posr->R, capsule->radius, capsule->lz};
 }
-BrickShape brickOf(dxGeom* geom) {
-  BrickShape brick = {geom->final_posr->pos, geom->final_posr->R, {}};
-  dGeomBoxGetLengths(geom, brick.sides);
-  return brick;
+BrickShape brickOf(const dxGeom* geom) {
+  return {geom->final_posr->pos, geom->final_posr->R, static_cast<const dxBox*>(geom)->side};
 }
-HalfSpaceShape halfSpaceOf(dxGeom* geom) {
-  HalfSpaceShape half_space;
-  dGeomPlaneGetParams(geom, half_space.plane);
-  return half_space;
+HalfSpaceShape halfSpaceOf(const dxGeom* geom) {
+  return {static_cast<const dxPlane*>(geom)->p};
 }
 
-bool isBallApart(dxGeom* ball, dxGeom* other) {
+bool isBallApart(const dxGeom* ball, const dxGeom* other) {
   switch (other->type) {
     case dSphereClass:
       return areApart(ballOf(ball), ballOf(other));
@@ -47,7 +44,7 @@ bool isBallApart(dxGeom* ball, dxGeom* other) {
   }
 }
 
-bool isRodApart(dxGeom* rod, dxGeom* other) {
+bool isRodApart(const dxGeom* rod, const dxGeom* other) {
   switch (other->type) {
     case dBoxClass:
       return areApart(rodOf(rod), brickOf(other));
@@ -59,7 +56,7 @@ bool isRodApart(dxGeom* rod, dxGeom* other) {
 }
 
 // For all of the known classes but two boxes. ODE has no collider of two planes.
-bool isPairApart(dxGeom* a, dxGeom* b) {
+bool isPairApart(const dxGeom* a, const dxGeom* b) {
   if (a->type == dSphereClass) return isBallApart(a, b);
   if (b->type == dSphereClass) return isBallApart(b, a);
   if (a->type == dCapsuleClass) return isRodApart(a, b);
@@ -112,19 +109,23 @@ class BoxBatch {
 }  // namespace
 
 // Numbers beyond floats become infinite, and must not trap where the program wants that of its own.
-ApartPairs certainlyApart(const GeomPair* pairs, std::size_t count, std::uint32_t wanted) {
+ApartPairs certainlyApart(const GeomPair* pairs, std::size_t count, std::uint32_t wanted,
+                          ApartKinds kinds) {
   const ScopedMode scoped(exactMode());
   BoxBatch boxes;
   ApartPairs found = {};
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t bit = std::uint32_t{1} << i;
-    dxGeom *const a = pairs[i].o1, *const b = pairs[i].o2;
+    const dxGeom *const a = pairs[i].o1, *const b = pairs[i].o2;
     if (!(wanted & bit) || !isKnown(a) || !isKnown(b)) continue;
-    found.tested |= bit;
-    if (a->type == dBoxClass && b->type == dBoxClass)
+    if (a->type == dBoxClass && b->type == dBoxClass) {
+      if (!kinds.boxes) continue;
+      found.boxes |= bit;
       found.apart |= boxes.add(a, b, i);
-    else if (isPairApart(a, b))
-      found.apart |= bit;
+    } else if (kinds.others) {
+      found.others |= bit;
+      if (isPairApart(a, b)) found.apart |= bit;
+    }
   }
   found.apart |= boxes.takeApart();
   return found;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <new>
 
-#include "space/contacts/certainly_apart.h"
 #include "space/contacts/collider_threads.h"
 #include "space/data/grains.h"
 #include "space/data/parallel.h"
@@ -151,7 +150,8 @@ class NarrowPhase::Pass {
       wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
       testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
     }
-    if (way_.leave_out) wanted &= ~findApart(range, wanted & testable, thread);
+    if (way_.leave_out.boxes || way_.leave_out.others)
+      wanted &= ~findApart(range, wanted & testable, thread);
     for (; wanted; wanted &= wanted - 1) {
       const int i = __builtin_ctz(wanted);
       handOut({range.begin + i, flags[i]}, thread, alone);
@@ -159,11 +159,14 @@ class NarrowPhase::Pass {
   }
 
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
-    const ApartPairs found =
-        certainlyApart(pairs_.data() + range.begin, range.end - range.begin, wanted);
-    LeftOut& left_out = phase_.shares_[thread].left_out;
-    left_out.tested += static_cast<std::size_t>(__builtin_popcount(found.tested));
-    left_out.apart += static_cast<std::size_t>(__builtin_popcount(found.apart));
+    const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
+                                            wanted, way_.leave_out);
+    const auto add = [&found](std::uint32_t tested, LeftOut::Share& share) {
+      share.tested += static_cast<std::size_t>(__builtin_popcount(tested));
+      share.apart += static_cast<std::size_t>(__builtin_popcount(tested & found.apart));
+    };
+    add(found.boxes, phase_.shares_[thread].left_out.boxes);
+    add(found.others, phase_.shares_[thread].left_out.others);
     return found.apart;
   }
 
@@ -289,9 +292,13 @@ std::size_t NarrowPhase::contacts() const {
 
 NarrowPhase::LeftOut NarrowPhase::leftOut() const {
   LeftOut all = {};
+  const auto add = [](const LeftOut::Share& from, LeftOut::Share& to) {
+    to.tested += from.tested;
+    to.apart += from.apart;
+  };
   for (const Share& share : shares_) {
-    all.tested += share.left_out.tested;
-    all.apart += share.left_out.apart;
+    add(share.left_out.boxes, all.boxes);
+    add(share.left_out.others, all.others);
   }
   return all;
 }

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/contacts/certainly_apart.h"
 #include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
 
@@ -39,13 +40,16 @@ struct ContactRequest {
 class NarrowPhase {
  public:
   struct Way {
-    int threads;          // the most
-    bool manual_cleanup;  // the threads leave no data in ODE
-    bool leave_out;       // what is certainly apart
+    int threads;           // the most
+    bool manual_cleanup;   // the threads leave no data in ODE
+    ApartKinds leave_out;  // what is certainly apart
   };
   // Pairs that were tested whether they are apart, and those that are.
   struct LeftOut {
-    std::size_t tested, apart;
+    struct Share {
+      std::size_t tested, apart;
+    } boxes, others;
+    std::size_t apart() const { return boxes.apart + others.apart; }
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.

@@ -20,14 +20,14 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   clock.lap();
   bool found = true;
   try {
-    const int used = narrow_phase.run(
-        pairs.list(), request, {plan.contact_threads, manual_cleanup, plan.leaves_out_apart});
+    const int used = narrow_phase.run(pairs.list(), request,
+                                      {plan.contact_threads, manual_cleanup, plan.leave_out});
     result.threads = std::max(result.threads, used);
     result.contacts = narrow_phase.contacts();
-    result.apart = narrow_phase.leftOut().apart;
+    result.apart = narrow_phase.leftOut().apart();
     result.narrow_ms = clock.lap();
     policy_.learnOfContacts(settings, used, pairs.list().size(), result.narrow_ms);
-    policy_.learnOfApart(plan, narrow_phase.leftOut().tested, result.apart);
+    policy_.learnOfApart(plan, narrow_phase.leftOut());
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;

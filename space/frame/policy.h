@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "space/contacts/narrow_phase.h"
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/frame_result.h"
@@ -30,8 +31,8 @@ class Policy {
              const FrameResult& result);
   // What a narrow phase of so many pairs took on `threads` threads.
   void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
-  // Of so many pairs that were tested whether they are apart, so many are.
-  void learnOfApart(const Plan& plan, std::size_t tested, std::size_t apart);
+  // What was tested whether it is apart, and what is.
+  void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -50,7 +51,7 @@ class Policy {
   // since the boxes are others then.
   BackOff tolerance_ = BackOff(1, 2, 64);
   // To test pairs that touch costs a little each.
-  BackOff apart_ = BackOff(4, 2, 64);
+  BackOff apart_boxes_ = BackOff(4, 2, 64), apart_others_ = BackOff(4, 2, 64);
   PackRules rules_;  // that were set in the last frame
 };
 
