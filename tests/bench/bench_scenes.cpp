@@ -57,16 +57,16 @@ int swing(int frame) {
 }
 
 // Every box goes back and forth around its place, in each frame by up to a tenth of its width along
-// each axis, so that the distribution stays what it is.
+// each axis, or another part, so that the distribution stays what it is.
 class SwingingScene : public MovingScene {
  public:
-  SwingingScene(Boxes places, std::uint64_t seed) : places_(std::move(places)) {
+  SwingingScene(Boxes places, std::uint64_t seed, double part = 0.1) : places_(std::move(places)) {
     Random random(seed ^ 0x5377696e67u);
     velocities_.resize(places_.size());
     for (std::size_t i = 0; i < places_.size(); ++i)
       for (int axis = 0; axis < 3; ++axis)
         velocities_[i][axis] =
-            static_cast<float>(places_[i].half[axis] * random.between(-0.2, 0.2));
+            static_cast<float>(places_[i].half[axis] * random.between(-2 * part, 2 * part));
     boxes_ = places_;
   }
 
@@ -103,6 +103,38 @@ class ShiftingScene : public MovingScene {
 
  private:
   const Boxes places_;
+  int frame_ = 0;
+};
+
+// Unit cubes that are somewhere else in every frame: in a dense cube, in a crowd of which every
+// twentieth couple overlaps, or in both by turns, for eight frames each.
+class JumpingScene : public MovingScene {
+ public:
+  enum Place { Cube, Crowd, Both };
+
+  JumpingScene(std::size_t n, std::uint64_t seed, Place place) : place_(place), random_(seed) {
+    boxes_.resize(n);
+    jump();
+  }
+  void advance() override {
+    ++frame_;
+    jump();
+  }
+
+ private:
+  void jump() {
+    constexpr double crowd_side = 5;
+    const double cube_side = 0.95 * std::cbrt(static_cast<double>(boxes_.size()));
+    const bool crowd = place_ == Crowd || (place_ == Both && frame_ % 16 < 8);
+    const double side = crowd ? std::min(crowd_side, cube_side) : cube_side;
+    for (CentredBox& box : boxes_) {
+      const double x = random_.between(0, side), y = random_.between(0, side);
+      box = cube(x, y, random_.between(0, side), 0.5);
+    }
+  }
+
+  const Place place_;
+  Random random_;
   int frame_ = 0;
 };
 
@@ -280,6 +312,22 @@ Boxes logSizes(std::size_t n, double decades, std::uint64_t seed) {
   return boxes;
 }
 
+// Unit cubes, of which every fiftieth is as large as `large`, in a cube with `room` for each.
+Boxes twoSizes(std::size_t n, const double (&large)[3], double room, std::uint64_t seed) {
+  Random random(seed);
+  const double side = std::cbrt(static_cast<double>(n) * room);
+  Boxes boxes;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = random.between(0, side), y = random.between(0, side);
+    boxes.push_back(cube(x, y, random.between(0, side), 0.5));
+    if (i % 50 != 0) continue;
+    const std::size_t turn = random.below(3);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      boxes.back().half[axis] = static_cast<dReal>(large[(axis + turn) % 3] / 2);
+  }
+  return boxes;
+}
+
 // Two dense cubes so far apart that float coordinates tell nothing inside them.
 Boxes distantClusters(std::size_t n, std::uint64_t seed) {
   Boxes boxes = centred(sap_test::denseCube(n / 2, seed));
@@ -295,6 +343,13 @@ template <class Make>
 SceneKind swinging(const char* name, const char* about, std::size_t most, Make make) {
   return {name, about, most, [make](std::size_t n, std::uint64_t seed) {
             return std::make_unique<SwingingScene>(make(n, seed), seed);
+          }};
+}
+
+SceneKind jumping(const char* name, const char* about, std::size_t most,
+                  JumpingScene::Place place) {
+  return {name, about, most, [=](std::size_t n, std::uint64_t seed) {
+            return std::make_unique<JumpingScene>(n, seed, place);
           }};
 }
 
@@ -346,9 +401,31 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 4, seed); }));
   kinds.push_back(swinging("log-sizes-6", "sizes over six decades", any_number,
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
+  kinds.push_back(swinging("two-sizes", "every fiftieth 20 times as large", any_number,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {20, 20, 20}, 44, seed);
+                           }));
+  kinds.push_back(swinging("two-sizes-dense", "the same with 44 pairs a box", 100000,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {20, 20, 20}, 4.4, seed);
+                           }));
+  kinds.push_back(swinging("walls", "every fiftieth 1 x 20 x 20", any_number,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {1, 20, 20}, 6, seed);
+                           }));
   kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back(
       swinging("distant-clusters", "two dense cubes 1e12 apart", any_number, distantClusters));
+  kinds.push_back({"trembling", "a dense cube, each box by a thousandth a frame", any_number,
+                   [](std::size_t n, std::uint64_t seed) {
+                     return std::make_unique<SwingingScene>(centred(sap_test::denseCube(n, seed)),
+                                                            seed, 0.001);
+                   }});
+  kinds.push_back(jumping("jumps", "a dense cube, each box anywhere in each frame", any_number,
+                          JumpingScene::Cube));
+  kinds.push_back(jumping("crowd", "jumps in a cube of side 5", 10000, JumpingScene::Crowd));
+  kinds.push_back(
+      jumping("crowd-and-cube", "crowd and jumps, eight frames each", 10000, JumpingScene::Both));
   kinds.push_back(broadmark("brownian", "Broadmark: hundredth of the velocities new a frame",
                             BroadmarkScene::Brownian, false));
   kinds.push_back(broadmark("brownian-assorted", "Broadmark: sizes 0.5 to 2, a tenth long bars",
