@@ -37,7 +37,7 @@ constexpr int float_lanes = 8;
 #else
 constexpr int float_lanes = 4;
 #endif
-using Floats = float __attribute__((vector_size(float_lanes * sizeof(float))));
+using Floats = float __attribute__((vector_size(float_lanes * sizeof(float)), may_alias));
 using Words = int __attribute__((vector_size(float_lanes * sizeof(int))));
 
 inline Floats magnitudeOf(Floats x) {
@@ -106,14 +106,14 @@ struct alignas(64) BoxRows {
   using FourFloats = float __attribute__((vector_size(4 * sizeof(float))));
   using FourDoubles = double __attribute__((vector_size(4 * sizeof(double))));
 
-  FourFloats& place(int lane, int row) {
-    return *reinterpret_cast<FourFloats*>(of[row][lane % 4] + lane / 4 * 4);
+  void place(const FourFloats& numbers, int lane, int row) {
+    memcpy(of[row][lane % 4] + lane / 4 * 4, &numbers, sizeof numbers);
   }
   template <class Real>
   void put(int lane, int row, const Real* from) {
     typename std::conditional<sizeof(Real) == sizeof(float), FourFloats, FourDoubles>::type numbers;
     memcpy(&numbers, from, sizeof numbers);
-    place(lane, row) = __builtin_convertvector(numbers, FourFloats);
+    place(__builtin_convertvector(numbers, FourFloats), lane, row);
   }
   // Far from the origin, too, the difference is as good as the numbers are.
   template <class Real>
@@ -122,7 +122,7 @@ struct alignas(64) BoxRows {
     memcpy(&a, from, sizeof a);
     memcpy(&b, to, sizeof b);
     b -= a;
-    place(lane, row) = __builtin_convertvector(b, FourFloats);
+    place(__builtin_convertvector(b, FourFloats), lane, row);
   }
 };
 

@@ -145,6 +145,8 @@ void measure(Pour& pour, int step, int threads, const Wishes& wishes, Csv& csv) 
               without / with);
   std::fflush(stdout);
   csv.write(Row()
+                .add("boxes", wishes.boxes)
+                .add("length", wishes.sides[2] / wishes.sides[0])
                 .add("step", static_cast<std::size_t>(step))
                 .add("threads", threads)
                 .add("pairs", static_cast<std::size_t>(last[left_out].pairs))
