@@ -79,8 +79,8 @@ class Pipeline {
   void note(const FrameResult& result);
   static void report(const Frame& frame, void* data, dNearCallback* callback);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
-  int collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                   FrameResult& result);
+  Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                    FrameResult& result);
 
   Policy policy_;
   FrameStore store_;

@@ -20,6 +20,7 @@ void Statistics::note(const FrameResult& result) {
   last_.candidates = result.candidates;
   last_.pairs = result.pairs;
   last_.contacts = result.contacts;
+  last_.apart = result.apart;
   last_.kept = result.kept;
   last_.backend = result.found.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
   last_.method = result.found.method;

@@ -259,6 +259,14 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The functions for
  * messages and errors may be called from any of the threads.
  *
+ * dCollide is not called for every pair. Where both geoms are spheres, capsules, boxes or planes,
+ * neither CONTACTS_UNIMPORTANT nor dParallelSAPOnCallingThread is among the pair's flags, and
+ * enough pairs of the last frames were worth it, pairs are first tested whether they are apart by
+ * more than all errors of rounding, ODE's and the test's own; of those dCollide would find no
+ * contact. The flags callback is called for them, too. An override (dSetColliderOverride) of the
+ * collider of two of these classes that finds contacts of shapes that do not touch, or that counts
+ * its calls, needs dParallelSAPOnCallingThread for its pairs.
+ *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
  * called again. */
@@ -417,6 +425,8 @@ typedef struct dParallelSAPStats {
                                   * bits above the lowest 32 (1ul << 40) but not all from the 32nd on
                                   * (~8ul) */
   double events_ms;              /* which pairs began and ended, if that is asked for */
+  unsigned long long apart;      /* pairs that dCollide was not called for since they are certainly
+                                  * apart; none in frames in which too few were to look for them */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
