@@ -32,7 +32,7 @@ std::vector<double> timesOf(int repeats, Work work) {
 }
 
 void timeScene(const Scene& scene, std::size_t size, int threads) {
-  constexpr int warm_up = 4;
+  constexpr int warm_up = 4;  // fixed: how times are taken
   const int repeats = size > 2000000 ? 15 : 31;
   BoxSet boxes;
   PairList pairs, expected;

@@ -10,33 +10,28 @@ using namespace size_rules;
 
 namespace {
 
-constexpr int survey_threads = 512;
-constexpr int survey_boxes = 4;  // a thread
-constexpr int choose_threads = 256;
-constexpr int summary_threads = 256;
-constexpr int key_threads = 256;
-constexpr std::size_t most_blocks = 132 * 8;
+constexpr int choose_threads = octaves;
 
-// Extents are summed in steps of 2^-16 of the class's largest. A thread adds up at most
-// most_run of them before it hands on.
+// fixed: extents are summed in steps of 2^-16 of the class's largest. A thread adds up at most
+// most_run of them before it hands on, which fit 32 bits.
 constexpr float fixed_point = 65536.0f;
 constexpr std::uint32_t most_run = 4096;
 
-// One thread a box, survey_boxes of them; a histogram for each block in shared memory. bins + 1
+// One thread a box, in strides; a histogram for each block in shared memory. bins + 1
 // counters: binOf is below bins, the last one counts inactive boxes.
-__global__ void __launch_bounds__(survey_threads)
+__global__ void __launch_bounds__(block_threads)
     surveyKernel(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan) {
   __shared__ std::uint32_t counts[bins + 1];
-  for (int bin = threadIdx.x; bin <= bins; bin += survey_threads) counts[bin] = 0;
+  for (int bin = threadIdx.x; bin <= bins; bin += block_threads) counts[bin] = 0;
   __syncthreads();
-  const std::size_t stride = std::size_t{gridDim.x} * survey_threads;
-  for (std::size_t i = begin + blockIdx.x * std::size_t{survey_threads} + threadIdx.x; i < end;
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = begin + blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < end;
        i += stride) {
     const Record box = loadBox(boxes, i);
     atomicAdd(&counts[isActive(box) ? binOf(box) : bins], 1u);
   }
   __syncthreads();
-  for (int bin = threadIdx.x; bin < bins; bin += survey_threads)
+  for (int bin = threadIdx.x; bin < bins; bin += block_threads)
     if (counts[bin]) atomicAdd(&plan->histogram[bin], counts[bin]);
   if (threadIdx.x == 0 && counts[bins]) atomicAdd(&plan->counters.inactive, counts[bins]);
 }
@@ -175,13 +170,13 @@ struct Run {
 // One thread a box, in strides. A thread collects while the class stays the same, a warp joins its
 // lanes where they agree, a block its warps in shared memory. Classes are below most_classes by the
 // table, bins below `bins`.
-__global__ void __launch_bounds__(summary_threads)
+__global__ void __launch_bounds__(block_threads)
     summaryKernel(const float* boxes, std::size_t count, ScenePlan* plan) {
   __shared__ ClassSummary summaries[most_classes];
   __shared__ std::uint8_t table[bins];
   __shared__ float units[most_classes];
   const int t = threadIdx.x, classes = plan->classes;
-  for (int bin = t; bin < bins; bin += summary_threads) table[bin] = plan->table[bin];
+  for (int bin = t; bin < bins; bin += block_threads) table[bin] = plan->table[bin];
   if (t < classes) {
     units[t] = plan->unit[t];
     summaries[t] = plan->summary[t];
@@ -191,8 +186,8 @@ __global__ void __launch_bounds__(summary_threads)
   Run run;
   run.clear();
   int current = -1;
-  const std::size_t stride = std::size_t{gridDim.x} * summary_threads;
-  for (std::size_t i = blockIdx.x * std::size_t{summary_threads} + t; i < count; i += stride) {
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + t; i < count; i += stride) {
     const Record box = loadBox(boxes, i);
     if (!isActive(box)) continue;
     const int own = table[binOf(box)];
@@ -238,19 +233,19 @@ __global__ void __launch_bounds__(summary_threads)
 }
 
 // One thread a box, in strides; each block works out the curves for itself.
-__global__ void __launch_bounds__(key_threads)
+__global__ void __launch_bounds__(block_threads)
     keyKernel(const float* boxes, std::size_t count, int digits, const ScenePlan* plan,
               std::uint32_t* keys, std::uint32_t* slots) {
   __shared__ Curve curves[most_classes];
   __shared__ std::uint8_t table[bins];
   const int t = threadIdx.x;
-  for (int bin = t; bin < bins; bin += key_threads) table[bin] = plan->table[bin];
+  for (int bin = t; bin < bins; bin += block_threads) table[bin] = plan->table[bin];
   if (t < plan->classes)
     curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent, digits);
   __syncthreads();
   const int unbounded = plan->unbounded;
-  const std::size_t stride = std::size_t{gridDim.x} * key_threads;
-  for (std::size_t i = blockIdx.x * std::size_t{key_threads} + t; i < count; i += stride) {
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + t; i < count; i += stride) {
     const Record box = loadBox(boxes, i);
     std::uint32_t key = no_key;
     if (isActive(box)) {
@@ -274,18 +269,19 @@ void clearSearch(ScenePlan* plan, cudaStream_t stream) {
 }
 
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
-            cudaStream_t stream) {
-  launch("survey", surveyKernel, blocksFor(end - begin, survey_threads * survey_boxes, most_blocks),
-         survey_threads, stream, boxes, begin, end, plan);
+            const KernelQueue& queue) {
+  launch("survey", surveyKernel, blocksFor(end - begin, queue), block_threads, queue.stream, boxes,
+         begin, end, plan);
 }
 
 void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,
-                std::uint32_t* slots, cudaStream_t stream) {
-  launch("choose classes", chooseKernel, 1, choose_threads, stream, count, plan);
-  launch("summarise classes", summaryKernel, blocksFor(count, summary_threads * 4, most_blocks),
-         summary_threads, stream, boxes, count, plan);
-  launch("assign keys", keyKernel, blocksFor(count, key_threads * 2, most_blocks), key_threads,
-         stream, boxes, count, keyDigitsFor(count) - class_digits, plan, keys, slots);
+                std::uint32_t* slots, const KernelQueue& queue) {
+  const std::size_t blocks = blocksFor(count, queue);
+  launch("choose classes", chooseKernel, 1, choose_threads, queue.stream, count, plan);
+  launch("summarise classes", summaryKernel, blocks, block_threads, queue.stream, boxes, count,
+         plan);
+  launch("assign keys", keyKernel, blocks, block_threads, queue.stream, boxes, count,
+         keyDigitsFor(count) - class_digits, plan, keys, slots);
 }
 
 }  // namespace device
