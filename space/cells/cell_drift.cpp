@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "space/data/grains.h"
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
@@ -61,6 +62,7 @@ double growthOf(const Group<Real>& bounds, const Real* before) {
 
 template <class Real>
 bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
+  if (!mechanisms::kept_cells) return false;
   constexpr std::size_t word_slots = SlotSet::word_slots;
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
   seen_.growTo(boxes.size);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "space/data/mechanisms.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
 
@@ -108,7 +109,9 @@ struct CellOrder<Real>::Cutter {
     } else if (count <= longest_halved) {
       halve(piece.begin, piece.end, starts);
     } else {
-      const int digits = round < most_rounds ? sortAnew(piece.begin, piece.end, 1) : 0;
+      const int digits = mechanisms::curves_of_crowds && round < most_rounds
+                             ? sortAnew(piece.begin, piece.end, 1)
+                             : 0;
       if (digits)
         cut({piece.begin, piece.end, digits}, round + 1, starts);
       else
@@ -244,7 +247,9 @@ void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int so
     radixSort(records_ + piece.begin, scratch_ + piece.begin, count, 32, piece.digits, threads);
     planPieces(boxes, piece, piece.digits, most, threads, round);
   } else {
-    const int digits = round < most_rounds ? cutter.sortAnew(piece.begin, piece.end, threads) : 0;
+    const int digits = mechanisms::curves_of_crowds && round < most_rounds
+                           ? cutter.sortAnew(piece.begin, piece.end, threads)
+                           : 0;
     if (digits)
       planPieces(boxes, {piece.begin, piece.end, digits}, digits, most, threads, round + 1);
     else

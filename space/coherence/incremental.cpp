@@ -4,6 +4,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/grains.h"
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/simd/sink.h"
 
@@ -180,7 +181,8 @@ void Incremental<Real>::settle(const BoxSet& boxes, std::unique_ptr<Level> newes
     startBase(boxes);
     return;
   }
-  while (!levels_.empty() && levels_.back()->live <= level_ratio * newest->slots.size()) {
+  while (!levels_.empty() &&
+         (!mechanisms::tree_levels || levels_.back()->live <= level_ratio * newest->slots.size())) {
     const Home home = static_cast<Home>(levels_.size());
     const Level& level = *levels_.back();
     if (level.live)

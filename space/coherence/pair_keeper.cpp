@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "space/data/mechanisms.h"
+
 namespace ode_parallel_sap {
 
 namespace {
@@ -26,7 +28,8 @@ void PairKeeper::start(bool on_device, int method) {
 }
 
 bool PairKeeper::mayBuildTrees(std::size_t slots) const {
-  return source_ != Source::all_pairs || slots > least_slots_for_trees;
+  return mechanisms::incremental_trees &&
+         (source_ != Source::all_pairs || slots > least_slots_for_trees);
 }
 
 bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
@@ -53,7 +56,8 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
   if (!some_may_stay && tooMany(changes, slots)) return Outcome::anew;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
-  if (!some_may_stay && source_ == Source::device && ++few_changes_ < least_quiet_frames && changes)
+  if (!some_may_stay && source_ == Source::device && mechanisms::quiet_after_device &&
+      ++few_changes_ < least_quiet_frames && changes)
     return Outcome::anew;
   const bool fits =
       geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);

@@ -7,6 +7,7 @@
 
 #include "space/data/both_sides.h"
 #include "space/data/float_steps.h"
+#include "space/data/mechanisms.h"
 
 namespace ode_parallel_sap {
 namespace size_rules {
@@ -61,8 +62,9 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count
     }
   int kept = 0;  // never overtakes i
   for (int i = 0; i < count; ++i) {
-    const bool join = i + 1 < count &&
-                      (windows[i].count < bounded / least_share || kept + count - i > most_windows);
+    const bool join =
+        i + 1 < count && (!mechanisms::size_classes || windows[i].count < bounded / least_share ||
+                          kept + count - i > most_windows);
     if (join) {
       windows[i + 1].first = windows[i].first;
       windows[i + 1].count += windows[i].count;
@@ -85,7 +87,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int splitWindow(const std::uint32_t* counts, 
   int used = 0, shared = -1;
   for (int shape = 0; shape < shapes; ++shape) {
     class_of_shape[shape] = no_class;
-    if (counts[shape] < least || used + 1 >= classes_left) continue;
+    if (!mechanisms::shape_classes || counts[shape] < least || used + 1 >= classes_left) continue;
     class_of_shape[shape] = static_cast<std::uint8_t>(classes++);
     ++used;
   }

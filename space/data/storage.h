@@ -11,6 +11,8 @@
 #include <sys/mman.h>
 #endif
 
+#include "space/data/mechanisms.h"
+
 namespace ode_parallel_sap {
 
 // Small storage is the heap's and begins with a cache line. Large storage is the system's own
@@ -61,7 +63,7 @@ class Storage {
   }
 #if defined(__linux__)
   static void* map(std::size_t size) {
-    const bool huge = size >= least_huge;
+    const bool huge = mechanisms::huge_pages && size >= least_huge;
     const std::size_t spare = huge ? huge_page : 0;
     void* const mapped =
         mmap(nullptr, size + spare, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

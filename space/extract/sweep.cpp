@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "space/data/floating_point.h"
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/simd/sink.h"
 
@@ -93,7 +94,8 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
       const TreeView<Real>& queries = trees_[task.queries].view();
       if (task.queries == task.tree)
         kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
-      else if (order_.isUnbounded(task.tree) && trees_[task.tree].cells() <= most_reaching_cells)
+      else if (mechanisms::unbounded_rows && order_.isUnbounded(task.tree) &&
+               trees_[task.tree].cells() <= most_reaching_cells)
         kernel.reachPairs(trees_[task.tree].view(), queries, task.begin, task.end, boxes.exact,
                           sink);
       else

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "space/data/back_off.h"
+#include "space/data/mechanisms.h"
 
 namespace ode_parallel_sap {
 
@@ -20,13 +21,14 @@ class MethodChoice {
 
   // By the pairs of the last frame.
   static bool isCrowd(std::size_t slots, std::size_t pairs) {
-    return pairs > slots * slots / places_of_a_pair;
+    return mechanisms::tests_of_crowds && pairs > slots * slots / places_of_a_pair;
   }
   // Whether to sweep a scene, or else to test all. A crowd of more slots than most_slots is told
   // apart by testing all, which is given up where it is none.
   bool sweeps(std::size_t slots, std::size_t pairs) const {
-    if (slots > most_slots) return true;
-    return slots > least_slots && !isCrowd(slots, pairs) && !back_off_.waits();
+    if (slots > most_slots || !mechanisms::tests_of_all) return true;
+    return slots > least_slots && !isCrowd(slots, pairs) &&
+           !(mechanisms::learned_method && back_off_.waits());
   }
   // What became of a sweep: it made do with the cells it had, or cut them anew.
   void learnOfSweep(bool kept_cells) {

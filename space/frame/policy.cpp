@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "space/data/grains.h"
+#include "space/data/mechanisms.h"
 #include "space/frame/small_scenes.h"
 
 namespace ode_parallel_sap {
@@ -16,7 +17,8 @@ bool isAuto(const Settings& settings) {
 }  // namespace
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
-  return slots <= smallest_scene && settings.method != dParallelSAPMethodSweep &&
+  return mechanisms::small_scenes && slots <= smallest_scene &&
+         settings.method != dParallelSAPMethodSweep &&
          settings.method != dParallelSAPMethodAxisLists &&
          settings.backend != dParallelSAPBackendCUDA;
 }
@@ -38,7 +40,9 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) const {
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;
-  if (!facts.nested && settings.rules == rules_ && tolerance_.waits()) plan.rules.tolerance = 0;
+  if (!facts.nested && settings.rules == rules_ && mechanisms::tolerance_back_off &&
+      tolerance_.waits())
+    plan.rules.tolerance = 0;
   plan.threads = teamFor(facts.slots, settings);
   // A team as large as that of the narrow phase: some OpenMP runtimes end the threads that a
   // smaller one does without, and start new ones for the next large one.
@@ -47,7 +51,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   if (settings.threads == 0) plan.contact_threads = contact_team_.threads(plan.contact_threads);
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
-  plan.keep = !facts.nested && settings.backend != dParallelSAPBackendCUDA &&
+  plan.keep = mechanisms::kept_pairs && !facts.nested &&
+              settings.backend != dParallelSAPBackendCUDA &&
               (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;

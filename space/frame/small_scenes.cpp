@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "space/data/mechanisms.h"
 #include "space/frame/stage_clock.h"
 #include "space/geom/plane_test.h"
 #include "space/simd/kernels.h"
@@ -129,7 +130,9 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallScene& found) {
   is_still_ = false;
   still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
-  if (still_frames_ < 2 || scene.count < least_remembered || rules.skip()) return;
+  if (!mechanisms::still_small_scenes || still_frames_ < 2 || scene.count < least_remembered ||
+      rules.skip())
+    return;
   try {
     if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
     still_scene_->remember(scene.first, rules, found);

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "space/data/back_off.h"
+#include "space/data/mechanisms.h"
 
 namespace ode_parallel_sap {
 
@@ -17,7 +18,9 @@ namespace ode_parallel_sap {
 class TeamChoice {
  public:
   // The threads for the next frame, of `wanted`.
-  int threads(int wanted) const { return back_off_.waits() ? 1 : wanted; }
+  int threads(int wanted) const {
+    return mechanisms::learned_teams && back_off_.waits() ? 1 : wanted;
+  }
 
   // What a frame took, without the callback.
   void learn(int threads, std::size_t geoms, double ms) {

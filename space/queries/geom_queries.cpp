@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "space/data/mechanisms.h"
 #include "space/data/round_outward.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
@@ -277,7 +278,7 @@ bool GeomQueries::bringUpToDate(const Geoms& geoms, int threads) {
   }
   changes_ = 0;
   queries_ += 1;
-  if (geoms.size() < least_tree_slots) return false;
+  if (!mechanisms::query_trees || geoms.size() < least_tree_slots) return false;
 
   const double expected = std::max(queries_, last_queries_);
   bool build = !tree_ || !tree_->built;
@@ -287,7 +288,8 @@ bool GeomQueries::bringUpToDate(const Geoms& geoms, int threads) {
     if (cost > expected * slots) return false;
     const double straying = cost > slots ? tree_->strayingPart(geoms) : 0;
     const double rows = straying * slots / group_size;
-    build = rows * expected > slots * build_cost || stray_rows_ > slots * build_cost;
+    build = rows * expected > slots * build_cost || stray_rows_ > slots * build_cost ||
+            (!mechanisms::kept_query_tree && changed > 0);
     if (!build && changed) tree_->refresh(geoms);
   }
   if (build) {

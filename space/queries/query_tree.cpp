@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "space/data/floating_point.h"
+#include "space/data/mechanisms.h"
 
 namespace ode_parallel_sap {
 
@@ -54,7 +55,7 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
     const auto& of = order_.classes()[i];
     const std::uint32_t* const starts = order_.starts() + of.first_cell;
     trees_[i].build(boxes, order_.order(), starts, of.last_cell - of.first_cell, threads);
-    trees_[i].widen(static_cast<Real>(cell_margin));
+    if (mechanisms::wide_query_cells) trees_[i].widen(static_cast<Real>(cell_margin));
     first_cells_.push_back(of.last_cell);
   }
   for (std::size_t cell = 0; cell < cells(); ++cell) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
@@ -81,7 +82,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
       std::min(std::size_t{1} << buckets.shift, buckets.slots - std::size_t{first_slot});
   const bool sparse = slots / count >= sparse_slots;
   // Long lists are put in order together, before they are told apart.
-  const bool lists_are_long = count / slots > long_list;
+  const bool lists_are_long = mechanisms::lists_by_digits && count / slots > long_list;
   if ((sparse || lists_are_long) && found != pairs) {  // these sort in place
     std::copy(found, found + count, pairs);
     found = pairs;

@@ -8,6 +8,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/grains.h"
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
 #include "space/geom/geom_tests.h"
@@ -188,7 +189,7 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
     coarse_crowds_.forget();
     return false;
   }
-  if (changed && boxes.wide) return true;  // until all are packed
+  if (!mechanisms::counted_crowds || (changed && boxes.wide)) return true;  // until all are packed
   coarse_.resizeDiscarding(0);
   const auto list = [this](Slot slot) {
     if (states_[slot] & coarse_state) coarse_.push_back(slot);

@@ -57,16 +57,16 @@ int swing(int frame) {
 }
 
 // Every box goes back and forth around its place, in each frame by up to a tenth of its width along
-// each axis, so that the distribution stays what it is.
+// each axis, or another part, so that the distribution stays what it is.
 class SwingingScene : public MovingScene {
  public:
-  SwingingScene(Boxes places, std::uint64_t seed) : places_(std::move(places)) {
+  SwingingScene(Boxes places, std::uint64_t seed, double part = 0.1) : places_(std::move(places)) {
     Random random(seed ^ 0x5377696e67u);
     velocities_.resize(places_.size());
     for (std::size_t i = 0; i < places_.size(); ++i)
       for (int axis = 0; axis < 3; ++axis)
         velocities_[i][axis] =
-            static_cast<float>(places_[i].half[axis] * random.between(-0.2, 0.2));
+            static_cast<float>(places_[i].half[axis] * random.between(-2 * part, 2 * part));
     boxes_ = places_;
   }
 
@@ -103,6 +103,38 @@ class ShiftingScene : public MovingScene {
 
  private:
   const Boxes places_;
+  int frame_ = 0;
+};
+
+// Unit cubes that are somewhere else in every frame: in a dense cube, in a crowd of which every
+// twentieth couple overlaps, or in both by turns, for eight frames each.
+class JumpingScene : public MovingScene {
+ public:
+  enum Place { Cube, Crowd, Both };
+
+  JumpingScene(std::size_t n, std::uint64_t seed, Place place) : place_(place), random_(seed) {
+    boxes_.resize(n);
+    jump();
+  }
+  void advance() override {
+    ++frame_;
+    jump();
+  }
+
+ private:
+  void jump() {
+    constexpr double crowd_side = 5;
+    const double cube_side = 0.95 * std::cbrt(static_cast<double>(boxes_.size()));
+    const bool crowd = place_ == Crowd || (place_ == Both && frame_ % 16 < 8);
+    const double side = crowd ? std::min(crowd_side, cube_side) : cube_side;
+    for (CentredBox& box : boxes_) {
+      const double x = random_.between(0, side), y = random_.between(0, side);
+      box = cube(x, y, random_.between(0, side), 0.5);
+    }
+  }
+
+  const Place place_;
+  Random random_;
   int frame_ = 0;
 };
 
@@ -298,6 +330,13 @@ SceneKind swinging(const char* name, const char* about, std::size_t most, Make m
           }};
 }
 
+SceneKind jumping(const char* name, const char* about, std::size_t most,
+                  JumpingScene::Place place) {
+  return {name, about, most, [=](std::size_t n, std::uint64_t seed) {
+            return std::make_unique<JumpingScene>(n, seed, place);
+          }};
+}
+
 SceneKind broadmark(const char* name, const char* about, BroadmarkScene::Motion motion,
                     bool assorted) {
   return {name, about, any_number, [=](std::size_t n, std::uint64_t seed) {
@@ -349,6 +388,16 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
   kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back(
       swinging("distant-clusters", "two dense cubes 1e12 apart", any_number, distantClusters));
+  kinds.push_back({"trembling", "a dense cube, each box by a thousandth a frame", any_number,
+                   [](std::size_t n, std::uint64_t seed) {
+                     return std::make_unique<SwingingScene>(centred(sap_test::denseCube(n, seed)),
+                                                            seed, 0.001);
+                   }});
+  kinds.push_back(jumping("jumps", "a dense cube, each box anywhere in each frame", any_number,
+                          JumpingScene::Cube));
+  kinds.push_back(jumping("crowd", "jumps in a cube of side 5", 10000, JumpingScene::Crowd));
+  kinds.push_back(
+      jumping("crowd-and-cube", "crowd and jumps, eight frames each", 10000, JumpingScene::Both));
   kinds.push_back(broadmark("brownian", "Broadmark: hundredth of the velocities new a frame",
                             BroadmarkScene::Brownian, false));
   kinds.push_back(broadmark("brownian-assorted", "Broadmark: sizes 0.5 to 2, a tenth long bars",

@@ -42,6 +42,8 @@ class Csv {
   bool needs_names_ = true;
 };
 
-double median(std::vector<double> values);  // NaN if there is none
+// NaN if there is none.
+double median(std::vector<double> values);
+double mean(const std::vector<double>& values);
 
 }  // namespace bench

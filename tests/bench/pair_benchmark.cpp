@@ -243,6 +243,7 @@ Row rowOf(const Cell& cell) {
       .add("samples", cell.times.size())
       .add("median_ms", total)
       .add("min_ms", least)
+      .add("mean_ms", mean(cell.times))
       .add("move_ms", cell.move_ms)
       .add("pairs", cell.stage.expected.count)
       .add("extra_pairs", cell.extra)

@@ -112,12 +112,6 @@ void takeTurn(Cell& cell, std::size_t n, std::size_t movers, const Wishes& wishe
   cell.stats = scene.stats();
 }
 
-double mean(const std::vector<double>& times) {
-  double sum = 0;
-  for (const double time : times) sum += time;
-  return sum / static_cast<double>(times.size());
-}
-
 void run(const Wishes& wishes) {
   Csv csv(wishes.csv, wishes.append);
   std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers",

@@ -5,6 +5,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/grains.h"
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/simd/sink.h"
 
@@ -113,7 +114,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 template <class Real>
 int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
-  if (boxes.size <= least_crowd) return find(boxes, threads, pairs);
+  if (boxes.size <= least_crowd || !mechanisms::crowds_given_up) return find(boxes, threads, pairs);
   const ScopedMode mode(exactMode());
   constexpr int stripes = 4;
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;

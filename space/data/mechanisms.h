@@ -1,0 +1,69 @@
+// What is done beyond the plain pipeline so that frames take less time.
+#ifndef ODE_PARALLEL_SAP_MECHANISMS_H
+#define ODE_PARALLEL_SAP_MECHANISMS_H
+
+// Pairs and their order depend on none of these. tests/bench/ablation.py builds the library once
+// without each and measures what that costs (tests/bench/ABLATION.md); one that gains nothing goes.
+namespace ode_parallel_sap::mechanisms {
+
+// From frame to frame.
+
+// Pairs of what did not change stay (PairKeeper).
+constexpr bool kept_pairs = true;
+// What changed meets kept trees (Incremental). Else any change has all found anew.
+constexpr bool incremental_trees = true;
+// What changed lately is in levels of trees beside the base. Else in one.
+constexpr bool tree_levels = true;
+// After a frame on a device, trees are built for the second frame with few changes, not the first.
+constexpr bool quiet_after_device = true;
+// Cells serve while their boxes stay together (CellDrift).
+constexpr bool kept_cells = true;
+// The pairs of a small scene that stands still are remembered (StillScene).
+constexpr bool still_small_scenes = true;
+// A tolerance that all geoms exceed is left out for a while.
+constexpr bool tolerance_back_off = true;
+
+// The choice of a method.
+
+// Up to 120 geoms are collided in one loop (SmallScenes).
+constexpr bool small_scenes = true;
+// Some hundred boxes are tested all with all (MethodChoice).
+constexpr bool tests_of_all = true;
+// So are up to 650 where cells cannot be kept.
+constexpr bool learned_method = true;
+// So are those of which every 45th place in the table of all with all is a pair.
+constexpr bool tests_of_crowds = true;
+// Those tests end early where it turns out that they are none (BruteForce::findCrowd).
+constexpr bool crowds_given_up = true;
+// One thread works while a team is slower (TeamChoice).
+constexpr bool learned_teams = true;
+
+// The sweep.
+
+// Each size has cells of its own (SizeClasses).
+constexpr bool size_classes = true;
+// So has each shape.
+constexpr bool shape_classes = true;
+// Boxes that the keys do not tell apart get a curve of their own. Else they are halved.
+constexpr bool curves_of_crowds = true;
+// Unbounded boxes meet all others in rows. Else by the tree.
+constexpr bool unbounded_rows = true;
+// Boxes become doubles only where many that floats make larger are close together (CoarseCrowds).
+constexpr bool counted_crowds = true;
+// Long lists of pairs are sorted by digits (PairOrder). Else by comparison.
+constexpr bool lists_by_digits = true;
+// Large storage is on huge pages (Storage).
+constexpr bool huge_pages = true;
+
+// Queries.
+
+// They walk a tree (QueryTree). Else each tests geom by geom.
+constexpr bool query_trees = true;
+// What moved is put into that tree. Else it is built anew.
+constexpr bool kept_query_tree = true;
+// Its cells have room for boxes to move in.
+constexpr bool wide_query_cells = true;
+
+}  // namespace ode_parallel_sap::mechanisms
+
+#endif

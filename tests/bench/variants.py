@@ -1,0 +1,150 @@
+"""Builds the library again with a line of its source changed, and times such variants against each other.
+
+A variant is made of a copy of space/ and cuda/, by the compile commands of a build that CMake made with
+-DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON. It takes the library's place under the programs of
+that build, so what is timed differs by that line alone.
+"""
+import csv
+import json
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+
+
+class Project:
+    """The source and a build of it. `database` is its compile_commands.json, if that is not in the build."""
+
+    def __init__(self, source, build, programs=None, database=None):
+        self.source, self.build = os.path.abspath(source), os.path.abspath(build)
+        self.programs = os.path.abspath(programs or os.path.join(build, "tests", "bench"))
+        database = database or os.path.join(build, "compile_commands.json")
+        if not os.path.exists(database):
+            sys.exit("%s is missing: configure with -DCMAKE_EXPORT_COMPILE_COMMANDS=ON" % database)
+        with open(database) as file:
+            entries = json.load(file)
+        room = os.path.join(self.source, "space") + os.sep
+        self.commands = [entry for entry in entries if entry["file"].startswith(room)
+                         and "/ode-parallel-sap" in entry["command"] and "preload" not in entry["command"]]
+
+    def prepare(self, directory, jobs):
+        """Compiles all as it is, into a directory that variants take their other files from."""
+        self.base = os.path.join(directory, "base")
+        os.mkdir(self.base)
+        with ThreadPoolExecutor(jobs) as pool:
+            self.texts = list(pool.map(self.preprocess, self.commands))
+            list(pool.map(lambda number: self.compile(number, self.source, self.base), range(len(self.commands))))
+
+    def make(self, directory, edit, jobs):
+        """Links the library into a new directory, after an edit, (file, name, replacement), of the definition of a
+        constant: "name = ...;". None: the library as it is."""
+        os.mkdir(directory)
+        changed = []
+        if edit:
+            copy = os.path.join(directory, "source")
+            for room in ("space", "cuda"):
+                shutil.copytree(os.path.join(self.source, room), os.path.join(copy, room))
+            change(os.path.join(copy, edit[0]), edit[1], edit[2])
+            # Whoever does more than define it.
+            changed = [number for number, text in enumerate(self.texts)
+                       if len(re.findall(r"\b%s\b" % edit[1], text)) > 1]
+            if not changed:
+                raise RuntimeError("nothing uses %s" % edit[1])
+            with ThreadPoolExecutor(jobs) as pool:
+                list(pool.map(lambda number: self.compile(number, copy, directory), changed))
+            shutil.rmtree(copy)
+        objects = [os.path.join(directory if number in changed else self.base, "%d.o" % number)
+                   for number in range(len(self.commands))]
+        library = os.path.join(directory, "libode-parallel-sap.so.0")
+        subprocess.run(["c++", "-shared", "-Wl,-soname,libode-parallel-sap.so.0", "-o", library] + objects +
+                       ["-fopenmp", "-pthread"], check=True)
+        return directory
+
+    def command(self, number, source):
+        """A compiler's call for the source at another place, and without what compiles it faster."""
+        words = shlex.split(self.commands[number]["command"])
+        for room in ("space", "cuda"):
+            words = [word.replace(os.path.join(self.source, room) + os.sep, os.path.join(source, room) + os.sep)
+                     for word in words]
+        words = ["-I" + source if word == "-I" + self.source else word for word in words]
+        return [word for word in words if not word.endswith("ccache")]
+
+    def compile(self, number, source, directory):
+        words = self.command(number, source)
+        words[words.index("-o") + 1] = os.path.join(directory, "%d.o" % number)
+        subprocess.run(words, cwd=self.commands[number]["directory"], check=True)
+
+    def preprocess(self, entry):
+        words = self.command(self.commands.index(entry), self.source)
+        words[words.index("-c")] = "-E"
+        words[words.index("-o") + 1] = "-"
+        words.append("-P")
+        return subprocess.run(words, cwd=entry["directory"], check=True, stdout=subprocess.PIPE,
+                              universal_newlines=True).stdout
+
+
+def change(path, name, replacement):
+    with open(path) as file:
+        text, count = re.subn(r"\b%s = [^;]*;" % name, lambda _: "%s = %s;" % (name, replacement), file.read())
+    if count != 1:
+        raise RuntimeError("%s has %d definitions of %s" % (path, count, name))
+    with open(path, "w") as file:
+        file.write(text)
+
+
+# What is timed: program, arguments, columns of its CSV that tell cells apart, and the column of the time. The scenes
+# of pair-benchmark are found pairs first, so a variant that finds others is not timed.
+def measurements(quick):
+    scale = ["--budget=%g" % (0.02 if quick else 0.1), "--rounds=1"]
+    ours = ["--peers=parallel-sap"] + scale
+    pairs = ("scene", "n", "threads", "moving")
+    sizes = "1000" if quick else "300,1000,10000,100000"
+    seconds = "%g" % (0.02 if quick else 0.2)
+    wide = "dense-cube,log-sizes-4,jumps,trembling,heap,giant-among-dust"
+    few = "dense-cube,heap,straight-line"
+    runs = [
+        ("pair-benchmark", ["--scenes=all", "--sizes=" + sizes] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + wide, "--sizes=" + ("1000" if quick else "10000,100000"), "--threads=2"] +
+         ours, pairs),
+        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "1000000")] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64", "--still"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=300,10000" + ("" if quick else ",100000"), "--still"] + ours,
+         pairs),
+        ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,10000,100000"), "--seconds=" + seconds,
+                            "--rounds=1"], ("setting", "n", "threads")),
+        ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
+                             "--queries=100", "--seconds=" + seconds, "--rounds=1"],
+         ("kind", "n", "queries", "moving")),
+        ("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,10000,100000"),
+                             "--seconds=" + seconds, "--rounds=1"], ("variant", "bodies", "threads")),
+    ]
+    return runs
+
+
+def measure(project, library, quick, core=None):
+    """Milliseconds a cell, by its name. `core`: the processors to keep to."""
+    times = {}
+    environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
+                       OMP_WAIT_POLICY="active")
+    for program, arguments, keys in measurements(quick):
+        with tempfile.TemporaryDirectory() as directory:
+            table = os.path.join(directory, "table.csv")
+            command = [os.path.join(project.programs, program)] + arguments + ["--csv=" + table]
+            if core is not None:
+                command = ["taskset", "-c", core] + command
+            subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL)
+            with open(table) as file:
+                for row in csv.DictReader(file):
+                    if row.get("status", "ok") != "ok":
+                        continue
+                    name = " ".join([program.split("-")[0]] + ["%s=%s" % (key, row[key]) for key in keys])
+                    # Where frames differ, all count.
+                    mean = program == "rest-benchmark" or row.get("scene") == "crowd-and-cube"
+                    times[name] = float(row["mean_ms" if mean else "median_ms"])
+    return times
