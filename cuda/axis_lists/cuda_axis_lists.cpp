@@ -12,10 +12,10 @@
 #include "cuda/device/tuning.h"
 #include "space/axes/axis_parts.h"
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/lists_too_long.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
@@ -29,8 +29,8 @@ using device::axis_chunk_pairs;
 
 // Found pairs travel this many at a time.
 constexpr std::size_t piece_pairs = device::piece_bytes / sizeof(Pair);
-// fixed: found pairs that a thread finishes at a time: any number will do.
-constexpr std::size_t finish_pairs = 2048;
+// Pairs that get their slots, filters and marks.
+constexpr Grain finished_pairs = {2 * chunk_pairs, Grain::whole};
 
 Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 
@@ -261,12 +261,12 @@ template <class Real>
 void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
-  threads = teamFor(count, grains::finished_pairs, threads);
+  threads = teamFor(count, finished_pairs, threads);
   finished_.resize(threads);
   for (Buffer<Pair>& finished : finished_) finished.resizeDiscarding(0);
   for (const Share& share : shares_) {
     const std::size_t size = share.found.size();
-    ChunkQueue queue(size, chunkOf(size, finish_pairs, threads));
+    ChunkQueue queue(size, chunkOf(size, chunk_pairs, threads));
     runTeam(finishing, threads, [&](int thread, int) {
       Buffer<Pair>& to = finished_[thread];
       Range range;

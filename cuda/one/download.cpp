@@ -7,8 +7,8 @@
 #include "cuda/one/expand.h"
 #include "cuda/one/lists.h"
 #include "cuda/one/tuning.h"
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/team.h"
 
 namespace ode_parallel_sap {
 
@@ -17,6 +17,9 @@ using namespace device;
 namespace {
 
 Region expanding("device: download");
+
+// Words that are expanded to pairs: half of the smallest piece that is asked for at once.
+constexpr Grain grain_words = {piece_stretches * stretch_words / pieces_wanted / 2, Grain::whole};
 
 }  // namespace
 
@@ -116,7 +119,7 @@ int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList
   pairs.parts[0].resizeDiscarding(lists.words);
   if (lists.words == 0) return 1;
   ring_.reserve(piece_stretches * stretch_size * ring_pieces);
-  threads = teamFor(lists.words, grains::received_words, threads);
+  threads = teamFor(lists.words, grain_words, threads);
   if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
   for (auto& stretches : unsure_) stretches.clear();
   Transfer transfer(*this, lists, stream, pairs.parts[0].data());

@@ -38,8 +38,9 @@ std::vector<Slice> slicesOf(const ShareLists* shares, int count, std::size_t blo
 class PairStage {
  public:
   static constexpr std::size_t line = 64 / sizeof(Pair);
-  // Pairs that room is made for at once.
-  static constexpr std::size_t most = device::staged_pairs - line;
+  // fixed: pairs that room is made for at once: with a line more they are 16 kB, and stay in the
+  // nearest cache.
+  static constexpr std::size_t most = 2040;
   // fixed: and that may be written behind them, two vectors.
   static constexpr std::size_t beyond = 8;
 

@@ -36,11 +36,6 @@ constexpr double pairs_of_a_box = 4;
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t slice_pairs = 1 << 15;
 
-// Joined pairs that are gathered in the nearest cache before they go on to the result, 16 kB.
-// Unit: pairs. From: cuda/check devices, cube of 1,000,000.
-// Doubled: not measured. Halved: not measured.
-constexpr std::size_t staged_pairs = 2048;
-
 // So many pairs go past the caches, 64 MB: no use to whoever reads them next, and a fifth less time
 // for 74 million.
 // Unit: pairs. From: tests/bench/results/DEVICES.md.

@@ -4,8 +4,9 @@
 #include <new>
 
 #include "space/contacts/collider_threads.h"
-#include "space/data/grains.h"
+#include "space/contacts/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -17,19 +18,10 @@ constexpr int most_contacts_mask = 0xffff;
 
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs");
 
-// Few enough pairs at a time that nobody waits long for the last thread.
-constexpr std::size_t most_pairs_a_chunk = 32;
-constexpr std::size_t most_heavy_pairs_a_chunk = 8;
-constexpr std::size_t chunks_a_thread = 32;
-
-std::size_t chunkFor(std::size_t pairs, int team, std::size_t most) {
-  return std::clamp<std::size_t>(pairs / (chunks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most);
+std::size_t chunkFor(std::size_t pairs, int team) {
+  return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
+                                 most_pairs_a_chunk);
 }
-
-// Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
-// for this many pairs before they are needed.
-constexpr std::size_t ahead = 4;
 
 // All lines of an object, which need not begin with one.
 void prefetchObject(const void* object, std::size_t size) {
@@ -92,7 +84,7 @@ bool asksForContacts(int flags) {
 }
 
 void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t most = 8;  // fixed: few pairs have more
   prefetchObject(contacts, std::min(count, most) * sizeof *contacts);
 }
 
@@ -123,11 +115,11 @@ class NarrowPhase::Pass {
   }
 
   void prefetchAfter(std::size_t pair) const {
-    if (pair + 2 * ahead < pairs_.size()) {
-      prefetchGeom(pairs_[pair + 2 * ahead].o1);
-      prefetchGeom(pairs_[pair + 2 * ahead].o2);
-      prefetchPose(pairs_[pair + ahead].o1);
-      prefetchPose(pairs_[pair + ahead].o2);
+    if (pair + 2 * pairs_ahead < pairs_.size()) {
+      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o1);
+      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o2);
+      prefetchPose(pairs_[pair + pairs_ahead].o1);
+      prefetchPose(pairs_[pair + pairs_ahead].o2);
     }
   }
 
@@ -193,7 +185,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
   const int team = teamFor(pass.size(), grains::collided_pairs, threads);
-  const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
+  const std::size_t chunk = chunkFor(pass.size(), team);
   return pass.share(colliding, pass.size(), chunk, team,
                     [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
 }
@@ -204,8 +196,7 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
     for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
-  const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
-  return pass.share(colliding_heavy, waiting_.size(), chunk, team,
+  return pass.share(colliding_heavy, waiting_.size(), 1, team,
                     [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });
 }
 
@@ -223,8 +214,8 @@ void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& re
     return shares_[found.thread].contacts.data() + found.first;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (i + 4 * ahead < pairs.size() && found_[i + 4 * ahead].count)
-      prefetchContacts(contactsOf(found_[i + 4 * ahead]), found_[i + 4 * ahead].count);
+    if (i + 4 * pairs_ahead < pairs.size() && found_[i + 4 * pairs_ahead].count)
+      prefetchContacts(contactsOf(found_[i + 4 * pairs_ahead]), found_[i + 4 * pairs_ahead].count);
     const Found& found = found_[i];
     if (found.count) request.report(pairs[i], contactsOf(found), found.count);
   }

@@ -4,8 +4,8 @@
 #include <atomic>
 
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 
 namespace ode_parallel_sap {
@@ -40,7 +40,6 @@ struct PairFilter::ExactTest {
 namespace {
 
 constexpr Pair dropped_pair = ~Pair{0};
-constexpr std::size_t most_chunk_pairs = 4096;  // that a thread takes at a time
 
 Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
@@ -72,8 +71,7 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
 
 // Marks the pairs whose geoms rule them out.
 void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begin, Pair* end) {
-  // Geoms lie anywhere in memory.
-  constexpr std::ptrdiff_t ahead = 16;
+  constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto prefetch = [](const dxGeom* geom) {
     __builtin_prefetch(&geom->gflags);
     __builtin_prefetch(&geom->collide_bits);
@@ -95,7 +93,7 @@ void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begi
 void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
                         PairList& pairs) {
   for (Buffer<Pair>& part : pairs.parts) {
-    const int team = facts.user_classes ? 1 : teamFor(part.size(), grains::verified_pairs, threads);
+    const int team = facts.user_classes ? 1 : teamFor(part.size(), grains::looked_up, threads);
     runTeam(verifying, team, [&](int thread, int size) {
       const Range range = ownPart(part.size(), thread, size);
       verifyChunk(geoms, facts.user_classes, part.data() + range.begin, part.data() + range.end);
@@ -109,11 +107,11 @@ std::size_t PairFilter::testStretches(const ExactTest& test, int threads, PairLi
   chunks_.clear();
   std::size_t count = 0;
   for (const PairList::Stretch& stretch : pairs.unsure) count += stretch.end - stretch.begin;
-  const std::size_t chunk_pairs = chunkOf(count, most_chunk_pairs, threads);
+  const std::size_t most = chunkOf(count, chunk_pairs, threads);
   for (const PairList::Stretch& stretch : pairs.unsure)
-    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += chunk_pairs)
-      chunks_.push_back({stretch.part, begin, std::min(begin + chunk_pairs, stretch.end)});
-  const int team = teamFor(count, grains::exact_tests, threads);
+    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += most)
+      chunks_.push_back({stretch.part, begin, std::min(begin + most, stretch.end)});
+  const int team = teamFor(count, grains::geom_tests, threads);
   const ScopedMode mode(exactMode());
   std::atomic<std::size_t> dropped{0};
   ChunkQueue queue(chunks_.size(), 1);

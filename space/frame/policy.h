@@ -46,7 +46,7 @@ class Policy {
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.
-  BackOff tolerance_ = BackOff(1, 2, 64);
+  BackOff tolerance_{1};
   PackRules rules_;  // that were set in the last frame
 };
 

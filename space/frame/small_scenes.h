@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "space/data/tuning.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
 #include "space/geom/geom_tests.h"
@@ -15,9 +16,6 @@
 #include "space/geom/scene.h"
 
 namespace ode_parallel_sap {
-
-// Up to this number of slots a scene is collided on the spot.
-constexpr std::size_t smallest_scene = 120;
 
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallScene {

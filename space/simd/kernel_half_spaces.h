@@ -103,7 +103,7 @@ template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                            std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
                            HalfSpaceHits* hits) {
-  constexpr std::size_t block = 16;
+  constexpr std::size_t block = group_size;
   Group<Real> groups[block];
   unsigned active[block], known[block];
   HalfSpaceHits* next = hits;

@@ -4,6 +4,7 @@
 #define ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
 
 #include "space/simd/kernel_rows.h"
+#include "space/simd/tuning.h"
 
 namespace {
 
@@ -203,7 +204,7 @@ void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t en
 
 // Boxes of a query cell, each with a node of one level, or a cell, that it may reach.
 struct Front {
-  static constexpr std::size_t capacity = 256;
+  static constexpr std::size_t capacity = gathered_nodes;
 
   alignas(64) std::uint32_t node[capacity + group_size];
   std::uint8_t lane[capacity + group_size];
@@ -235,7 +236,7 @@ inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Fron
   std::uint16_t hits[Front::capacity + group_size];
   std::uint16_t hit[Front::capacity + group_size];
   std::size_t count = 0;
-  constexpr std::size_t ahead = 8;
+  constexpr std::size_t ahead = cells_ahead;
   for (std::size_t i = 0; i < ahead && i < front.count; ++i) prefetchCell(tree, front.node[i]);
   for (std::size_t i = 0; i < front.count; ++i) {
     if (i + ahead < front.count) prefetchCell(tree, front.node[i + ahead]);
@@ -312,7 +313,7 @@ struct Finder {
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
   Finder<Real> finder(box, found);
-  constexpr std::size_t capacity = 256;
+  constexpr std::size_t capacity = gathered_nodes;
   std::uint32_t cells[capacity + group_size];
   std::size_t count = 0;
   const auto meetAll = [&] {

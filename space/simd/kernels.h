@@ -10,7 +10,7 @@ namespace ode_parallel_sap {
 template <class Real>
 struct BasicBox;
 
-constexpr int group_size = 16;
+constexpr int group_size = 16;  // fixed: lanes of the widest vectors
 
 // Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
 // places hold NaN, which overlaps nothing.
@@ -35,7 +35,7 @@ struct alignas(64) GroupFilter {
 // single group.
 template <class Real>
 struct TreeView {
-  static constexpr int max_levels = 8;
+  static constexpr int max_levels = 8;  // fixed: of 2^32 cells
   const Group<Real>* levels[max_levels];
   std::uint32_t groups[max_levels];
   int depth;  // levels in use; 0: no boxes

@@ -7,19 +7,20 @@
 #include <type_traits>
 
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
+#include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
-// a geom's two blocks and its pose's one block before they are needed.
-constexpr std::size_t block_size = 32;
+// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, a geom's two
+// blocks and its pose's one block before they are needed.
+constexpr std::size_t block_size = prefetched_block;
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
@@ -50,7 +51,7 @@ void prefetchStatus(const dxGeom* geom, bool resting) {
   __builtin_prefetch(&geom->collide_bits);
 }
 void prefetchStatus(const dxBody* body) {
-  constexpr std::size_t flags = 56;  // in ODE 0.16; elsewhere a prefetch in vain
+  constexpr std::size_t flags = 56;  // fixed: in ODE 0.16; elsewhere a prefetch in vain
   __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
 }
 

@@ -19,6 +19,15 @@ add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}
 add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(sizes "${here}/sizes_test.sh")
+add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
+find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
+if(ODE_PARALLEL_SAP_PYTHON)
+  # Shown as skipped while nothing was recorded.
+  add_project_test(tuning "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/tuning.py" check)
+else()
+  add_project_test(tuning ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
+  set_property(TEST project.tuning PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
+endif()
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
