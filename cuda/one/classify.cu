@@ -36,97 +36,116 @@ __global__ void __launch_bounds__(block_threads)
   if (threadIdx.x == 0 && counts[bins]) atomicAdd(&plan->counters.inactive, counts[bins]);
 }
 
-// One block, one thread an octave. Windows of consecutive octaves are taken fullest first, as by
-// SizeClasses::chooseWindows on one thread; what becomes of them is in size_rules.h. At most 255
-// windows can be taken (each has an octave of its own), most_classes classes are made.
-__global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
-  __shared__ std::uint32_t octave_counts[octaves + class_octaves];
-  __shared__ bool taken[octaves + class_octaves];
-  __shared__ unsigned long long best[choose_threads / 32];
-  __shared__ Window windows[octaves];
-  __shared__ std::uint32_t shape_counts[most_windows + 1][shapes];
-  __shared__ std::uint8_t window_of_octave[octaves];
-  __shared__ std::uint8_t class_of_shape[most_windows + 1][shapes];
-  __shared__ int last_octave[most_classes + 1];
-  __shared__ int window_count, class_count;
-  const int t = threadIdx.x;
+// What the block that chooses the classes has in shared memory. Its threads are one an octave.
+struct Choice {
+  std::uint32_t octave_counts[octaves + class_octaves];
+  bool taken[octaves + class_octaves];
+  unsigned long long best[choose_threads / 32];
+  Window windows[octaves];
+  std::uint32_t shape_counts[most_windows + 1][shapes];
+  std::uint8_t window_of_octave[octaves];
+  std::uint8_t class_of_shape[most_windows + 1][shapes];
+  int last_octave[most_classes + 1];
+  int window_count, class_count;
 
-  std::uint32_t count = 0;
-  for (int shape = 0; shape < shapes; ++shape) count += plan->histogram[t * shapes + shape];
-  octave_counts[t] = count;
-  taken[t] = t == unbounded_octave;
-  if (t < class_octaves) {
-    octave_counts[octaves + t] = 0;
-    taken[octaves + t] = true;
-  }
-  window_of_octave[t] = 0xff;
-  if (t < (most_windows + 1) * shapes) shape_counts[t / shapes][t % shapes] = 0;
-  if (t == 0) window_count = 0;
-  __syncthreads();
-
-  for (;;) {
-    std::uint32_t sum = 0;
-    int last = t;
-    for (; last < t + class_octaves && !taken[last]; ++last) sum += octave_counts[last];
-    // The fullest; of equals the first.
-    unsigned long long own = std::uint64_t{sum} << 16 | (255 - t) << 8 | (last - t);
-    for (int step = 16; step; step /= 2) own = max(own, __shfl_xor_sync(all_lanes, own, step));
-    if (t % 32 == 0) best[t / 32] = own;
-    __syncthreads();
-    own = best[0];
-    for (int warp = 1; warp < choose_threads / 32; ++warp) own = max(own, best[warp]);
-    if (own >> 16 == 0) break;
-    const int first = 255 - static_cast<int>(own >> 8 & 0xff);
-    const int end = first + static_cast<int>(own & 0xff);
-    if (t >= first && t < end) taken[t] = true;
-    if (t == 0) windows[window_count++] = {first, end - 1, static_cast<std::uint32_t>(own >> 16)};
-    __syncthreads();
-  }
-
-  const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
-  if (t == 0) {
-    const std::uint32_t bounded = active - octave_counts[unbounded_octave];
-    const int kept = arrangeWindows(windows, window_count, bounded);
-    window_count = kept;
-    for (int i = 0; i < kept; ++i)
-      for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
-        window_of_octave[octave] = i;
-  }
-  __syncthreads();
-  if (window_of_octave[t] != 0xff)
-    for (int shape = 0; shape < shapes; ++shape) {
-      const std::uint32_t n = plan->histogram[t * shapes + shape];
-      if (n) atomicAdd(&shape_counts[window_of_octave[t]][shape], n);
+  // Counts the octaves of the histogram; the steps below follow in their order.
+  __device__ void clear(const std::uint32_t* histogram) {
+    const int t = threadIdx.x;
+    std::uint32_t count = 0;
+    for (int shape = 0; shape < shapes; ++shape) count += histogram[t * shapes + shape];
+    octave_counts[t] = count;
+    taken[t] = t == unbounded_octave;
+    if (t < class_octaves) {
+      octave_counts[octaves + t] = 0;
+      taken[octaves + t] = true;
     }
-  __syncthreads();
-  if (t == 0) {
-    int classes = 0;
+    window_of_octave[t] = no_window;
+    if (t < (most_windows + 1) * shapes) shape_counts[t / shapes][t % shapes] = 0;
+    if (t == 0) window_count = 0;
+    __syncthreads();
+  }
+  // Takes windows of consecutive octaves, fullest first, as SizeClasses::chooseWindows does on one
+  // thread. At most 255 can be taken: each has an octave of its own.
+  __device__ void takeWindows() {
+    const int t = threadIdx.x;
+    for (;;) {
+      std::uint32_t sum = 0;
+      int last = t;
+      for (; last < t + class_octaves && !taken[last]; ++last) sum += octave_counts[last];
+      // The fullest; of equals the first.
+      unsigned long long own = std::uint64_t{sum} << 16 | (255 - t) << 8 | (last - t);
+      for (int step = 16; step; step /= 2) own = max(own, __shfl_xor_sync(all_lanes, own, step));
+      if (t % 32 == 0) best[t / 32] = own;
+      __syncthreads();
+      own = best[0];
+      for (int warp = 1; warp < choose_threads / 32; ++warp) own = max(own, best[warp]);
+      if (own >> 16 == 0) break;
+      const int first = 255 - static_cast<int>(own >> 8 & 0xff);
+      const int end = first + static_cast<int>(own & 0xff);
+      if (t >= first && t < end) taken[t] = true;
+      if (t == 0) windows[window_count++] = {first, end - 1, static_cast<std::uint32_t>(own >> 16)};
+      __syncthreads();
+    }
+  }
+  // Joins windows (size_rules.h) and counts their shapes.
+  __device__ void arrange(const std::uint32_t* histogram, std::uint32_t bounded) {
+    const int t = threadIdx.x;
+    if (t == 0) {
+      window_count = arrangeWindows(windows, window_count, bounded);
+      for (int i = 0; i < window_count; ++i)
+        for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
+          window_of_octave[octave] = i;
+    }
+    __syncthreads();
+    if (window_of_octave[t] != no_window)
+      for (int shape = 0; shape < shapes; ++shape) {
+        const std::uint32_t n = histogram[t * shapes + shape];
+        if (n) atomicAdd(&shape_counts[window_of_octave[t]][shape], n);
+      }
+    __syncthreads();
+  }
+  // Returns the class of unbounded boxes, or no_class. By one thread.
+  __device__ int split() {
+    class_count = 0;
     for (int i = 0; i < window_count; ++i) {
-      const int before = classes;
-      classes = splitWindow(shape_counts[i], windows[i].count, window_count - 1 - i, classes,
-                            class_of_shape[i]);
-      for (int of = before; of < classes; ++of) last_octave[of] = windows[i].last;
+      const int before = class_count;
+      class_count = splitWindow(shape_counts[i], windows[i].count, window_count - 1 - i,
+                                class_count, class_of_shape[i]);
+      for (int of = before; of < class_count; ++of) last_octave[of] = windows[i].last;
     }
-    plan->unbounded = no_class;
-    if (octave_counts[unbounded_octave]) {
-      plan->unbounded = classes;
-      last_octave[classes++] = unbounded_octave - 1;
-    }
-    class_count = classes;
-    plan->classes = classes;
+    if (!octave_counts[unbounded_octave]) return no_class;
+    last_octave[class_count++] = unbounded_octave - 1;
+    return class_count - 1;
+  }
+
+  static constexpr std::uint8_t no_window = 0xff;
+};
+
+// One block, one thread an octave.
+__global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
+  __shared__ Choice choice;
+  const int t = threadIdx.x;
+  choice.clear(plan->histogram);
+  choice.takeWindows();
+  const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
+  choice.arrange(plan->histogram, active - choice.octave_counts[unbounded_octave]);
+  if (t == 0) {
+    plan->unbounded = choice.split();
+    plan->classes = choice.class_count;
     plan->active = active;
     plan->counters.cells = 0;
   }
   __syncthreads();
   for (int shape = 0; shape < shapes; ++shape) {
-    const int window = window_of_octave[t];
-    plan->table[t * shapes + shape] = t == unbounded_octave ? class_count - 1
-                                      : window == 0xff      ? 0
-                                                            : class_of_shape[window][shape];
+    const int window = choice.window_of_octave[t];
+    plan->table[t * shapes + shape] = t == unbounded_octave ? choice.class_count - 1
+                                      : window == Choice::no_window
+                                          ? 0
+                                          : choice.class_of_shape[window][shape];
   }
-  if (t < class_count) {
+  if (t < choice.class_count) {
     // The largest extent is below 2^(last - 126).
-    plan->unit[t] = fixed_point * exp2f(static_cast<float>(min(126 - last_octave[t], 110)));
+    plan->unit[t] = fixed_point * exp2f(static_cast<float>(min(126 - choice.last_octave[t], 110)));
     ClassSummary& summary = plan->summary[t];
     for (int axis = 0; axis < 3; ++axis) {
       summary.low[axis] = ordered(INFINITY);
@@ -165,6 +184,24 @@ struct Run {
       atomicAdd(&summary.extent[axis], static_cast<unsigned long long>(extent[axis]));
     }
   }
+  // Adds what the lanes of a warp have seen last, each of the class `current` or, below 0, none:
+  // joined first where they agree.
+  __device__ void join(int current, ClassSummary* summaries) {
+    const int common = warpMax(current);
+    if (!__all_sync(all_lanes, current == common || current < 0)) {
+      if (count) addTo(summaries[current]);
+      return;
+    }
+    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
+    for (int axis = 0; axis < 3; ++axis) {
+      const int least = warpMin(low[axis]), greatest = warpMax(high[axis]);
+      const auto sum = static_cast<unsigned long long>(warpSum(extent[axis] >> 8)) << 8;
+      if (threadIdx.x % 32 || common < 0) continue;
+      atomicMin(&summaries[common].low[axis], least);
+      atomicMax(&summaries[common].high[axis], greatest);
+      atomicAdd(&summaries[common].extent[axis], sum);
+    }
+  }
 };
 
 // One thread a box, in strides. A thread collects while the class stays the same, a warp joins its
@@ -201,25 +238,7 @@ __global__ void __launch_bounds__(block_threads)
     run.add(2, box.low.z, box.high.z, units[own]);
     ++run.count;
   }
-  const int common = warpMax(current);
-  if (__all_sync(all_lanes, current == common || current < 0)) {
-    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
-    for (int axis = 0; axis < 3; ++axis) {
-      run.low[axis] = warpMin(run.low[axis]);
-      run.high[axis] = warpMax(run.high[axis]);
-    }
-    unsigned long long extent[3];
-    for (int axis = 0; axis < 3; ++axis)
-      extent[axis] = static_cast<unsigned long long>(warpSum(run.extent[axis] >> 8)) << 8;
-    if (t % 32 == 0 && common >= 0)
-      for (int axis = 0; axis < 3; ++axis) {
-        atomicMin(&summaries[common].low[axis], run.low[axis]);
-        atomicMax(&summaries[common].high[axis], run.high[axis]);
-        atomicAdd(&summaries[common].extent[axis], extent[axis]);
-      }
-  } else if (run.count) {
-    run.addTo(summaries[current]);
-  }
+  run.join(current, summaries);
   __syncthreads();
   if (t < classes * 3) {
     const int of = t / 3, axis = t % 3;

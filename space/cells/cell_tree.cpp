@@ -50,7 +50,7 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
   const int most = teamFor(cell_count_, grains::box_rows, threads);
   runTeam(packing, most, [&](int thread, int team) {
     const Range range = ownPart(cell_count_, thread, team, group_size);
-    kernel.packCells(boxesOf<Real>(boxes), order, starts, range.begin, range.end, groups_.data(),
+    kernel.packCells(boxesOf<Real>(boxes), {order, starts}, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);
     if (view_.depth > 1)

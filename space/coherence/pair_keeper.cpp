@@ -72,18 +72,17 @@ int PairKeeper::findChanged(Incremental<Real>& incremental, Sweep<Real>& base,
   return incremental.find(boxes, geom_update.repacked(), threads, found_);
 }
 
-int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
-                     const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
-                     PairList& pairs) {
+int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const BoxSet& boxes,
+                     int threads, const Lent& lent, PairList& pairs) {
   candidates_ = 0;
   int used = threads_;
   if (changes_) {
-    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, finders.sweep<double>(),
+    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, lent.finders.sweep<double>(),
                                                    geom_update, boxes, threads)
-                                     : findChanged(incremental_, finders.sweep<float>(),
+                                     : findChanged(incremental_, lent.finders.sweep<float>(),
                                                    geom_update, boxes, threads));
     candidates_ = found_.size();
-    filter.run(geoms, geom_update.facts(), rules, boxes, threads, found_);
+    lent.filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
     kept_pairs_.replace(changed_, found_, threads, pairs);
     kept_ = kept_pairs_.kept();
     changed_.clear();

@@ -71,7 +71,7 @@ struct PlanePairs::Search {
     hits.resizeDiscarding((cells.end - cells.begin) * half_spaces.size());
     const std::size_t count =
         kernels<Real>().meetHalfSpaces(boxesOf<Real>(boxes), boxes.size, cells.begin, cells.end,
-                                       half_spaces.data(), half_spaces.size(), hits.data());
+                                       {half_spaces.data(), half_spaces.size()}, hits.data());
     for (std::size_t i = 0; i < count; ++i) {
       const HalfSpaceHits& hit = hits[i];
       const Slot plane = planes[hit.plane];
@@ -129,9 +129,11 @@ void PlanePairs::findAmongPlanes(dxGeom* const* geoms, const PackRules& rules,
     }
 }
 
-std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, const BoxSet& boxes,
-                              const PackRules& rules, bool user_classes, int threads,
+std::size_t PlanePairs::addTo(const PairList& others, const Others& of, int threads,
                               PairList& pairs) {
+  dxGeom* const* const geoms = of.geoms;
+  const BoxSet& boxes = of.boxes;
+  const PackRules& rules = of.rules;
   if (boxes.wide)
     find<double>(geoms, boxes, rules, threads);
   else
@@ -139,7 +141,7 @@ std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, cons
   findAmongPlanes(geoms, rules, found_[0]);
   order_.sort(found_, boxes.size, threads, list_);
   Buffer<Pair>& added = list_.parts[0];
-  if (user_classes)
+  if (of.user_classes)
     added.resize(std::remove_if(added.begin(), added.end(),
                                 [&](Pair pair) {
                                   return !passesAABBTests(geoms[earlierOf(pair)],

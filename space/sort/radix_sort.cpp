@@ -15,11 +15,16 @@ namespace {
 Region counting("radix sort: counts"), scattering("radix sort: scatter"),
     copying("radix sort: copy");
 
+struct Digit {
+  int low_bit, bits;
+};
+
 // One stable counting pass. Each thread counts and later scatters one part of the input; the
 // counters become positions by a scan over digits first, threads second.
-void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
-                  int bits, int threads, std::vector<std::uint32_t>& positions) {
-  const std::size_t digits = std::size_t{1} << bits;
+void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count,
+                  const Digit& digit_of, int threads, std::vector<std::uint32_t>& positions) {
+  const int low_bit = digit_of.low_bit;
+  const std::size_t digits = std::size_t{1} << digit_of.bits;
   const std::uint64_t mask = digits - 1;
   positions.assign(digits * threads, 0);
   int parts = threads;
@@ -88,7 +93,7 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
   std::uint64_t *from = records, *to = scratch;
   for (int pass = 0, done = 0; pass < passes; ++pass) {
     const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
-    countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
+    countingPass(from, to, count, {low_bit + done, digit_bits}, threads, positions);
     std::swap(from, to);
     done += digit_bits;
   }

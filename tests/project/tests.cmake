@@ -1,5 +1,5 @@
 # The project itself: as a part of another one, with ODE's source from wherever, its two scripts, which of its
-# rooms include which, and the files that its documents name.
+# rooms include which, the files that its documents name, the lengths of functions, and tuned constants.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 
 function(add_project_test name)
@@ -18,6 +18,7 @@ add_project_test(
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
 add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(functions "${here}/functions.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(sizes "${here}/sizes_test.sh")
 add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)

@@ -111,11 +111,13 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 template <class Real>
 int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
-  if (!mechanisms::crowds_given_up) return find(boxes, threads, pairs);
-  const ScopedMode mode(exactMode());
   constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;
+  // No crowd is told apart by half of all tests.
+  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::crowds_given_up)
+    return find(boxes, threads, pairs);
+  const ScopedMode mode(exactMode());
   int rounds = 1;
   for (std::uint64_t tests = next; 2 * tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
