@@ -41,7 +41,7 @@ class MethodChoice {
 
  private:
   int cut_ = 0;
-  BackOff back_off_{cut_frames};
+  BackOff back_off_{2 * cut_frames};
 };
 
 }  // namespace ode_parallel_sap
