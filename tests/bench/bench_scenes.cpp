@@ -312,6 +312,22 @@ Boxes logSizes(std::size_t n, double decades, std::uint64_t seed) {
   return boxes;
 }
 
+// Unit cubes, of which every fiftieth is as large as `large`, in a cube with `room` for each.
+Boxes twoSizes(std::size_t n, const double (&large)[3], double room, std::uint64_t seed) {
+  Random random(seed);
+  const double side = std::cbrt(static_cast<double>(n) * room);
+  Boxes boxes;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = random.between(0, side), y = random.between(0, side);
+    boxes.push_back(cube(x, y, random.between(0, side), 0.5));
+    if (i % 50 != 0) continue;
+    const std::size_t turn = random.below(3);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      boxes.back().half[axis] = static_cast<dReal>(large[(axis + turn) % 3] / 2);
+  }
+  return boxes;
+}
+
 // Two dense cubes so far apart that float coordinates tell nothing inside them.
 Boxes distantClusters(std::size_t n, std::uint64_t seed) {
   Boxes boxes = centred(sap_test::denseCube(n / 2, seed));
@@ -385,6 +401,18 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 4, seed); }));
   kinds.push_back(swinging("log-sizes-6", "sizes over six decades", any_number,
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
+  kinds.push_back(swinging("two-sizes", "every fiftieth 20 times as large", any_number,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {20, 20, 20}, 44, seed);
+                           }));
+  kinds.push_back(swinging("two-sizes-dense", "the same with 44 pairs a box", 100000,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {20, 20, 20}, 4.4, seed);
+                           }));
+  kinds.push_back(swinging("walls", "every fiftieth 1 x 20 x 20", any_number,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, {1, 20, 20}, 6, seed);
+                           }));
   kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back(
       swinging("distant-clusters", "two dense cubes 1e12 apart", any_number, distantClusters));
