@@ -283,7 +283,7 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
         // Each order of slices will do; neighbours are not written over.
         if (random.chance(0.5)) std::reverse(slices.begin(), slices.end());
         for (const Slice& slice : slices)
-          joiner.join(lists.data(), shares, slice, slots, false, past_caches, joined.data(),
+          joiner.join({lists.data(), shares, slots, false, past_caches, joined.data()}, slice,
                       unsure);
         CHECK(std::all_of(joined.end() - 16, joined.end(), [](Pair p) { return p == 42; }));
         joined.resize(all.size());

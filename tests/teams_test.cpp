@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "space/data/grains.h"
+#include "space/data/tuning.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"

@@ -1,5 +1,6 @@
 #include "cuda/axis_lists/axis_kernels.h"
 //
+#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/launch.cuh"
 
 namespace ode_parallel_sap {
@@ -7,11 +8,8 @@ namespace device {
 
 namespace {
 
-constexpr int tile_threads = 256;
-constexpr int pairs_a_thread = 8;
 // Pairs that a block deals with at a time.
-constexpr int tile_pairs = tile_threads * pairs_a_thread;
-constexpr int keep_blocks_a_processor = 8;
+constexpr int tile_pairs = block_threads * pairs_a_thread;
 
 // In place of the later box of an entry that does not overlap after all.
 constexpr std::uint32_t no_box = 0xffffffff;
@@ -68,7 +66,8 @@ class TileOutput {
     __syncthreads();
     if (threadIdx.x == 0) first = atomicAdd(written, static_cast<unsigned long long>(*count()));
     __syncthreads();
-    for (std::uint32_t i = threadIdx.x; i < *count(); i += tile_threads) to[first + i] = pairs()[i];
+    for (std::uint32_t i = threadIdx.x; i < *count(); i += block_threads)
+      to[first + i] = pairs()[i];
     __syncthreads();
   }
 
@@ -90,7 +89,7 @@ __global__ void fillKernel(AxisView axis) {
       axis.first + static_cast<unsigned long long>(blockIdx.x) * tile_pairs;
   const unsigned long long end = min(begin + tile_pairs, axis.last);
   const TileRows rows(axis, begin, end);
-  for (unsigned long long place = begin + threadIdx.x; place < end; place += tile_threads) {
+  for (unsigned long long place = begin + threadIdx.x; place < end; place += block_threads) {
     const std::uint32_t row = rowOf(axis.begins, rows.low, rows.high, place);
     const std::uint32_t other = static_cast<std::uint32_t>(row + 1 + (place - axis.begins[row]));
     const bool overlap = !axis.inverted || axis.reach[other] > row;
@@ -100,14 +99,15 @@ __global__ void fillKernel(AxisView axis) {
 
 // The paper's first kernel: one thread a pair of the fullest axis looks for it in the second. The
 // tile's hits are at most its pairs, so `both` has room for those of all tiles.
-__global__ void meetKernel(AxisView first, AxisView second, unsigned long long begin,
-                           unsigned long long end, Pair* both, unsigned long long* written) {
-  begin += static_cast<unsigned long long>(blockIdx.x) * tile_pairs;
-  end = min(begin + tile_pairs, end);
+__global__ void meetKernel(AxisView first, AxisView second, Places places, Pair* both,
+                           unsigned long long* written) {
+  const unsigned long long begin =
+      places.begin + static_cast<unsigned long long>(blockIdx.x) * tile_pairs;
+  const unsigned long long end = min(begin + tile_pairs, places.end);
   const TileRows rows(first, begin, end);
   TileOutput output;
   output.start();
-  for (unsigned long long place = begin + threadIdx.x; place < end; place += tile_threads) {
+  for (unsigned long long place = begin + threadIdx.x; place < end; place += block_threads) {
     const std::uint32_t a = first.order[rowOf(first.begins, rows.low, rows.high, place)];
     const std::uint32_t b = first.list[place - first.first];
     if (b != no_box && holds(second, a, b)) output.add(Pair{a} << 32 | b);
@@ -125,7 +125,7 @@ __global__ void keepKernel(AxisView third, const Pair* both, const unsigned long
        begin += stride) {
     const unsigned long long end = min(begin + tile_pairs, pairs);
     output.start();
-    for (unsigned long long i = begin + threadIdx.x; i < end; i += tile_threads) {
+    for (unsigned long long i = begin + threadIdx.x; i < end; i += block_threads) {
       const Pair pair = both[i];
       if (holds(third, static_cast<std::uint32_t>(pair >> 32), static_cast<std::uint32_t>(pair)))
         output.add(pair);
@@ -142,20 +142,18 @@ std::size_t tilesFor(unsigned long long pairs) {
 
 void fillList(const AxisView& axis, cudaStream_t stream) {
   if (axis.first < axis.last)
-    launch("fill list", fillKernel, tilesFor(axis.last - axis.first), tile_threads, stream, axis);
+    launch("fill list", fillKernel, tilesFor(axis.last - axis.first), block_threads, stream, axis);
 }
 
-void findCommon(const AxisView& first, const AxisView& second, const AxisView& third,
-                unsigned long long begin, unsigned long long end, Pair* both, Pair* all,
-                CommonCounts* counts, int processors, cudaStream_t stream) {
-  CHECK_CUDA(cudaMemsetAsync(counts, 0, sizeof *counts, stream));
-  if (begin >= end) return;
-  const std::size_t tiles = tilesFor(end - begin);
-  launch("meet second axis", meetKernel, tiles, tile_threads, stream, first, second, begin, end,
-         both, &counts->both);
-  launch("meet third axis", keepKernel,
-         blocksFor(tiles, 1, std::size_t(processors) * keep_blocks_a_processor), tile_threads,
-         stream, third, both, &counts->both, all, &counts->all);
+void findCommon(const AxisViews& axes, const Places& places, const CommonPairs& found,
+                const KernelQueue& queue) {
+  CHECK_CUDA(cudaMemsetAsync(found.counts, 0, sizeof *found.counts, queue.stream));
+  if (places.begin >= places.end) return;
+  const std::size_t tiles = tilesFor(places.end - places.begin);
+  launch("meet second axis", meetKernel, tiles, block_threads, queue.stream, axes.first,
+         axes.second, places, found.both, &found.counts->both);
+  launch("meet third axis", keepKernel, blocksFor(tiles, 1, queue), block_threads, queue.stream,
+         axes.third, found.both, &found.counts->both, found.all, &found.counts->all);
 }
 
 }  // namespace device

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 
+#include "cuda/device/device.h"
 #include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
@@ -26,16 +27,29 @@ struct AxisView {
 struct CommonCounts {
   unsigned long long both, all;
 };
+struct CommonPairs {
+  Pair *both, *all;
+  CommonCounts* counts;
+};
 
 // Writes the list of an axis.
 void fillList(const AxisView& axis, cudaStream_t stream);
 
-// Of the pairs [begin, end) of `first`, within its list: those that `second` holds to `both`, and
-// those of them that `third` holds to `all`, in no particular order. Both have room for end - begin
-// pairs.
-void findCommon(const AxisView& first, const AxisView& second, const AxisView& third,
-                unsigned long long begin, unsigned long long end, Pair* both, Pair* all,
-                CommonCounts* counts, int processors, cudaStream_t stream);
+// Places in the list of an axis.
+struct Places {
+  unsigned long long begin, end;
+};
+
+// The axes from the fullest on.
+struct AxisViews {
+  const AxisView &first, &second, &third;
+};
+
+// Of the pairs at `places` of the first axis, within its list: those that the second holds to
+// `both`, and those of them that the third does to `all`, in no particular order. Both have room
+// for as many.
+void findCommon(const AxisViews& axes, const Places& places, const CommonPairs& found,
+                const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

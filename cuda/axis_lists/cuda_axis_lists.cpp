@@ -6,14 +6,16 @@
 #include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
+#include "cuda/axis_lists/tuning.h"
 #include "cuda/device/device.h"
 #include "cuda/device/devices.h"
+#include "cuda/device/tuning.h"
 #include "space/axes/axis_parts.h"
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/lists_too_long.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/sort/pair_order.h"
 
 namespace ode_parallel_sap {
@@ -23,12 +25,12 @@ namespace {
 using device::AxisView;
 using device::CommonCounts;
 
-// Pairs of the fullest axis that are dealt with at a time: bounds what their results may take.
-constexpr std::uint64_t chunk_pairs = std::uint64_t{1} << 24;
+using device::axis_chunk_pairs;
+
 // Found pairs travel this many at a time.
-constexpr std::size_t piece_pairs = std::size_t{1} << 19;
-// Found pairs that a thread finishes at a time.
-constexpr std::size_t finish_pairs = std::size_t{1} << 11;
+constexpr std::size_t piece_pairs = device::piece_bytes / sizeof(Pair);
+// Pairs that get their slots, filters and marks.
+constexpr Grain finished_pairs = {2 * chunk_pairs, Grain::whole};
 
 Region driving("device: axis lists"), finishing("device: pairs of axis lists");
 
@@ -90,7 +92,7 @@ void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint
     lists[axis] = axis == axes.fullest ? part.end() - part.begin() : part.rows(axis).pairs();
     all_lists += lists[axis];
   }
-  const std::uint64_t chunk = std::min(part.end() - part.begin(), chunk_pairs);
+  const std::uint64_t chunk = std::min(part.end() - part.begin(), axis_chunk_pairs);
   const std::uint64_t needed =
       rows + all_lists * sizeof(std::uint32_t) + 2 * chunk * sizeof(Pair) + sizeof(CommonCounts);
   std::uint64_t allowed = most_bytes;
@@ -161,9 +163,10 @@ void DevicePart::find(const AxisPart& part, const AxisChoice& axes, std::uint64_
   first.first = part.begin();
   first.last = part.end();
   for (const AxisView& view : views) fillList(view, stream_);
-  for (std::uint64_t begin = part.begin(); begin < part.end(); begin += chunk_pairs) {
-    findCommon(first, second, third, begin, std::min(begin + chunk_pairs, part.end()), both_.data(),
-               all_.data(), counts_.data(), processors_, stream_);
+  for (std::uint64_t begin = part.begin(); begin < part.end(); begin += axis_chunk_pairs) {
+    device::findCommon({first, second, third},
+                       {begin, std::min(begin + axis_chunk_pairs, part.end())},
+                       {both_.data(), all_.data(), counts_.data()}, {stream_, processors_});
     CHECK_CUDA(cudaMemcpyAsync(counts_here_.data(), counts_.data(), sizeof(CommonCounts),
                                cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
@@ -258,12 +261,12 @@ template <class Real>
 void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
   std::size_t count = 0;
   for (const Share& share : shares_) count += share.found.size();
-  threads = teamFor(count, grains::finished_pairs, threads);
+  threads = teamFor(count, finished_pairs, threads);
   finished_.resize(threads);
   for (Buffer<Pair>& finished : finished_) finished.resizeDiscarding(0);
   for (const Share& share : shares_) {
     const std::size_t size = share.found.size();
-    ChunkQueue queue(size, chunkOf(size, finish_pairs, threads));
+    ChunkQueue queue(size, chunkOf(size, chunk_pairs, threads));
     runTeam(finishing, threads, [&](int thread, int) {
       Buffer<Pair>& to = finished_[thread];
       Range range;

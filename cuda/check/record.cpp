@@ -42,6 +42,7 @@ class Finders {
     return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
   }
   CudaPairFinder& on(int devices) { return *finders_.at(devices); }
+  int threads() const { return threads_; }
 
  private:
   int threadsFor(std::size_t boxes) const {
@@ -95,7 +96,7 @@ void addStages(bench::Row& row, const std::vector<CudaStageTimes>& all) {
 }
 
 // The back end Auto, with its devices ready; fixed ways are numbers of devices.
-constexpr int by_choice = -1;
+constexpr int by_choice = -1;  // fixed: no number of devices
 
 std::string nameOf(int way) {
   return way == by_choice ? "auto" : std::to_string(way);
@@ -135,7 +136,7 @@ class Frames {
 // way round, as it matters who went before.
 std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<int>& ways,
                                              double budget_ms) {
-  constexpr int uncounted = 2, counted = 3;
+  constexpr int uncounted = 2, counted = 3;  // fixed: how times are taken
   constexpr std::size_t least = 5 * counted, most = 67 * counted;
   // Storage comes into being, and Auto makes up its mind.
   for (const int way : ways)
@@ -173,7 +174,7 @@ std::vector<CudaStageTimes> stagesOf(Frames& frames, Finders& finders, int way) 
   return stages;
 }
 
-void recordScene(const Scene& scene, std::size_t size, int threads, const std::vector<int>& ways,
+void recordScene(const Scene& scene, std::size_t size, const std::vector<int>& ways,
                  double budget_ms, Finders& finders, bench::Csv& csv) {
   BoxSet boxes;
   scene.fill(size, 11, boxes);
@@ -181,7 +182,8 @@ void recordScene(const Scene& scene, std::size_t size, int threads, const std::v
   const auto times = takeTurns(frames, ways, budget_ms);
   for (const int way : ways) {
     const int chosen = frames.last(way);
-    bench::Row row = rowOf(scene.name, size, nameOf(way), threads, times.at(way), frames.pairs());
+    bench::Row row =
+        rowOf(scene.name, size, nameOf(way), finders.threads(), times.at(way), frames.pairs());
     addStages(row, stagesOf(frames, finders, way));
     csv.write(row.add("chosen", chosen).addMachine());
   }
@@ -202,13 +204,12 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
           4000,    10000,   20000,   50000,   100000,   200000,   500000,
           1000000, 2000000, 4000000, 8000000, 16000000, 32000000, 64000000})
       if (size <= most)
-        recordScene(sceneOf("cube"), size, threads, ways, size > 500000 ? 1000 : 300, finders, csv);
+        recordScene(sceneOf("cube"), size, ways, size > 500000 ? 1000 : 300, finders, csv);
   }
   Finders finders(threads, 1);
   for (const Scene& scene : scenes())
     if (scene.name != "cube" && most >= 1000000)
-      recordScene(scene, std::min<std::size_t>(scene.most, 1000000), threads, {0, 1}, 300, finders,
-                  csv);
+      recordScene(scene, std::min<std::size_t>(scene.most, 1000000), {0, 1}, 300, finders, csv);
   return true;
 }
 

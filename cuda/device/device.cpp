@@ -13,7 +13,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// The oldest architecture that this build has code for, as major * 10 + minor.
+// fixed: the oldest architecture that this build has code for, as major * 10 + minor.
 constexpr int least_capability = 75;
 
 std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
@@ -86,7 +86,7 @@ struct Driver {
   decltype(&cuCtxPopCurrent) contextPop;
 };
 
-// The version of the driver that has the functions as cuda.h declares them.
+// fixed: the version of the driver that has the functions as cuda.h declares them.
 constexpr unsigned int driver_version = 12000;
 
 template <class Function>

@@ -78,6 +78,16 @@ class Stream {
   cudaStream_t stream_ = nullptr;
 };
 
+// Where kernels are started.
+struct KernelQueue {
+  cudaStream_t stream;
+  int processors;  // of the device
+};
+// The same with memory for the time of one call.
+struct ScratchQueue : KernelQueue {
+  DeviceBuffer<char>& scratch;
+};
+
 class Event {
  public:
   enum Kind { Order, Time };

@@ -4,6 +4,8 @@
 
 #include <thread>
 
+#include "cuda/device/tuning.h"
+
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
@@ -13,9 +15,8 @@ namespace ode_parallel_sap {
 // Gives the core away after a while, as there may be more threads than cores.
 template <class Done>
 inline void spinUntil(Done done) {
-  constexpr int patience = 2000;
   for (int i = 0; !done(); ++i) {
-    if (i > patience) std::this_thread::yield();
+    if (i > device::spins_before_yield) std::this_thread::yield();
 #if defined(__SSE2__)
     _mm_pause();
 #endif

@@ -151,14 +151,14 @@ void CudaSweep::sendBoxes(DeviceSweep& sweep, const BoxSet& boxes, int threads) 
   const auto sent = [&](std::size_t begin, std::size_t end) {
     sweep.arrived(begin / sizeof(Box), end / sizeof(Box));
   };
-  threads_used_ = std::max(
-      threads_used_, c.upload.run(boxes.boxes.data(), c.boxes.data(), boxes.size * sizeof(Box),
-                                  sizeof(Box), threads, c.up, sent));
+  const Upload::Array array = {boxes.boxes.data(), c.boxes.data(), boxes.size * sizeof(Box),
+                               sizeof(Box)};
+  threads_used_ = std::max(threads_used_, c.upload.run(array, threads, c.up, sent));
 }
 
 void CudaSweep::sendFilters(Context& c, const BoxSet& boxes, int threads) {
   const auto send = [&](const void* from, void* to, std::size_t bytes, std::size_t element) {
-    c.upload.run(from, to, bytes, element, threads, c.up, [](std::size_t, std::size_t) {});
+    c.upload.run({from, to, bytes, element}, threads, c.up, [](std::size_t, std::size_t) {});
   };
   if (boxes.filter_bits) {
     c.bits.reserve(boxes.size);
@@ -177,9 +177,9 @@ void CudaSweep::fetchPairs(DeviceSweep& sweep, const BoxSet& boxes, int threads,
   Context& c = *sweep.context();
   const std::size_t total = sweep.pairs();
   sweep.sortLists(Download::pieceWords(total));
-  threads_used_ = std::max(
-      threads_used_, c.download.run(c.stretches.data(), total, c.ready, c.host_has_list.data(),
-                                    boxes.exact, threads, c.down, pairs));
+  const Download::Lists lists = {c.stretches.data(), total, c.ready, c.host_has_list.data(),
+                                 boxes.exact};
+  threads_used_ = std::max(threads_used_, c.download.run(lists, threads, c.down, pairs));
 }
 
 void CudaSweep::readTimes(const Context& c, Clock::time_point sent, Clock::time_point known,

@@ -13,21 +13,23 @@ namespace device {
 
 namespace {
 
-constexpr int cut_threads = 256;
 constexpr int pack_threads = fan_out * 32;
-constexpr int level_threads = 1024;
-constexpr std::size_t most_blocks = 132 * 16;
+constexpr int level_threads = 1024;  // fixed: as many as a block may have
 
 // One thread a place: whether a cell begins there. Keys are read within [0, plan->active) only.
 template <class Key>
-__global__ void __launch_bounds__(cut_threads)
+__global__ void __launch_bounds__(block_threads)
     cutKernel(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags) {
-  const std::size_t i = blockIdx.x * std::size_t{cut_threads} + threadIdx.x;
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   if (i >= count) return;
   const CellCut cut = i < plan->active ? cellCutAt(keys, plan->active, i) : CellCut{false, false};
   if (cut.crowd) plan->counters.crowded = 1;
   flags[i] = cut.begins;
 }
+
+struct Levels {
+  Records at[most_levels];
+};
 
 __device__ inline void putShare(const Share& share, std::uint32_t slot, Record& box) {
   const float low = share.axis == 0 ? box.low.x : share.axis == 1 ? box.low.y : box.low.z;
@@ -38,8 +40,8 @@ __device__ inline void putShare(const Share& share, std::uint32_t slot, Record& 
 // One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
 // starts are ascending and the last cell ends there; slots are below the number of boxes.
 __global__ void __launch_bounds__(pack_threads)
-    packKernel(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               Share share, const ScenePlan* plan, Records sorted, Records cells, Records parents) {
+    packKernel(OrderedBoxes boxes, const std::uint32_t* starts, Share share, const ScenePlan* plan,
+               Records sorted, Levels levels) {
   __shared__ Record bounds[fan_out];
   const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
@@ -51,8 +53,8 @@ __global__ void __launch_bounds__(pack_threads)
       const bool used = lane < end - start;
       Record box = {};
       if (used) {
-        const std::uint32_t i = slots[start + lane];
-        box = loadBox(boxes, i);
+        const std::uint32_t i = boxes.slots[start + lane];
+        box = loadBox(boxes.boxes, i);
         box.high.w = magnitudeOf(box.low, box.high);
         if (share.slot_of)
           putShare(share, share.slot_of[i], box);
@@ -64,7 +66,7 @@ __global__ void __launch_bounds__(pack_threads)
       all.low.w = __uint_as_float(start);
       all.high.w = __uint_as_float(end - start);
       if (lane == 0) {
-        cells.put(cell, all);
+        levels.at[0].put(cell, all);
         bounds[warp] = all;
       }
     }
@@ -72,15 +74,11 @@ __global__ void __launch_bounds__(pack_threads)
     if (warp == 0) {
       const bool used = parent * fan_out + lane < cell_count;
       const Record all = warpBounds(bounds[lane], used);
-      if (lane == 0) parents.put(parent, all);
+      if (lane == 0) levels.at[1].put(parent, all);
     }
     __syncthreads();
   }
 }
-
-struct Levels {
-  Records at[most_levels];
-};
 
 // One block, one warp a node: the levels above the first. Records are read below the number of
 // their level only.
@@ -103,18 +101,18 @@ __global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* pl
 
 template <class Key>
 void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count, int first_bit,
-               DeviceBuffer<char>& scratch, cudaStream_t stream) {
+               const ScratchQueue& queue) {
   constexpr int bits = sizeof(Key) * 8;
   cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
   cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
   std::size_t bytes = 0;
   CHECK_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, key_buffers, slot_buffers,
                                              static_cast<std::int64_t>(count), first_bit, bits,
-                                             stream));
-  scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(scratch.data(), bytes, key_buffers, slot_buffers,
+                                             queue.stream));
+  queue.scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(queue.scratch.data(), bytes, key_buffers, slot_buffers,
                                              static_cast<std::int64_t>(count), first_bit, bits,
-                                             stream));
+                                             queue.stream));
   if (key_buffers.Current() != keys.current) keys.swap();
   if (slot_buffers.Current() != slots.current) slots.swap();
 }
@@ -130,46 +128,45 @@ TreeLayout::TreeLayout(std::size_t most) : records(0) {
 }
 
 void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  sortPairs(keys, slots, count, 32 - keyDigitsFor(count), scratch, stream);
+               const ScratchQueue& queue) {
+  sortPairs(keys, slots, count, 32 - keyDigitsFor(count), queue);
 }
 
 void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  sortPairs(keys, slots, count, 0, scratch, stream);
+               const ScratchQueue& queue) {
+  sortPairs(keys, slots, count, 0, queue);
 }
 
 template <class Key>
 void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
-              std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  launch("cut cells", cutKernel<Key>, (count + cut_threads - 1) / cut_threads, cut_threads, stream,
-         keys, count, plan, flags);
+              std::uint32_t* starts, const ScratchQueue& queue) {
+  launch("cut cells", cutKernel<Key>, blocksForAll(count), block_threads, queue.stream, keys, count,
+         plan, flags);
   const thrust::counting_iterator<std::uint32_t> places(0);
   std::size_t bytes = 0;
   CHECK_CUDA(cub::DeviceSelect::Flagged(nullptr, bytes, places, flags, starts,
                                         &plan->counters.cells, static_cast<std::int64_t>(count),
-                                        stream));
-  scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceSelect::Flagged(scratch.data(), bytes, places, flags, starts,
+                                        queue.stream));
+  queue.scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceSelect::Flagged(queue.scratch.data(), bytes, places, flags, starts,
                                         &plan->counters.cells, static_cast<std::int64_t>(count),
-                                        stream));
+                                        queue.stream));
 }
 template void cutCells(const std::uint32_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
-                       DeviceBuffer<char>&, cudaStream_t);
+                       const ScratchQueue&);
 template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
-                       DeviceBuffer<char>&, cudaStream_t);
+                       const ScratchQueue&);
 
-void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
-               void* tree, const TreeLayout& layout, cudaStream_t stream) {
+void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Share& share,
+               const ScenePlan* plan, const CellStore& to, const KernelQueue& queue) {
   Levels levels;
   for (int level = 0; level < most_levels; ++level)
-    levels.at[level] = recordsIn(tree, layout.records, layout.begin[level]);
+    levels.at[level] = recordsIn(to.tree, to.layout.records, to.layout.begin[level]);
   // About what cells of half their size make; the blocks take further nodes in strides.
-  launch("pack cells", packKernel, blocksFor(count, fan_out * cell_size / 2, most_blocks),
-         pack_threads, stream, boxes, slots, starts, share, plan, recordsIn(sorted, count),
-         levels.at[0], levels.at[1]);
-  launch("build levels", levelKernel, 1, level_threads, stream, plan, levels);
+  launch("pack cells", packKernel, blocksFor(boxes.count, fan_out * cell_size / 2, queue),
+         pack_threads, queue.stream, boxes, starts, share, plan, recordsIn(to.sorted, boxes.count),
+         levels);
+  launch("build levels", levelKernel, 1, level_threads, queue.stream, plan, levels);
 }
 
 }  // namespace device

@@ -33,23 +33,29 @@ struct Pong {
 
 // Sorts slots by keys, both `count` long; stable.
 void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               DeviceBuffer<char>& scratch, cudaStream_t stream);
+               const ScratchQueue& queue);
 void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               DeviceBuffer<char>& scratch, cudaStream_t stream);
+               const ScratchQueue& queue);
 
 // Cuts the order where digits of the keys change until no cell has more than cell_size boxes, and
 // within crowds of equal keys. starts[0..plan->cells) become the cells' first places. `flags` has
 // room for `count`. Says in the plan whether a crowd is larger than a search can bear.
 template <class Key>
 void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
-              std::uint32_t* starts, DeviceBuffer<char>& scratch, cudaStream_t stream);
+              std::uint32_t* starts, const ScratchQueue& queue);
 
-// Gathers the boxes in the order of `slots` into `sorted`, memory for `count` records, and builds
-// the tree in memory for layout.records. A record's low.w is the box's slot in the scene, its
-// high.w the greatest magnitude of the bounds, negative if the box is a guest.
-void packCells(const float* boxes, const std::uint32_t* slots, const std::uint32_t* starts,
-               std::size_t count, const Share& share, const ScenePlan* plan, void* sorted,
-               void* tree, const TreeLayout& layout, cudaStream_t stream);
+// What the search reads.
+struct CellStore {
+  void* sorted;       // memory for a record a box
+  void* tree;         // memory for layout.records
+  std::size_t boxes;  // of which there are cells
+  TreeLayout layout;
+};
+
+// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot in the
+// scene, its high.w the greatest magnitude of the bounds, negative if the box is a guest.
+void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Share& share,
+               const ScenePlan* plan, const CellStore& to, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

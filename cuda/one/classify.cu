@@ -10,128 +10,142 @@ using namespace size_rules;
 
 namespace {
 
-constexpr int survey_threads = 512;
-constexpr int survey_boxes = 4;  // a thread
-constexpr int choose_threads = 256;
-constexpr int summary_threads = 256;
-constexpr int key_threads = 256;
-constexpr std::size_t most_blocks = 132 * 8;
+constexpr int choose_threads = octaves;
 
-// Extents are summed in steps of 2^-16 of the class's largest. A thread adds up at most
-// most_run of them before it hands on.
+// fixed: extents are summed in steps of 2^-16 of the class's largest. A thread adds up at most
+// most_run of them before it hands on, which fit 32 bits.
 constexpr float fixed_point = 65536.0f;
 constexpr std::uint32_t most_run = 4096;
 
-// One thread a box, survey_boxes of them; a histogram for each block in shared memory. bins + 1
+// One thread a box, in strides; a histogram for each block in shared memory. bins + 1
 // counters: binOf is below bins, the last one counts inactive boxes.
-__global__ void __launch_bounds__(survey_threads)
+__global__ void __launch_bounds__(block_threads)
     surveyKernel(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan) {
   __shared__ std::uint32_t counts[bins + 1];
-  for (int bin = threadIdx.x; bin <= bins; bin += survey_threads) counts[bin] = 0;
+  for (int bin = threadIdx.x; bin <= bins; bin += block_threads) counts[bin] = 0;
   __syncthreads();
-  const std::size_t stride = std::size_t{gridDim.x} * survey_threads;
-  for (std::size_t i = begin + blockIdx.x * std::size_t{survey_threads} + threadIdx.x; i < end;
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = begin + blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < end;
        i += stride) {
     const Record box = loadBox(boxes, i);
     atomicAdd(&counts[isActive(box) ? binOf(box) : bins], 1u);
   }
   __syncthreads();
-  for (int bin = threadIdx.x; bin < bins; bin += survey_threads)
+  for (int bin = threadIdx.x; bin < bins; bin += block_threads)
     if (counts[bin]) atomicAdd(&plan->histogram[bin], counts[bin]);
   if (threadIdx.x == 0 && counts[bins]) atomicAdd(&plan->counters.inactive, counts[bins]);
 }
 
-// One block, one thread an octave. Windows of consecutive octaves are taken fullest first, as by
-// SizeClasses::chooseWindows on one thread; what becomes of them is in size_rules.h. At most 255
-// windows can be taken (each has an octave of its own), most_classes classes are made.
-__global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
-  __shared__ std::uint32_t octave_counts[octaves + class_octaves];
-  __shared__ bool taken[octaves + class_octaves];
-  __shared__ unsigned long long best[choose_threads / 32];
-  __shared__ Window windows[octaves];
-  __shared__ std::uint32_t shape_counts[most_windows + 1][shapes];
-  __shared__ std::uint8_t window_of_octave[octaves];
-  __shared__ std::uint8_t class_of_shape[most_windows + 1][shapes];
-  __shared__ int last_octave[most_classes + 1];
-  __shared__ int window_count, class_count;
-  const int t = threadIdx.x;
+// What the block that chooses the classes has in shared memory. Its threads are one an octave.
+struct Choice {
+  std::uint32_t octave_counts[octaves + class_octaves];
+  bool taken[octaves + class_octaves];
+  unsigned long long best[choose_threads / 32];
+  Window windows[octaves];
+  std::uint32_t shape_counts[most_windows + 1][shapes];
+  std::uint8_t window_of_octave[octaves];
+  std::uint8_t class_of_shape[most_windows + 1][shapes];
+  int last_octave[most_classes + 1];
+  int window_count, class_count;
 
-  std::uint32_t count = 0;
-  for (int shape = 0; shape < shapes; ++shape) count += plan->histogram[t * shapes + shape];
-  octave_counts[t] = count;
-  taken[t] = t == unbounded_octave;
-  if (t < class_octaves) {
-    octave_counts[octaves + t] = 0;
-    taken[octaves + t] = true;
-  }
-  window_of_octave[t] = 0xff;
-  if (t < (most_windows + 1) * shapes) shape_counts[t / shapes][t % shapes] = 0;
-  if (t == 0) window_count = 0;
-  __syncthreads();
-
-  for (;;) {
-    std::uint32_t sum = 0;
-    int last = t;
-    for (; last < t + class_octaves && !taken[last]; ++last) sum += octave_counts[last];
-    // The fullest; of equals the first.
-    unsigned long long own = std::uint64_t{sum} << 16 | (255 - t) << 8 | (last - t);
-    for (int step = 16; step; step /= 2) own = max(own, __shfl_xor_sync(all_lanes, own, step));
-    if (t % 32 == 0) best[t / 32] = own;
-    __syncthreads();
-    own = best[0];
-    for (int warp = 1; warp < choose_threads / 32; ++warp) own = max(own, best[warp]);
-    if (own >> 16 == 0) break;
-    const int first = 255 - static_cast<int>(own >> 8 & 0xff);
-    const int end = first + static_cast<int>(own & 0xff);
-    if (t >= first && t < end) taken[t] = true;
-    if (t == 0) windows[window_count++] = {first, end - 1, static_cast<std::uint32_t>(own >> 16)};
-    __syncthreads();
-  }
-
-  const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
-  if (t == 0) {
-    const std::uint32_t bounded = active - octave_counts[unbounded_octave];
-    const int kept = arrangeWindows(windows, window_count, bounded);
-    window_count = kept;
-    for (int i = 0; i < kept; ++i)
-      for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
-        window_of_octave[octave] = i;
-  }
-  __syncthreads();
-  if (window_of_octave[t] != 0xff)
-    for (int shape = 0; shape < shapes; ++shape) {
-      const std::uint32_t n = plan->histogram[t * shapes + shape];
-      if (n) atomicAdd(&shape_counts[window_of_octave[t]][shape], n);
+  // Counts the octaves of the histogram; the steps below follow in their order.
+  __device__ void clear(const std::uint32_t* histogram) {
+    const int t = threadIdx.x;
+    std::uint32_t count = 0;
+    for (int shape = 0; shape < shapes; ++shape) count += histogram[t * shapes + shape];
+    octave_counts[t] = count;
+    taken[t] = t == unbounded_octave;
+    if (t < class_octaves) {
+      octave_counts[octaves + t] = 0;
+      taken[octaves + t] = true;
     }
-  __syncthreads();
-  if (t == 0) {
-    int classes = 0;
+    window_of_octave[t] = no_window;
+    if (t < (most_windows + 1) * shapes) shape_counts[t / shapes][t % shapes] = 0;
+    if (t == 0) window_count = 0;
+    __syncthreads();
+  }
+  // Takes windows of consecutive octaves, fullest first, as SizeClasses::chooseWindows does on one
+  // thread. At most 255 can be taken: each has an octave of its own.
+  __device__ void takeWindows() {
+    const int t = threadIdx.x;
+    for (;;) {
+      std::uint32_t sum = 0;
+      int last = t;
+      for (; last < t + class_octaves && !taken[last]; ++last) sum += octave_counts[last];
+      // The fullest; of equals the first.
+      unsigned long long own = std::uint64_t{sum} << 16 | (255 - t) << 8 | (last - t);
+      for (int step = 16; step; step /= 2) own = max(own, __shfl_xor_sync(all_lanes, own, step));
+      if (t % 32 == 0) best[t / 32] = own;
+      __syncthreads();
+      own = best[0];
+      for (int warp = 1; warp < choose_threads / 32; ++warp) own = max(own, best[warp]);
+      if (own >> 16 == 0) break;
+      const int first = 255 - static_cast<int>(own >> 8 & 0xff);
+      const int end = first + static_cast<int>(own & 0xff);
+      if (t >= first && t < end) taken[t] = true;
+      if (t == 0) windows[window_count++] = {first, end - 1, static_cast<std::uint32_t>(own >> 16)};
+      __syncthreads();
+    }
+  }
+  // Joins windows (size_rules.h) and counts their shapes.
+  __device__ void arrange(const std::uint32_t* histogram, std::uint32_t bounded) {
+    const int t = threadIdx.x;
+    if (t == 0) {
+      window_count = arrangeWindows(windows, window_count, bounded);
+      for (int i = 0; i < window_count; ++i)
+        for (int octave = windows[i].first; octave <= windows[i].last; ++octave)
+          window_of_octave[octave] = i;
+    }
+    __syncthreads();
+    if (window_of_octave[t] != no_window)
+      for (int shape = 0; shape < shapes; ++shape) {
+        const std::uint32_t n = histogram[t * shapes + shape];
+        if (n) atomicAdd(&shape_counts[window_of_octave[t]][shape], n);
+      }
+    __syncthreads();
+  }
+  // Returns the class of unbounded boxes, or no_class. By one thread.
+  __device__ int split() {
+    class_count = 0;
     for (int i = 0; i < window_count; ++i) {
-      const int before = classes;
-      classes = splitWindow(shape_counts[i], windows[i].count, window_count - 1 - i, classes,
-                            class_of_shape[i]);
-      for (int of = before; of < classes; ++of) last_octave[of] = windows[i].last;
+      const int before = class_count;
+      class_count = splitWindow(shape_counts[i], windows[i].count, window_count - 1 - i,
+                                class_count, class_of_shape[i]);
+      for (int of = before; of < class_count; ++of) last_octave[of] = windows[i].last;
     }
-    plan->unbounded = no_class;
-    if (octave_counts[unbounded_octave]) {
-      plan->unbounded = classes;
-      last_octave[classes++] = unbounded_octave - 1;
-    }
-    class_count = classes;
-    plan->classes = classes;
+    if (!octave_counts[unbounded_octave]) return no_class;
+    last_octave[class_count++] = unbounded_octave - 1;
+    return class_count - 1;
+  }
+
+  static constexpr std::uint8_t no_window = 0xff;
+};
+
+// One block, one thread an octave.
+__global__ void __launch_bounds__(choose_threads) chooseKernel(std::size_t boxes, ScenePlan* plan) {
+  __shared__ Choice choice;
+  const int t = threadIdx.x;
+  choice.clear(plan->histogram);
+  choice.takeWindows();
+  const std::uint32_t active = static_cast<std::uint32_t>(boxes) - plan->counters.inactive;
+  choice.arrange(plan->histogram, active - choice.octave_counts[unbounded_octave]);
+  if (t == 0) {
+    plan->unbounded = choice.split();
+    plan->classes = choice.class_count;
     plan->active = active;
     plan->counters.cells = 0;
   }
   __syncthreads();
   for (int shape = 0; shape < shapes; ++shape) {
-    const int window = window_of_octave[t];
-    plan->table[t * shapes + shape] = t == unbounded_octave ? class_count - 1
-                                      : window == 0xff      ? 0
-                                                            : class_of_shape[window][shape];
+    const int window = choice.window_of_octave[t];
+    plan->table[t * shapes + shape] = t == unbounded_octave ? choice.class_count - 1
+                                      : window == Choice::no_window
+                                          ? 0
+                                          : choice.class_of_shape[window][shape];
   }
-  if (t < class_count) {
+  if (t < choice.class_count) {
     // The largest extent is below 2^(last - 126).
-    plan->unit[t] = fixed_point * exp2f(static_cast<float>(min(126 - last_octave[t], 110)));
+    plan->unit[t] = fixed_point * exp2f(static_cast<float>(min(126 - choice.last_octave[t], 110)));
     ClassSummary& summary = plan->summary[t];
     for (int axis = 0; axis < 3; ++axis) {
       summary.low[axis] = ordered(INFINITY);
@@ -170,18 +184,36 @@ struct Run {
       atomicAdd(&summary.extent[axis], static_cast<unsigned long long>(extent[axis]));
     }
   }
+  // Adds what the lanes of a warp have seen last, each of the class `current` or, below 0, none:
+  // joined first where they agree.
+  __device__ void join(int current, ClassSummary* summaries) {
+    const int common = warpMax(current);
+    if (!__all_sync(all_lanes, current == common || current < 0)) {
+      if (count) addTo(summaries[current]);
+      return;
+    }
+    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
+    for (int axis = 0; axis < 3; ++axis) {
+      const int least = warpMin(low[axis]), greatest = warpMax(high[axis]);
+      const auto sum = static_cast<unsigned long long>(warpSum(extent[axis] >> 8)) << 8;
+      if (threadIdx.x % 32 || common < 0) continue;
+      atomicMin(&summaries[common].low[axis], least);
+      atomicMax(&summaries[common].high[axis], greatest);
+      atomicAdd(&summaries[common].extent[axis], sum);
+    }
+  }
 };
 
 // One thread a box, in strides. A thread collects while the class stays the same, a warp joins its
 // lanes where they agree, a block its warps in shared memory. Classes are below most_classes by the
 // table, bins below `bins`.
-__global__ void __launch_bounds__(summary_threads)
+__global__ void __launch_bounds__(block_threads)
     summaryKernel(const float* boxes, std::size_t count, ScenePlan* plan) {
   __shared__ ClassSummary summaries[most_classes];
   __shared__ std::uint8_t table[bins];
   __shared__ float units[most_classes];
   const int t = threadIdx.x, classes = plan->classes;
-  for (int bin = t; bin < bins; bin += summary_threads) table[bin] = plan->table[bin];
+  for (int bin = t; bin < bins; bin += block_threads) table[bin] = plan->table[bin];
   if (t < classes) {
     units[t] = plan->unit[t];
     summaries[t] = plan->summary[t];
@@ -191,8 +223,8 @@ __global__ void __launch_bounds__(summary_threads)
   Run run;
   run.clear();
   int current = -1;
-  const std::size_t stride = std::size_t{gridDim.x} * summary_threads;
-  for (std::size_t i = blockIdx.x * std::size_t{summary_threads} + t; i < count; i += stride) {
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + t; i < count; i += stride) {
     const Record box = loadBox(boxes, i);
     if (!isActive(box)) continue;
     const int own = table[binOf(box)];
@@ -206,25 +238,7 @@ __global__ void __launch_bounds__(summary_threads)
     run.add(2, box.low.z, box.high.z, units[own]);
     ++run.count;
   }
-  const int common = warpMax(current);
-  if (__all_sync(all_lanes, current == common || current < 0)) {
-    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
-    for (int axis = 0; axis < 3; ++axis) {
-      run.low[axis] = warpMin(run.low[axis]);
-      run.high[axis] = warpMax(run.high[axis]);
-    }
-    unsigned long long extent[3];
-    for (int axis = 0; axis < 3; ++axis)
-      extent[axis] = static_cast<unsigned long long>(warpSum(run.extent[axis] >> 8)) << 8;
-    if (t % 32 == 0 && common >= 0)
-      for (int axis = 0; axis < 3; ++axis) {
-        atomicMin(&summaries[common].low[axis], run.low[axis]);
-        atomicMax(&summaries[common].high[axis], run.high[axis]);
-        atomicAdd(&summaries[common].extent[axis], extent[axis]);
-      }
-  } else if (run.count) {
-    run.addTo(summaries[current]);
-  }
+  run.join(current, summaries);
   __syncthreads();
   if (t < classes * 3) {
     const int of = t / 3, axis = t % 3;
@@ -238,19 +252,19 @@ __global__ void __launch_bounds__(summary_threads)
 }
 
 // One thread a box, in strides; each block works out the curves for itself.
-__global__ void __launch_bounds__(key_threads)
+__global__ void __launch_bounds__(block_threads)
     keyKernel(const float* boxes, std::size_t count, int digits, const ScenePlan* plan,
               std::uint32_t* keys, std::uint32_t* slots) {
   __shared__ Curve curves[most_classes];
   __shared__ std::uint8_t table[bins];
   const int t = threadIdx.x;
-  for (int bin = t; bin < bins; bin += key_threads) table[bin] = plan->table[bin];
+  for (int bin = t; bin < bins; bin += block_threads) table[bin] = plan->table[bin];
   if (t < plan->classes)
     curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent, digits);
   __syncthreads();
   const int unbounded = plan->unbounded;
-  const std::size_t stride = std::size_t{gridDim.x} * key_threads;
-  for (std::size_t i = blockIdx.x * std::size_t{key_threads} + t; i < count; i += stride) {
+  const std::size_t stride = std::size_t{gridDim.x} * block_threads;
+  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + t; i < count; i += stride) {
     const Record box = loadBox(boxes, i);
     std::uint32_t key = no_key;
     if (isActive(box)) {
@@ -274,18 +288,19 @@ void clearSearch(ScenePlan* plan, cudaStream_t stream) {
 }
 
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
-            cudaStream_t stream) {
-  launch("survey", surveyKernel, blocksFor(end - begin, survey_threads * survey_boxes, most_blocks),
-         survey_threads, stream, boxes, begin, end, plan);
+            const KernelQueue& queue) {
+  launch("survey", surveyKernel, blocksFor(end - begin, queue), block_threads, queue.stream, boxes,
+         begin, end, plan);
 }
 
 void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,
-                std::uint32_t* slots, cudaStream_t stream) {
-  launch("choose classes", chooseKernel, 1, choose_threads, stream, count, plan);
-  launch("summarise classes", summaryKernel, blocksFor(count, summary_threads * 4, most_blocks),
-         summary_threads, stream, boxes, count, plan);
-  launch("assign keys", keyKernel, blocksFor(count, key_threads * 2, most_blocks), key_threads,
-         stream, boxes, count, keyDigitsFor(count) - class_digits, plan, keys, slots);
+                std::uint32_t* slots, const KernelQueue& queue) {
+  const std::size_t blocks = blocksFor(count, queue);
+  launch("choose classes", chooseKernel, 1, choose_threads, queue.stream, count, plan);
+  launch("summarise classes", summaryKernel, blocks, block_threads, queue.stream, boxes, count,
+         plan);
+  launch("assign keys", keyKernel, blocks, block_threads, queue.stream, boxes, count,
+         keyDigitsFor(count) - class_digits, plan, keys, slots);
 }
 
 }  // namespace device

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "cuda/device/device.h"
 #include "cuda/one/scene_plan.h"
 
 namespace ode_parallel_sap {
@@ -19,11 +20,11 @@ void clearSearch(ScenePlan* plan, cudaStream_t stream);
 
 // Counts boxes [begin, end) by bin. `boxes` are 24-byte boxes.
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
-            cudaStream_t stream);
+            const KernelQueue& queue);
 
 // Once all boxes are counted: chooses the classes and gives each box its key. slots[i] = i.
 void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uint32_t* keys,
-                std::uint32_t* slots, cudaStream_t stream);
+                std::uint32_t* slots, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

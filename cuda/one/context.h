@@ -85,6 +85,7 @@ struct Context {
            has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
            lists.bytes() + stretches.bytes() + scratch.bytes();
   }
+  ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs that may be found.
   std::size_t pairPlaces() const { return found.capacity() - device::overflow_places; }
 };

@@ -16,7 +16,6 @@ struct Crowd {
 
 namespace {
 
-constexpr int threads = 256;
 // In keys of 64 bits: the class, what was known before, the place on the crowd's curve.
 constexpr int class_shift = 64 - class_digits;
 constexpr int before_digits = class_shift - curve_digits;
@@ -35,8 +34,8 @@ __device__ std::size_t crowdBegin(const Key* keys, std::size_t count, std::size_
 }
 
 // One thread a crowd that there could be.
-__global__ void __launch_bounds__(threads) clearKernel(Crowd* crowds, std::size_t most) {
-  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+__global__ void __launch_bounds__(block_threads) clearKernel(Crowd* crowds, std::size_t most) {
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   if (i >= most) return;
   for (int axis = 0; axis < 3; ++axis) {
     crowds[i].low[axis] = ordered(INFINITY);
@@ -46,17 +45,16 @@ __global__ void __launch_bounds__(threads) clearKernel(Crowd* crowds, std::size_
 
 // One thread a place below plan->active; lanes of the same crowd join before they add.
 template <class Key>
-__global__ void __launch_bounds__(threads)
-    rangeKernel(const float* boxes, const std::uint32_t* slots, const Key* keys,
-                const ScenePlan* plan, Crowd* crowds) {
+__global__ void __launch_bounds__(block_threads)
+    rangeKernel(OrderedBoxes boxes, const Key* keys, const ScenePlan* plan, Crowd* crowds) {
   const std::size_t active = plan->active;
-  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   const std::size_t begin = i < active ? crowdBegin(keys, active, i) : active;
   const unsigned crowd = static_cast<unsigned>(begin / crowd_size);
   const bool member = begin < active;
   float centre[3] = {NAN, NAN, NAN};
   if (member) {
-    const Record box = loadBox(boxes, slots[i]);
+    const Record box = loadBox(boxes.boxes, boxes.slots[i]);
     centre[0] = centreOf(box.low.x, box.high.x);
     centre[1] = centreOf(box.low.y, box.high.y);
     centre[2] = centreOf(box.low.z, box.high.z);
@@ -80,10 +78,10 @@ __global__ void __launch_bounds__(threads)
 // One thread a place: the first of each crowd chooses its curve. Clears plan->counters.crowded,
 // which a divisible crowd sets again.
 template <class Key>
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(block_threads)
     curveKernel(const Key* keys, ScenePlan* plan, Crowd* crowds) {
   const std::size_t active = plan->active;
-  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   if (i >= active || (i && keys[i - 1] == keys[i])) return;
   if (i + crowd_size >= active || keys[i + crowd_size] != keys[i]) return;
   Crowd& crowd = crowds[i / crowd_size];
@@ -100,12 +98,12 @@ __global__ void __launch_bounds__(threads)
 // One thread a place. Keys of 32 bits are kept, those of 64 are replaced by the place where the
 // crowd begins, or the own one. Inactive boxes stay last.
 template <class Key>
-__global__ void __launch_bounds__(threads)
-    divideKernel(const float* boxes, const std::uint32_t* slots, const Key* keys, std::size_t count,
-                 const ScenePlan* plan, const Crowd* crowds, std::uint64_t* new_keys) {
+__global__ void __launch_bounds__(block_threads)
+    divideKernel(OrderedBoxes boxes, const Key* keys, const ScenePlan* plan, const Crowd* crowds,
+                 std::uint64_t* new_keys) {
   const std::size_t active = plan->active;
-  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
-  if (i >= count) return;
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
+  if (i >= boxes.count) return;
   if (i >= active) {
     new_keys[i] = ~std::uint64_t{0};
     return;
@@ -113,7 +111,8 @@ __global__ void __launch_bounds__(threads)
   const std::size_t begin = crowdBegin(keys, active, i);
   std::uint64_t place = 0;
   if (begin < active && crowds[begin / crowd_size].divisible)
-    place = crowds[begin / crowd_size].curve.keyOf(loadBox(boxes, slots[i]), curve_digits);
+    place =
+        crowds[begin / crowd_size].curve.keyOf(loadBox(boxes.boxes, boxes.slots[i]), curve_digits);
   const std::uint64_t before = sizeof(Key) == 4
                                    ? std::uint64_t{keys[i]} << 32
                                    : std::uint64_t(classOf(keys[i])) << class_shift |
@@ -124,22 +123,19 @@ __global__ void __launch_bounds__(threads)
 }  // namespace
 
 template <class Key>
-bool divideCrowds(const float* boxes, const std::uint32_t* slots, const Key* keys,
-                  std::size_t count, ScenePlan* plan, std::uint64_t* new_keys,
-                  DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  const std::size_t most = count / crowd_size + 1;
-  const std::size_t blocks = (count + threads - 1) / threads;
-  scratch.reserve(most * sizeof(Crowd));
-  Crowd* const crowds = reinterpret_cast<Crowd*>(scratch.data());
+bool divideCrowds(const OrderedBoxes& boxes, const Key* keys, ScenePlan* plan,
+                  std::uint64_t* new_keys, const ScratchQueue& queue) {
+  const cudaStream_t stream = queue.stream;
+  const std::size_t most = boxes.count / crowd_size + 1, blocks = blocksForAll(boxes.count);
+  queue.scratch.reserve(most * sizeof(Crowd));
+  Crowd* const crowds = reinterpret_cast<Crowd*>(queue.scratch.data());
   std::uint32_t* const crowded = &plan->counters.crowded;
-  launch("clear crowds", clearKernel, (most + threads - 1) / threads, threads, stream, crowds,
-         most);
-  launch("find ranges", rangeKernel<Key>, blocks, threads, stream, boxes, slots, keys, plan,
-         crowds);
+  launch("clear crowds", clearKernel, blocksForAll(most), block_threads, stream, crowds, most);
+  launch("find ranges", rangeKernel<Key>, blocks, block_threads, stream, boxes, keys, plan, crowds);
   CHECK_CUDA(cudaMemsetAsync(crowded, 0, sizeof *crowded, stream));
-  launch("choose curves", curveKernel<Key>, blocks, threads, stream, keys, plan, crowds);
-  launch("divide crowds", divideKernel<Key>, blocks, threads, stream, boxes, slots, keys, count,
-         plan, crowds, new_keys);
+  launch("choose curves", curveKernel<Key>, blocks, block_threads, stream, keys, plan, crowds);
+  launch("divide crowds", divideKernel<Key>, blocks, block_threads, stream, boxes, keys, plan,
+         crowds, new_keys);
   std::uint32_t divisible = 0;
   CHECK_CUDA(
       cudaMemcpyAsync(&divisible, crowded, sizeof divisible, cudaMemcpyDeviceToHost, stream));
@@ -147,10 +143,10 @@ bool divideCrowds(const float* boxes, const std::uint32_t* slots, const Key* key
   CHECK_CUDA(cudaStreamSynchronize(stream));
   return divisible != 0;
 }
-template bool divideCrowds(const float*, const std::uint32_t*, const std::uint32_t*, std::size_t,
-                           ScenePlan*, std::uint64_t*, DeviceBuffer<char>&, cudaStream_t);
-template bool divideCrowds(const float*, const std::uint32_t*, const std::uint64_t*, std::size_t,
-                           ScenePlan*, std::uint64_t*, DeviceBuffer<char>&, cudaStream_t);
+template bool divideCrowds(const OrderedBoxes&, const std::uint32_t*, ScenePlan*, std::uint64_t*,
+                           const ScratchQueue&);
+template bool divideCrowds(const OrderedBoxes&, const std::uint64_t*, ScenePlan*, std::uint64_t*,
+                           const ScratchQueue&);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

@@ -13,14 +13,12 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// Lays a curve of its own through each crowd. Reads the boxes in the order of `slots`, whose keys
-// are `keys`, and writes to new_keys what has to be sorted once more, by all bits. Returns whether
-// any crowd can be told apart at all; waits for the device to know. The first time keys are of 32
-// bits, then of 64.
+// Lays a curve of its own through each crowd of the boxes, whose keys are `keys`, and writes to
+// new_keys what has to be sorted once more, by all bits. Returns whether any crowd can be told
+// apart at all; waits for the device to know. The first time keys are of 32 bits, then of 64.
 template <class Key>
-bool divideCrowds(const float* boxes, const std::uint32_t* slots, const Key* keys,
-                  std::size_t count, ScenePlan* plan, std::uint64_t* new_keys,
-                  DeviceBuffer<char>& scratch, cudaStream_t stream);
+bool divideCrowds(const OrderedBoxes& boxes, const Key* keys, ScenePlan* plan,
+                  std::uint64_t* new_keys, const ScratchQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

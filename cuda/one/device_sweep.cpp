@@ -11,12 +11,8 @@ using namespace device;
 
 namespace {
 
-// Places for pairs before anything is known of the scene, a box; later what the last frame needed
-// and a part more.
-constexpr std::size_t first_pairs_a_box = 8;
-constexpr std::size_t least_pairs = 1 << 16;
-
-// Each round divides crowds by their own range: this many only if boxes differ by next to nothing.
+// fixed: each round divides crowds by their own range, and boxes differ by next to nothing where it
+// takes more than a few; any bound will do.
 constexpr int most_rounds = 16;
 
 }  // namespace
@@ -45,7 +41,7 @@ void DeviceSweep::arrived(std::size_t first, std::size_t last) {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.piece_here, c.up));
   CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
-  survey(c.boxes.data(), first, last, c.plan.data(), c.compute);
+  survey(c.boxes.data(), first, last, c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {
@@ -69,7 +65,7 @@ void DeviceSweep::reserve() {
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks() + 1);
   c.host_has_list.reserve((slots + 31) / 32);
-  reservePairs(std::max(pairs_expected_, std::max(boxes * first_pairs_a_box, least_pairs)));
+  reservePairs(std::max(pairs_expected_, boxes * first_pairs_a_box));
 }
 
 void DeviceSweep::reservePairs(std::size_t pairs) {
@@ -100,22 +96,29 @@ void DeviceSweep::startRecorded() {
 void DeviceSweep::order() {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
-  assignKeys(c.boxes.data(), boxes, c.plan.data(), keys_.current, slots_.current, c.compute);
+  assignKeys(c.boxes.data(), boxes, c.plan.data(), keys_.current, slots_.current, c.queue());
   mark(Classified);
-  sortByKey(keys_, slots_, boxes, c.scratch, c.compute);
+  sortByKey(keys_, slots_, boxes, c.queue());
   sorted_keys_ = keys_;
   sorted_slots_ = slots_;
   mark(Sorted);
-  cutCells(keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
-           c.compute);
+  cutCells(keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   mark(Packed);
 }
 
+device::CellStore DeviceSweep::cellStore() {
+  return {context_->sorted.data(), context_->tree.data(), frame_.boxes, TreeLayout(frame_.boxes)};
+}
+
+device::FoundPairs DeviceSweep::foundPairs() {
+  return {context_->found.data(), context_->pairPlaces()};
+}
+
 void DeviceSweep::buildCells() {
   Context& c = *context_;
-  packCells(c.boxes.data(), slots_.current, c.starts.data(), frame_.boxes, frame_.share,
-            c.plan.data(), c.sorted.data(), c.tree.data(), TreeLayout(frame_.boxes), c.compute);
+  packCells({c.boxes.data(), slots_.current, frame_.boxes}, c.starts.data(), frame_.share,
+            c.plan.data(), cellStore(), c.queue());
 }
 
 // Returns whether the order has become any better.
@@ -128,16 +131,15 @@ bool DeviceSweep::divideCrowds(int round) {
     slots_ = sorted_slots_;
     long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
   }
-  const bool divided =
-      round == 0 ? device::divideCrowds(c.boxes.data(), slots_.current, keys_.current, boxes,
-                                        c.plan.data(), long_keys_.current, c.scratch, c.compute)
-                 : device::divideCrowds(c.boxes.data(), slots_.current, long_keys_.current, boxes,
-                                        c.plan.data(), long_keys_.other, c.scratch, c.compute);
+  const OrderedBoxes ordered = {c.boxes.data(), slots_.current, boxes};
+  const bool divided = round == 0 ? device::divideCrowds(ordered, keys_.current, c.plan.data(),
+                                                         long_keys_.current, c.queue())
+                                  : device::divideCrowds(ordered, long_keys_.current, c.plan.data(),
+                                                         long_keys_.other, c.queue());
   if (!divided) return false;
   if (round > 0) long_keys_.swap();
-  sortByKey(long_keys_, slots_, boxes, c.scratch, c.compute);
-  cutCells(long_keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.scratch,
-           c.compute);
+  sortByKey(long_keys_, slots_, boxes, c.queue());
+  cutCells(long_keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   return true;
 }
@@ -150,13 +152,12 @@ void DeviceSweep::search(bool ignore_crowds) {
   const SearchFilter filter = {
       frame_.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
       frame_.filter_bodies ? c.bodies.data() : nullptr};
-  findPairs(c.sorted.data(), c.tree.data(), frame_.boxes, TreeLayout(frame_.boxes), filter,
-            frame_.exact, c.plan.data(), c.found.data(), c.pairPlaces(), c.counts.data(),
-            ignore_crowds, c.processors, c.compute);
+  findPairs(cellStore(), {filter, frame_.exact, ignore_crowds}, c.plan.data(), foundPairs(),
+            c.counts.data(), c.queue());
   mark(Searched);
-  scanCounts(c.counts.data(), c.ends.data(), slots, c.scratch, c.compute);
-  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(), c.has_list.data(),
-                 c.block_begins.data(), c.long_slots.data(), c.compute);
+  scanCounts(c.counts.data(), c.ends.data(), slots, c.queue());
+  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(),
+                 {c.has_list.data(), c.block_begins.data(), c.long_slots.data()}, c.queue());
   mark(Scanned);
 }
 
@@ -164,8 +165,7 @@ void DeviceSweep::search(bool ignore_crowds) {
 void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
-  scatterPairs(c.found.data(), c.pairPlaces(), c.plan.data(), c.ends.data(), c.lists.data(),
-               c.processors, c.compute);
+  scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
   mark(Scattered);
 
   CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
@@ -215,7 +215,8 @@ bool DeviceSweep::findAll() {
 
 void DeviceSweep::sortLists(std::size_t piece_words) {
   Context& c = *context_;
-  const std::size_t slots = frame_.slots, total = pairs();
+  const std::size_t total = pairs();
+  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, c.stretches.data()};
   const std::size_t pieces = (total + piece_words - 1) / piece_words;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
   const unsigned long long* const begins = c.host_begins.data();
@@ -227,15 +228,13 @@ void DeviceSweep::sortLists(std::size_t piece_words) {
     const std::size_t end =
         words == total ? blocks()
                        : std::lower_bound(begins + block, begins + blocks(), words) - begins;
-    device::sortLists(c.lists.data(), c.ends.data(), slots, block, end, c.stretches.data(),
-                      c.compute);
+    device::sortLists(lists, block, end, c.queue());
     block = end;
     if (!long_lists) CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
   }
   if (long_lists) {
-    sortLongLists(c.lists.data(), c.ends.data(), slots, c.long_slots.data(), long_lists,
-                  c.host_counters[0].long_words, c.long_store, c.stretches.data(), c.scratch,
-                  c.compute);
+    sortLongLists(lists, {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
+                  c.long_store, c.queue());
     for (std::size_t piece = 0; piece < pieces; ++piece)
       CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
   }

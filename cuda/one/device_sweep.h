@@ -80,6 +80,8 @@ class DeviceSweep {
   void search(bool ignore_crowds);
   void startRecorded();
   void collect();
+  device::CellStore cellStore();
+  device::FoundPairs foundPairs();
   bool findAll();
   std::size_t blocks() const {
     return (frame_.slots + device::list_block - 1) / device::list_block;

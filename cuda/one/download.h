@@ -16,24 +16,28 @@ namespace ode_parallel_sap {
 
 class Download {
  public:
-  // `total` words travel in pieces of this many, whole stretches: 1.5 MB at most, as in Upload, and
-  // several pieces where that pays, so that the first can be dealt with early.
+  // `total` words travel in pieces of this many, whole stretches: as large as in Upload.
   static std::size_t pieceWords(std::size_t total);
   static std::size_t piecesFor(std::size_t total) {
     return (total + pieceWords(total) - 1) / pieceWords(total);
   }
 
   Download();
-  // Fills `pairs` with one part of `total` pairs from their stretches on the device. Piece i may be
-  // copied once the i-th of `ready` has happened; has_list (expand.h) is there by then if it was
-  // asked for on `stream`. `exact`: no pair is unsure. Returns the number of threads used.
-  int run(const std::uint32_t* stretches, std::size_t total,
-          const std::vector<std::unique_ptr<Event>>& ready, const std::uint32_t* has_list,
-          bool exact, int threads, cudaStream_t stream, PairList& pairs);
+  // Sorted lists on the device.
+  struct Lists {
+    const std::uint32_t* stretches;
+    std::size_t words;
+    const std::vector<std::unique_ptr<Event>>& ready;  // piece i may be copied after the i-th
+    const std::uint32_t* has_list;  // (expand.h) there by then if it was asked for on the stream
+    bool exact;                     // no pair is unsure
+  };
+
+  // Fills `pairs` with one part. Returns the number of threads used.
+  int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:
-  static constexpr std::size_t ring_pieces = 8;
+  class Transfer;
 
   PinnedBuffer<std::uint32_t> ring_;
   std::vector<std::unique_ptr<Event>> here_;            // one a piece of the ring

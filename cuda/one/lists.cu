@@ -10,16 +10,6 @@ namespace device {
 
 namespace {
 
-constexpr int scatter_threads = 256;
-constexpr int scatter_blocks_a_processor = 8;
-
-// Words of a block's lists that are kept in shared memory while they are sorted, 16 kB; what has
-// more is read from global memory.
-constexpr std::uint32_t cached_words = 4096;
-
-constexpr int long_threads = 256;
-constexpr std::size_t most_long_blocks = 132 * 16;
-
 struct Add {
   __device__ unsigned long long operator()(unsigned long long a, unsigned long long b) const {
     return a + b;
@@ -44,31 +34,32 @@ __device__ inline void writeWord(std::uint32_t* stretches, unsigned long long i,
 // block_begins has a place for each block and one more, has_list one for each 32 slots.
 __global__ void __launch_bounds__(list_block)
     summariseKernel(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
-                    std::uint32_t* long_slots) {
+                    ScenePlan* plan, ListSummary summary) {
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
-  if (threadIdx.x == 0) block_begins[blockIdx.x] = ends[slot];
+  if (threadIdx.x == 0) summary.block_begins[blockIdx.x] = ends[slot];
   const std::uint32_t count = slot < slots ? counts[slot] : 0;
   const unsigned lists = __ballot_sync(all_lanes, count != 0);
-  if (threadIdx.x % 32 == 0 && slot < slots) has_list[slot / 32] = lists;
+  if (threadIdx.x % 32 == 0 && slot < slots) summary.has_list[slot / 32] = lists;
   if (count > long_list) {
-    long_slots[atomicAdd(&plan->counters.long_lists, 1u)] = static_cast<std::uint32_t>(slot);
+    summary.long_slots[atomicAdd(&plan->counters.long_lists, 1u)] =
+        static_cast<std::uint32_t>(slot);
     atomicAdd(&plan->counters.long_words, static_cast<unsigned long long>(count));
   }
-  if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0) block_begins[gridDim.x] = ends[slots];
+  if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0)
+    summary.block_begins[gridDim.x] = ends[slots];
 }
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
 // places in its list at once. These are whatever the counter gives: below the list's end, as the
 // list has one place for each pair found.
-__global__ void __launch_bounds__(scatter_threads)
+__global__ void __launch_bounds__(block_threads)
     scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
                   const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
   const unsigned long long count = plan->counters.found;
   if (count > capacity) return;
   const int lane = threadIdx.x % 32;
-  const unsigned long long stride = std::size_t{gridDim.x} * scatter_threads;
-  for (unsigned long long first = blockIdx.x * std::size_t{scatter_threads} + threadIdx.x - lane;
+  const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
+  for (unsigned long long first = blockIdx.x * std::size_t{block_threads} + threadIdx.x - lane;
        first < count; first += stride) {
     const Found pair = first + lane < count ? found[first + lane] : nothing_found;
     const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
@@ -166,62 +157,84 @@ __global__ void __launch_bounds__(list_block)
   }
 }
 
+// Where the words of the long lists lie, list after list. Their keys: the list's number above the
+// word.
+struct LongWords {
+  const std::uint32_t* slots;         // of each list
+  const unsigned long long* begins;   // of each, among the words of all lists
+  const unsigned long long* offsets;  // of each, among those of the long ones
+  std::uint32_t count;
+  unsigned long long words;
+  int word_bits;
+};
+
 // One thread a long list: where it begins, and its length, from which a scan makes offsets.
-__global__ void __launch_bounds__(long_threads)
-    longListKernel(const unsigned long long* ends, const std::uint32_t* long_slots,
-                   std::uint32_t count, unsigned long long* begins, unsigned long long* lengths) {
-  const std::uint32_t i = blockIdx.x * long_threads + threadIdx.x;
-  if (i >= count) return;
-  const std::uint32_t slot = long_slots[i];
+__global__ void __launch_bounds__(block_threads)
+    longListKernel(const unsigned long long* ends, LongLists lists, unsigned long long* begins,
+                   unsigned long long* lengths) {
+  const std::uint32_t i = blockIdx.x * block_threads + threadIdx.x;
+  if (i >= lists.count) return;
+  const std::uint32_t slot = lists.slots[i];
   begins[i] = slot ? ends[slot - 1] : 0;
   lengths[i] = ends[slot] - begins[i];
 }
 
-// One thread a word of the long lists, in strides: the list's number above the word.
-__global__ void __launch_bounds__(long_threads)
-    gatherKernel(const std::uint32_t* lists, const unsigned long long* begins,
-                 const unsigned long long* offsets, std::uint32_t count, unsigned long long words,
-                 int word_bits, std::uint64_t* keys) {
-  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
-  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+// One thread a word of the long lists, in strides.
+__global__ void __launch_bounds__(block_threads)
+    gatherKernel(const std::uint32_t* lists, LongWords from, std::uint64_t* keys) {
+  const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
-    std::uint32_t low = 0, high = count - 1;  // the last list whose offset is at or before i
+    std::uint32_t low = 0, high = from.count - 1;  // the last list whose offset is at or before i
     while (low < high) {
       const std::uint32_t middle = low + (high - low + 1) / 2;
-      if (offsets[middle] <= i)
+      if (from.offsets[middle] <= i)
         low = middle;
       else
         high = middle - 1;
     }
-    keys[i] = std::uint64_t{low} << word_bits | lists[begins[low] + (i - offsets[low])];
+    keys[i] =
+        std::uint64_t{low} << from.word_bits | lists[from.begins[low] + (i - from.offsets[low])];
   }
 }
 
 // The way back, once the keys are sorted: list follows list as before.
-__global__ void __launch_bounds__(long_threads)
-    spreadKernel(const std::uint64_t* keys, const unsigned long long* begins,
-                 const unsigned long long* offsets, const std::uint32_t* long_slots,
-                 unsigned long long words, int word_bits, std::uint32_t* stretches) {
-  const unsigned long long stride = std::size_t{gridDim.x} * long_threads;
-  for (unsigned long long i = blockIdx.x * std::size_t{long_threads} + threadIdx.x; i < words;
+__global__ void __launch_bounds__(block_threads)
+    spreadKernel(const std::uint64_t* keys, LongWords from, std::uint32_t* stretches) {
+  const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
+  for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
-    const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> word_bits);
-    const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << word_bits) - 1);
-    const unsigned long long rank = i - offsets[list];
-    writeWord(stretches, begins[list] + rank, word, rank == 0 ? far_ahead : 0, long_slots[list]);
+    const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
+    const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
+    const unsigned long long rank = i - from.offsets[list];
+    writeWord(stretches, from.begins[list] + rank, word, rank == 0 ? far_ahead : 0,
+              from.slots[list]);
   }
 }
 
 template <class In>
 void scan(const In* values, unsigned long long* sums, std::size_t count,
-          DeviceBuffer<char>& scratch, cudaStream_t stream) {
+          const ScratchQueue& queue) {
   std::size_t bytes = 0;
   const auto size = static_cast<std::int64_t>(count);
-  CHECK_CUDA(
-      cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size, stream));
-  scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch.data(), bytes, values, sums, Add(), 0ull, size,
-                                            stream));
+  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size,
+                                            queue.stream));
+  queue.scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(queue.scratch.data(), bytes, values, sums, Add(), 0ull,
+                                            size, queue.stream));
+}
+
+// Returns which of the two has the result.
+const std::uint64_t* sortKeys(DeviceBuffer<std::uint64_t> (&buffers)[2], unsigned long long count,
+                              int bits, const ScratchQueue& queue) {
+  cub::DoubleBuffer<std::uint64_t> keys(buffers[0].data(), buffers[1].data());
+  const auto size = static_cast<std::int64_t>(count);
+  std::size_t bytes = 0;
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, queue.stream));
+  queue.scratch.reserve(bytes);
+  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(queue.scratch.data(), bytes, keys, size, 0, bits,
+                                            queue.stream));
+  return keys.Current();
 }
 
 int bitsFor(std::uint64_t values) {
@@ -233,56 +246,48 @@ int bitsFor(std::uint64_t values) {
 }  // namespace
 
 void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
-                DeviceBuffer<char>& scratch, cudaStream_t stream) {
-  scan(counts, ends, slots + 1, scratch, stream);
+                const ScratchQueue& queue) {
+  scan(counts, ends, slots + 1, queue);
 }
 
 void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
-                    std::uint32_t* long_slots, cudaStream_t stream) {
+                    ScenePlan* plan, const ListSummary& summary, const KernelQueue& queue) {
   launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
-         stream, counts, ends, slots, plan, has_list, block_begins, long_slots);
+         queue.stream, counts, ends, slots, plan, summary);
 }
 
-void scatterPairs(const Found* found, unsigned long long capacity, const ScenePlan* plan,
-                  unsigned long long* ends, std::uint32_t* lists, int processors,
-                  cudaStream_t stream) {
-  launch("scatter pairs", scatterKernel, std::size_t(processors) * scatter_blocks_a_processor,
-         scatter_threads, stream, found, capacity, plan, ends, lists);
+void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
+                  std::uint32_t* lists, const KernelQueue& queue) {
+  launch("scatter pairs", scatterKernel, std::size_t(queue.processors) * blocks_a_processor,
+         block_threads, queue.stream, found.pairs, found.capacity, plan, ends, lists);
 }
 
-void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
-               std::size_t begin, std::size_t end, std::uint32_t* stretches, cudaStream_t stream) {
+void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
   if (begin < end)
-    launch("sort lists", sortKernel, end - begin, list_block, stream, lists, ends, slots, begin,
-           stretches);
+    launch("sort lists", sortKernel, end - begin, list_block, queue.stream, lists.words, lists.ends,
+           lists.slots, begin, lists.stretches);
 }
 
-void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
-                   const std::uint32_t* long_slots, std::uint32_t count, unsigned long long words,
-                   LongListStore& store, std::uint32_t* stretches, DeviceBuffer<char>& scratch,
-                   cudaStream_t stream) {
+void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
+                   const ScratchQueue& queue) {
+  const std::uint32_t count = long_lists.count;
   store.begins.reserve(count);
   store.offsets.reserve(2 * std::size_t{count});
-  for (DeviceBuffer<std::uint64_t>& keys : store.keys) keys.reserve(words);
+  for (DeviceBuffer<std::uint64_t>& keys : store.keys) keys.reserve(long_lists.words);
   unsigned long long* const lengths = store.offsets.data() + count;
   unsigned long long* const offsets = store.offsets.data();
-  launch("find long lists", longListKernel, (count + long_threads - 1) / long_threads, long_threads,
-         stream, ends, long_slots, count, store.begins.data(), lengths);
-  scan(lengths, offsets, count, scratch, stream);
-  const int word_bits = bitsFor(2 * slots - 1);
-  const std::size_t blocks = blocksFor(words, long_threads * 4, most_long_blocks);
-  launch("gather long lists", gatherKernel, blocks, long_threads, stream, lists,
-         store.begins.data(), offsets, count, words, word_bits, store.keys[0].data());
-  cub::DoubleBuffer<std::uint64_t> keys(store.keys[0].data(), store.keys[1].data());
-  const int bits = word_bits + bitsFor(count - 1);
-  const auto size = static_cast<std::int64_t>(words);
-  std::size_t bytes = 0;
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, stream));
-  scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch.data(), bytes, keys, size, 0, bits, stream));
-  launch("spread long lists", spreadKernel, blocks, long_threads, stream, keys.Current(),
-         store.begins.data(), offsets, long_slots, words, word_bits, stretches);
+  launch("find long lists", longListKernel, blocksForAll(count), block_threads, queue.stream,
+         lists.ends, long_lists, store.begins.data(), lengths);
+  scan(lengths, offsets, count, queue);
+  const LongWords from = {long_lists.slots, store.begins.data(),         offsets, count,
+                          long_lists.words, bitsFor(2 * lists.slots - 1)};
+  const std::size_t blocks = blocksFor(from.words, queue);
+  launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists.words, from,
+         store.keys[0].data());
+  const std::uint64_t* const sorted =
+      sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
+  launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
+         lists.stretches);
 }
 
 }  // namespace device

@@ -17,20 +17,23 @@ namespace device {
 // ends[i] = counts[0] + ... + counts[i - 1] for i <= slots: where each list begins, the last one
 // the number of pairs. counts[slots] is read.
 void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
-                DeviceBuffer<char>& scratch, cudaStream_t stream);
+                const ScratchQueue& queue);
 
-// Before scatter: what the host needs, also in the plan's counters. Bit i of has_list: counts[i] is
-// not 0; block_begins[b] = where the lists of block b of list_block slots begin, one more for the
-// end; long_slots: the slots whose lists are longer than long_list.
+// What the host needs beside the plan's counters.
+struct ListSummary {
+  std::uint32_t* has_list;  // bit i: counts[i] is not 0
+  // Where the lists of each block of list_block slots begin, and one more for the end.
+  unsigned long long* block_begins;
+  std::uint32_t* long_slots;  // whose lists are longer than long_list
+};
+// Before scatter.
 void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, std::uint32_t* has_list, unsigned long long* block_begins,
-                    std::uint32_t* long_slots, cudaStream_t stream);
+                    ScenePlan* plan, const ListSummary& summary, const KernelQueue& queue);
 
 // Puts the words of the pairs into their lists, in no order within a list. ends[i] becomes the end
-// of list i. Does nothing if the pairs did not fit into `capacity`.
-void scatterPairs(const Found* found, unsigned long long capacity, const ScenePlan* plan,
-                  unsigned long long* ends, std::uint32_t* lists, int processors,
-                  cudaStream_t stream);
+// of list i. Does nothing if the pairs did not fit.
+void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
+                  std::uint32_t* lists, const KernelQueue& queue);
 
 // Words of the stretches that hold `words` words, headers included.
 constexpr std::size_t stretchedSize(std::size_t words) {
@@ -42,10 +45,19 @@ constexpr std::size_t stretchedEnd(std::size_t words) {
   return words + (words + stretch_words - 1) / stretch_words * header_words;
 }
 
-// After scatter: sorts the lists of blocks [begin, end) but the long ones from `lists` into
-// `stretches`.
-void sortLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
-               std::size_t begin, std::size_t end, std::uint32_t* stretches, cudaStream_t stream);
+// What travels at a time, at most.
+constexpr std::size_t piece_stretches = piece_bytes / (stretch_size * sizeof(std::uint32_t));
+
+// The lists after scatter, and where they go when they are sorted.
+struct Lists {
+  const std::uint32_t* words;
+  const unsigned long long* ends;
+  std::size_t slots;
+  std::uint32_t* stretches;
+};
+
+// Sorts the lists of blocks [begin, end) but the long ones.
+void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue);
 
 // What sorting long lists needs beside them; grows as needed.
 struct LongListStore {
@@ -56,11 +68,14 @@ struct LongListStore {
   }
 };
 
-// After scatter: sorts the `count` long lists with `words` words in all.
-void sortLongLists(const std::uint32_t* lists, const unsigned long long* ends, std::size_t slots,
-                   const std::uint32_t* long_slots, std::uint32_t count, unsigned long long words,
-                   LongListStore& store, std::uint32_t* stretches, DeviceBuffer<char>& scratch,
-                   cudaStream_t stream);
+// The long ones among the lists.
+struct LongLists {
+  const std::uint32_t* slots;
+  std::uint32_t count;
+  unsigned long long words;  // of all
+};
+void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
+                   const ScratchQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

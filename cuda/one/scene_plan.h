@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "cuda/device/tuning.h"
+#include "cuda/one/tuning.h"
 #include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
@@ -14,39 +16,37 @@ using size_rules::bins;
 using size_rules::most_classes;
 
 // A key is the class, then the place on the class's curve, in the top digits of 32.
+// fixed: they hold most_classes.
 constexpr int class_digits = 5;
+static_assert(1 << class_digits >= most_classes, "a class has a number");
 constexpr int curve_digits = 32 - class_digits;
-// The sort takes eight digits at a time. Up to this many boxes it is spared the last eight, which
-// leaves two keys or more to a cell.
+// fixed: the sort takes eight digits at a time, and is spared the last eight.
 constexpr int short_key_digits = 24;
-constexpr std::size_t most_short_keys = std::size_t{1} << 21;
 constexpr int keyDigitsFor(std::size_t boxes) {
   return boxes <= most_short_keys ? short_key_digits : class_digits + curve_digits;
 }
 constexpr std::uint32_t no_key = 0xffffffff;  // of boxes that take part in nothing; sorted last
 
-constexpr int cell_size = 32;  // a warp
-// More boxes than this with one key are a crowd: its cells would have no order, and each would meet
-// all others.
-constexpr std::uint32_t crowd_size = 1024;
-constexpr int fan_out = 32;  // children of a node
+constexpr int cell_size = 32;  // fixed: a warp's lanes
+constexpr int fan_out = 32;    // fixed: likewise, the children of a node
+// fixed: enough for 2^28 boxes.
 constexpr int most_levels = 6;
 
 // Slots whose lists are sorted by one block.
-constexpr int list_block = 256;
-// Lists longer than this are sorted by themselves.
-constexpr std::uint32_t long_list = 64;
+constexpr int list_block = block_threads;
 
 // How the lists travel. The words of all lists follow each other: the later slot above the lowest
 // bit, which tells that the pair is unsure. The top digits of a word tell by how many slots its
 // earlier slot is ahead of the word's before: none within a list, one or a few at its beginning, or
 // `far_ahead`: the next slot that has a list at all. Every stretch of words has a header that gives
 // the earlier slot of its first word.
+// fixed: 29 bits hold a slot and a mark; a header keeps stretches aligned to 16 bytes, and takes
+// 0.4 % of them.
 constexpr int ahead_shift = 29;
 constexpr std::uint32_t far_ahead = 7;
 constexpr std::uint32_t word_mask = (1u << ahead_shift) - 1;
 constexpr std::size_t stretch_words = 1024;
-constexpr std::size_t header_words = 4;  // keeps stretches aligned to 16 bytes
+constexpr std::size_t header_words = 4;
 constexpr std::size_t stretch_size = header_words + stretch_words;
 
 // Centre ranges as ordered integers (see ordered()), extents as sums of fixed-point numbers in
@@ -82,6 +82,13 @@ struct ScenePlan {
   ClassSummary summary[most_classes];
 };
 
+// Boxes of 24 bytes in some order: the i-th is that with the number slots[i].
+struct OrderedBoxes {
+  const float* boxes;
+  const std::uint32_t* slots;
+  std::size_t count;
+};
+
 // What is a device's own where several share a scene (partition.h): the pairs of which not both
 // boxes are guests, which begin before `first` on the axis.
 struct Share {
@@ -91,7 +98,7 @@ struct Share {
   std::uint64_t first = 0;
 };
 
-// Of a record, a box or the bounds of several: primitives.cuh.
+// fixed: the size of a record, a box or the bounds of several: primitives.cuh.
 constexpr std::size_t record_bytes = 32;
 
 }  // namespace device

@@ -7,13 +7,9 @@ namespace device {
 
 namespace {
 
-constexpr int search_warps = 8;  // a block
+// fixed: the spaces of a block's warps fill the 48 kB of shared memory that every device has.
+constexpr int search_warps = 8;
 constexpr int search_threads = search_warps * 32;
-constexpr int blocks_a_processor = 4;
-
-// Places of `found` that a warp takes at a time: few takers meet at the counter, and what the last
-// ones leave empty stays small.
-constexpr std::uint32_t chunk_places = 256;
 
 struct Tree {
   Records level[most_levels];
@@ -25,14 +21,11 @@ struct LevelTable {
   std::uint32_t count[most_levels];
 };
 
-// Cells whose boxes are loaded together, to wait for memory once.
-constexpr int cells_at_once = 2;
 constexpr int queue_size = cell_size + cells_at_once * cell_size;
 
 // What one warp keeps in shared memory. A node leaves at most fan_out children a level on the
-// stack; the queue
-// takes what cells_at_once cells have on top of less than a warp's boxes, `cells` what one node
-// has.
+// stack; the queue takes what cells_at_once cells have on top of less than a warp's boxes, `cells`
+// what one node has.
 struct WarpSpace {
   float4 query_low[cell_size], query_high[cell_size];
   float4 low[queue_size], high[queue_size];
@@ -40,7 +33,7 @@ struct WarpSpace {
   std::uint32_t stack[fan_out * (most_levels - 1)];
 };
 
-constexpr int level_shift = 28;  // nodes above the cells are fewer than 2^28
+constexpr int level_shift = 28;  // fixed: nodes above the cells are fewer than 2^28
 
 // Hands out places of `found` to a warp. All members are the same in all lanes.
 struct Places {
@@ -216,14 +209,13 @@ struct Search {
 // that plan->counters.cells gives; a child is read only below its level's count, a box only below
 // its cell's.
 template <bool exact, bool filtered>
-__global__ void __launch_bounds__(search_threads, blocks_a_processor)
-    searchKernel(const Records sorted, const Tree tree, SearchFilter filter, ScenePlan* plan,
-                 Found* found, unsigned long long capacity, std::uint32_t* counts,
-                 bool ignore_crowds) {
+__global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
+    searchKernel(const Records sorted, const Tree tree, SearchRules rules, ScenePlan* plan,
+                 FoundPairs found, std::uint32_t* counts) {
   __shared__ WarpSpace spaces[search_warps];
   __shared__ LevelTable levels;
   __shared__ int top_level;  // the lowest one of at most fan_out records
-  if (plan->counters.crowded && !ignore_crowds) return;
+  if (plan->counters.crowded && !rules.ignore_crowds) return;
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   const std::uint32_t cell_count = plan->counters.cells;
   if (threadIdx.x == 0) {
@@ -237,7 +229,8 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
     }
   }
   __syncthreads();
-  Search<exact, filtered> search = {spaces[warp], filter, {plan, found, capacity}, counts, lane};
+  Search<exact, filtered> search = {
+      spaces[warp], rules.filter, {plan, found.pairs, found.capacity}, counts, lane};
   WarpSpace& space = spaces[warp];
 
   const std::uint32_t stride = gridDim.x * search_warps;
@@ -267,30 +260,20 @@ __global__ void __launch_bounds__(search_threads, blocks_a_processor)
   for (std::uint32_t i = lane; i < search.places.left; i += 32) search.places.at[i] = nothing_found;
 }
 
-template <bool exact, bool filtered>
-void launchSearch(const Records& sorted, const Tree& tree, const SearchFilter& filter,
-                  ScenePlan* plan, Found* found, unsigned long long capacity, std::uint32_t* counts,
-                  bool ignore_crowds, int processors, cudaStream_t stream) {
-  launch("find pairs", searchKernel<exact, filtered>, std::size_t(processors) * blocks_a_processor,
-         search_threads, stream, sorted, tree, filter, plan, found, capacity, counts,
-         ignore_crowds);
-}
-
 }  // namespace
 
-void findPairs(void* sorted, void* records, std::size_t boxes, const TreeLayout& layout,
-               const SearchFilter& filter, bool exact, ScenePlan* plan, Found* found,
-               unsigned long long capacity, std::uint32_t* counts, bool ignore_crowds,
-               int processors, cudaStream_t stream) {
+void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
+               const FoundPairs& found, std::uint32_t* counts, const KernelQueue& queue) {
   Tree tree;
   for (int level = 0; level < most_levels; ++level)
-    tree.level[level] = recordsIn(records, layout.records, layout.begin[level]);
-  const bool filtered = filter.bits || filter.bodies;
-  const auto chosen = exact      ? filtered ? launchSearch<true, true> : launchSearch<true, false>
-                           : filtered ? launchSearch<false, true>
-                                 : launchSearch<false, false>;
-  chosen(recordsIn(sorted, boxes), tree, filter, plan, found, capacity, counts, ignore_crowds,
-         processors, stream);
+    tree.level[level] = recordsIn(cells.tree, cells.layout.records, cells.layout.begin[level]);
+  const bool filtered = rules.filter.bits || rules.filter.bodies;
+  const auto kernel = rules.exact ? filtered ? searchKernel<true, true> : searchKernel<true, false>
+                      : filtered ? searchKernel<false, true>
+                                  : searchKernel<false, false>;
+  launch("find pairs", kernel, std::size_t(queue.processors) * search_blocks_a_processor,
+         search_threads, queue.stream, recordsIn(cells.sorted, cells.boxes), tree, rules, plan,
+         found, counts);
 }
 
 }  // namespace device

@@ -24,17 +24,25 @@ struct SearchFilter {
   const std::uint32_t* bodies;
 };
 
-// Places behind the capacity of `found`, into which goes what does not fit.
-constexpr std::size_t overflow_places = 1024;
+struct SearchRules {
+  SearchFilter filter;
+  bool exact;          // no pair is unsure
+  bool ignore_crowds;  // or else nothing is done in a crowded scene
+};
 
-// Writes the pairs to `found`, in no order, as far as they go into `capacity` places, and takes
-// counters.found places for them; adds up in counts[] the pairs of each earlier slot, all of them
-// whatever the capacity. Does nothing in a crowded scene unless told to
-// ignore that. `exact`: no pair is unsure.
-void findPairs(void* sorted, void* tree, std::size_t boxes, const TreeLayout& layout,
-               const SearchFilter& filter, bool exact, ScenePlan* plan, Found* found,
-               unsigned long long capacity, std::uint32_t* counts, bool ignore_crowds,
-               int processors, cudaStream_t stream);
+// Room for pairs as they are found.
+struct FoundPairs {
+  Found* pairs;
+  unsigned long long capacity;
+};
+// Places behind that capacity, into which goes what does not fit: the hits of a warp.
+constexpr std::size_t overflow_places = std::size_t{cell_size} * cell_size;
+
+// Writes the pairs to `found`, in no order, as far as they go into it, and takes counters.found
+// places for them; adds up in counts[] the pairs of each earlier slot, all of them whatever the
+// capacity.
+void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
+               const FoundPairs& found, std::uint32_t* counts, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

@@ -5,26 +5,21 @@
 #include <cstring>
 
 #include "cuda/device/spin.h"
-#include "space/data/grains.h"
+#include "cuda/one/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/team.h"
 
 namespace ode_parallel_sap {
 
+using namespace device;
+
 namespace {
 
-// Pieces travel in about 30 us at full speed: long enough to hide what starting one costs, short
-// enough that the first leaves soon.
-constexpr std::size_t most_piece_bytes = 3 << 19;
-constexpr std::size_t least_piece_bytes = 1 << 19;
-constexpr std::size_t pieces_wanted = 4;
-// From this many threads on one does nothing but send.
-constexpr int least_team_with_sender = 4;
-// In the long run more threads copy no faster and keep the device from reading (16 threads and an
-// H200: 39 instead of 47 GB/s); what is short is there sooner.
-constexpr int most_copiers = 6;
-constexpr std::size_t long_run_bytes = std::size_t{8} << 20;
-
 Region sending("device: upload");
+
+// Bytes that are copied to where a device reads them: 50 us at the 8 GB/s that each of six threads
+// reaches.
+constexpr Grain grain_bytes = {piece_bytes / 4, Grain::whole};
 
 }  // namespace
 
@@ -32,86 +27,116 @@ Upload::Upload() : in_use_(ring_pieces, false) {
   for (std::size_t i = 0; i < ring_pieces; ++i) gone_.push_back(std::make_unique<Event>());
 }
 
-// Piece by piece, each thread copies its part. Thread 0 opens pieces of the ring as they become
-// free, several ahead, and sends those whose parts are all there; from a few threads on it copies
-// nothing itself, so that nobody waits for the calls.
-int Upload::run(const void* from, void* to, std::size_t bytes, std::size_t element, int threads,
-                cudaStream_t stream, const std::function<void(std::size_t, std::size_t)>& sent) {
-  if (bytes == 0) return 1;
-  ring_.reserve(most_piece_bytes * ring_pieces);
-  const std::size_t piece_bytes =
-      std::min(most_piece_bytes, std::max(least_piece_bytes, bytes / pieces_wanted)) / element *
-      element;
-  const std::size_t pieces = (bytes + piece_bytes - 1) / piece_bytes;
-  threads = teamFor(bytes, grains::sent_bytes, threads);
-  const int copiers = bytes < long_run_bytes ? threads : most_copiers;
-  std::vector<std::atomic<int>> copied(pieces);
-  std::atomic<std::size_t> open{0};  // pieces that may be written; all once something failed
-  const std::size_t first = next_;
-  const auto placeOf = [first](std::size_t piece) { return (first + piece) % ring_pieces; };
-  const auto sizeOf = [&](std::size_t piece) {
-    return std::min(piece_bytes, bytes - piece * piece_bytes);
-  };
-  const auto copyPart = [&](std::size_t piece, int part, int parts) {
-    const Range range = ownPart(sizeOf(piece), part, parts, 64);
-    std::memcpy(ring_.data() + placeOf(piece) * most_piece_bytes + range.begin,
-                static_cast<const char*>(from) + piece * piece_bytes + range.begin,
-                range.end - range.begin);
-    copied[piece].fetch_add(1, std::memory_order_release);
-  };
-  const auto send = [&](std::size_t piece) {
-    const std::size_t begin = piece * piece_bytes, place = placeOf(piece);
-    CHECK_CUDA(cudaMemcpyAsync(static_cast<char*>(to) + begin,
-                               ring_.data() + place * most_piece_bytes, sizeOf(piece),
-                               cudaMemcpyHostToDevice, stream));
-    CHECK_CUDA(cudaEventRecord(*gone_[place], stream));
-    in_use_[place] = true;
-    sent(begin, begin + sizeOf(piece));
-  };
-  // Opens what is free of the pieces that are not sent yet; waits only for the next one.
-  const auto openUpTo = [&](std::size_t sent_pieces) {
-    std::size_t opened = open.load(std::memory_order_relaxed);
-    while (opened < pieces && opened < sent_pieces + ring_pieces) {
-      const std::size_t place = placeOf(opened);
-      if (in_use_[place]) {
-        if (opened > sent_pieces) {
-          const cudaError_t status = cudaEventQuery(*gone_[place]);
-          if (status == cudaErrorNotReady) break;
-          CHECK_CUDA(status);
-        } else {
-          CHECK_CUDA(cudaEventSynchronize(*gone_[place]));
-        }
-        in_use_[place] = false;
-      }
-      open.store(++opened, std::memory_order_release);
+// An array on its way, piece by piece. Each thread copies its part of a piece into the ring.
+class Upload::Transfer {
+ public:
+  Transfer(Upload& upload, const Array& array, cudaStream_t stream, const Sent& sent)
+      : upload_(upload),
+        array_(array),
+        stream_(stream),
+        sent_(sent),
+        own_piece_bytes_(
+            std::clamp(array.bytes / pieces_wanted, piece_bytes / pieces_wanted, piece_bytes) /
+            array.element * array.element),
+        pieces_((array.bytes + own_piece_bytes_ - 1) / own_piece_bytes_),
+        copied_(pieces_) {}
+
+  std::size_t pieces() const { return pieces_; }
+
+  // Copies a part of each piece.
+  void copy(int part, int parts) {
+    for (std::size_t piece = 0; piece < pieces_; ++piece) {
+      spinUntil([&] { return open_.load(std::memory_order_acquire) > piece; });
+      copyPart(piece, part, parts);
     }
-  };
-  int used = 1;
-  runTeam(sending, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
-    const bool apart = team >= least_team_with_sender;
-    const int parts = apart ? std::min(team - 1, copiers) : team;
-    if (apart && thread > parts) return;
-    if (thread != 0) {
-      for (std::size_t piece = 0; piece < pieces; ++piece) {
-        spinUntil([&] { return open.load(std::memory_order_acquire) > piece; });
-        copyPart(piece, apart ? thread - 1 : thread, parts);
-      }
-      return;
-    }
+  }
+  // Opens pieces of the ring as they become free, several ahead, and sends those whose parts are
+  // all there; copies the first part itself unless it is to do nothing but that.
+  void drive(int parts, bool apart) {
     try {
-      for (std::size_t piece = 0; piece < pieces; ++piece) {
-        openUpTo(piece);
+      for (std::size_t piece = 0; piece < pieces_; ++piece) {
+        openFrom(piece);
         if (!apart) copyPart(piece, 0, parts);
-        spinUntil([&] { return copied[piece].load(std::memory_order_acquire) == parts; });
+        spinUntil([&] { return copied_[piece].load(std::memory_order_acquire) == parts; });
         send(piece);
       }
     } catch (...) {
-      open.store(pieces, std::memory_order_release);
+      open_.store(pieces_, std::memory_order_release);
       throw;
     }
+  }
+
+ private:
+  std::size_t placeOf(std::size_t piece) const { return (upload_.next_ + piece) % ring_pieces; }
+  std::size_t sizeOf(std::size_t piece) const {
+    return std::min(own_piece_bytes_, array_.bytes - piece * own_piece_bytes_);
+  }
+  char* ringOf(std::size_t piece) { return upload_.ring_.data() + placeOf(piece) * piece_bytes; }
+
+  void copyPart(std::size_t piece, int part, int parts) {
+    const Range range = ownPart(sizeOf(piece), part, parts, 64);
+    std::memcpy(ringOf(piece) + range.begin,
+                static_cast<const char*>(array_.from) + piece * own_piece_bytes_ + range.begin,
+                range.end - range.begin);
+    copied_[piece].fetch_add(1, std::memory_order_release);
+  }
+  void send(std::size_t piece) {
+    const std::size_t begin = piece * own_piece_bytes_, place = placeOf(piece);
+    CHECK_CUDA(cudaMemcpyAsync(static_cast<char*>(array_.to) + begin, ringOf(piece), sizeOf(piece),
+                               cudaMemcpyHostToDevice, stream_));
+    CHECK_CUDA(cudaEventRecord(*upload_.gone_[place], stream_));
+    upload_.in_use_[place] = true;
+    sent_(begin, begin + sizeOf(piece));
+  }
+  // Opens what is free of the pieces from `next` on, which are not sent yet; waits only for the
+  // first of them.
+  void openFrom(std::size_t next) {
+    std::size_t opened = open_.load(std::memory_order_relaxed);
+    while (opened < pieces_ && opened < next + ring_pieces) {
+      const std::size_t place = placeOf(opened);
+      if (upload_.in_use_[place]) {
+        if (opened > next) {
+          const cudaError_t status = cudaEventQuery(*upload_.gone_[place]);
+          if (status == cudaErrorNotReady) break;
+          CHECK_CUDA(status);
+        } else {
+          CHECK_CUDA(cudaEventSynchronize(*upload_.gone_[place]));
+        }
+        upload_.in_use_[place] = false;
+      }
+      open_.store(++opened, std::memory_order_release);
+    }
+  }
+
+  Upload& upload_;
+  const Array array_;
+  const cudaStream_t stream_;
+  const Sent& sent_;
+  const std::size_t own_piece_bytes_, pieces_;
+  std::vector<std::atomic<int>> copied_;  // parts of each piece
+  std::atomic<std::size_t> open_{0};      // pieces that may be written; all once something failed
+};
+
+// Thread 0 drives; from a few threads on it copies nothing itself, so that nobody waits for the
+// calls.
+int Upload::run(const Array& array, int threads, cudaStream_t stream, const Sent& sent) {
+  if (array.bytes == 0) return 1;
+  ring_.reserve(piece_bytes * ring_pieces);
+  Transfer transfer(*this, array, stream, sent);
+  threads = teamFor(array.bytes, grain_bytes, threads);
+  const int copiers = array.bytes < piece_bytes * ring_pieces ? threads : most_copiers;
+  int used = 1;
+  runTeam(sending, threads, [&](int thread, int team) {
+    if (thread == 0) used = team;
+    const bool apart = team >= threads_with_driver_apart;
+    const int parts = apart ? std::min(team - 1, copiers) : team,
+              part = apart ? thread - 1 : thread;
+    if (thread == 0)
+      transfer.drive(parts, apart);
+    else if (part < parts)
+      transfer.copy(part, parts);
   });
-  next_ = (first + pieces) % ring_pieces;
+  next_ = (next_ + transfer.pieces()) % ring_pieces;
   return used;
 }
 

@@ -16,16 +16,22 @@ namespace ode_parallel_sap {
 class Upload {
  public:
   Upload();
-  // Copies `bytes` from `from` to `to` on the device in pieces that hold whole elements of
-  // `element` bytes. sent(begin, end) is called by the calling thread once the copy of that range
+  struct Array {
+    const void* from;
+    void* to;  // on the device
+    std::size_t bytes;
+    std::size_t element;  // bytes of one; pieces hold whole ones
+  };
+  using Sent = std::function<void(std::size_t, std::size_t)>;
+
+  // Copies an array. sent(begin, end) is called by the calling thread once the copy of that range
   // of bytes has been asked for on `stream`. Returns when all copies have been asked for, with the
   // number of threads used.
-  int run(const void* from, void* to, std::size_t bytes, std::size_t element, int threads,
-          cudaStream_t stream, const std::function<void(std::size_t, std::size_t)>& sent);
+  int run(const Array& array, int threads, cudaStream_t stream, const Sent& sent);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:
-  static constexpr std::size_t ring_pieces = 8;
+  class Transfer;
 
   PinnedBuffer<char> ring_;
   std::vector<std::unique_ptr<Event>> gone_;  // one a piece of the ring

@@ -51,8 +51,8 @@ class DealStream {
   }
 
  private:
-  static constexpr std::size_t ring_pieces = 8;
-  static constexpr std::size_t piece_boxes = 1 << 16;  // 1.5 MB, as in Upload
+  static constexpr std::size_t ring_pieces = device::ring_pieces;
+  static constexpr std::size_t piece_boxes = device::piece_bytes / sizeof(Box);
 
   void write(const BoxSet& boxes, Slot first_slot, const std::uint16_t* at, std::size_t count,
              std::size_t to);

@@ -13,8 +13,6 @@ using namespace device;
 
 namespace {
 
-// Long enough that handing them out costs nothing, short enough to stay in a core's cache.
-constexpr std::size_t slice_pairs = 1 << 15;
 constexpr std::size_t write_step = PairStage::beyond;
 constexpr std::uint32_t first_head = 1u << ahead_shift;  // words from here on begin a list
 
@@ -173,7 +171,9 @@ void PairStage::end() {
 #endif
 }
 
-void Joiner::gather(const ShareLists* shares, int count, const Slice& slice) {
+void Joiner::gather(const Joining& joining, const Slice& slice) {
+  const ShareLists* const shares = joining.shares;
+  const int count = joining.count;
   // Each share's words end with a head at least.
   const auto wordsOf = [&](int s) {
     return static_cast<std::size_t>(shares[s].begins[slice.end] - shares[s].begins[slice.begin]);
@@ -200,14 +200,13 @@ void Joiner::gather(const ShareLists* shares, int count, const Slice& slice) {
 // Finds the lists of a group of slots from `first` on; returns which of them have one, and adds up
 // their pairs. Where lists begin comes from bits: to follow the words from list to list would be to
 // wait for each of them.
-std::uint64_t Joiner::takeLists(const ShareLists* shares, int count, std::size_t first,
-                                std::size_t slots, std::size_t& pairs) {
+std::uint64_t Joiner::takeLists(const Joining& joining, std::size_t first, std::size_t& pairs) {
   others_.clear();
   const std::size_t word = first / 32;
-  const bool two_words = first + 32 < slots;
+  const bool two_words = first + 32 < joining.slots;
   std::uint64_t any = 0;
-  for (int s = 0; s < count; ++s) {
-    const std::uint32_t* const has_list = shares[s].has_list + word;
+  for (int s = 0; s < joining.count; ++s) {
+    const std::uint32_t* const has_list = joining.shares[s].has_list + word;
     const std::uint64_t own = has_list[0] | (two_words ? std::uint64_t{has_list[1]} << 32 : 0);
     const std::uint64_t again = any & own;
     any |= own;
@@ -250,10 +249,9 @@ Joiner::List Joiner::merged(int bit) {
 }
 
 // False if no pair of the block is unsure.
-bool Joiner::hasUnsure(const ShareLists* shares, int count, const Slice& slice,
-                       std::size_t block) const {
-  for (int s = 0; s < count; ++s) {
-    const unsigned long long* const begins = shares[s].begins;
+bool Joiner::hasUnsure(const Joining& joining, const Slice& slice, std::size_t block) const {
+  for (int s = 0; s < joining.count; ++s) {
+    const unsigned long long* const begins = joining.shares[s].begins;
     const unsigned long long end = begins[block + 1] - begins[slice.begin];
     for (unsigned long long i = (begins[block] - begins[slice.begin]) / 64; i * 64 < end; ++i)
       if (cursors_[s].summaries[i].unsure) return true;
@@ -283,21 +281,21 @@ void Joiner::put(std::size_t first, std::uint64_t any, std::size_t pairs) {
   if (few) stage_.add(pairs);
 }
 
-void Joiner::join(const ShareLists* shares, int count, const Slice& slice, std::size_t slots,
-                  bool exact, bool past_caches, Pair* to, std::vector<PairList::Stretch>& unsure) {
+void Joiner::join(const Joining& joining, const Slice& slice,
+                  std::vector<PairList::Stretch>& unsure) {
   static_assert(list_block % group == 0, "a block has whole groups");
-  gather(shares, count, slice);
-  stage_.begin(to + slice.pairs, past_caches);
+  gather(joining, slice);
+  stage_.begin(joining.to + slice.pairs, joining.past_caches);
   std::size_t at = slice.pairs;
   for (std::size_t block = slice.begin; block < slice.end; ++block) {
-    const std::size_t block_begin = at, last = std::min(slots, (block + 1) * list_block);
+    const std::size_t block_begin = at, last = std::min(joining.slots, (block + 1) * list_block);
     for (std::size_t first = block * list_block; first < last; first += group) {
       std::size_t pairs = 0;
-      const std::uint64_t any = takeLists(shares, count, first, slots, pairs);
+      const std::uint64_t any = takeLists(joining, first, pairs);
       put(first, any, pairs);
       at += pairs;
     }
-    if (!exact && hasUnsure(shares, count, slice, block)) unsure.push_back({0, block_begin, at});
+    if (!joining.exact && hasUnsure(joining, slice, block)) unsure.push_back({0, block_begin, at});
   }
   stage_.end();
 }

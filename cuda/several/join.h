@@ -8,6 +8,7 @@
 
 #include "cuda/one/scene_plan.h"
 #include "cuda/several/partition.h"
+#include "cuda/several/tuning.h"
 #include "space/data/buffer.h"
 #include "space/data/pair_list.h"
 
@@ -36,8 +37,12 @@ std::vector<Slice> slicesOf(const ShareLists* shares, int count, std::size_t blo
 // the result is too large for them.
 class PairStage {
  public:
-  static constexpr std::size_t most = 2000;  // pairs that room is made for at once
-  static constexpr std::size_t beyond = 8;   // and that may be written behind them
+  static constexpr std::size_t line = 64 / sizeof(Pair);
+  // fixed: pairs that room is made for at once: with a line more they are 16 kB, and stay in the
+  // nearest cache.
+  static constexpr std::size_t most = 2040;
+  // fixed: and that may be written behind them, two vectors.
+  static constexpr std::size_t beyond = 8;
 
   void begin(Pair* to, bool past_caches);
   // Where to write the next `count` pairs; add() when they are written.
@@ -46,8 +51,7 @@ class PairStage {
   void end();
 
  private:
-  static constexpr std::size_t line = 64 / sizeof(Pair);
-  static constexpr std::size_t capacity = most + line;  // 16 kB
+  static constexpr std::size_t capacity = most + line;
 
   void pass();
 
@@ -57,16 +61,24 @@ class PairStage {
   bool past_caches_ = false;
 };
 
+// What is joined, and to where.
+struct Joining {
+  const ShareLists* shares;
+  int count;  // of shares
+  std::size_t slots;
+  bool exact;        // no pair is unsure
+  bool past_caches;  // is how pairs are written
+  Pair* to;          // the first of all
+};
+
 // Joins slices. One for each thread.
 class Joiner {
  public:
-  // Writes the slice's pairs to their places in `to`, past the caches if so wished. Unless `exact`,
-  // stretches with unsure pairs are added to `unsure`.
-  void join(const ShareLists* shares, int count, const Slice& slice, std::size_t slots, bool exact,
-            bool past_caches, Pair* to, std::vector<PairList::Stretch>& unsure);
+  // Writes the slice's pairs to their places. Stretches with unsure pairs are added to `unsure`.
+  void join(const Joining& joining, const Slice& slice, std::vector<PairList::Stretch>& unsure);
 
  private:
-  static constexpr int group = 64;  // slots looked at together
+  static constexpr int group = 64;  // fixed: slots looked at together, a bit of a word each
 
   struct List {
     const std::uint32_t* words;
@@ -91,12 +103,11 @@ class Joiner {
     List list;
   };
 
-  void gather(const ShareLists* shares, int count, const Slice& slice);
-  std::uint64_t takeLists(const ShareLists* shares, int count, std::size_t first, std::size_t slots,
-                          std::size_t& pairs);
+  void gather(const Joining& joining, const Slice& slice);
+  std::uint64_t takeLists(const Joining& joining, std::size_t first, std::size_t& pairs);
   void put(std::size_t first, std::uint64_t any, std::size_t pairs);
   List merged(int bit);
-  bool hasUnsure(const ShareLists* shares, int count, const Slice& slice, std::size_t block) const;
+  bool hasUnsure(const Joining& joining, const Slice& slice, std::size_t block) const;
 
   Buffer<std::uint32_t> words_;  // the slice's, share after share
   Buffer<Summary> summaries_;

@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <limits>
 
+#include "space/data/tuning.h"
+
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
 namespace ode_parallel_sap {
 
-namespace {
+using device::clearly_fewer;
+using device::few_copies;
+using device::most_sampled;
 
-// Enough that equal numbers of sampled boxes are equal numbers of boxes within 1 %.
-constexpr std::size_t most_sampled = 2048;
-// Another axis is looked for when more of the sampled boxes than one in this many go to further
-// shares, and taken when that saves a fifth of them.
-constexpr std::size_t few_copies = 32;
-constexpr double clearly_fewer = 0.8;
+namespace {
 
 // Spreads the sample within its steps: slots that follow a pattern would otherwise show a part of
 // it only.
@@ -50,7 +49,7 @@ std::uint32_t firstBits(std::size_t count) {
   return count < 32 ? (1u << count) - 1 : 0xffffffffu;
 }
 
-// The orders of NaN are beyond those of the infinities.
+// fixed: the orders of NaN are beyond those of the infinities.
 constexpr std::int32_t infinite_order = 0x7f800000;
 
 }  // namespace
@@ -99,10 +98,10 @@ void Partition::takeSample(const BoxSet& boxes) {
   const auto slotOf = [step](std::size_t i) {
     return i * step + (step > 1 ? scatter(i) % step : 0);
   };
-  constexpr std::size_t ahead = 16;
   sample_.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    if (i + ahead < count) __builtin_prefetch(&boxes.boxes[slotOf(i + ahead)]);
+    if (i + prefetch_distance < count)
+      __builtin_prefetch(&boxes.boxes[slotOf(i + prefetch_distance)]);
     const std::size_t slot = slotOf(i);
     if (isActive(boxes.boxes[slot]))
       sample_.push_back({boxes.boxes[slot], static_cast<Slot>(slot)});

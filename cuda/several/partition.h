@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "cuda/one/place.h"
+#include "cuda/several/tuning.h"
 #include "space/data/box_set.h"
 
 namespace ode_parallel_sap {
 
-constexpr int most_shares = 16;
+constexpr int most_shares = 16;  // fixed: as many as a machine has; a limit of arrays
 
 // Share s takes the places from at[s - 1] on, below at[s].
 struct Cuts {
@@ -47,7 +48,7 @@ inline Span spanOf(const Box& box, Slot slot, const Cuts& cuts) {
 
 // The boxes of one row of slots by the shares that they go to.
 struct DealtRow {
-  static constexpr std::size_t slots = 1024;
+  static constexpr std::size_t slots = 1024;       // fixed: deal_slots (shares.h), which says why
   std::uint32_t members[most_shares][slots / 32];  // bit i: the row's box i goes there
   std::uint16_t at[most_shares][slots];            // the same as places in the row, ascending
   std::size_t count[most_shares];
@@ -65,9 +66,9 @@ class Partition {
   // What one share came to.
   struct Work {
     std::size_t boxes = 0, pairs = 0;
-    // A box travels and is sorted, a pair is found, put into its list and travels: on an H200 a box
-    // takes about as long as four pairs (tests/bench/results/DEVICES.md).
-    double cost() const { return 4.0 * static_cast<double>(boxes) + static_cast<double>(pairs); }
+    double cost() const {
+      return device::pairs_of_a_box * static_cast<double>(boxes) + static_cast<double>(pairs);
+    }
   };
 
   // Cuts into `shares` shares, up to most_shares. From a sample of the boxes along the axis where

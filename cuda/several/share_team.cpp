@@ -15,21 +15,15 @@ using device::stretch_words;
 
 namespace {
 
-// Rows that a thread takes at a time.
+// fixed: rows that a thread takes at a time: few takers meet at the counter.
 constexpr std::size_t rows_at_once = 8;
-// Lists leave in pieces of 1.5 MB, as in Download.
-constexpr std::size_t piece_words = 384 * stretch_words;
-// Pairs that go past the caches, 64 MB: no use to whoever reads them next, and a fifth less time
-// for 74 million (tests/bench/results/DEVICES.md).
-constexpr std::size_t too_many_for_caches = std::size_t{1} << 23;
-// From this many threads a device on, drivers do nothing but drive.
-constexpr int threads_with_drivers_apart = 4;
+constexpr std::size_t piece_words = device::piece_stretches * stretch_words;
 
 Region dealing("device: rows of shares"), joining("device: lists of shares");
 
 bool drivesOnly(int thread, int team, std::size_t devices) {
   return static_cast<std::size_t>(thread) < devices &&
-         static_cast<std::size_t>(team) >= devices * threads_with_drivers_apart;
+         static_cast<std::size_t>(team) >= devices * device::threads_with_driver_apart;
 }
 
 }  // namespace
@@ -86,7 +80,7 @@ void ShareTeam::deal(const BoxSet& boxes, int thread, int team) {
     member.stream.open(*member.sweep, boxes);
   });
   const bool has_devices = static_cast<std::size_t>(thread) < count_;
-  int patience = 2000;
+  int patience = device::spins_before_yield;
   const auto wait = [&] {
     if (has_devices)
       send();
@@ -188,14 +182,15 @@ bool ShareTeam::waitFor(const Slice& slice, int thread, int team) {
 // Threads take slices in the order in which they can be joined.
 void ShareTeam::collect(const BoxSet& boxes, int thread, int team, PairList& pairs) {
   const auto current = stayOnDevice(thread);
-  const bool past_caches = pairs.parts[0].size() >= too_many_for_caches;
+  const bool past_caches = pairs.parts[0].size() >= device::too_many_for_caches;
+  const Joining joining = {lists_.data(), static_cast<int>(count_), boxes.size, boxes.exact,
+                           past_caches,   pairs.parts[0].data()};
   try {
     if (!drivesOnly(thread, team, count_))
       for (std::size_t s; (s = next_slice_.fetch_add(1)) < slices_.size();) {
         if (!waitFor(slices_[s], thread, team)) return;
         TeamWatch::noteWork();
-        joiners_[thread].join(lists_.data(), static_cast<int>(count_), slices_[s], boxes.size,
-                              boxes.exact, past_caches, pairs.parts[0].data(), unsure_[thread]);
+        joiners_[thread].join(joining, slices_[s], unsure_[thread]);
       }
   } catch (...) {
     for (std::size_t i = 0; i < count_; ++i) members_[i]->stream.giveUp();

@@ -7,16 +7,15 @@ namespace device {
 
 namespace {
 
-constexpr int threads = 256;
 constexpr int deal_words = deal_slots / 32;
 static_assert(deal_words == 32, "one word of members a lane");
 
 // One warp a row of deal_slots slots, one lane a word of its members; the last row may be short.
 // Places of slot_of are below the number of boxes, as each member has one.
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(block_threads)
     numberKernel(const std::uint32_t* members, const std::uint32_t* first_boxes, std::size_t slots,
                  std::uint32_t* slot_of) {
-  const std::size_t row = (blockIdx.x * std::size_t{threads} + threadIdx.x) / 32;
+  const std::size_t row = (blockIdx.x * std::size_t{block_threads} + threadIdx.x) / 32;
   const int lane = threadIdx.x % 32;
   if (row * deal_slots >= slots) return;
   const std::size_t word = row * deal_words + lane;
@@ -39,10 +38,10 @@ __global__ void __launch_bounds__(threads)
 
 // One thread a box.
 template <class Value>
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(block_threads)
     spreadKernel(const Value* by_box, const std::uint32_t* slot_of, std::size_t boxes,
                  Value* by_slot) {
-  const std::size_t i = blockIdx.x * std::size_t{threads} + threadIdx.x;
+  const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   if (i < boxes) by_slot[slot_of[i]] = by_box[i];
 }
 
@@ -51,20 +50,20 @@ __global__ void __launch_bounds__(threads)
 void numberBoxes(const std::uint32_t* members, const std::uint32_t* first_boxes, std::size_t slots,
                  std::uint32_t* slot_of, cudaStream_t stream) {
   const std::size_t rows = (slots + deal_slots - 1) / deal_slots;
-  launch("number boxes", numberKernel, (rows * 32 + threads - 1) / threads, threads, stream,
-         members, first_boxes, slots, slot_of);
+  launch("number boxes", numberKernel, blocksForAll(rows * 32), block_threads, stream, members,
+         first_boxes, slots, slot_of);
 }
 
 void spread(const uint2* by_box, const std::uint32_t* slot_of, std::size_t boxes, uint2* by_slot,
             cudaStream_t stream) {
-  launch("spread bits", spreadKernel<uint2>, (boxes + threads - 1) / threads, threads, stream,
-         by_box, slot_of, boxes, by_slot);
+  launch("spread bits", spreadKernel<uint2>, blocksForAll(boxes), block_threads, stream, by_box,
+         slot_of, boxes, by_slot);
 }
 
 void spread(const std::uint32_t* by_box, const std::uint32_t* slot_of, std::size_t boxes,
             std::uint32_t* by_slot, cudaStream_t stream) {
-  launch("spread bodies", spreadKernel<std::uint32_t>, (boxes + threads - 1) / threads, threads,
-         stream, by_box, slot_of, boxes, by_slot);
+  launch("spread bodies", spreadKernel<std::uint32_t>, blocksForAll(boxes), block_threads, stream,
+         by_box, slot_of, boxes, by_slot);
 }
 
 }  // namespace device

@@ -10,7 +10,8 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// Slots whose boxes come in a row: the share's members among them, ascending.
+// fixed: slots whose boxes come in a row, a word of members a lane of a warp. The members are
+// ascending.
 constexpr std::size_t deal_slots = 1024;
 
 // Bit i of `members`: the box of slot i has come. first_boxes[c]: where the members of slots

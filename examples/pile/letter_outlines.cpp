@@ -236,6 +236,25 @@ Region letterY(double t) {
            {c - t / 2, fork}}};
 }
 
+Region letterG(double t) {
+  const double s = t / 2;
+  return stroke(
+      join({arc({0.4, 0.5}, 0.4 - s, 0.5 - s, 50, 340, 14), {{0.8 - s, 0.46}, {0.45, 0.46}}}), t);
+}
+
+Region letterS(double t) {
+  const double s = t / 2;
+  return stroke(join({arc({0.3, 0.75 - s / 2}, 0.28, 0.25 - s / 2, 20, 255, 8),
+                      arc({0.3, 0.25 + s / 2}, 0.28, 0.25 - s / 2, 75, -160, 8)}),
+                t);
+}
+
+Region letterU(double t) {
+  const double s = t / 2;
+  return stroke(
+      join({{{s, 1}}, arc({0.36, 0.36}, 0.36 - s, 0.36 - s, 180, 360, 12), {{0.72 - s, 1}}}), t);
+}
+
 }  // namespace
 
 Region letterOutline(int letter, double t) {
@@ -254,9 +273,7 @@ Region letterOutline(int letter, double t) {
     case 'F':
       return letterF(t);
     case 'G':
-      return stroke(
-          join({arc({0.4, 0.5}, 0.4 - s, 0.5 - s, 50, 340, 14), {{0.8 - s, 0.46}, {0.45, 0.46}}}),
-          t);
+      return letterG(t);
     case 'H':
       return letterH(t);
     case 'I':
@@ -280,15 +297,11 @@ Region letterOutline(int letter, double t) {
     case 'R':
       return letterR(t);
     case 'S':
-      return stroke(join({arc({0.3, 0.75 - s / 2}, 0.28, 0.25 - s / 2, 20, 255, 8),
-                          arc({0.3, 0.25 + s / 2}, 0.28, 0.25 - s / 2, 75, -160, 8)}),
-                    t);
+      return letterS(t);
     case 'T':
       return letterT(t);
     case 'U':
-      return stroke(
-          join({{{s, 1}}, arc({0.36, 0.36}, 0.36 - s, 0.36 - s, 180, 360, 12), {{0.72 - s, 1}}}),
-          t);
+      return letterU(t);
     case 'V':
       return stroke({{s, 1}, {0.38, s}, {0.76 - s, 1}}, t);
     case 'W':

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cstring>
 
+#include "space/axes/tuning.h"
 #include "space/data/float_steps.h"
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/sort/radix_sort.h"
 
 namespace ode_parallel_sap {
@@ -50,21 +51,16 @@ void sortEndpoints(Buffer<Endpoint<double>>& endpoints, Buffer<Endpoint<double>>
   std::sort(endpoints.begin(), endpoints.end());
 }
 
-// End points may move by this many places on average before sorting anew is faster (20,000 boxes on
-// one core: 1.4 ms where nothing moves, 1.85 at half a place, 2.15 at one, 1.95 sorted anew).
-constexpr std::size_t places_an_endpoint = 1;
-// A newcomer passes half of all end points.
-constexpr std::size_t least_members_a_newcomer = 1024;
-constexpr int frames_without_repair = 15;
-
 Region sorting("end points: axes");
 
-// False if it gave up; the end points are all there in any case.
+// End points may move by a place on average before sorting anew is faster (20,000 boxes on one
+// core: 1.4 ms where nothing moves, 1.85 at half a place, 2.15 at one, 1.95 sorted anew). False if
+// it gave up; the end points are all there in any case.
 template <class Real>
 bool insertionSort(Buffer<Endpoint<Real>>& endpoints) {
   Endpoint<Real>* const all = endpoints.data();
   const std::size_t count = endpoints.size();
-  std::size_t places_left = places_an_endpoint * count;
+  std::size_t places_left = count;
   for (std::size_t i = 1; i < count; ++i) {
     if (!(all[i] < all[i - 1])) continue;
     const Endpoint<Real> moving = all[i];
@@ -189,7 +185,7 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
         if (anew_for > 0) --anew_for;
         sortAnew(all, axis);
       } else if (!repair(all, axis)) {
-        anew_for = frames_without_repair;
+        anew_for = retry_frames;
         sortAnew(all, axis);
       }
       rank(axis);

@@ -2,22 +2,14 @@
 
 #include <algorithm>
 
-#include "space/data/grains.h"
+#include "space/cells/tuning.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// By how much cells may have grown on average, and the nodes above them, which grow alone where
-// each cell is a swarm of its own. 100,000 boxes that fly about take least time from 0.2 to 0.3
-// (pair-benchmark, brownian: 0.1 takes a tenth longer, 0.5 a twentieth), others do not care.
-constexpr double most_growth = 0.2;
-// Cells that drift through each other without growing are found out only by cutting anew.
-constexpr int longest_service = 32;
-// Where cells come apart within a frame, they are tried again after more and more frames.
-constexpr int longest_pause = 64;
 
 Region looking("cell drift: active boxes");
 
@@ -67,7 +59,7 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
   seen_.growTo(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  const int most = teamFor(words, grains::looked_at_words, threads);
+  const int most = teamFor(words, grains::box_rows, threads);
   runTeam(looking, most, [&](int thread, int team) {
     const Range range = ownPart(words, thread, team);
     for (std::size_t word = range.begin; word < range.end; ++word) {
@@ -81,8 +73,8 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
     size_ = boxes.size;
     return false;
   }
-  if (pause_ > 0) {
-    --pause_;
+  if (back_off_.waits()) {
+    back_off_.pass();
     return false;
   }
   bool same = true;
@@ -104,14 +96,11 @@ bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_
     serve = serve && growth <= most_growth * static_cast<double>(children);
   }
   if (serve) {
-    if (++served_ > 1) interval_ = 1;
+    if (++served_ > 1) back_off_.paid();
     return true;
   }
   known_ = false;
-  if (served_ == 0) {
-    interval_ = std::min(2 * interval_, longest_pause);
-    pause_ = interval_;
-  }
+  if (served_ == 0) back_off_.failed();
   return false;
 }
 

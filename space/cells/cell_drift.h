@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "space/cells/cell_tree.h"
+#include "space/data/back_off.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/slot_set.h"
@@ -35,7 +36,7 @@ class CellDrift {
   SlotSet active_, seen_;  // slots: when the cells were cut, and as seen last
   Buffer<Real> spans_;  // of all below the nodes of the two lowest levels: sums of extents when cut
   int served_ = 0;      // frames since then
-  int pause_ = 0, interval_ = 1;  // frames until they are tried again
+  BackOff back_off_{1};  // where cells come apart within a frame
 };
 
 }  // namespace ode_parallel_sap

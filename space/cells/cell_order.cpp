@@ -2,31 +2,24 @@
 
 #include <algorithm>
 
+#include "space/cells/tuning.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
+#include "space/sort/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// Up to this length a crowd with equal keys is halved along its widest axis, beyond it another
-// curve is laid.
-constexpr std::size_t longest_halved = 512;
-// What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
-// spare, and enough pieces to keep all threads busy.
-constexpr std::size_t most_piece_boxes = 8192;
-constexpr std::size_t pieces_a_thread = 16;
-// Buckets for dealing: their open cache lines stay within the second-level cache.
-constexpr int most_bucket_digits = 11;
 
 Region laying_curves("cell order: a crowd's curve"), keying("cell order: keys");
 Region dealing("cell order: buckets"), cutting("cell order: pieces");
 
 constexpr std::uint32_t no_key = ~std::uint32_t{0};
 
-// A curve laid anew tells apart what lies within some decades. Crowds within crowds are halved in
-// the end, which no distribution can defeat.
+// fixed: a curve laid anew tells apart what lies within some decades. Crowds within crowds are
+// halved in the end, which no distribution can defeat.
 constexpr int most_rounds = 2;
 
 std::uint32_t slotOf(std::uint64_t record) {
@@ -35,7 +28,6 @@ std::uint32_t slotOf(std::uint64_t record) {
 // Digits for a number of boxes: about two boxes a key where the boxes are spread evenly, and five
 // digits more, which tell the boxes of a place apart that is thirty times as crowded.
 int digitsFor(std::size_t boxes) {
-  constexpr int digits_for_crowds = 5;
   int digits = 0;
   while (digits < Quantizer<float>::max_bits && (boxes << digits_for_crowds >> digits) > 2)
     ++digits;
@@ -159,8 +151,7 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
     quantizers_.emplace_back(summary, size_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count));
     all += std::uint64_t{1} << quantizers_.back().digits();
   }
-  for (bucket_shift_ = 0; all >> bucket_shift_ > std::uint64_t{1} << most_bucket_digits;)
-    ++bucket_shift_;
+  for (bucket_shift_ = 0; all >> bucket_shift_ > std::uint64_t{1} << most_digits;) ++bucket_shift_;
   // No bucket is shared by two classes.
   first_keys_.clear();
   buckets_ = 0;
@@ -288,7 +279,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   const std::size_t least =
       std::max<std::size_t>(chunkOf(count_, longest_halved, threads), group_size);
   const std::size_t most =
-      std::max(std::min(count_ / (pieces_a_thread * threads), most_piece_boxes), least);
+      std::max(std::min(count_ / (tasks_a_thread * threads), most_piece_boxes), least);
   for (int i = 0; i < size_classes_.count(); ++i) {
     first_pieces.push_back(pieces_.size());
     const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;

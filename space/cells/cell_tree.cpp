@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -47,10 +47,10 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
     return groups_.data() + (view_.levels[depth] - groups_.data());
   };
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
-  const int most = teamFor(cell_count_, grains::packed_cells, threads);
+  const int most = teamFor(cell_count_, grains::box_rows, threads);
   runTeam(packing, most, [&](int thread, int team) {
     const Range range = ownPart(cell_count_, thread, team, group_size);
-    kernel.packCells(boxesOf<Real>(boxes), order, starts, range.begin, range.end, groups_.data(),
+    kernel.packCells(boxesOf<Real>(boxes), {order, starts}, range.begin, range.end, groups_.data(),
                      ids_.data());
     if (filtered) packFilters(boxes, range.begin, range.end);
     if (view_.depth > 1)

@@ -31,7 +31,7 @@ inline Real centreOf(const BasicBox<Real>& box, int axis) {
 template <class Real>
 class Quantizer {
  public:
-  static constexpr int max_bits = 24;
+  static constexpr int max_bits = 24;  // fixed: three tables of eight digits
 
   Quantizer(const ClassSummary<Real>& summary, int digits);
 

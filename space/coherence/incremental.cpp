@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
+#include "space/coherence/tuning.h"
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
@@ -13,11 +14,6 @@ namespace ode_parallel_sap {
 namespace {
 
 constexpr std::uint8_t no_home = 0xff;
-// A level is merged into the next one when it is no longer this many times smaller, and all of them
-// into the base when together they are.
-constexpr std::size_t level_ratio = 4;
-// Cells that a thread takes at a time: few, since some meet far more than others.
-constexpr std::size_t most_task_cells = 4;
 
 Region meeting("incremental: cells");
 
@@ -139,7 +135,7 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
                                  bool exact, int threads) {
   tasks_.clear();
   for (std::size_t i = 0; i < newest.trees(); ++i) {
-    const std::size_t task_cells = chunkOf(newest.cells(i), most_task_cells, threads);
+    const std::size_t task_cells = chunkOf(newest.cells(i), changed_chunk_cells, threads);
     for (std::size_t begin = 0; begin < newest.cells(i); begin += task_cells)
       tasks_.push_back({i, begin, std::min(begin + task_cells, newest.cells(i))});
   }

@@ -4,14 +4,12 @@
 #include <atomic>
 #include <utility>
 
+#include "space/coherence/tuning.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// What a thread takes at a time; parts that have grown to twice that are cut.
-constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 Region merging("kept pairs: parts");
 

@@ -4,7 +4,7 @@
 #include <new>
 #include <utility>
 
-#include "space/data/grains.h"
+#include "space/data/tuning.h"
 #include "space/data/parallel.h"
 #include "space/geom/ode_private.h"
 

@@ -2,21 +2,11 @@
 
 #include <algorithm>
 
+#include "space/coherence/tuning.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
-
-namespace {
-
-// When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
-// every frame, a tenth takes 0.75 of the time of that and a quarter 1.23 (rest-benchmark).
-constexpr std::size_t changing_share = 8;
-// Scenes of up to this number of slots are found anew faster than changes in a tree.
-constexpr std::size_t least_slots_for_trees = 120;
-// After a frame on a device this many frames must change little before trees are built here.
-constexpr int least_quiet_frames = 2;
-
-}  // namespace
 
 void PairKeeper::start(bool on_device, int method) {
   running_ = true;
@@ -27,9 +17,9 @@ void PairKeeper::start(bool on_device, int method) {
   has_helped_ = false;
 }
 
+// Scenes as small as that are found anew faster than changes in a tree.
 bool PairKeeper::mayBuildTrees(std::size_t slots) const {
-  return mechanisms::incremental_trees &&
-         (source_ != Source::all_pairs || slots > least_slots_for_trees);
+  return mechanisms::incremental_trees && (source_ != Source::all_pairs || slots > smallest_scene);
 }
 
 bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
@@ -57,7 +47,7 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
   // those of the last frame were found.
   if (!some_may_stay && source_ == Source::device && mechanisms::quiet_after_device &&
-      ++few_changes_ < least_quiet_frames && changes)
+      ++few_changes_ < 2 && changes)
     return Outcome::anew;
   const bool fits =
       geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
@@ -82,18 +72,17 @@ int PairKeeper::findChanged(Incremental<Real>& incremental, Sweep<Real>& base,
   return incremental.find(boxes, geom_update.repacked(), threads, found_);
 }
 
-int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
-                     const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
-                     PairList& pairs) {
+int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const BoxSet& boxes,
+                     int threads, const Lent& lent, PairList& pairs) {
   candidates_ = 0;
   int used = threads_;
   if (changes_) {
-    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, finders.sweep<double>(),
+    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, lent.finders.sweep<double>(),
                                                    geom_update, boxes, threads)
-                                     : findChanged(incremental_, finders.sweep<float>(),
+                                     : findChanged(incremental_, lent.finders.sweep<float>(),
                                                    geom_update, boxes, threads));
     candidates_ = found_.size();
-    filter.run(geoms, geom_update.facts(), rules, boxes, threads, found_);
+    lent.filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
     kept_pairs_.replace(changed_, found_, threads, pairs);
     kept_ = kept_pairs_.kept();
     changed_.clear();

@@ -43,11 +43,13 @@ class PairKeeper {
                  GeomUpdate& geom_update, BoxSet& boxes);
   // Geoms that the last update() moved although the frame is to be found anew.
   std::size_t movedInVain() const { return moved_in_vain_; }
-  // Then makes `pairs` those of this frame. `finders` has the sweep that found a frame's pairs, and
-  // lends its trees. Returns the number of threads used for both.
-  int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const PackRules& rules,
-           const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
-           PairList& pairs);
+  struct Lent {
+    CPUFinders& finders;  // with the sweep that found a frame's pairs, and its trees
+    PairFilter& filter;
+  };
+  // Then makes `pairs` those of this frame. Returns the number of threads used for both.
+  int find(dxGeom* const* geoms, const GeomUpdate& geom_update, const BoxSet& boxes, int threads,
+           const Lent& lent, PairList& pairs);
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
@@ -67,7 +69,7 @@ class PairKeeper {
 
   SlotSet changed_;
   bool running_ = false;
-  PackRules rules_;  // of the last frame
+  PackRules rules_;  // of the last frame, and of this one where its pairs are kept
   Source source_ = Source::all_pairs;
   bool incremental_started_ = false;
   bool has_helped_ = false;  // since start()

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <new>
 
-#include "space/data/grains.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 

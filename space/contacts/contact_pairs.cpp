@@ -2,8 +2,8 @@
 
 #include <new>
 
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {

@@ -5,8 +5,9 @@
 
 #include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
-#include "space/data/grains.h"
+#include "space/contacts/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -19,23 +20,14 @@ constexpr int most_contacts_mask = 0xffff;
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
     colliding_on_images("contacts: pairs on images");
 
-// Few enough pairs at a time that nobody waits long for the last thread.
-constexpr std::size_t most_pairs_a_chunk = 32;
-constexpr std::size_t most_heavy_pairs_a_chunk = 8;
-constexpr std::size_t chunks_a_thread = 32;
-// Of pairs of meshes one may take a hundred times as long as another.
-constexpr std::size_t image_chunks_a_thread = 128;
 static_assert(most_pairs_a_chunk <= most_apart_pairs, "a chunk is tested at once");
 
-std::size_t chunkFor(std::size_t pairs, int team, std::size_t most,
-                     std::size_t chunks = chunks_a_thread) {
-  if (team == 1) return most;
-  return std::clamp<std::size_t>(pairs / (chunks * static_cast<std::size_t>(team)), 1, most);
+// Few enough pairs at a time that nobody waits long for the last thread.
+std::size_t chunkFor(std::size_t pairs, int team) {
+  if (team == 1) return most_pairs_a_chunk;
+  return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
+                                 most_pairs_a_chunk);
 }
-
-// Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
-// for this many pairs before they are needed.
-constexpr std::size_t ahead = 4;
 
 // All lines of an object, which need not begin with one.
 void prefetchObject(const void* object, std::size_t size) {
@@ -108,7 +100,7 @@ bool mayLeaveOut(int flags) {
 }
 
 void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t most = 8;  // fixed: few pairs have more
   prefetchObject(contacts, std::min(count, most) * sizeof *contacts);
 }
 
@@ -138,19 +130,19 @@ class NarrowPhase::Pass {
   }
 
   void prefetchAfter(std::size_t pair) const {
-    if (pair + 2 * ahead < pairs_.size()) {
-      prefetchGeom(pairs_[pair + 2 * ahead].o1);
-      prefetchGeom(pairs_[pair + 2 * ahead].o2);
-      prefetchPose(pairs_[pair + ahead].o1);
-      prefetchPose(pairs_[pair + ahead].o2);
+    if (pair + 2 * pairs_ahead < pairs_.size()) {
+      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o1);
+      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o2);
+      prefetchPose(pairs_[pair + pairs_ahead].o1);
+      prefetchPose(pairs_[pair + pairs_ahead].o2);
     }
   }
 
   // The same of pairs that waited, of which the next one may lie anywhere.
   void prefetchAfter(std::size_t i, const Buffer<Waiting>& waiting) const {
-    if (i + 2 * ahead >= waiting.size()) return;
-    const GeomPair &later = pairs_[waiting[i + 2 * ahead].pair],
-                   &next = pairs_[waiting[i + ahead].pair];
+    if (i + 2 * pairs_ahead >= waiting.size()) return;
+    const GeomPair &later = pairs_[waiting[i + 2 * pairs_ahead].pair],
+                   &next = pairs_[waiting[i + pairs_ahead].pair];
     prefetchGeom(later.o1);
     prefetchGeom(later.o2);
     prefetchPose(next.o1);
@@ -262,7 +254,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
   const int team = teamFor(pass.size(), grains::collided_pairs, threads);
-  const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
+  const std::size_t chunk = chunkFor(pass.size(), team);
   return pass.share(colliding, pass.size(), chunk, team,
                     [&, alone](Range range, int thread) { pass.lookAt(range, thread, alone); });
 }
@@ -281,8 +273,7 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
   gather(&Share::heavy);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
-  const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
-  return pass.share(colliding_heavy, waiting_.size(), chunk, team, [&](Range range, int thread) {
+  return pass.share(colliding_heavy, waiting_.size(), 1, team, [&](Range range, int thread) {
     for (std::size_t i = range.begin; i < range.end; ++i) pass.collide(waiting_[i], thread);
   });
 }
@@ -295,8 +286,8 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
     return 1;
   }
-  const std::size_t chunk =
-      chunkFor(waiting_.size(), images.count(), most_pairs_a_chunk, image_chunks_a_thread);
+  // Of pairs of meshes one may take a hundred times as long as another.
+  const std::size_t chunk = chunkFor(waiting_.size() / tasks_a_thread, images.count());
   return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
                     [&](Range range, int thread) {
                       for (std::size_t i = range.begin; i < range.end; ++i) {
@@ -318,8 +309,8 @@ void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& re
     return shares_[found.thread].contacts.data() + found.first;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (i + 4 * ahead < pairs.size() && found_[i + 4 * ahead].count)
-      prefetchContacts(contactsOf(found_[i + 4 * ahead]), found_[i + 4 * ahead].count);
+    if (i + 4 * pairs_ahead < pairs.size() && found_[i + 4 * pairs_ahead].count)
+      prefetchContacts(contactsOf(found_[i + 4 * pairs_ahead]), found_[i + 4 * pairs_ahead].count);
     const Found& found = found_[i];
     if (found.count) request.report(pairs[i], contactsOf(found), found.count);
   }

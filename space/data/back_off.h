@@ -4,15 +4,16 @@
 
 #include <algorithm>
 
+#include "space/data/tuning.h"
+
 namespace ode_parallel_sap {
 
 // Counts in turns: frames in which the thing could have been done.
 class BackOff {
  public:
-  // Waits `first` turns after the first failure, `factor` times as many after each further one, at
-  // most `longest`; and `now` turns to begin with.
-  constexpr BackOff(int first, int factor, int longest, int now = 0)
-      : first_(first), factor_(factor), longest_(longest), next_(first), left_(now) {}
+  // Waits `first` turns after the first failure, twice as many after each further one, at most
+  // back_off_range times as many; and `now` turns to begin with.
+  constexpr explicit BackOff(int first, int now = 0) : first_(first), next_(first), left_(now) {}
 
   // Whether it is left out in the turn that comes.
   bool waits() const { return left_ > 0; }
@@ -20,13 +21,12 @@ class BackOff {
   void pass() { left_ -= left_ > 0; }
   void failed() {
     left_ = next_;
-    next_ = std::min(next_ * factor_, longest_);
+    next_ = std::min(2 * next_, back_off_range * first_);
   }
   void paid() { next_ = first_; }
 
  private:
-  int first_, factor_, longest_;
-  int next_, left_;
+  int first_, next_, left_;
 };
 
 }  // namespace ode_parallel_sap

@@ -14,6 +14,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/float_steps.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -24,10 +25,8 @@ struct BoundsFacts {
   bool coarse;     // rounding makes the box clearly larger
 };
 
-// A box is coarse if rounding lets it grow by more than this part of its largest extent: far from
-// the origin for its size, beyond the range of floats or below their smallest steps.
-constexpr double coarse_growth = 1.0 / 32;
-// So is a box whose extent comes near the denormals, with which not every device computes.
+// fixed: a box is coarse (coarse_growth), too, if its extent comes near the denormals, with which
+// not every device computes.
 constexpr double least_fine_growth = 1e-37;
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not

@@ -8,23 +8,19 @@
 #include "space/data/both_sides.h"
 #include "space/data/float_steps.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 namespace size_rules {
 
-constexpr int most_classes = 24;
-constexpr int octaves = 256;  // exponents of a float
+constexpr int most_classes = 24;  // fixed: a key holds their number in five digits
+constexpr int octaves = 256;      // fixed: exponents of a float
 constexpr int unbounded_octave = octaves - 1;
-constexpr int shapes = 8;  // for each axis: about as long as the longest, or far shorter
+constexpr int shapes = 8;  // fixed: for each axis: about as long as the longest, or far shorter
 constexpr int bins = octaves * shapes;
-// Sizes within a factor of 2^3 share a class: cells of mixed sizes are then at most as wide as
-// their largest boxes, and boxes of one size rarely straddle two classes.
-constexpr int class_octaves = 3;
-// Below this share of all boxes a class of small boxes is not worth a tree of its own.
-constexpr std::uint32_t least_share = 32;
-// A shape (long in some axes, short in others) gets a class from this share of its window on.
-constexpr std::uint32_t least_shape_share = 16;
+// fixed: fewer boxes than this are too few for a class in any case.
 constexpr std::uint32_t least_shape_count = 64;
+
 constexpr int most_windows = most_classes / 2;
 constexpr std::uint8_t no_class = 0xff;
 

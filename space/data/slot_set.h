@@ -12,7 +12,7 @@ namespace ode_parallel_sap {
 
 class SlotSet {
  public:
-  static constexpr std::size_t word_slots = 64;
+  static constexpr std::size_t word_slots = 64;  // fixed: bits of a word
 
   void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
   void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "space/data/tuning.h"
+
 #if defined(__linux__)
 #include <sys/mman.h>
 #endif
@@ -45,8 +47,8 @@ class Storage {
   }
 
  private:
-  static constexpr std::size_t line = 64, page = 4096;
-  static constexpr std::size_t least_mapped = std::size_t{1} << 18;
+  static constexpr std::size_t line = 64, page = 4096;  // fixed: the machine's
+  // fixed: likewise.
   static constexpr std::size_t huge_page = std::size_t{1} << 21;
   static constexpr std::size_t least_huge = 2 * huge_page;
 

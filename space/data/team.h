@@ -9,7 +9,7 @@
 
 namespace ode_parallel_sap {
 
-// The work that a thread is worth its start for. grains.h has all of them.
+// The work that a thread is worth its start for. tuning.h has all of them.
 struct Grain {
   enum Team {
     further,  // a thread more for each so much work

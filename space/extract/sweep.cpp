@@ -5,20 +5,13 @@
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/extract/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// Cells handed out at a time: enough to make asking cheap, few enough to keep threads level where
-// some cells have many more neighbours than others. Whole nodes of the tree.
-constexpr std::size_t most_task_cells = 64;
-constexpr std::size_t tasks_a_thread = 8;
-
-// Up to this number of cells of unbounded boxes every one of these meets all others. A row of
-// sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
-constexpr std::size_t most_reaching_cells = 16;
 
 Region sweeping("sweep: tasks");
 
@@ -31,8 +24,7 @@ void Sweep<Real>::planTasks(int threads) {
   std::size_t all = 0;
   for (std::size_t i = 0; i < order_.classes().size(); ++i) all += trees_[i].cells();
   const std::size_t share = all / (tasks_a_thread * threads) / group_size * group_size;
-  const std::size_t task_cells =
-      std::min(std::max(share, std::size_t{group_size}), most_task_cells);
+  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
   const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
   for (std::uint32_t queries = 0; queries < classes; ++queries)
     for (std::uint32_t tree = queries; tree < classes; ++tree) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 
 namespace ode_parallel_sap {
@@ -38,7 +38,6 @@ struct PairFilter::ExactTest {
 
 namespace {
 
-constexpr std::size_t most_chunk_pairs = 4096;  // that a thread takes at a time
 
 Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
@@ -71,7 +70,7 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
 Pair* PairFilter::verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
                             const Pair* end, Pair* to) {
   // Geoms lie anywhere in memory.
-  constexpr std::ptrdiff_t ahead = 16;
+  constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto prefetch = [](const dxGeom* geom) {
     __builtin_prefetch(&geom->gflags);
     __builtin_prefetch(&geom->collide_bits);
@@ -97,7 +96,7 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int thre
   verified.clear(1);
   verified.parts[0].resizeDiscarding(count);
   Pair* const begin = verified.parts[0].data();
-  const int team = facts.user_classes ? 1 : teamFor(count, grains::verified_pairs, threads);
+  const int team = facts.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
   pieces_.assign(static_cast<std::size_t>(team), {count, count, 0});
   runTeam(verifying, team, [&](int thread, int size) {
     const Range own = ownPart(count, thread, size);
@@ -123,17 +122,17 @@ void PairFilter::testStretches(const ExactTest& test, int threads, PairList& pai
   std::size_t count = 0;
   for (const PairList::Stretch& stretch : pairs.unsure) count += stretch.end - stretch.begin;
   if (count == 0) return;
-  const std::size_t chunk_pairs = chunkOf(count, most_chunk_pairs, threads);
+  const std::size_t most = chunkOf(count, chunk_pairs, threads);
   pieces_to_test_.clear();
   for (const PairList::Stretch& stretch : pairs.unsure)
-    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += chunk_pairs)
-      pieces_to_test_.push_back({stretch.part, begin, std::min(begin + chunk_pairs, stretch.end)});
+    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += most)
+      pieces_to_test_.push_back({stretch.part, begin, std::min(begin + most, stretch.end)});
   const std::size_t pieces = pieces_to_test_.size();
-  const int team = teamFor(count, grains::exact_tests, threads);
+  const int team = teamFor(count, grains::geom_tests, threads);
   if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
   for (auto& gaps : gaps_found_) gaps.clear();
   const ScopedMode mode(exactMode());
-  ChunkQueue queue(pieces, std::max<std::size_t>(pieces * chunk_pairs / count, 1));
+  ChunkQueue queue(pieces, std::max<std::size_t>(pieces * most / count, 1));
   runTeam(testing, team, [&](int thread, int) {
     Range range;
     while (queue.next(range))

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
 
@@ -14,8 +14,6 @@ namespace ode_parallel_sap {
 namespace {
 
 constexpr dReal least_normal = static_cast<dReal>(1e-30);
-// Cells that a thread takes at a time.
-constexpr std::size_t most_chunk_cells = 64;
 
 Region meeting("planes: cells");
 
@@ -73,7 +71,7 @@ struct PlanePairs::Search {
     hits.resizeDiscarding((cells.end - cells.begin) * half_spaces.size());
     const std::size_t count =
         kernels<Real>().meetHalfSpaces(boxesOf<Real>(boxes), boxes.size, cells.begin, cells.end,
-                                       half_spaces.data(), half_spaces.size(), hits.data());
+                                       {half_spaces.data(), half_spaces.size()}, hits.data());
     for (std::size_t i = 0; i < count; ++i) {
       const HalfSpaceHits& hit = hits[i];
       const Slot plane = planes[hit.plane];
@@ -103,13 +101,13 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   std::vector<HalfSpace<Real>> half_spaces;
   for (const Slot slot : planes_) half_spaces.push_back(halfSpaceOf<Real>(geoms[slot]));
   const std::size_t cells = (boxes.size + group_size - 1) / group_size;
-  threads = teamFor(cells * planes_.size(), grains::half_space_tests, threads);
+  threads = teamFor(cells * planes_.size(), grains::geom_tests, threads);
   if (found_.size() < static_cast<std::size_t>(threads)) {
     found_.resize(threads);
     hits_.resize(threads);
   }
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  ChunkQueue queue(cells, chunkOf(cells, most_chunk_cells, threads));
+  ChunkQueue queue(cells, chunkOf(cells, chunk_cells, threads));
   runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
     const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
@@ -131,9 +129,11 @@ void PlanePairs::findAmongPlanes(dxGeom* const* geoms, const PackRules& rules,
     }
 }
 
-std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, const BoxSet& boxes,
-                              const PackRules& rules, bool user_classes, int threads,
+std::size_t PlanePairs::addTo(const PairList& others, const Others& of, int threads,
                               PairList& pairs) {
+  dxGeom* const* const geoms = of.geoms;
+  const BoxSet& boxes = of.boxes;
+  const PackRules& rules = of.rules;
   if (boxes.wide)
     find<double>(geoms, boxes, rules, threads);
   else
@@ -141,7 +141,7 @@ std::size_t PlanePairs::addTo(const PairList& others, dxGeom* const* geoms, cons
   findAmongPlanes(geoms, rules, found_[0]);
   order_.sort(found_, boxes.size, threads, list_);
   Buffer<Pair>& added = list_.parts[0];
-  if (user_classes)
+  if (of.user_classes)
     added.resize(std::remove_if(added.begin(), added.end(),
                                 [&](Pair pair) {
                                   return !passesAABBTests(geoms[earlierOf(pair)],

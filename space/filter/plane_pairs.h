@@ -32,12 +32,18 @@ class PlanePairs {
   void take(dxGeom* const* geoms, BoxSet& boxes);
   bool any() const { return planes_.size() != 0; }
 
+  // What planes pair with.
+  struct Others {
+    dxGeom* const* geoms;
+    const BoxSet& boxes;
+    const PackRules& rules;
+    bool user_classes;  // AABBTest functions are called
+  };
+
   // Finds the pairs of the planes with all boxes and with each other that pass ODE's formula and
   // are not clear nor left out by the rules, and leaves them in `pairs`, together with the
-  // `others`, which may be the same list. All are ascending. Calls AABBTest functions if there are
-  // `user_classes`. Returns the number of pairs added.
-  std::size_t addTo(const PairList& others, dxGeom* const* geoms, const BoxSet& boxes,
-                    const PackRules& rules, bool user_classes, int threads, PairList& pairs);
+  // `others`, which may be the same list. All are ascending. Returns the number of pairs added.
+  std::size_t addTo(const PairList& others, const Others& of, int threads, PairList& pairs);
   std::size_t bytes() const;
 
  private:

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "space/data/tuning.h"
+#include "space/frame/tuning.h"
+
 namespace ode_parallel_sap {
 
 // Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
@@ -21,7 +24,7 @@ namespace ode_parallel_sap {
 // Nothing depends on it but time: all choices give the same pairs in the same order.
 class DeviceChoice {
  public:
-  static constexpr int most_devices = 16;
+  static constexpr int most_devices = 16;  // fixed: as many as a machine has; a limit of arrays
 
   // What may be chosen: 1, 2, 4 ... devices up to the number given, or one number only.
   class Candidates {
@@ -96,7 +99,7 @@ class DeviceChoice {
       return;
     }
     const double off = ms / model(devices, boxes, static_cast<double>(pairs));
-    const double weight = on_trial ? weight_in_trial : usual_weight;
+    const double weight = on_trial ? trial_weight : newest_weight;
     option.off = isKnown(devices) ? option.off + weight * (off - option.off) : off;
     option.last_frame = frame_;
   }
@@ -134,16 +137,11 @@ class DeviceChoice {
     double off = 0;    // time taken by time foretold; 0: not known
     int settling = 3;  // frames until its times mean something
     long last_frame = 0;
-    long interval = 16;  // frames until it is tried again
+    long interval = retry_frames;  // until it is tried again
   };
 
-  static constexpr double usual_weight = 0.25;  // of the newest frame
-  static constexpr double weight_in_trial = 0.7;
-  static constexpr double hysteresis = 0.95;  // a change must take less than this
-  static constexpr double worth_another_try = 2;
+  // fixed: the frames after the first ones that a trial compares; one alone may be disturbed.
   static constexpr int trial_frames = 2;
-  static constexpr long longest_interval = 1 << 16;
-  static constexpr double least_missed_ms = 50;
 
   bool isKnown(int devices) const { return options_[devices].off > 0; }
 
@@ -169,7 +167,8 @@ class DeviceChoice {
   }
   void begin(Option& option) {
     trial_ = option.settling + trial_frames;
-    if (option.off > 0) option.interval = std::min(2 * option.interval, longest_interval);
+    if (option.off > 0)
+      option.interval = std::min<long>(2 * option.interval, back_off_range * retry_frames);
   }
 
   Option options_[most_devices + 1];

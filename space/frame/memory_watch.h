@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "space/data/tuning.h"
+
 namespace ode_parallel_sap {
 
 // Storage grows with the largest frame and is kept, so that frames of like size allocate nothing.
@@ -12,8 +14,6 @@ namespace ode_parallel_sap {
 // breathes keeps what it has, one that ended does not hold the memory of its best days.
 class MemoryWatch {
  public:
-  static constexpr int patience = 128;  // frames
-
   // A frame had so many geoms and pairs. True if all that is kept is better given back, and grown
   // again by the next frame to the size of the last ones.
   bool isTooMuchAfter(std::size_t geoms, std::size_t pairs) {
@@ -26,7 +26,7 @@ class MemoryWatch {
       return false;
     }
     recent_ = std::max(recent_, need);
-    if (largest_ < least_need || ++frames_ < patience) return false;
+    if (largest_ < least_need || ++frames_ < idle_frames) return false;
     largest_ = recent_;
     recent_ = 0;
     frames_ = 0;
@@ -34,7 +34,7 @@ class MemoryWatch {
   }
 
  private:
-  static constexpr std::size_t least_need = 20000;  // some hundred KB
+  static constexpr std::size_t least_need = 20000;  // fixed: some hundred KB are not worth it
 
   std::size_t largest_ = 0;  // of all frames since storage was given back
   std::size_t recent_ = 0;   // of the last frames_, all far below that

@@ -6,6 +6,7 @@
 
 #include "space/data/back_off.h"
 #include "space/data/mechanisms.h"
+#include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -14,20 +15,15 @@ namespace ode_parallel_sap {
 // thread: level at 200 slots where cells are kept, at 650 where they never are.)
 class MethodChoice {
  public:
-  static constexpr std::size_t least_slots = 200, most_slots = 650;
-  // Where so many of all pairs overlap that testing all is faster whatever their number: from 300
-  // to 10,000 boxes from every 40th to 50th place in the table of all with all on.
-  static constexpr std::size_t places_of_a_pair = 45;
-
   // By the pairs of the last frame.
   static bool isCrowd(std::size_t slots, std::size_t pairs) {
     return mechanisms::tests_of_crowds && pairs > slots * slots / places_of_a_pair;
   }
-  // Whether to sweep a scene, or else to test all. A crowd of more slots than most_slots is told
+  // Whether to sweep a scene, or else to test all. A crowd of more slots than most_tested is told
   // apart by testing all, which is given up where it is none.
   bool sweeps(std::size_t slots, std::size_t pairs) const {
-    if (slots > most_slots || !mechanisms::tests_of_all) return true;
-    return slots > least_slots && !isCrowd(slots, pairs) &&
+    if (slots > most_tested || !mechanisms::tests_of_all) return true;
+    return slots > least_swept && !isCrowd(slots, pairs) &&
            !(mechanisms::learned_method && back_off_.waits());
   }
   // What became of a sweep: it made do with the cells it had, or cut them anew.
@@ -35,7 +31,7 @@ class MethodChoice {
     if (kept_cells) {
       back_off_.paid();
       if (cut_ > 0) --cut_;
-    } else if ((cut_ += cut_weight) > most_cut) {
+    } else if ((cut_ += cut_frames - 1) > 2 * (cut_frames - 1)) {
       cut_ = 0;
       back_off_.failed();
     }
@@ -44,11 +40,8 @@ class MethodChoice {
   void learnOfTests() { back_off_.pass(); }
 
  private:
-  // Cells may be cut in every fourth frame.
-  static constexpr int cut_weight = 3, most_cut = 6;
-
   int cut_ = 0;
-  BackOff back_off_{4, 4, 256};
+  BackOff back_off_{2 * cut_frames};
 };
 
 }  // namespace ode_parallel_sap

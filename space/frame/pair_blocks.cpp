@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "space/data/grains.h"
+#include "space/data/tuning.h"
 #include "space/data/parallel.h"
 
 namespace ode_parallel_sap {

@@ -65,8 +65,8 @@ bool Pipeline::findChanges(Frame& frame) {
   frame.updated = &geom_update_.facts();
   takeNotice(frame);
   result.synchronise_ms = frame.clock.lap();
-  result.threads = coherence.find(frame.geoms(), geom_update_, plan.rules, boxes_, plan.threads,
-                                  extraction_.finders(), pair_filter_, frame.pairs);
+  result.threads = coherence.find(frame.geoms(), geom_update_, boxes_, plan.threads,
+                                  {extraction_.finders(), pair_filter_}, frame.pairs);
   result.found.method = dParallelSAPMethodSweep;
   result.candidates = coherence.candidates();
   result.kept = coherence.kept();
@@ -130,9 +130,9 @@ void Pipeline::select(Frame& frame) {
     pair_filter_.verify(frame.geoms(), *frame.updated, threads, candidates_, others);
   }
   if (planes_apart)
-    frame.result.candidates +=
-        plane_pairs_.addTo(verifying ? others_ : candidates_, frame.geoms(), boxes_, rules,
-                           frame.updated->user_classes, threads, frame.pairs);
+    frame.result.candidates += plane_pairs_.addTo(
+        verifying ? others_ : candidates_,
+        {frame.geoms(), boxes_, rules, frame.updated->user_classes}, threads, frame.pairs);
 }
 
 void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {

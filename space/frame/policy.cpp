@@ -2,9 +2,10 @@
 
 #include <algorithm>
 
-#include "space/data/grains.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 #include "space/frame/small_scenes.h"
+#include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -63,7 +64,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
   extraction.crowd = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
                      MethodChoice::isCrowd(facts.slots, facts.last_pairs);
-  extraction.places_of_a_pair = MethodChoice::places_of_a_pair;
+  extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
@@ -114,7 +115,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
   if (isAuto(settings) || settings.method == dParallelSAPMethodSweep) {
     if (found.devices == 0 && found.method == dParallelSAPMethodSweep)
       method_choice_.learnOfSweep(found.kept_cells);
-    else if (facts.slots <= MethodChoice::most_slots)
+    else if (facts.slots <= most_tested)
       method_choice_.learnOfTests();
   }
   if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
@@ -126,7 +127,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
 
 void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
                               const FrameResult& result) {
-  if (settings.rules != rules_) tolerance_ = BackOff(1, 2, 64);
+  if (settings.rules != rules_) tolerance_ = BackOff(1);
   rules_ = settings.rules;
   if (plan.rules.tolerance < settings.rules.tolerance)
     tolerance_.pass();

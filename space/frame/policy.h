@@ -51,9 +51,9 @@ class Policy {
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.
-  BackOff tolerance_ = BackOff(1, 2, 64);
+  BackOff tolerance_{1};
   // To test pairs that touch costs a little each.
-  BackOff apart_boxes_ = BackOff(4, 2, 64), apart_others_ = BackOff(4, 2, 64);
+  BackOff apart_boxes_{4}, apart_others_{4};
   PackRules rules_;  // that were set in the last frame
 };
 

@@ -5,6 +5,7 @@
 
 #include "space/data/mechanisms.h"
 #include "space/frame/stage_clock.h"
+#include "space/frame/tuning.h"
 #include "space/geom/plane_test.h"
 #include "space/geom/slots.h"
 #include "space/simd/kernels.h"
@@ -12,11 +13,6 @@
 namespace ode_parallel_sap {
 
 namespace {
-
-// Up to this number of geoms pairs are tested without vectors.
-constexpr unsigned most_without_vectors = 14;
-// From this number of geoms on it pays to look whether they are as before.
-constexpr std::size_t least_remembered = 4;
 
 // Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
 // the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
@@ -151,9 +147,7 @@ bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& 
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallScene& found) {
   is_still_ = false;
   still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
-  if (!mechanisms::still_small_scenes || still_frames_ < 2 || scene.count < least_remembered ||
-      rules.skip())
-    return;
+  if (!mechanisms::still_small_scenes || still_frames_ < 2 || rules.skip()) return;
   try {
     if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
     still_scene_->remember(scene.first, rules, found);

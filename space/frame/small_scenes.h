@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "space/coherence/pair_events.h"
+#include "space/data/tuning.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
 #include "space/geom/geom_tests.h"
@@ -16,9 +17,6 @@
 #include "space/geom/scene.h"
 
 namespace ode_parallel_sap {
-
-// Up to this number of slots a scene is collided on the spot.
-constexpr std::size_t smallest_scene = 120;
 
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallScene {

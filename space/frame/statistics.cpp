@@ -61,7 +61,7 @@ void Statistics::noteTimes(double found_ms, double report_ms) {
 }
 
 bool Statistics::timesSmallFrame() {
-  constexpr unsigned interval = 16;  // frames
+  constexpr unsigned interval = 16;  // fixed: frames, as the header says
   return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
 }
 

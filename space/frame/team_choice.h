@@ -38,9 +38,9 @@ class TeamChoice {
   }
 
  private:
-  static constexpr int most_bad_frames = 3;
+  static constexpr int most_bad_frames = 3;  // fixed: so many in a row are no accident
 
-  BackOff back_off_{16, 2, 1024, 2};
+  BackOff back_off_{retry_frames, 2};
   double alone_cost_ = 0;  // ms a geom
   int bad_frames_ = 0;     // in a row
 };

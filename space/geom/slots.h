@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 // field that ODE leaves to spaces for this.
 class Slots {
  public:
-  static constexpr std::size_t most = std::size_t{1} << 28;
+  static constexpr std::size_t most = std::size_t{1} << 28;  // fixed: bits of a slot in pairs
 
   static Slot slotOf(const dxGeom* geom) {
     return static_cast<Slot>(reinterpret_cast<std::size_t>(geom->tome_ex) - 1);
@@ -44,7 +44,7 @@ class Slots {
   }
   // Whether a geom more would be better added without gaps.
   bool mustClose(std::size_t count) const {
-    constexpr std::size_t least_gaps = 64;
+    constexpr std::size_t least_gaps = 64;  // fixed: any number that is not worth it
     return size() - count >= std::max(least_gaps, count);
   }
   // Closes the gaps. Geoms keep their order.

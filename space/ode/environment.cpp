@@ -110,8 +110,8 @@ bool hasMethod(int method) {
 
 Settings settingsFromEnvironment() {
   Settings settings;
-  constexpr int most_devices = 1024;
-  constexpr int most_megabytes = 1 << 30;
+  constexpr int most_devices = 1024;       // fixed: beyond it is a slip of the pen
+  constexpr int most_megabytes = 1 << 30;  // fixed: likewise
   readName("ODE_PARALLEL_SAP_BACKEND", backends, hasBackend, settings.backend);
   readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);

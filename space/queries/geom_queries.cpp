@@ -6,28 +6,20 @@
 
 #include "space/data/mechanisms.h"
 #include "space/data/round_outward.h"
+#include "space/data/slot_set.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
 #include "space/queries/query_tree.h"
+#include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Costs in units of what a query without a tree pays for a geom, about 4 ns (query-benchmark).
-constexpr double build_cost = 12;   // of a geom
-constexpr double refresh_cost = 4;  // of a geom that changed; a row of sixteen strays costs 1
-// Up to this number of slots the walk through a tree costs as much as it saves.
-constexpr std::size_t least_tree_slots = 96;
-// Changes are noted one by one up to this part of all slots.
-constexpr std::size_t changed_part = 4;
-// Boxes become doubles where more than this part of them are far too large as floats.
-constexpr std::size_t coarse_part = 8;
 // Up to this number dirty geoms are cleaned by one thread on the way.
-constexpr std::size_t most_cleaned_alone = 1024;
-// Hits are put in order by bits rather than by sorting where they are this part of all slots.
-constexpr std::size_t many_hits = 1024;
-constexpr std::size_t word_slots = 64;
+constexpr std::size_t most_cleaned_alone = grains::packed_slots.work;
+constexpr std::size_t word_slots = SlotSet::word_slots;
 
 dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   return slot < geoms.size() ? geoms[slot] : nullptr;
@@ -60,7 +52,6 @@ void prefetch(const dxGeom* geom) {
   __builtin_prefetch(geom->aabb);
   __builtin_prefetch(&geom->collide_bits);
 }
-constexpr std::size_t prefetch_distance = 8;
 
 void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance);
@@ -132,7 +123,8 @@ void GeomQueries::Tree::build(const Geoms& geoms, int threads) {
   built = false;
   boxes.size = geoms.size();
   const std::size_t coarse = pack(geoms, boxes.boxes);
-  is_wide = sizeof(dReal) > sizeof(float) && coarse > geoms.size() / coarse_part;
+  // A small part of them will do as floats.
+  is_wide = sizeof(dReal) > sizeof(float) && coarse > geoms.size() / 8;
   if (is_wide) pack(geoms, boxes.wide_boxes);
   boxes.wide = is_wide;
   (is_wide ? boxes.boxes.release() : boxes.wide_boxes.release());
@@ -153,7 +145,7 @@ void GeomQueries::Tree::build(const Geoms& geoms, int threads) {
 void GeomQueries::Tree::setUpToDate(std::size_t slots_now) {
   slots = slots_now;
   changed.resizeDiscarding(0);
-  changed.reserve(slots / changed_part + 1);
+  changed.reserve(static_cast<std::size_t>(static_cast<double>(slots) / refresh_cost) + 1);
   all_changed = false;
 }
 
@@ -177,7 +169,7 @@ void GeomQueries::Tree::refresh(const Geoms& geoms) {
 
 // Of all geoms, by a sample: the part that will not fit where the tree has it.
 double GeomQueries::Tree::strayingPart(const Geoms& geoms) {
-  constexpr std::size_t most_samples = 64;
+  constexpr std::size_t most_samples = 64;  // fixed: within some percent
   const std::size_t samples = std::min(most_samples, geoms.size());
   std::size_t strays = 0;
   for (std::size_t i = 0; i < samples; ++i) {
@@ -278,7 +270,7 @@ bool GeomQueries::bringUpToDate(const Geoms& geoms, int threads) {
   }
   changes_ = 0;
   queries_ += 1;
-  if (!mechanisms::query_trees || geoms.size() < least_tree_slots) return false;
+  if (!mechanisms::query_trees || geoms.size() <= smallest_scene) return false;
 
   const double expected = std::max(queries_, last_queries_);
   bool build = !tree_ || !tree_->built;

@@ -8,6 +8,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
+#include "space/data/tuning.h"
 
 struct dxGeom;
 
@@ -55,9 +56,8 @@ class GeomQueries {
 
   // A frame went by: what no query asked for in many of them is given back.
   void noteFrame() {
-    if (tree_ && ++idle_frames_ == patience) release();
+    if (tree_ && ++idle_frames_ == idle_frames) release();
   }
-  static constexpr int patience = 256;
 
   // Gives back all that is held.
   void release();

@@ -5,14 +5,11 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
+#include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// How much wider than its boxes a cell is on each side, in parts of its extent. Little enough to
-// leave most queries the cells they would visit anyway; a pile that trembles stays within it.
-constexpr double cell_margin = 1.0 / 16;
 
 template <class Real>
 bool contains(const BasicBox<Real>& bounds, const BasicBox<Real>& box) {

@@ -101,9 +101,8 @@ struct Depths {
 // surely clear, nor do they surely reach a plane.
 template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
-                           std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
-                           HalfSpaceHits* hits) {
-  constexpr std::size_t block = 16;
+                           std::size_t end, const HalfSpaces<Real>& planes, HalfSpaceHits* hits) {
+  constexpr std::size_t block = group_size;
   Group<Real> groups[block];
   unsigned active[block], known[block];
   HalfSpaceHits* next = hits;
@@ -120,13 +119,14 @@ std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::s
       for (std::size_t i = 0; i < cells; ++i) known[i] = keepKnown(groups[i]);
       all = Magnitudes<Real>(groups, cells);
     }
-    for (std::size_t plane = 0; plane < count; ++plane) {
-      const double distance = planes[plane].distance;
-      const double clear = distance + marginOf(planes[plane], all);
+    for (std::size_t plane = 0; plane < planes.count; ++plane) {
+      const HalfSpace<Real>& half_space = planes.first[plane];
+      const double distance = half_space.distance;
+      const double clear = distance + marginOf(half_space, all);
       for (std::size_t i = 0; i < cells; ++i) {
-        const Depths<Real> depths(groups[i], planes[plane]);
+        const Depths<Real> depths(groups[i], half_space);
         if (!(active[i] & ~(known[i] & depths.atLeast(clear)))) continue;
-        const double margin = marginOf(planes[plane], Magnitudes<Real>(groups + i, 1));
+        const double margin = marginOf(half_space, Magnitudes<Real>(groups + i, 1));
         const unsigned maybe = active[i] & ~(known[i] & depths.atLeast(distance + margin));
         if (!maybe) continue;
         *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(begin + i),

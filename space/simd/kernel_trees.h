@@ -4,6 +4,7 @@
 #define ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
 
 #include "space/simd/kernel_rows.h"
+#include "space/simd/tuning.h"
 
 namespace {
 
@@ -132,19 +133,28 @@ struct Workplace {
   Candidates<Real> boxes;
 };
 
-// Pairs of the cells [begin, end) of `queries`, which are all below one node, with the gathered
-// cells of `tree`; with those after the cell itself only, if `forward`. Uses the gathered cells up.
+// Cells of one tree that meet those of another, or of their own behind them.
 template <class Real>
-inline void meetCells(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-                      const TreeView<Real>& tree, bool forward, bool exact, Workplace<Real>& work,
-                      PairSink& sink) {
+struct Meeting {
+  const TreeView<Real>& queries;
+  const TreeView<Real>& tree;
+  bool forward;  // each meets those after the cell itself only
+  bool exact;
+};
+
+// Pairs of the cells [begin, end) of the queries, which are all below one node, with the gathered
+// cells of the tree. Uses the gathered cells up.
+template <class Real>
+inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end,
+                      Workplace<Real>& work, PairSink& sink) {
+  const TreeView<Real>& tree = meeting.tree;
   for (std::size_t cell = begin; cell < end; ++cell) {
-    const Group<Real>& bounds = queries.levels[1][cell / group_size];
+    const Group<Real>& bounds = meeting.queries.levels[1][cell / group_size];
     const unsigned lane = cell % group_size;
     const std::size_t others =
-        work.cells.choose(bounds, lane, forward ? static_cast<std::uint32_t>(cell + 1) : 0);
+        work.cells.choose(bounds, lane, meeting.forward ? static_cast<std::uint32_t>(cell + 1) : 0);
     if (!others) continue;
-    const Query<Real> query(queries, cell, exact);
+    const Query<Real> query(meeting.queries, cell, meeting.exact);
     for (std::size_t i = 0; i < others; ++i) {
       const std::size_t other = work.cells.chosen[i];
       work.boxes.add(tree, other, overlaps(bounds, lane, tree.levels[0][other]));
@@ -155,29 +165,29 @@ inline void meetCells(const TreeView<Real>& queries, std::size_t begin, std::siz
   work.cells.count = 0;
 }
 
-// Pairs of the cells [begin, end) of `queries` with those of `tree`. The tree is walked once for
-// all cells below one node, then each of them chooses among what was found.
+// Pairs of the cells [begin, end) of the queries with those of the tree, which is walked once for
+// all cells below one node; then each of them chooses among what was found.
 template <class Real>
-inline void cellsAgainstTree(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-                             const TreeView<Real>& tree, bool forward, bool exact, PairSink& sink) {
+inline void cellsAgainstTree(const Meeting<Real>& meeting, std::size_t begin, std::size_t end,
+                             PairSink& sink) {
+  const TreeView<Real>& tree = meeting.tree;
   Workplace<Real> work;
   while (begin < end) {
     const std::size_t node = begin / group_size;
     const std::size_t node_end = (node + 1) * group_size, stop = node_end < end ? node_end : end;
     // The bounds of all cells below the node.
     Group<Real> bounds;
-    const Group<Real>& cells = queries.levels[1][node];
+    const Group<Real>& cells = meeting.queries.levels[1][node];
     for (int axis = 0; axis < 3; ++axis) {
       bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
       bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
     }
-    forOverlappingNodes(tree, bounds, 0, forward ? begin : 0,
+    forOverlappingNodes(tree, bounds, 0, meeting.forward ? begin : 0,
                         [&](std::uint32_t group, unsigned mask) {
                           work.cells.add(tree.levels[1][group], group * group_size, mask);
-                          if (work.cells.full())
-                            meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+                          if (work.cells.full()) meetCells(meeting, begin, stop, work, sink);
                         });
-    meetCells(queries, begin, stop, tree, forward, exact, work, sink);
+    meetCells(meeting, begin, stop, work, sink);
     begin = stop;
   }
 }
@@ -192,18 +202,18 @@ void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, b
         query, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
         [](unsigned lane) { return all_lanes << (lane + 1); }, sink);
   }
-  cellsAgainstTree(tree, begin, end, tree, true, exact, sink);
+  cellsAgainstTree(Meeting<Real>{tree, tree, true, exact}, begin, end, sink);
 }
 
 template <class Real>
 void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                 const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  cellsAgainstTree(queries, begin, end, tree, false, exact, sink);
+  cellsAgainstTree(Meeting<Real>{queries, tree, false, exact}, begin, end, sink);
 }
 
 // Boxes of a query cell, each with a node of one level, or a cell, that it may reach.
 struct Front {
-  static constexpr std::size_t capacity = 256;
+  static constexpr std::size_t capacity = gathered_nodes;
 
   alignas(64) std::uint32_t node[capacity + group_size];
   std::uint8_t lane[capacity + group_size];
@@ -235,10 +245,10 @@ inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Fron
   std::uint16_t hits[Front::capacity + group_size];
   std::uint16_t hit[Front::capacity + group_size];
   std::size_t count = 0;
-  constexpr std::size_t ahead = 8;
-  for (std::size_t i = 0; i < ahead && i < front.count; ++i) prefetchCell(tree, front.node[i]);
+  for (std::size_t i = 0; i < cells_ahead && i < front.count; ++i)
+    prefetchCell(tree, front.node[i]);
   for (std::size_t i = 0; i < front.count; ++i) {
-    if (i + ahead < front.count) prefetchCell(tree, front.node[i + ahead]);
+    if (i + cells_ahead < front.count) prefetchCell(tree, front.node[i + cells_ahead]);
     hits[i] = static_cast<std::uint16_t>(
         overlaps(*query.boxes, front.lane[i], tree.levels[0][front.node[i]]));
     hit[count] = static_cast<std::uint16_t>(i);
@@ -312,7 +322,7 @@ struct Finder {
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
   Finder<Real> finder(box, found);
-  constexpr std::size_t capacity = 256;
+  constexpr std::size_t capacity = gathered_nodes;
   std::uint32_t cells[capacity + group_size];
   std::size_t count = 0;
   const auto meetAll = [&] {

@@ -10,7 +10,7 @@ namespace ode_parallel_sap {
 template <class Real>
 struct BasicBox;
 
-constexpr int group_size = 16;
+constexpr int group_size = 16;  // fixed: lanes of the widest vectors
 
 // Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
 // places hold NaN, which overlaps nothing.
@@ -35,7 +35,7 @@ struct alignas(64) GroupFilter {
 // single group.
 template <class Real>
 struct TreeView {
-  static constexpr int max_levels = 8;
+  static constexpr int max_levels = 8;  // fixed: of 2^32 cells
   const Group<Real>* levels[max_levels];
   std::uint32_t groups[max_levels];
   int depth;  // levels in use; 0: no boxes
@@ -85,14 +85,25 @@ struct BoxPairs {
   const Real* sides[2][group_size];
 };
 
+template <class Real>
+struct HalfSpaces {
+  const HalfSpace<Real>* first;
+  std::size_t count;
+};
+
+// Cell i has the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen at most. A null order
+// stands for 0, 1, 2, ...
+struct CellBoxes {
+  const std::uint32_t* order;
+  const std::uint32_t* starts;
+};
+
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
-  // Fills cells[i] and ids[i] with the boxes order[starts[i]] to order[starts[i + 1] - 1], sixteen
-  // at most, for i in [begin, end). order == null stands for 0, 1, 2, ...
-  void (*packCells)(const BasicBox<Real>* boxes, const std::uint32_t* order,
-                    const std::uint32_t* starts, std::size_t begin, std::size_t end,
-                    Group<Real>* cells, GroupIds* ids);
+  // Fills cells[i] and ids[i] for i in [begin, end).
+  void (*packCells)(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t begin,
+                    std::size_t end, Group<Real>* cells, GroupIds* ids);
   // Group i of `parents` gets the bounds of groups 16 i to 16 i + 15 of `children`, for i in
   // [begin, end); places at and beyond `count` children stay empty.
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
@@ -124,11 +135,11 @@ struct Kernels {
   // The same for cells without a tree.
   std::size_t (*findInCells)(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
                              const Group<Real>& box, std::uint32_t* found);
-  // Meets the boxes [16 begin, 16 end) with `count` half-spaces. Writes to `hits`, for which
+  // Meets the boxes [16 begin, 16 end) with some half-spaces. Writes to `hits`, for which
   // there is room for each cell and half-space, where `maybe` is not empty; returns their number.
   // Inactive boxes are in none.
   std::size_t (*meetHalfSpaces)(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
-                                std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
+                                std::size_t end, const HalfSpaces<Real>& planes,
                                 HalfSpaceHits* hits);
   // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
   // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.

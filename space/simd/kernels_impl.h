@@ -10,6 +10,7 @@
 #include "space/simd/kernel_half_spaces.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
+#include "space/simd/tuning.h"
 
 namespace {
 
@@ -51,7 +52,7 @@ inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeVie
 template <class Real>
 inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
                            std::size_t begin, std::size_t end, PairSink& sink) {
-  constexpr std::size_t most_cells = 32;
+  constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
   unsigned masks[most_cells];
   const std::size_t last = (end + group_size - 1) / group_size;
   for (std::size_t first = begin / group_size, count; first < last; first += count) {
@@ -93,14 +94,14 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
 }
 
 template <class Real>
-void packCells(const BasicBox<Real>* boxes, const std::uint32_t* order, const std::uint32_t* starts,
-               std::size_t begin, std::size_t end, Group<Real>* cells, GroupIds* ids) {
+void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t begin, std::size_t end,
+               Group<Real>* cells, GroupIds* ids) {
+  const std::uint32_t *const order = of.order, *const starts = of.starts;
   const Real nan = static_cast<Real>(__builtin_nanf(""));
-  constexpr std::size_t ahead = 3;  // cells
   for (std::size_t cell = begin; cell < end; ++cell) {
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
-    if (order && cell + ahead < end)
-      for (std::uint32_t i = starts[cell + ahead]; i < starts[cell + ahead + 1]; ++i)
+    if (order && cell + packed_ahead < end)
+      for (std::uint32_t i = starts[cell + packed_ahead]; i < starts[cell + packed_ahead + 1]; ++i)
         __builtin_prefetch(boxes + order[i]);
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "space/data/pair_list.h"
+#include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -12,7 +13,7 @@ namespace ode_parallel_sap {
 // Appends to `pairs`, which holds what was written once the sink is gone.
 class BufferSink : public PairSink {
  public:
-  static constexpr std::size_t first_capacity = 4096;
+  static constexpr std::size_t first_capacity = chunk_pairs;
 
   explicit BufferSink(Buffer<Pair>& pairs) : pairs_(pairs) {
     grow = &BufferSink::growBuffer;

@@ -7,33 +7,20 @@
 #include "space/data/parallel.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
+#include "space/sort/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Buckets hold about this many pairs, 64 kB: small beside the second-level cache.
-constexpr std::size_t bucket_pairs = 8192;
-constexpr std::size_t most_buckets = 2048;
-constexpr std::size_t buckets_a_thread = 4;
-constexpr std::size_t least_bucket_pairs = 512;
-Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
+constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 
-// One thread puts up to this number, of few slots, in order at once: they still fit the cache.
-constexpr std::size_t pairs_at_once = 65536, slots_at_once = 16384;
-// Lists of more pairs than this, on average, are sorted by digits.
-constexpr std::size_t long_list = 6;
-// Where there are this many slots to a pair, looking at each slot takes longer than sorting.
-constexpr std::size_t sparse_slots = 4;
+Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
 
 // Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
 bool laterComesAfter(Pair a, Pair b) {
   return laterOf(a) < laterOf(b);
 }
-
-// That of a ground plane may hold all geoms: from this length on digits are faster, storage
-// included.
-constexpr std::size_t longest_compared = 512;
 
 void sortLong(Pair* begin, Pair* end) {
   const std::size_t count = end - begin;
@@ -59,7 +46,7 @@ bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratc
     all |= pairs[i];
     differing |= pairs[i] ^ pairs[0];
   }
-  constexpr std::size_t few = 64;
+  constexpr std::size_t few = 64;  // fixed: two sorts by digits cost more in any case
   if (count <= few) {
     std::sort(pairs, pairs + count,
               [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
@@ -111,12 +98,12 @@ PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, i
   Buckets buckets;
   buckets.slots = slots;
   while ((slots - 1) >> buckets.slot_bits) ++buckets.slot_bits;
-  if (threads == 1 && slots <= slots_at_once && count <= pairs_at_once) {
+  if (threads == 1 && slots <= pairs_at_once / 4 && count <= pairs_at_once) {
     buckets.shift = buckets.slot_bits;
     return buckets;
   }
   const std::size_t shared =
-      std::min(buckets_a_thread * threads, count / chunkOf(count, least_bucket_pairs, threads));
+      std::min(tasks_a_thread * threads, count / chunkOf(count, least_bucket_pairs, threads));
   const std::size_t wanted = std::min(most_buckets, std::max(count / bucket_pairs, shared) + 1);
   while ((slots - 1) >> buckets.shift >= wanted) ++buckets.shift;
   buckets.count = ((slots - 1) >> buckets.shift) + 1;

@@ -4,24 +4,27 @@
 #include <cstring>
 #include <vector>
 
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/sort/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Eleven bits keep a thread's 2,048 counters and open cache lines within the second-level cache.
-constexpr int max_digit_bits = 11;
-
 Region counting("radix sort: counts"), scattering("radix sort: scatter"),
     copying("radix sort: copy");
 
+struct Digit {
+  int low_bit, bits;
+};
+
 // One stable counting pass. Each thread counts and later scatters one part of the input; the
 // counters become positions by a scan over digits first, threads second.
-void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
-                  int bits, int threads, std::vector<std::uint32_t>& positions) {
-  const std::size_t digits = std::size_t{1} << bits;
+void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count,
+                  const Digit& digit_of, int threads, std::vector<std::uint32_t>& positions) {
+  const int low_bit = digit_of.low_bit;
+  const std::size_t digits = std::size_t{1} << digit_of.bits;
   const std::uint64_t mask = digits - 1;
   positions.assign(digits * threads, 0);
   int parts = threads;
@@ -53,9 +56,8 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
 // The same on one thread, with counters small enough to be cleared for a few hundred records.
 void sortAlone(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
                int bits) {
-  constexpr int digit_bits_alone = 8;
-  std::uint32_t next[1 << digit_bits_alone];
-  const int passes = (bits + digit_bits_alone - 1) / digit_bits_alone;
+  std::uint32_t next[1 << most_digits_alone];
+  const int passes = (bits + most_digits_alone - 1) / most_digits_alone;
   std::uint64_t *from = records, *to = scratch;
   for (int pass = 0, done = 0; pass < passes; ++pass) {
     const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
@@ -86,12 +88,12 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
     sortAlone(records, scratch, count, low_bit, bits);
     return;
   }
-  const int passes = (bits + max_digit_bits - 1) / max_digit_bits;
+  const int passes = (bits + most_digits - 1) / most_digits;
   std::vector<std::uint32_t> positions;
   std::uint64_t *from = records, *to = scratch;
   for (int pass = 0, done = 0; pass < passes; ++pass) {
     const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
-    countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
+    countingPass(from, to, count, {low_bit + done, digit_bits}, threads, positions);
     std::swap(from, to);
     done += digit_bits;
   }

@@ -5,18 +5,16 @@
 #include <cmath>
 #include <cstring>
 
-#include "space/data/grains.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
+#include "space/data/tuning.h"
+#include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// So that boxes all far from each other seem to make a pair for sixteen boxes at most.
-constexpr std::size_t cells_a_box = 8;
-constexpr std::size_t block_boxes = 64;  // whose counts are on their way from memory together
-constexpr double step_of_floats = 0x1p-22;
+constexpr double step_of_floats = 0x1p-22;  // fixed: twice an epsilon
 
 Region counting("coarse crowds: boxes");
 
@@ -31,12 +29,12 @@ double valueOf(std::uint64_t bits) {
   std::memcpy(&value, &bits, sizeof value);
   return value;
 }
-constexpr std::uint64_t bias = 1023;  // of the exponents of doubles
+constexpr std::uint64_t bias = 1023;  // fixed: of the exponents of doubles
 
 // Of a double below 2^51; what is larger has no fraction worth mentioning. Needs rounding to
 // nearest.
 double nearestInteger(double value) {
-  constexpr double without_fraction = 0x1.8p52;
+  constexpr double without_fraction = 0x1.8p52;  // fixed: of doubles
   return (value + without_fraction) - without_fraction;
 }
 
@@ -76,7 +74,7 @@ std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse,
                                 int threads) {
   counted_ = false;
   bits_ = 2;
-  while (std::size_t{1} << bits_ < cells_a_box * coarse.size()) ++bits_;
+  while (std::size_t{1} << bits_ < counters_a_box * coarse.size()) ++bits_;
   counts_.resizeDiscarding(std::size_t{1} << bits_);
   std::fill(counts_.begin(), counts_.end(), 0);
   pairs_ = 0;
@@ -86,7 +84,7 @@ std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse,
 
 std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
                                      std::size_t most, int threads) {
-  threads = teamFor(moved.size(), grains::counted_boxes, threads);
+  threads = teamFor(moved.size(), grains::looked_up, threads);
   std::atomic<std::size_t> pairs{pairs_};
   runTeam(counting, threads, [&](int thread, int team) {
     const Range range = ownPart(moved.size(), thread, team);
@@ -94,9 +92,9 @@ std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& mo
       return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
     };
     // No count gets as far as 2^16: its own pairs would be too many long before.
-    std::uint16_t* places[block_boxes];
-    for (std::size_t begin = range.begin; begin < range.end; begin += block_boxes) {
-      const std::size_t count = std::min(block_boxes, range.end - begin);
+    std::uint16_t* places[prefetched_block];
+    for (std::size_t begin = range.begin; begin < range.end; begin += prefetched_block) {
+      const std::size_t count = std::min(prefetched_block, range.end - begin);
       for (std::size_t i = 0; i < count; ++i) {
         const Slot slot = moved[begin + i];
         const std::uint64_t cell =

@@ -7,19 +7,20 @@
 #include <type_traits>
 
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
+#include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
+#include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks of this many,
-// a geom's two blocks and its pose's one block before they are needed.
-constexpr std::size_t block_size = 32;
+// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, a geom's two
+// blocks and its pose's one block before they are needed.
+constexpr std::size_t block_size = prefetched_block;
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
@@ -50,11 +51,54 @@ void prefetchStatus(const dxGeom* geom, bool resting) {
   __builtin_prefetch(&geom->collide_bits);
 }
 void prefetchStatus(const dxBody* body) {
-  constexpr std::size_t flags = 56;  // in ODE 0.16; elsewhere a prefetch in vain
+  constexpr std::size_t flags = 56;  // fixed: in ODE 0.16; elsewhere a prefetch in vain
   __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
 }
 
 }  // namespace
+
+// One thread's part of forGeoms(). Geoms that are the calling thread's business are deferred.
+template <class SlotOf, class Use>
+void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, Use use,
+                         UpdatePart& part) {
+  const auto block = [&](std::size_t begin) {
+    return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
+  };
+  const auto prefetchGeoms = [&](const Range& of) {
+    // The derived classes' sizes follow the base: one line more holds most of them.
+    for (std::size_t i = of.begin; i < of.end; ++i)
+      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetch(geom, sizeof(dxGeom) + 32);
+  };
+  const auto prefetchPoses = [&](const Range& of) {
+    for (std::size_t i = of.begin; i < of.end; ++i)
+      if (const dxGeom* const geom = geoms[slotOf(i)])
+        if (geom->final_posr) prefetch(geom->final_posr, sizeof(dxPosR));
+  };
+  prefetchGeoms(block(range.begin));
+  prefetchPoses(block(range.begin));
+  prefetchGeoms(block(range.begin + block_size));
+  for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
+    const std::size_t end = block(begin).end;
+    prefetchGeoms(block(begin + 2 * block_size));
+    prefetchPoses(block(begin + block_size));
+    for (std::size_t i = begin; i < end; ++i) {
+      const Slot slot = slotOf(i);
+      dxGeom* const geom = geoms[slot];
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
+      ++part.facts.moved;
+      if (needsCallingThread(geom))
+        part.deferred.push_back(slot);
+      else
+        cleanGeom(geom);
+    }
+    const ScopedMode exact(exactMode());
+    for (std::size_t i = begin; i < end; ++i) {
+      const Slot slot = slotOf(i);
+      const dxGeom* const geom = geoms[slot];
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot, part);
+    }
+  }
+}
 
 // Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot,
 // part) for each; geom may be null.
@@ -71,50 +115,11 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
     part.staying.clear();
     part.some_body = 0;
   }
-  const auto prefetchGeoms = [&](const Range& range) {
-    // The derived classes' sizes follow the base: one line more holds most of them.
-    for (std::size_t i = range.begin; i < range.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetch(geom, sizeof(dxGeom) + 32);
-  };
-  const auto prefetchPoses = [&](const Range& range) {
-    for (std::size_t i = range.begin; i < range.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)])
-        if (geom->final_posr) prefetch(geom->final_posr, sizeof(dxPosR));
-  };
   int used = 1;
   runTeam(updating, parts, [&](int thread, int team) {
     if (thread == 0) used = team;
-    for (int index = thread; index < parts; index += team) {
-      UpdatePart& part = parts_[index];
-      const Range range = ownPart(count, index, parts);
-      const auto block = [&](std::size_t begin) {
-        return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
-      };
-      prefetchGeoms(block(range.begin));
-      prefetchPoses(block(range.begin));
-      prefetchGeoms(block(range.begin + block_size));
-      for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
-        const std::size_t end = block(begin).end;
-        prefetchGeoms(block(begin + 2 * block_size));
-        prefetchPoses(block(begin + block_size));
-        for (std::size_t i = begin; i < end; ++i) {
-          const Slot slot = slotOf(i);
-          dxGeom* const geom = geoms[slot];
-          if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
-          ++part.facts.moved;
-          if (needsCallingThread(geom))
-            part.deferred.push_back(slot);
-          else
-            cleanGeom(geom);
-        }
-        const ScopedMode exact(exactMode());
-        for (std::size_t i = begin; i < end; ++i) {
-          const Slot slot = slotOf(i);
-          const dxGeom* const geom = geoms[slot];
-          if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot, part);
-        }
-      }
-    }
+    for (int index = thread; index < parts; index += team)
+      forPart(geoms, ownPart(count, index, parts), slotOf, use, parts_[index]);
   });
   UpdatePart& serial = parts_[parts];
   for (int index = 0; index < parts; ++index)

@@ -49,6 +49,9 @@ class GeomUpdate {
  private:
   template <class SlotOf, class Use>
   int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
+  template <class SlotOf, class Use>
+  static void forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, Use use,
+                      UpdatePart& part);
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);

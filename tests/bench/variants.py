@@ -27,9 +27,17 @@ class Project:
             sys.exit("%s is missing: configure with -DCMAKE_EXPORT_COMPILE_COMMANDS=ON" % database)
         with open(database) as file:
             entries = json.load(file)
-        room = os.path.join(self.source, "space") + os.sep
-        self.commands = [entry for entry in entries if entry["file"].startswith(room)
-                         and "/ode-parallel-sap" in entry["command"] and "preload" not in entry["command"]]
+        self.commands = [entry for entry in entries if self.takes(entry)]
+
+    def takes(self, entry):
+        """Whether a compile command is for what is made: the library."""
+        return (entry["file"].startswith(os.path.join(self.source, "space") + os.sep)
+                and "/ode-parallel-sap" in entry["command"] and "preload" not in entry["command"])
+
+    def link(self, objects, directory):
+        library = os.path.join(directory, "libode-parallel-sap.so.0")
+        subprocess.run(["c++", "-shared", "-Wl,-soname,libode-parallel-sap.so.0", "-o", library] + objects +
+                       ["-fopenmp", "-pthread"], check=True)
 
     def prepare(self, directory, jobs):
         """Compiles all as it is, into a directory that variants take their other files from."""
@@ -59,9 +67,7 @@ class Project:
             shutil.rmtree(copy)
         objects = [os.path.join(directory if number in changed else self.base, "%d.o" % number)
                    for number in range(len(self.commands))]
-        library = os.path.join(directory, "libode-parallel-sap.so.0")
-        subprocess.run(["c++", "-shared", "-Wl,-soname,libode-parallel-sap.so.0", "-o", library] + objects +
-                       ["-fopenmp", "-pthread"], check=True)
+        self.link(objects, directory)
         return directory
 
     def command(self, number, source):
@@ -78,11 +84,14 @@ class Project:
         words[words.index("-o") + 1] = os.path.join(directory, "%d.o" % number)
         subprocess.run(words, cwd=self.commands[number]["directory"], check=True)
 
+    # What a preprocessor is asked for besides its output.
+    preprocessing = ["-P"]
+
     def preprocess(self, entry):
         words = self.command(self.commands.index(entry), self.source)
         words[words.index("-c")] = "-E"
         words[words.index("-o") + 1] = "-"
-        words.append("-P")
+        words += self.preprocessing
         return subprocess.run(words, cwd=entry["directory"], check=True, stdout=subprocess.PIPE,
                               universal_newlines=True).stdout
 
@@ -134,12 +143,12 @@ def timeOf(program, row):
     return "min_ms" if "min_ms" in row else "median_ms"
 
 
-def measure(project, library, quick, core=None):
-    """Milliseconds a cell, by its name. `core`: the processors to keep to."""
+def measure(project, library, quick, core=None, runs=None):
+    """Milliseconds a cell, by its name. `core`: the processors to keep to; `runs`: others than measurements()."""
     times = {}
     environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
                        OMP_WAIT_POLICY="active")
-    for program, arguments, keys in measurements(quick):
+    for program, arguments, keys in runs or measurements(quick):
         with tempfile.TemporaryDirectory() as directory:
             table = os.path.join(directory, "table.csv")
             command = [os.path.join(project.programs, program)] + arguments + ["--csv=" + table]

@@ -1,9 +1,8 @@
-# Counts the lines, and the numeric constants that have a name (constexpr, at namespace or class scope), of each
-# directory of C++ files. Prints a row a directory: directory, files, lines, constants, and how many of these are
-# tuned: numbers as they stand, neither computed from other constants nor masks and flags. With -v list=1 prints the
-# tuned constants themselves.
-
-function inDeclarations() { return outside == 0 }
+# Counts the lines, and the numeric constants that have a name (constexpr), of each directory of C++ files. Prints a
+# row a directory: directory, files, lines, constants, and how many of these are tuned: numbers as they stand, neither
+# computed from other constants, nor masks and flags, nor marked as fixed. A comment with the word "fixed:" marks the
+# declaration that it follows on its line or, on lines of its own, all declarations below it up to the next blank line
+# or comment of that kind. With -v list=1 prints the tuned constants themselves.
 
 # What `{` begins, by the text before it: a namespace, a class, an initializer, or anything else.
 function kindOf(text,  head) {
@@ -22,18 +21,20 @@ function isFunction(text) {
 }
 
 function finish(text,  type, parts, count, i) {
-  if (!inDeclarations() || text !~ /(^|[^a-zA-Z_])constexpr([^a-zA-Z_]|$)/) return
+  if (text !~ /(^|[^a-zA-Z_])constexpr([^a-zA-Z_]|$)/) return
   gsub(/<</, "@", text)
   while (gsub(/<[^<>]*>/, " ", text) || gsub(/\([^()]*\)/, " computed ", text)) {}
   if (isFunction(text)) return
   type = text
   sub(/.*constexpr/, "", type)
   sub(/=.*/, "", type)
-  if (type !~ /^[ \t]*(const )?[ \t]*((std::)?(u?int(8|16|32|64)_t|size_t|ptrdiff_t)|unsigned|signed|int|long|short|float|double|Real|dReal|Slot|Pair|Place|auto)[ \t]/) return
+  if (type !~ /^[ \t]*(const )?[ \t]*((std::)?(u?int(8|16|32|64)_t|size_t|ptrdiff_t)|unsigned|signed|int|long|short|float|double|Real|dReal|Slot|Pair|Place|Grain|auto)[ \t]/) return
+  if (type ~ /\[/ || text ~ /= *\[/) return
+  if (type ~ /[ \t]Grain[ \t]/) sub(/,.*/, "", text)
   count = split(text, parts, ",")
   for (i = 1; i <= count; ++i) {
     ++constants[room]
-    if (!isTuned(parts[i])) continue
+    if (fixed || fixed_block || !isTuned(parts[i])) continue
     ++tuned[room]
     if (list) print file ":" words(parts[i])
   }
@@ -58,14 +59,15 @@ function take(mark,  kind) {
   if (mark == "{") {
     kind = parens > 0 ? "o" : kindOf(text)
     stack[++depth] = kind (parens > 0 ? "p" : "")
-    if (kind != "n") ++outside
+    if (kind == "i" && !outside) text = text " "
+    if (kind != "n" && kind != "i") ++outside
     if (kind == "i" || parens > 0) return
     text = ""
     return
   }
   if (mark == "}") {
     kind = stack[depth--]
-    if (kind != "n") --outside
+    if (kind != "n" && kind != "i") --outside
     if (kind == "i" || kind == "op") return
     text = ""
     return
@@ -83,8 +85,8 @@ FNR == 1 {
   room = FILENAME
   sub(/\/[^\/]*$/, "", room)
   ++files[room]
-  text = ""
-  parens = depth = outside = comment = directive = 0
+  text = inner = ""
+  parens = depth = outside = comment = directive = fixed = fixed_block = remark = 0
 }
 {
   ++lines[room]
@@ -99,16 +101,34 @@ FNR == 1 {
     if (!sub(/^.*\*\//, "", line)) next
     comment = 0
   }
+  alone = line ~ /^[ \t]*(\/\/|$)/
+  if (line ~ /^[ \t]*$/ || (alone && !remark)) fixed_block = 0
+  remark = alone
+  if (line ~ /\/\/.*fixed: /) {
+    if (alone) fixed_block = 1
+    else fixed = 1
+  }
   sub(/\/\/.*/, "", line)
   gsub(/\/\*[^*]*\*\//, "", line)
   if (sub(/\/\*.*/, "", line)) comment = 1
   gsub(/(public|private|protected):/, "", line)
+  # Within functions a declaration has its line to itself.
+  if (outside && !alone && (inner != "" || line ~ /^[ \t]*(static )?constexpr /)) {
+    inner = inner line " "
+    if (line ~ /;/) {
+      sub(/;.*/, "", inner)
+      gsub(/[{}]/, " ", inner)
+      finish(inner)
+      inner = ""
+    }
+  }
   while (match(line, /[{}();]/)) {
     if (!outside) text = text substr(line, 1, RSTART - 1)
     take(substr(line, RSTART, 1))
     line = substr(line, RSTART + 1)
   }
   if (!outside) text = text line " "
+  if (text !~ /[^ \t]/ && inner == "") fixed = 0
 }
 END {
   if (!list)

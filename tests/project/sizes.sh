@@ -2,8 +2,8 @@
 # sizes.sh [SOURCE] [--list]
 #
 # How large the rooms of space/ and cuda/ are: files, lines, and numeric constants that have a name
-# (constexpr, at namespace or class scope), as a markdown table. Tuned are those that are numbers as they
-# stand: neither computed from others nor masks and flags. Another commit's:
+# (constexpr), as a markdown table. Tuned are those that are numbers as they stand: neither computed from others, nor
+# masks and flags, nor marked by a comment "fixed: why" (sizes.awk says how). Another commit's:
 #   git archive COMMIT space cuda | tar -x -C DIR && tests/project/sizes.sh DIR
 # With --list: the tuned constants themselves.
 set -euo pipefail

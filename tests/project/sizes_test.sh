@@ -18,8 +18,11 @@ constexpr int twice_a = 2 * a;                    // not tuned
 constexpr bool yes = true;
 constexpr const char* name = "constexpr int in_a_string = 1;";
 constexpr int doubled(int value) {
-  constexpr int inside = 2;
-  return inside * value;
+  constexpr int inside = 2;  // one
+  constexpr std::size_t few =
+      std::size_t{1} << 6;  // one
+  if constexpr (inside == 2) return inside * value;
+  constexpr auto lambda = [](int i) { return 2 * i; };
 }
 template <class Real, class = std::enable_if_t<true>>
 class alignas(64) Thing : public Base<Real> {
@@ -37,6 +40,23 @@ class alignas(64) Thing : public Base<Real> {
   int member_;
 };
 enum class Kind { One, Two };
+constexpr Grain grain = {1 << 10, Grain::whole, 4096};          // one
+constexpr Grain derived = {a / 2, Grain::whole};                // not tuned
+constexpr std::uint8_t table[] = {1, 2, 3};                     // none
+constexpr int word = 64, half_word = 32;  // fixed: bits of a word. Not tuned
+constexpr int after = 5;                  // one
+
+// fixed: the layout of a key.
+constexpr int key_digits = 24;  // of all
+constexpr int class_digits =
+    5;
+// Another comment.
+constexpr int of_its_own = 7;  // one
+
+// As ODE has it; fixed: its limit.
+constexpr int limit = 1024;
+
+constexpr int last = 1;  // one
 }  // namespace some
 END
 cat >"$folder/cuda/one/some.cu" <<'END'
@@ -47,7 +67,38 @@ END
 expected='| room | files | lines | constants | tuned |
 | --- | ---: | ---: | ---: | ---: |
 | `cuda/one` | 1 | 3 | 2 | 2 |
-| `space/data` | 1 | 32 | 9 | 6 |
-| all of `space` | 1 | 32 | 9 | 6 |
+| `space/data` | 1 | 52 | 21 | 12 |
+| all of `space` | 1 | 52 | 21 | 12 |
 | all of `cuda` | 1 | 3 | 2 | 2 |'
 diff <(echo "$expected") <("$here/sizes.sh" "$folder")
+expected='cuda/one/some.cu: constexpr int threads = 256
+cuda/one/some.cu: constexpr long g = 7
+space/data/some.h: constexpr int a = 1
+space/data/some.h: b = 2
+space/data/some.h: constexpr std::size_t c = std::size_t 1 << 18
+space/data/some.h: constexpr double d = 1.0 / 32
+space/data/some.h: constexpr int inside = 2
+space/data/some.h: constexpr std::size_t few = std::size_t 1 << 6
+space/data/some.h: static constexpr int e = 5
+space/data/some.h: static constexpr float f = 1e-3f
+space/data/some.h: constexpr Grain grain = 1 << 10
+space/data/some.h: constexpr int after = 5
+space/data/some.h: constexpr int of_its_own = 7
+space/data/some.h: constexpr int last = 1'
+diff <(echo "$expected") <("$here/sizes.sh" "$folder" --list | sed 's/ *$//;s/  */ /g')
+
+# Constants are all in one header a room, no more than so many.
+fails() { # fails WORDS: that constants.sh ends with an error and says so
+  local said
+  if said=$("$here/constants.sh" "$folder"); then
+    echo "constants.sh finds nothing wrong: $said"
+    exit 1
+  fi
+  grep -qF -- "$1" <<<"$said" || { echo "constants.sh does not say '$1': $said" && exit 1; }
+}
+fails 'cuda/one/some.cu: constexpr int threads = 256'
+rm "$folder/cuda/one/some.cu"
+mv "$folder/space/data/some.h" "$folder/space/data/tuning.h"
+"$here/constants.sh" "$folder" >/dev/null
+for i in {1..90}; do echo "constexpr int constant$i = $i;"; done >"$folder/cuda/one/tuning.h"
+fails '102 tuned constants'

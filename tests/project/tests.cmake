@@ -1,5 +1,5 @@
 # The project itself: as a part of another one, with ODE's source from wherever, its two scripts, which of its
-# rooms include which, and the files that its documents name.
+# rooms include which, the files that its documents name, the lengths of functions, and tuned constants.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 
 function(add_project_test name)
@@ -18,7 +18,17 @@ add_project_test(
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
 add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(functions "${here}/functions.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(sizes "${here}/sizes_test.sh")
+add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
+find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
+if(ODE_PARALLEL_SAP_PYTHON)
+  # Shown as skipped while nothing was recorded.
+  add_project_test(tuning "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/tuning.py" check)
+else()
+  add_project_test(tuning ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
+  set_property(TEST project.tuning PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
+endif()
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"

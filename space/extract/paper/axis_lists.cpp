@@ -5,9 +5,9 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/free_memory.h"
-#include "space/data/grains.h"
 #include "space/data/pair_rule.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -15,15 +15,12 @@ namespace {
 
 // In place of the later box of an entry that does not overlap after all.
 constexpr Slot no_slot = ~Slot{0};
-// Pairs dealt with at a time: their results stay in the second-level cache.
-constexpr std::size_t chunk_pairs = 1 << 14;
-// Lists get some room to grow.
-constexpr std::uint64_t spare_part = 8;
 
 Region filling("axis lists: places"), meeting("axis lists: pairs of all axes");
 
+// Lists get some room to grow.
 std::uint64_t roomFor(std::uint64_t pairs) {
-  return pairs + pairs / spare_part;
+  return pairs + pairs / 8;
 }
 
 // Calls work(row, place, end) for each row of which some places are in [begin, end).

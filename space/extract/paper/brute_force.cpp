@@ -4,9 +4,10 @@
 #include <cstdint>
 
 #include "space/data/floating_point.h"
-#include "space/data/grains.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/extract/paper/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
@@ -32,12 +33,8 @@ struct Triangle {
 
 Region testing("brute force: pairs");
 
-// Tests a box after which a crowd must have shown to be one: a sixteenth of what the sweep of moved
-// boxes takes (10,000 boxes, one thread: 0.25 ns a test, 260 ns a box).
-constexpr std::uint64_t first_tests_a_box = 64;
-// Up to this number of boxes all tests take no longer than the sweep and those would together.
-constexpr std::size_t least_crowd = 1000;
-// Between two looks at whether it is one, the number of tests grows by this factor.
+// fixed: between two looks at whether it is one, the number of tests grows by this factor. They
+// cost little beside the tests.
 constexpr std::uint64_t growth = 4;
 
 }  // namespace
@@ -122,11 +119,13 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 template <class Real>
 int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
-  if (boxes.size <= least_crowd || !mechanisms::crowds_given_up) return find(boxes, threads, pairs);
-  const ScopedMode mode(exactMode());
-  constexpr int stripes = 4;
+  constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;
+  // No crowd is told apart by half of all tests.
+  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::crowds_given_up)
+    return find(boxes, threads, pairs);
+  const ScopedMode mode(exactMode());
   int rounds = 1;
   for (std::uint64_t tests = next; 2 * tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));

@@ -1,0 +1,39 @@
+// The tuned constants of work on devices, for all of cuda/.
+#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_TUNING_H
+#define ODE_PARALLEL_SAP_CUDA_DEVICE_TUNING_H
+
+#include <cstddef>
+
+namespace ode_parallel_sap {
+namespace device {
+
+// Threads of a block: eight such blocks fill a processor, and shared memory holds what they share.
+// Unit: threads. From: cuda/check time, all scenes.
+// Doubled: not measured. Halved: not measured.
+constexpr int block_threads = 256;
+
+// Blocks of a kernel whose threads take items in strides: as many as a processor holds at once.
+// Unit: blocks a processor. From: cuda/check time, cube.
+// Doubled: not measured. Halved: not measured.
+constexpr int blocks_a_processor = 8;
+
+// Items that a thread takes before there are that many blocks: what a block prepares is worth it.
+// Unit: items. From: cuda/check time, cube of 10,000.
+// Doubled: not measured. Halved: not measured.
+constexpr int items_a_thread = 4;
+
+// What travels at a time, at most: 30 us at full speed hide what starting a piece costs, and the
+// first leaves soon.
+// Unit: bytes. From: cuda/check time, cube of 1,000,000.
+// Doubled: not measured. Halved: not measured.
+constexpr std::size_t piece_bytes = 3 << 19;
+
+// Looks at whether another thread is done before the core is given away: some 50 us.
+// Unit: looks. From: cuda/check time, with more threads than cores.
+// Doubled: not measured. Halved: not measured.
+constexpr int spins_before_yield = 2000;
+
+}  // namespace device
+}  // namespace ode_parallel_sap
+
+#endif

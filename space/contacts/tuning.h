@@ -1,0 +1,22 @@
+// The tuned constants of the narrow phase.
+#ifndef ODE_PARALLEL_SAP_CONTACTS_TUNING_H
+#define ODE_PARALLEL_SAP_CONTACTS_TUNING_H
+
+#include <cstddef>
+
+namespace ode_parallel_sap {
+
+// Pairs that a thread collides at a time: few enough that nobody waits long for the last one.
+// Unit: pairs. From: results/xeon-16-cores/parts.csv.
+// Doubled: not measured. Halved: not measured.
+constexpr std::size_t most_pairs_a_chunk = 32;
+
+// Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
+// for this many pairs before they are needed.
+// Unit: pairs. From: results/xeon-16-cores/parts.csv.
+// Doubled: not measured. Halved: not measured.
+constexpr std::size_t pairs_ahead = 4;
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,432 @@
+#!/usr/bin/env python3
+"""What the tuned constants of the rooms' tuning.h are worth: each is doubled and halved, and the library (for cuda/ the
+check program) that is so built is timed in turn with the whole one.
+
+    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON
+    cmake --build build/release
+    tests/bench/tuning.py measure build/release tests/bench/results/<machine>/tuning.csv
+
+    cmake -S cuda -B build/check -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+    tests/bench/tuning.py build-devices build/check variants    where there is nvcc; no device is needed
+    tests/bench/tuning.py measure-devices variants tests/bench/results/<machine>/tuning.csv
+
+    tests/bench/tuning.py fill CSV       write the effects into the comments of tuning.h
+    tests/bench/tuning.py table CSV      print them as markdown
+    tests/bench/tuning.py check          see that each constant has its comment and was recorded
+
+A row of the CSV is a constant and a factor: the geometric mean over the cells (a scene, a size, a number of threads) of
+the time with the changed constant over that without, each the least of the rounds, and the cells with the least and the
+greatest. "nothing" is the library against itself: noise. What was measured is kept, and only what is missing from the
+file is run. A constant that cannot take a value has a row without times that says why.
+"""
+import argparse
+import csv
+import glob
+import lzma
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import textwrap
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import variants
+
+FACTORS = {"2": "({}) * 2", "0.5": "({}) / 2"}
+COLUMNS = ["room", "constant", "factor", "cells", "mean", "least", "least_cell", "greatest", "greatest_cell", "note"]
+NOTHING = "nothing"
+UNMEASURED = "Doubled: not measured. Halved: not measured."
+
+
+class Constant:
+    """A tuned constant: the lines of its comment, and its number, which is all of its value but in a Grain."""
+
+    def __init__(self, room, comment, kind, name, value):
+        self.room, self.comment, self.kind, self.name, self.value = room, comment, kind, name, " ".join(value.split())
+        grain = re.match(r"\{([^,]*)(,.*)\}$", self.value)
+        self.number, self.rest = (grain.group(1), grain.group(2)) if grain else (self.value, None)
+
+    def changed(self, factor):
+        number = FACTORS[factor].format(self.number)
+        return number if self.rest is None else "{%s%s}" % (number, self.rest)
+
+    def is_derived(self):
+        words = re.sub(r"std::\w+|0x[0-9a-f.]+p?|(?<=\d)(e-?\d+|[uUlLfF]+)", "", self.number)
+        return re.search(r"[A-Za-z_]", words) is not None
+
+    def part(self, pattern):
+        found = re.search(pattern, " ".join(self.comment), re.S)
+        return found.group(1) if found else None
+
+    unit = property(lambda self: self.part(r"\bUnit: (.*?)\. From:"))
+    effects = property(lambda self: self.part(r"(Doubled: .*? Halved: .*)$"))
+
+
+def constants(source):
+    """Of all rooms, those that are computed from others apart."""
+    found = []
+    for path in sorted(glob.glob(os.path.join(source, "space", "**", "tuning.h"), recursive=True) +
+                       glob.glob(os.path.join(source, "cuda", "**", "tuning.h"), recursive=True)):
+        room = os.path.relpath(os.path.dirname(path), source)
+        with open(path) as file:
+            text = file.read()
+        for comment, kind, name, value in re.findall(
+                r"((?://[^\n]*\n)*)constexpr ([\w:]+) (\w+) =\s*([^;]+);", text):
+            lines = [line[2:].strip() for line in comment.splitlines()]
+            constant = Constant(room, lines, kind, name, value)
+            if not constant.is_derived():
+                found.append(constant)
+    return found
+
+
+# What is timed for a room's constants: all of it for those that all rooms share.
+def cells_of(room, quick):
+    scale = ["--budget=%g" % (0.02 if quick else 0.06), "--rounds=1"]
+    pairs = ("scene", "n", "threads", "moving")
+
+    def pair(scenes, sizes, threads="1,2", peer="parallel-sap", *more):
+        return ("pair-benchmark", ["--scenes=" + scenes, "--sizes=" + ("1000" if quick else sizes),
+                                   "--threads=" + threads, "--peers=" + peer] + scale + list(more), pairs)
+
+    seconds = ["--seconds=%g" % (0.02 if quick else 0.1), "--rounds=1"]
+    sets = {
+        "pairs": [pair("dense-cube,log-sizes-4,heap,long-bars,giant-among-dust", "300,10000,100000"),
+                  pair("brownian,jumps,trembling", "300,10000,100000"), pair("dense-cube", "1000000", "2")],
+        "small": [pair("dense-cube,heap", "4,16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
+                  pair("dense-cube,heap", "4,16,64,120", "1", "parallel-sap", "--batch=64", "--still"),
+                  pair("jumps,crowd-and-cube", "250,500,1000,4000", "1,2")],
+        "paper": [pair("dense-cube,heap", "300,10000", "1,2", "parallel-sap:axis-lists"),
+                  pair("one-place,crowd-and-cube", "500,2000,5000")],
+        "rest": [("rest-benchmark", ["--sizes=" + ("2000" if quick else "10000,100000"), "--threads=%d" % threads] +
+                  seconds, ("setting", "n", "threads")) for threads in (1, 2)],
+        "queries": [("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "150,3000,32000"),
+                                         "--queries=10,100"] + seconds, ("kind", "n", "queries", "moving"))],
+        "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,10000,100000"),
+                                        "--threads=1,2"] + seconds, ("variant", "bodies", "threads"))],
+    }
+    rooms = {
+        "space/axes": ("paper",),
+        "space/cells": ("pairs",),
+        "space/coherence": ("rest",),
+        "space/extract": ("pairs", "planes"),
+        "space/extract/paper": ("paper",),
+        "space/frame": ("small", "pairs"),
+        "space/queries": ("queries",),
+        "space/simd": ("pairs", "queries"),
+        "space/sort": ("pairs", "rest", "planes"),
+        "space/update": ("pairs", "rest"),
+    }
+    return [run for name in rooms.get(room, sets) for run in sets[name]]
+
+
+# No program here collides geoms: the study of parts does, with the piles of the example.
+COLLIDING = "not among the cells"
+UNMEASURABLE = {("space/contacts", None): COLLIDING, ("space/data", "collided_pairs"): COLLIDING,
+                ("space/data", "heavy_pairs"): COLLIDING}
+
+
+class Table:
+    """The recorded rows, to which others are added one by one."""
+
+    def __init__(self, path):
+        self.path, self.rows, self.lock = path, [], threading.Lock()
+        if os.path.exists(path):
+            with open(path) as file:
+                self.rows = list(csv.DictReader(file))
+
+    def has(self, room, name, factor):
+        return self.find(room, name, factor) is not None
+
+    def find(self, room, name, factor):
+        for row in self.rows:
+            if (row["room"], row["constant"], row["factor"]) == (room, name, factor):
+                return row
+        return None
+
+    def add(self, room, name, factor, whole=None, changed=None, note=""):
+        row = dict.fromkeys(COLUMNS, "")
+        row.update(room=room, constant=name, factor=factor, note=note)
+        cells = sorted((changed[cell] / whole[cell], cell) for cell in set(whole or ()) & set(changed or ()))
+        if cells:
+            mean = math.exp(sum(math.log(ratio) for ratio, _ in cells) / len(cells))
+            row.update(cells=len(cells), mean="%.4g" % mean, least="%.4g" % cells[0][0], least_cell=cells[0][1],
+                       greatest="%.4g" % cells[-1][0], greatest_cell=cells[-1][1])
+        with self.lock:
+            new = not os.path.exists(self.path)
+            with open(self.path, "a", newline="") as file:
+                writer = csv.DictWriter(file, COLUMNS)
+                if new:
+                    writer.writeheader()
+                writer.writerow(row)
+            self.rows.append(row)
+
+
+def wanted_of(options, rooms, table):
+    """Constants of which something is missing, and factors that are."""
+    wanted = []
+    for constant in constants(options.source) + [Constant(rooms, [], "", NOTHING, "1")]:
+        if not constant.room.startswith(rooms) or (options.only and constant.name not in options.only):
+            continue
+        factors = [factor for factor in ("1",) if not table.has(constant.room, constant.name, factor)] \
+            if constant.name == NOTHING else \
+            [factor for factor in FACTORS if not table.has(constant.room, constant.name, factor)]
+        if factors:
+            wanted.append((constant, factors))
+    return wanted
+
+
+def make(project, directory, constant, factor, jobs):
+    """The variant's directory, or a note why there is none."""
+    edit = None if factor == "1" else (os.path.join(constant.room, "tuning.h"), constant.name, constant.changed(factor))
+    target = os.path.join(directory, "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor))
+    try:
+        return project.make(target, edit, jobs), ""
+    except subprocess.CalledProcessError:
+        return None, "does not compile"
+    except RuntimeError as error:
+        return None, str(error)
+
+
+def in_turn(libraries, rounds, measure):
+    """The least times of each library, `measure(library)` by turns."""
+    least = {name: {} for name in libraries}
+    for _ in range(rounds):
+        for name, library in libraries.items():
+            for cell, ms in measure(library).items():
+                least[name][cell] = min(ms, least[name].get(cell, math.inf))
+    return least
+
+
+def measure(options):
+    table = Table(options.csv)
+    project = variants.Project(options.source, options.build, options.programs, options.database)
+    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+        project.prepare(directory, options.jobs)
+        whole = project.make(os.path.join(directory, "whole"), None, options.jobs)
+        tasks = []
+        for constant, factors in wanted_of(options, "space", table):
+            note = UNMEASURABLE.get((constant.room, constant.name), UNMEASURABLE.get((constant.room, None)))
+            if note:
+                for factor in factors:
+                    table.add(constant.room, constant.name, factor, note=note)
+                continue
+            tasks.append((constant, factors))
+
+        # Built first, with all processors: a compiler beside them would disturb the times.
+        def build(task):
+            return {factor: make(project, directory, task[0], factor, 1) for factor in task[1]}
+
+        with ThreadPoolExecutor(options.jobs) as pool:
+            built = list(pool.map(build, tasks))
+        print("built variants of %d constants" % len(tasks), flush=True)
+        free, lock = list(options.cores or [None]), threading.Lock()
+
+        def compare(task, made):
+            constant = task[0]
+            with lock:
+                core = free.pop()
+            try:
+                libraries = {"whole": whole}
+                libraries.update({factor: library for factor, (library, _) in made.items() if library})
+                runs = cells_of(constant.room, options.quick)
+                least = {} if len(libraries) == 1 else in_turn(
+                    libraries, options.rounds,
+                    lambda library: variants.measure(project, library, options.quick, core, runs))
+                for factor, (_, note) in made.items():
+                    table.add(constant.room, constant.name, factor, least.get("whole"), least.get(factor), note)
+            finally:
+                with lock:
+                    free.append(core)
+            print("timed", constant.room, constant.name, flush=True)
+
+        with ThreadPoolExecutor(len(free)) as pool:
+            for result in [pool.submit(compare, *both) for both in zip(tasks, built)]:
+                result.result()
+
+
+class DeviceProject(variants.Project):
+    """The check program of cuda/ on its own, by the compile commands of such a build."""
+    preprocessing = []
+
+    def takes(self, entry):
+        return True
+
+    def link(self, objects, directory):
+        runtime = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(shutil.which("nvcc")))), "lib64")
+        program = os.path.join(directory, "cuda_sweep_check")
+        subprocess.run(["c++", "-o", program] + objects + ["-L" + runtime, "-fopenmp", "-lcudart_static", "-ldl", "-lrt",
+                        "-pthread"], check=True)
+        subprocess.run(["strip", program], check=True)
+
+
+def build_devices(options):
+    """Packs a program a variant. What is there already is not made again."""
+    project = DeviceProject(options.source, options.build, options.build)
+    os.makedirs(options.variants, exist_ok=True)
+    missing = {}
+    for constant in constants(options.source):
+        for factor in FACTORS:
+            name = "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor)
+            if constant.room.startswith("cuda") and not glob.glob(os.path.join(options.variants, name + ".*")) and \
+                    (not options.only or constant.name in options.only):
+                missing[name] = (constant, factor)
+    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+        project.prepare(directory, options.jobs)
+        pack(project.make(os.path.join(directory, "whole"), None, options.jobs), options.variants, "whole")
+        for name, (constant, factor) in missing.items():
+            made, note = make(project, directory, constant, factor, options.jobs)
+            if made:
+                pack(made, options.variants, name)
+                shutil.rmtree(made)
+            else:
+                with open(os.path.join(options.variants, name + ".note"), "w") as file:
+                    file.write(note)
+            print(name, note or "built", flush=True)
+
+
+def pack(made, directory, name):
+    with open(os.path.join(made, "cuda_sweep_check"), "rb") as file, \
+            lzma.open(os.path.join(directory, name + ".xz"), "wb") as packed:
+        shutil.copyfileobj(file, packed)
+
+
+def measure_devices(options):
+    table = Table(options.csv)
+    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+
+        def unpack(name):
+            program = os.path.join(directory, name)
+            if not os.path.exists(program):
+                with lzma.open(os.path.join(options.variants, name + ".xz")) as packed, open(program, "wb") as file:
+                    shutil.copyfileobj(packed, file)
+                os.chmod(program, 0o755)
+            return program
+
+        def times(program):
+            out = os.path.join(directory, "cells.csv")
+            subprocess.run([program, "cells", str(options.threads), out], check=True, stdout=subprocess.DEVNULL)
+            with open(out) as file:
+                return {row["cell"]: float(row["ms"]) for row in csv.DictReader(file)}
+
+        for constant, factors in wanted_of(options, "cuda", table):
+            libraries = {"whole": unpack("whole")}
+            for factor in factors:
+                name = "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor)
+                if constant.name == NOTHING:
+                    name = "whole"
+                note = os.path.join(options.variants, name + ".note")
+                if os.path.exists(note):
+                    with open(note) as file:
+                        table.add(constant.room, constant.name, factor, note=file.read())
+                else:
+                    libraries[factor] = unpack(name)
+            if len(libraries) > 1:
+                least = in_turn(libraries, options.rounds, times)
+                for factor in libraries:
+                    if factor != "whole":
+                        table.add(constant.room, constant.name, factor, least["whole"], least[factor])
+            print("timed", constant.room, constant.name, flush=True)
+
+
+def effect(row):
+    """Words for a row: by how much time grows, and least and most of all cells."""
+    if row is None:
+        return "not measured"
+    if not row["mean"]:
+        return row["note"] or "not measured"
+    mean, least, most = ((float(row[column]) - 1) * 100 for column in ("mean", "least", "greatest"))
+    return "%+.1f %% of time, %+.0f to %+.0f" % (mean, least, most)
+
+
+def fill(options):
+    table = Table(options.csv)
+    for constant in constants(options.source):
+        path = os.path.join(options.source, constant.room, "tuning.h")
+        words = "Doubled: %s. Halved: %s." % tuple(effect(table.find(constant.room, constant.name, factor))
+                                                   for factor in ("2", "0.5"))
+        lines = "".join("// %s\n" % line for line in textwrap.wrap(words, 97))
+        with open(path) as file:
+            text = file.read()
+        text, count = re.subn(r"// Doubled: [^\n]*\n(?://[^\n]*\n)*(?=constexpr [\w:]+ %s =)" % constant.name,
+                              lambda _: lines, text)
+        if count != 1:
+            sys.exit("%s: %s has no line for its effects" % (path, constant.name))
+        with open(path, "w") as file:
+            file.write(text)
+
+
+def show(options):
+    table = Table(options.csv)
+    print("| constant | value | unit | doubled | halved |\n| --- | --- | --- | --- | --- |")
+    for constant in constants(options.source):
+        print("| `%s` `%s` | %s | %s | %s | %s |" % ((constant.room, constant.name, constant.number, constant.unit) + tuple(
+            effect(table.find(constant.room, constant.name, factor)) for factor in ("2", "0.5"))))
+
+
+def check(options):
+    """Exit code 77 where the comments are as they should be, but nothing was recorded."""
+    faults = []
+    found = constants(options.source)
+    for constant in found:
+        for name, part in (("Unit: ... From: ...", constant.unit), ("Doubled: ... Halved: ...", constant.effects)):
+            if not part:
+                faults.append("%s/tuning.h: the comment of %s has no '%s'" % (constant.room, constant.name, name))
+    tables = [Table(path) for path in glob.glob(os.path.join(options.source, "tests/bench/results/*/tuning.csv"))]
+    for table in tables:
+        known = {(constant.room, constant.name) for constant in found}
+        faults += ["%s knows of %s %s, which is no more" % (table.path, row["room"], row["constant"]) for row in table.rows
+                   if row["constant"] != NOTHING and (row["room"], row["constant"]) not in known and row["factor"] == "2"]
+    if tables:
+        faults += ["%s %s is in no tests/bench/results/*/tuning.csv with factor %s" % (constant.room, constant.name, factor)
+                   for constant in found for factor in FACTORS
+                   if not any(table.has(constant.room, constant.name, factor) for table in tables)]
+    print("\n".join(faults) or "%d constants" % len(found))
+    if faults:
+        return 1
+    if not tables:
+        print("skipped: there is no tests/bench/results/*/tuning.csv")
+        return 77
+    return 0
+
+
+def main():
+    here = os.path.dirname(os.path.abspath(__file__))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--source", default=os.path.dirname(os.path.dirname(here)), help="the project")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, run, *arguments):
+        command = commands.add_parser(name)
+        command.set_defaults(run=run)
+        for argument in arguments:
+            command.add_argument(argument)
+        return command
+
+    measuring = add("measure", measure, "build", "csv")
+    building = add("build-devices", build_devices, "build", "variants")
+    on_devices = add("measure-devices", measure_devices, "variants", "csv")
+    for command in (measuring, building, on_devices):
+        command.add_argument("--only", nargs="+", metavar="CONSTANT")
+        command.add_argument("--temporary", help="directory for the variants")
+    for command in (measuring, building):
+        command.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")
+    for command in (measuring, on_devices):
+        command.add_argument("--rounds", type=int, default=2)
+    on_devices.add_argument("--threads", type=int, default=os.cpu_count())
+    measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
+    measuring.add_argument("--cores", nargs="+", help="sets of processors, as of taskset, that measure at once")
+    measuring.add_argument("--programs", help="where the benchmarks are; default: in the build")
+    measuring.add_argument("--database", help="compile_commands.json; default: the build's")
+    add("fill", fill, "csv")
+    add("table", show, "csv")
+    add("check", check)
+    options = parser.parse_args()
+    return options.run(options)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
