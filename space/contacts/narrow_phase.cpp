@@ -25,9 +25,11 @@ constexpr std::size_t most_heavy_pairs_a_chunk = 8;
 constexpr std::size_t chunks_a_thread = 32;
 // Of pairs of meshes one may take a hundred times as long as another.
 constexpr std::size_t image_chunks_a_thread = 128;
+static_assert(most_pairs_a_chunk <= most_apart_pairs, "a chunk is tested at once");
 
 std::size_t chunkFor(std::size_t pairs, int team, std::size_t most,
                      std::size_t chunks = chunks_a_thread) {
+  if (team == 1) return most;
   return std::clamp<std::size_t>(pairs / (chunks * static_cast<std::size_t>(team)), 1, most);
 }
 
@@ -98,6 +100,13 @@ bool asksForContacts(int flags) {
   return (flags & most_contacts_mask) != 0;
 }
 
+// With CONTACTS_UNIMPORTANT ODE's collider of boxes decides otherwise; a pair for the calling
+// thread may have a collider of the program's.
+bool mayLeaveOut(int flags) {
+  return asksForContacts(flags) &&
+         !(flags & (static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread));
+}
+
 void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
   constexpr std::size_t most = 8;
   prefetchObject(contacts, std::min(count, most) * sizeof *contacts);
@@ -108,23 +117,22 @@ void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
 class NarrowPhase::Pass {
  public:
   Pass(NarrowPhase& phase, const Buffer<GeomPair>& pairs, const ContactRequest& request,
-       bool manual_cleanup)
-      : phase_(phase), pairs_(pairs), request_(request), manual_cleanup_(manual_cleanup) {}
+       const Way& way)
+      : phase_(phase), pairs_(pairs), request_(request), way_(way) {}
 
   std::size_t size() const { return pairs_.size(); }
 
-  // Calls work(index, thread) for all of [0, count) by a team, and returns the team's size.
+  // Calls work(range, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
   int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
     ChunkQueue queue(count, chunk);
     int used = 1;
     runTeam(region, threads, [&](int thread, int team) {
       if (thread == 0) used = team;
-      const ThreadData data(thread, manual_cleanup_);
+      const ThreadData data(thread, way_.manual_cleanup);
       if (!data.ready()) return;
       Range range;
-      while (queue.next(range))
-        for (std::size_t i = range.begin; i < range.end; ++i) work(i, thread);
+      while (queue.next(range)) work(range, thread);
     });
     return used;
   }
@@ -149,31 +157,60 @@ class NarrowPhase::Pass {
     prefetchPose(next.o2);
   }
 
-  void lookAt(std::size_t pair, int thread, bool alone) const {
-    prefetchAfter(pair);
-    phase_.found_[pair].count = 0;
-    const int flags = request_.flagsOf(pairs_[pair]);
-    if (!asksForContacts(flags)) return;
+  // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
+  void lookAt(Range range, int thread, bool alone) const {
+    int flags[most_pairs_a_chunk];
+    std::uint32_t wanted = 0, testable = 0;
+    for (std::size_t i = 0; i < range.end - range.begin; ++i) {
+      prefetchAfter(range.begin + i);
+      phase_.found_[range.begin + i].count = 0;
+      flags[i] = request_.flagsOf(pairs_[range.begin + i]);
+      wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
+      testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
+    }
+    if (way_.leave_out.boxes || way_.leave_out.others)
+      wanted &= ~findApart(range, wanted & testable, thread);
+    for (; wanted; wanted &= wanted - 1) {
+      const int i = __builtin_ctz(wanted);
+      handOut({range.begin + i, flags[i]}, thread, alone);
+    }
+  }
+
+  std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
+    const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
+                                            wanted, way_.leave_out);
+    const auto add = [&found](std::uint32_t tested, LeftOut::Share& share) {
+      share.tested += static_cast<std::size_t>(__builtin_popcount(tested));
+      share.apart += static_cast<std::size_t>(__builtin_popcount(tested & found.apart));
+    };
+    add(found.boxes, phase_.shares_[thread].left_out.boxes);
+    add(found.others, phase_.shares_[thread].left_out.others);
+    return found.apart;
+  }
+
+  // A thread that is alone need not tell the pairs apart: this is the serial loop.
+  void handOut(const Waiting& waiting, int thread, bool alone) const {
     if (alone) {
-      collide({pair, flags}, thread);
+      collide(waiting, thread);
       return;
     }
-    const ColliderUse use = flags & dParallelSAPOnCallingThread
+    const GeomPair& pair = pairs_[waiting.pair];
+    const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread
                                 ? ColliderUse::CallingThread
-                                : colliderUse(pairs_[pair].o1, pairs_[pair].o2);
+                                : colliderUse(pair.o1, pair.o2);
     Share& share = phase_.shares_[thread];
     switch (use) {
       case ColliderUse::Light:
-        collide({pair, flags}, thread);
+        collide(waiting, thread);
         break;
       case ColliderUse::Heavy:
-        share.heavy.push_back({pair, flags});
+        share.heavy.push_back(waiting);
         break;
       case ColliderUse::Image:
-        share.image.push_back({pair, flags});
+        share.image.push_back(waiting);
         break;
       case ColliderUse::CallingThread:
-        share.calling_thread.push_back({pair, flags});
+        share.calling_thread.push_back(waiting);
         break;
     }
   }
@@ -200,20 +237,21 @@ class NarrowPhase::Pass {
   NarrowPhase& phase_;
   const Buffer<GeomPair>& pairs_;
   const ContactRequest& request_;
-  const bool manual_cleanup_;
+  const Way& way_;
 };
 
-int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, int threads,
-                     bool manual_cleanup) {
+int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way) {
+  const int threads = way.threads;
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
     share.heavy.resizeDiscarding(0);
     share.image.resizeDiscarding(0);
     share.calling_thread.resizeDiscarding(0);
+    share.left_out = {};
   }
   found_.resizeDiscarding(pairs.size());
-  const Pass pass(*this, pairs, request, manual_cleanup);
+  const Pass pass(*this, pairs, request, way);
   int used = lookAtAll(pass, threads);
   used = std::max(used, collideHeavy(pass, threads));
   used = std::max(used, collideOnImages(pass, threads));
@@ -221,13 +259,12 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
   return used;
 }
 
-// A thread that is alone need not tell the pairs apart: this is the serial loop.
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
   const int team = teamFor(pass.size(), grains::collided_pairs, threads);
   const std::size_t chunk = chunkFor(pass.size(), team, most_pairs_a_chunk);
   return pass.share(colliding, pass.size(), chunk, team,
-                    [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
+                    [&, alone](Range range, int thread) { pass.lookAt(range, thread, alone); });
 }
 
 // Makes the lists of all threads one.
@@ -245,8 +282,9 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
   const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
-  return pass.share(colliding_heavy, waiting_.size(), chunk, team,
-                    [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });
+  return pass.share(colliding_heavy, waiting_.size(), chunk, team, [&](Range range, int thread) {
+    for (std::size_t i = range.begin; i < range.end; ++i) pass.collide(waiting_[i], thread);
+  });
 }
 
 int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
@@ -260,9 +298,11 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
   const std::size_t chunk =
       chunkFor(waiting_.size(), images.count(), most_pairs_a_chunk, image_chunks_a_thread);
   return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
-                    [&](std::size_t i, int thread) {
-                      pass.prefetchAfter(i, waiting_);
-                      pass.collideOn(images[thread], waiting_[i], thread);
+                    [&](Range range, int thread) {
+                      for (std::size_t i = range.begin; i < range.end; ++i) {
+                        pass.prefetchAfter(i, waiting_);
+                        pass.collideOn(images[thread], waiting_[i], thread);
+                      }
                     });
 }
 
@@ -305,6 +345,19 @@ std::size_t NarrowPhase::contacts() const {
   std::size_t contacts = 0;
   for (const Share& share : shares_) contacts += share.contacts.size();
   return contacts;
+}
+
+NarrowPhase::LeftOut NarrowPhase::leftOut() const {
+  LeftOut all = {};
+  const auto add = [](const LeftOut::Share& from, LeftOut::Share& to) {
+    to.tested += from.tested;
+    to.apart += from.apart;
+  };
+  for (const Share& share : shares_) {
+    add(share.left_out.boxes, all.boxes);
+    add(share.left_out.others, all.others);
+  }
+  return all;
 }
 
 std::size_t NarrowPhase::bytes() const {

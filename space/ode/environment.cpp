@@ -130,6 +130,9 @@ Settings settingsFromEnvironment() {
   readName(
       "ODE_PARALLEL_SAP_TEST_IMAGE_FAULT", copy_faults, [](int) { return true; }, fault);
   if (fault) test_copy_fault.store(static_cast<CopyFault>(fault), std::memory_order_relaxed);
+  // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
+  // pay.
+  readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
   chooseInstructionSet();
   return settings;
 }

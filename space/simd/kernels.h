@@ -76,6 +76,15 @@ struct HalfSpaceHits {
   std::uint16_t sure;   // of those, boxes that surely reach it
 };
 
+// Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
+// which is nothing, and a matrix of three such rows, whose columns are the box's axes.
+template <class Real>
+struct BoxPairs {
+  const Real* centre[2][group_size];
+  const Real* matrix[2][group_size];
+  const Real* sides[2][group_size];
+};
+
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
@@ -121,6 +130,9 @@ struct Kernels {
   std::size_t (*meetHalfSpaces)(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                                 std::size_t end, const HalfSpace<Real>* planes, std::size_t count,
                                 HalfSpaceHits* hits);
+  // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
+  // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.
+  unsigned (*boxesApart)(const BoxPairs<Real>& pairs);
 };
 
 // All that one instruction set has.
