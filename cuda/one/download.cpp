@@ -94,7 +94,7 @@ int Download::run(const std::uint32_t* stretches, std::size_t total,
           if (expandStretch(here + stretch * device::stretch_size, end - begin, has_list,
                             to + base + begin) &&
               !exact)
-            unsure_[thread].push_back({0, base + begin, base + end});
+            noteUnsure(to, {0, base + begin, base + end}, unsure_[thread]);
         }
         expanded[piece].fetch_add(1, std::memory_order_release);
       }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
 #include "space/data/grains.h"
 #include "space/data/parallel.h"
@@ -15,18 +16,21 @@ namespace {
 // The bits of dCollide's flags that are the most contacts, as ODE documents them.
 constexpr int most_contacts_mask = 0xffff;
 
-Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs");
+Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
+    colliding_on_images("contacts: pairs on images");
 
 // Few enough pairs at a time that nobody waits long for the last thread.
 constexpr std::size_t most_pairs_a_chunk = 32;
 constexpr std::size_t most_heavy_pairs_a_chunk = 8;
 constexpr std::size_t chunks_a_thread = 32;
+// Of pairs of meshes one may take a hundred times as long as another.
+constexpr std::size_t image_chunks_a_thread = 128;
 static_assert(most_pairs_a_chunk <= most_apart_pairs, "a chunk is tested at once");
 
-std::size_t chunkFor(std::size_t pairs, int team, std::size_t most) {
+std::size_t chunkFor(std::size_t pairs, int team, std::size_t most,
+                     std::size_t chunks = chunks_a_thread) {
   if (team == 1) return most;
-  return std::clamp<std::size_t>(pairs / (chunks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most);
+  return std::clamp<std::size_t>(pairs / (chunks * static_cast<std::size_t>(team)), 1, most);
 }
 
 // Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
@@ -72,14 +76,17 @@ class ThreadData {
   bool ready_;
 };
 
-// Appends the contacts of a pair and returns how many they are.
+// Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
+// are.
 std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
-                      Buffer<dContactGeom>& contacts) {
+                      Buffer<dContactGeom>& contacts, ColliderImage* image = nullptr) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
   dContactGeom* const found = contacts.data() + size;
-  int count =
-      dCollide(pair.o1, pair.o2, flags & ~dParallelSAPOnCallingThread, found, sizeof(dContactGeom));
+  const int of_ode = flags & ~dParallelSAPOnCallingThread;
+  constexpr int skip = sizeof(dContactGeom);
+  int count = image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
+                    : dCollide(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
     dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
@@ -139,6 +146,17 @@ class NarrowPhase::Pass {
     }
   }
 
+  // The same of pairs that waited, of which the next one may lie anywhere.
+  void prefetchAfter(std::size_t i, const Buffer<Waiting>& waiting) const {
+    if (i + 2 * ahead >= waiting.size()) return;
+    const GeomPair &later = pairs_[waiting[i + 2 * ahead].pair],
+                   &next = pairs_[waiting[i + ahead].pair];
+    prefetchGeom(later.o1);
+    prefetchGeom(later.o2);
+    prefetchPose(next.o1);
+    prefetchPose(next.o2);
+  }
+
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
   void lookAt(Range range, int thread, bool alone) const {
     int flags[most_pairs_a_chunk];
@@ -188,19 +206,31 @@ class NarrowPhase::Pass {
       case ColliderUse::Heavy:
         share.heavy.push_back(waiting);
         break;
+      case ColliderUse::Image:
+        share.image.push_back(waiting);
+        break;
       case ColliderUse::CallingThread:
         share.calling_thread.push_back(waiting);
         break;
     }
   }
 
-  void collide(const Waiting& waiting, int thread) const {
+  void collide(const Waiting& waiting, int thread, ColliderImage* image = nullptr) const {
     Buffer<dContactGeom>& contacts = phase_.shares_[thread].contacts;
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
     found.thread = static_cast<std::uint32_t>(thread);
     found.count =
-        ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts);
+        ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts, image);
+  }
+
+  // Leaves it to the calling thread where the image does not serve it.
+  void collideOn(ColliderImage& image, const Waiting& waiting, int thread) const {
+    const GeomPair& pair = pairs_[waiting.pair];
+    if (image.serves(pair.o1, pair.o2))
+      collide(waiting, thread, &image);
+    else
+      phase_.shares_[thread].calling_thread.push_back(waiting);
   }
 
  private:
@@ -216,6 +246,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
     share.heavy.resizeDiscarding(0);
+    share.image.resizeDiscarding(0);
     share.calling_thread.resizeDiscarding(0);
     share.left_out = {};
   }
@@ -223,6 +254,7 @@ int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& reques
   const Pass pass(*this, pairs, request, way);
   int used = lookAtAll(pass, threads);
   used = std::max(used, collideHeavy(pass, threads));
+  used = std::max(used, collideOnImages(pass, threads));
   collideRest(pass);
   return used;
 }
@@ -235,10 +267,18 @@ int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
                     [&, alone](Range range, int thread) { pass.lookAt(range, thread, alone); });
 }
 
-int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
-  waiting_.resizeDiscarding(0);
+// Makes the lists of all threads one.
+void NarrowPhase::gather(Buffer<Waiting> Share::*list) {
+  std::size_t count = 0;
+  for (const Share& share : shares_) count += (share.*list).size();
+  waiting_.resizeDiscarding(count);
+  Waiting* end = waiting_.data();
   for (const Share& share : shares_)
-    for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
+    end = std::copy((share.*list).begin(), (share.*list).end(), end);
+}
+
+int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
+  gather(&Share::heavy);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
   const std::size_t chunk = chunkFor(waiting_.size(), team, most_heavy_pairs_a_chunk);
@@ -247,10 +287,27 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
   });
 }
 
+int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
+  gather(&Share::image);
+  const ColliderImages images(teamFor(waiting_.size(), grains::image_pairs, threads),
+                              waiting_.size());
+  if (images.count() == 0) {
+    for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
+    return 1;
+  }
+  const std::size_t chunk =
+      chunkFor(waiting_.size(), images.count(), most_pairs_a_chunk, image_chunks_a_thread);
+  return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
+                    [&](Range range, int thread) {
+                      for (std::size_t i = range.begin; i < range.end; ++i) {
+                        pass.prefetchAfter(i, waiting_);
+                        pass.collideOn(images[thread], waiting_[i], thread);
+                      }
+                    });
+}
+
 void NarrowPhase::collideRest(const Pass& pass) {
-  waiting_.resizeDiscarding(0);
-  for (const Share& share : shares_)
-    for (const Waiting& waiting : share.calling_thread) waiting_.push_back(waiting);
+  gather(&Share::calling_thread);
   std::sort(waiting_.begin(), waiting_.end(),
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
   for (const Waiting& waiting : waiting_) pass.collide(waiting, 0);
@@ -306,7 +363,8 @@ NarrowPhase::LeftOut NarrowPhase::leftOut() const {
 std::size_t NarrowPhase::bytes() const {
   std::size_t bytes = found_.bytes() + waiting_.bytes();
   for (const Share& share : shares_)
-    bytes += share.contacts.bytes() + share.heavy.bytes() + share.calling_thread.bytes();
+    bytes += share.contacts.bytes() + share.heavy.bytes() + share.image.bytes() +
+             share.calling_thread.bytes();
   return bytes;
 }
 

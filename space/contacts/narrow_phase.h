@@ -32,11 +32,11 @@ struct ContactRequest {
 // Contacts as one thread after the other would have made them: which thread collides a pair depends
 // on timing, where its contacts are found again does not.
 //
-// Pairs are taken in three passes: first all are looked at, and those that are certainly apart left
-// out (see certainly_apart.h), and the light ones collided on the spot; then the heavy ones, a few
-// at a time to whoever is free; at last, alone, those that only the calling thread may collide (see
-// collider_threads.h). Each thread appends contacts to storage of its own, which is kept for the
-// next frame.
+// Pairs are taken in four passes: first all are looked at, those that are certainly apart left out
+// (see certainly_apart.h), and the light ones collided on the spot; then the heavy ones, a few at a
+// time to whoever is free; then those that want an image of ODE, by threads that have one; at last,
+// alone, those that only the calling thread may collide (see collider_threads.h). Each thread
+// appends contacts to storage of its own, which is kept for the next frame.
 class NarrowPhase {
  public:
   struct Way {
@@ -72,7 +72,7 @@ class NarrowPhase {
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
-    Buffer<Waiting> heavy, calling_thread;
+    Buffer<Waiting> heavy, image, calling_thread;
     LeftOut left_out = {};
   };
   // Contacts [first, first + count) of a thread's share.
@@ -83,8 +83,10 @@ class NarrowPhase {
   };
   class Pass;
 
+  void gather(Buffer<Waiting> Share::*list);
   int lookAtAll(const Pass& pass, int threads);
   int collideHeavy(const Pass& pass, int threads);
+  int collideOnImages(const Pass& pass, int threads);
   void collideRest(const Pass& pass);
 
   std::vector<Share> shares_;  // by thread

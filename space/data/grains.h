@@ -48,10 +48,16 @@ constexpr Grain changed_boxes = {512, Grain::further};
 constexpr Grain exact_tests = {16384, Grain::further};
 // Pairs of which both geoms are looked at anew: 7 ns and 42 ns each; 29 us to 0.17 ms.
 constexpr Grain verified_pairs = {4096, Grain::further};
+// Pairs behind a gap that are moved to close it: 0.2 ns each, 26 us.
+constexpr Grain moved_pairs = {1 << 17, Grain::further};
 // Tests of sixteen boxes and a half-space: 2.2 ns each, 18 us (results/epyc-2-cores/planes.csv: 40
 // planes and 10,000 bodies).
 constexpr Grain half_space_tests = {8192, Grain::further};
 
+// Pairs, old and new ones, that are compared: 0.9 ns each where a few differ, 29 us.
+constexpr Grain compared_pairs = {1 << 15, Grain::further};
+// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
+constexpr Grain handed_out_pairs = {1024, Grain::whole};
 // Pairs whose geoms are written into the list of the narrow phase: 1 ns each, 8 us.
 constexpr Grain listed_pairs = {8192, Grain::whole};
 // Pairs that are collided: 0.4 us each of boxes, 0.1 ms.
@@ -59,6 +65,9 @@ constexpr Grain collided_pairs = {256, Grain::whole};
 // Pairs of colliders that are slower: 1 us each of cylinders, 9 us of meshes of tori
 // (results/xeon-16-cores/parts.csv); 4 to 38 us.
 constexpr Grain heavy_pairs = {4, Grain::whole};
+// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori; 12 to
+// 72 us.
+constexpr Grain image_pairs = {8, Grain::whole};
 
 // Bytes that are copied to where a device reads them: 50 us at the 8 GB/s that each of six threads
 // reaches (cuda/one/upload.cpp).

@@ -53,7 +53,7 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
   const Plan plan = policy_.decide(facts, settings);
   if (Policy::isSmall(facts.slots, settings)) {
     StageClock clock;
-    result = resultOf(collideSmall(scene, settings, &pairs, &dParallelSAPAddPair));
+    result = resultOf(collideSmall(scene, settings, {&pairs, &dParallelSAPAddPair}));
     result.extract_ms = clock.lap();
     return plan;
   }

@@ -31,6 +31,8 @@ class Policy {
              const FrameResult& result);
   // What a narrow phase of so many pairs took on `threads` threads.
   void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // What a report in blocks of so many pairs took on `threads` threads.
+  void learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms);
   // What was tested whether it is apart, and what is.
   void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
   // Devices failed: so many are left.
@@ -44,7 +46,7 @@ class Policy {
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
-  TeamChoice team_, contact_team_;
+  TeamChoice team_, contact_team_, block_team_;
   MethodChoice method_choice_;
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,

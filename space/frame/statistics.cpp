@@ -31,6 +31,7 @@ void Statistics::note(const FrameResult& result) {
   last_.extract_ms = result.extract_ms;
   last_.filter_ms = result.filter_ms;
   last_.narrow_ms = result.narrow_ms;
+  last_.events_ms = result.events_ms;
   last_.report_ms = result.report_ms;
   last_.total_ms = result.total_ms;
 }
