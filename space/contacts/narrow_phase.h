@@ -12,6 +12,7 @@
 #include "space/contacts/certainly_apart.h"
 #include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -43,6 +44,9 @@ class NarrowPhase {
     int threads;           // the most
     bool manual_cleanup;   // the threads leave no data in ODE
     ApartKinds leave_out;  // what is certainly apart
+    // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
+    // the calling thread may collide is left out.
+    bool tells = false;
   };
   // Pairs that were tested whether they are apart, and those that are.
   struct LeftOut {
@@ -56,6 +60,21 @@ class NarrowPhase {
   int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
+  // After a run that tells: what dCollide returned for the pair at this place of the list, and its
+  // contacts, every `skip` bytes; -1 where that is not known.
+  int tell(std::size_t place, dContactGeom* contacts, int skip) const;
+  // Asks for the memory of what is told soon after this place.
+  void prefetch(std::size_t place) const {
+    place += prefetch_distance;
+    if (place >= found_.size() || found_[place].thread == nobody) return;
+    const Found& found = found_[place];
+    const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
+    if (found.count) __builtin_prefetch(told);
+  }
+  // Of how many pairs it is known.
+  std::size_t told() const;
+  void foretellNothing();
+
   // Of the last run.
   std::size_t contacts() const;
   LeftOut leftOut() const;
@@ -81,6 +100,7 @@ class NarrowPhase {
     std::uint32_t count;
     std::uint32_t thread;
   };
+  static constexpr std::uint32_t nobody = ~std::uint32_t{0};  // collided it
   class Pass;
 
   void gather(Buffer<Waiting> Share::*list);

@@ -1,0 +1,28 @@
+// Contacts of single pairs, for programs that ask for them one by one.
+#include <algorithm>
+
+#include "space/contacts/narrow_phase.h"
+#include "space/contacts/written_words.h"
+
+namespace ode_parallel_sap {
+
+void NarrowPhase::foretellNothing() {
+  found_.resizeDiscarding(0);
+  for (Share& share : shares_) share.contacts.resizeDiscarding(0);
+}
+
+std::size_t NarrowPhase::told() const {
+  return static_cast<std::size_t>(std::count_if(
+      found_.begin(), found_.end(), [](const Found& found) { return found.thread != nobody; }));
+}
+
+int NarrowPhase::tell(std::size_t place, dContactGeom* contacts, int skip) const {
+  const Found& found = found_[place];
+  if (found.thread == nobody) return -1;
+  const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
+  for (std::uint32_t i = 0; i < found.count; ++i)
+    copyWritten(told[i], reinterpret_cast<char*>(contacts) + static_cast<std::ptrdiff_t>(i) * skip);
+  return static_cast<int>(found.count);
+}
+
+}  // namespace ode_parallel_sap
