@@ -131,7 +131,7 @@ int ForetoldContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom*
   if (place == list_.size() || !isAsTold(place)) return -1;
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
-  const int count = narrow_phase_.tell(place, contacts, skip);
+  const int count = narrow_phase_.tell(place, {o1, o2}, contacts, skip);
   if (count < 0) return -1;
   if (place >= next_answer_) {
     ++last_.used;

@@ -158,7 +158,9 @@ class NarrowPhase::Pass {
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
       prefetchAfter(range.begin + i);
       flags[i] = request_.flagsOf(pairs_[range.begin + i]);
-      phase_.found_[range.begin + i] = {0, 0, asksForContacts(flags[i]) ? 0 : nobody};
+      Found& found = phase_.found_[range.begin + i];
+      found = {0, 0, asksForContacts(flags[i]) ? std::uint16_t{0} : nobody, 0};
+      if (way_.tells && asksForContacts(flags[i])) found.bodies = bodiesOf(pairs_[range.begin + i]);
       wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
       testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
     }
@@ -213,7 +215,7 @@ class NarrowPhase::Pass {
     Buffer<dContactGeom>& contacts = phase_.shares_[thread].contacts;
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
-    found.thread = static_cast<std::uint32_t>(thread);
+    found.thread = static_cast<std::uint16_t>(thread);
     if (way_.tells) markNext(contacts, waiting.flags);
     found.count =
         ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts, image);

@@ -60,9 +60,10 @@ class NarrowPhase {
   int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
-  // After a run that tells: what dCollide returned for the pair at this place of the list, and its
-  // contacts, every `skip` bytes; -1 where that is not known.
-  int tell(std::size_t place, dContactGeom* contacts, int skip) const;
+  // After a run that tells: what dCollide returned for the pair at this place of the list, which is
+  // this, and its contacts, every `skip` bytes. -1 where that is not known, or where one of the
+  // geoms has come to a body or lost it since.
+  int tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts, int skip) const;
   // Asks for the memory of what is told soon after this place.
   void prefetch(std::size_t place) const {
     place += prefetch_distance;
@@ -98,9 +99,12 @@ class NarrowPhase {
   struct Found {
     std::size_t first;
     std::uint32_t count;
-    std::uint32_t thread;
+    std::uint16_t thread;
+    std::uint16_t bodies;  // see bodiesOf(), of a run that tells
   };
-  static constexpr std::uint32_t nobody = ~std::uint32_t{0};  // collided it
+  static constexpr std::uint16_t nobody = 0xffff;  // collided it
+  // Which geoms of a pair have a body.
+  static std::uint16_t bodiesOf(const GeomPair& pair);
   class Pass;
 
   void gather(Buffer<Waiting> Share::*list);

@@ -3,6 +3,7 @@
 
 #include "space/contacts/narrow_phase.h"
 #include "space/contacts/written_words.h"
+#include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
 
@@ -16,9 +17,16 @@ std::size_t NarrowPhase::told() const {
       found_.begin(), found_.end(), [](const Found& found) { return found.thread != nobody; }));
 }
 
-int NarrowPhase::tell(std::size_t place, dContactGeom* contacts, int skip) const {
+// ODE takes the quaternion of a body as it is, and makes a geom's own from its matrix. It takes a
+// body from a geom without a trace, as that stays where it is.
+std::uint16_t NarrowPhase::bodiesOf(const GeomPair& pair) {
+  return static_cast<std::uint16_t>((pair.o1->body ? 1 : 0) | (pair.o2->body ? 2 : 0));
+}
+
+int NarrowPhase::tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts,
+                      int skip) const {
   const Found& found = found_[place];
-  if (found.thread == nobody) return -1;
+  if (found.thread == nobody || found.bodies != bodiesOf(pair)) return -1;
   const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
   for (std::uint32_t i = 0; i < found.count; ++i)
     copyWritten(told[i], reinterpret_cast<char*>(contacts) + static_cast<std::ptrdiff_t>(i) * skip);
