@@ -51,6 +51,7 @@ void ForetoldContacts::begin(double least_share, std::size_t slots) {
   habits_.beginReport(least_share);
   slots_ = slots;
   next_place_ = next_answer_ = 0;
+  geoms_ = {};
   changed_any_ = changed_all_ = false;
   mode_ = currentMode();
   last_ = {};
@@ -110,30 +111,29 @@ bool ForetoldContacts::isAsTold(std::size_t place) const {
          !changed_[laterOf(pair_)];
 }
 
-// Most programs collide the pair that they are being told of. Some gather a few first.
-std::size_t ForetoldContacts::placeOf(const dxGeom* o1, const dxGeom* o2) const {
-  const auto is = [&](std::size_t place) { return list_[place].o1 == o1 && list_[place].o2 == o2; };
-  const std::size_t reported = next_place_ - 1;
-  if (reported < list_.size() && is(reported)) return reported;
+// Some programs gather a few pairs before they collide them.
+std::size_t ForetoldContacts::placeBehind(const dxGeom* o1, const dxGeom* o2) const {
   const std::size_t end = std::min(next_answer_ + places_looked_at, list_.size());
   for (std::size_t place = next_answer_; place < end; ++place)
-    if (is(place)) return place;
+    if (list_[place].o1 == o1 && list_[place].o2 == o2) return place;
   return list_.size();
 }
 
+// Most programs collide the pair that they are being told of. Its kind may be another since; then
+// its bodies are, too, and nothing is told.
 int ForetoldContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
                                 int skip) {
-  const int kind = CollideHabits::kindOf(o1, o2);
+  const bool reported = o1 == geoms_.o1 && o2 == geoms_.o2;
+  const int kind = reported && kind_ >= 0 ? kind_ : CollideHabits::kindOf(o1, o2);
   habits_.noteCall(kind, flags);
-  if (list_.size() == 0 || habits_.told(kind) != flags || flags == 0) return -1;
+  if (habits_.told(kind) != flags || flags == 0) return -1;
+  const std::size_t place = reported ? next_place_ - 1 : placeBehind(o1, o2);
+  if (place >= list_.size() || !isAsTold(place)) return -1;
   if (skip < static_cast<int>(sizeof(dContactGeom)) || !contacts) return -1;
-  const std::size_t place = placeOf(o1, o2);
-  if (place == list_.size() || !isAsTold(place)) return -1;
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
   const int count = narrow_phase_.tell(place, {o1, o2}, contacts, skip);
-  if (count < 0) return -1;
-  if (place >= next_answer_) {
+  if (count >= 0 && place >= next_answer_) {
     ++last_.used;
     ++all_.used;
     all_.contacts += static_cast<unsigned long long>(count);

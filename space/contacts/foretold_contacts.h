@@ -73,7 +73,7 @@ class ForetoldContacts {
   void tellNothing();
   void takeChange(Slot slot);
   bool isAsTold(std::size_t place) const;
-  std::size_t placeOf(const dxGeom* o1, const dxGeom* o2) const;
+  std::size_t placeBehind(const dxGeom* o1, const dxGeom* o2) const;
   int answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
 
   static std::atomic<int> reports_;
@@ -91,7 +91,10 @@ class ForetoldContacts {
   std::size_t slots_ = 0;
   std::size_t next_place_ = 0;   // of the pair after the one that is reported
   std::size_t next_answer_ = 0;  // the place after that of the last one answered
-  Pair pair_ = 0;                // that is reported
+  // That is reported.
+  Pair pair_ = 0;
+  GeomPair geoms_ = {};
+  int kind_ = -1;  // or -1, where it is to be asked again
   bool changed_any_ = false, changed_all_ = false;
   Buffer<unsigned char> changed_;  // by slot, once there is one
 
@@ -107,10 +110,13 @@ class ForetoldContacts::Report {
   Report& operator=(const Report&) = delete;
 
   // The callback is about to be told of this pair, which is the next one.
-  void next(Pair pair, const dxGeom* o1, const dxGeom* o2) {
+  void next(Pair pair, dxGeom* o1, dxGeom* o2) {
     contacts_.pair_ = pair;
     contacts_.narrow_phase_.prefetch(contacts_.next_place_++);
-    if (!contacts_.changed_any_) contacts_.habits_.notePair(CollideHabits::kindOf(o1, o2));
+    // A geom that was destroyed in this report must not be looked at.
+    contacts_.kind_ = contacts_.changed_any_ ? -1 : CollideHabits::kindOf(o1, o2);
+    contacts_.geoms_ = {o1, o2};
+    contacts_.habits_.notePair(contacts_.kind_);
   }
 
  private:

@@ -7,7 +7,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/ode_collide.h"
 #include "space/contacts/tuning.h"
-#include "space/contacts/written_words.h"
+#include "space/contacts/written_numbers.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"

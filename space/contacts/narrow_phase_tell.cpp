@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "space/contacts/narrow_phase.h"
-#include "space/contacts/written_words.h"
+#include "space/contacts/written_numbers.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -29,7 +29,8 @@ int NarrowPhase::tell(std::size_t place, const GeomPair& pair, dContactGeom* con
   if (found.thread == nobody || found.bodies != bodiesOf(pair)) return -1;
   const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
   for (std::uint32_t i = 0; i < found.count; ++i)
-    copyWritten(told[i], reinterpret_cast<char*>(contacts) + static_cast<std::ptrdiff_t>(i) * skip);
+    copyWritten(told[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                                          static_cast<std::ptrdiff_t>(i) * skip));
   return static_cast<int>(found.count);
 }
 

@@ -19,7 +19,7 @@ constexpr std::size_t most_pairs_a_chunk = 32;
 constexpr std::size_t pairs_ahead = 4;
 
 // A pair with more contacts than this is not told beforehand: room for so many is filled for every
-// pair. Two boxes have eight.
+// pair. Two boxes have eight at most, a box and a cylinder sometimes more.
 // Unit: contacts. From: instructions of foretell-benchmark.
 // Doubled: not measured. Halved: not measured.
 constexpr std::uint32_t most_told_contacts = 16;
