@@ -62,7 +62,7 @@ class Policy {
   // To test pairs that touch costs a little each.
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.
-  BackOff foretell_{retry_frames};
+  BackOff foretell_{2 * retry_frames};
   PackRules rules_;  // that were set in the last frame
 };
 
