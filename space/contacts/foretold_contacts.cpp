@@ -70,7 +70,6 @@ int ForetoldContacts::foretell(const PairList& pairs, const Scope& scope, double
   // Where modes cannot be compared nothing would be answered.
   if (!habits_.tellsAny() || differs(mode_, mode_)) return 1;
   listPairs(pairs, scope.geoms, way.threads, list_);
-  list_.resize(std::min(list_.size(), scope.most_pairs));
   ContactRequest request = {&habits_, 0, {}};
   request.callbacks.flags = flagsOf;
   const int threads = narrow_phase_.run(list_, request, way);

@@ -29,10 +29,10 @@ class ForetoldContacts {
     unsigned long long used = 0;      // of those, pairs whose contacts were asked for
     unsigned long long contacts = 0;  // of those
   };
-  // Geoms by slot, so many, and how many of the pairs are collided at most.
+  // Geoms by slot, so many.
   struct Scope {
     dxGeom* const* geoms;
-    std::size_t slots, most_pairs;
+    std::size_t slots;
   };
   class Report;
 
@@ -41,7 +41,7 @@ class ForetoldContacts {
   ForetoldContacts(const ForetoldContacts&) = delete;
   ForetoldContacts& operator=(const ForetoldContacts&) = delete;
 
-  // Collides the first pairs of a report, as far as habits have them collided: kinds of which the
+  // Collides the pairs of a report, as far as habits have them collided: kinds of which the
   // program has collided this share at least. Returns the number of threads. Without memory nothing
   // is foretold.
   int foretell(const PairList& pairs, const Scope& scope, double least_share,

@@ -153,6 +153,10 @@ class NarrowPhase::Pass {
 
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
   void lookAt(Range range, int thread, bool alone) const {
+    if (range.begin / most_pairs_a_chunk % way_.one_in != 0) {
+      leaveOut(range);
+      return;
+    }
     int flags[most_pairs_a_chunk];
     std::uint32_t wanted = 0, testable = 0;
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
@@ -170,6 +174,10 @@ class NarrowPhase::Pass {
       const int i = __builtin_ctz(wanted);
       handOut({range.begin + i, flags[i]}, thread, alone);
     }
+  }
+
+  void leaveOut(Range range) const {
+    for (std::size_t i = range.begin; i < range.end; ++i) phase_.found_[i] = {0, 0, nobody, 0};
   }
 
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {

@@ -47,6 +47,7 @@ class NarrowPhase {
     // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
     // the calling thread may collide is left out.
     bool tells = false;
+    std::size_t one_in = 1;  // of so many chunks of pairs is looked at, in a run that tells
   };
   // Pairs that were tested whether they are apart, and those that are.
   struct LeftOut {

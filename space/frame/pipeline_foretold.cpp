@@ -27,17 +27,18 @@ class AtEnd {
 void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_cleanup) {
   const Plan& plan = frame.plan;
   FrameResult& result = frame.result;
-  const std::size_t pairs = frame.pairs.size();
-  const std::size_t most = plan.foretell.in_full ? pairs : pairs / foretell_sample;
-  const int used = foretold_.foretell(frame.pairs, {frame.geoms(), frame.slots(), most},
-                                      plan.foretell.least_share,
-                                      {plan.contact_threads, manual_cleanup, plan.leave_out, true});
+  const NarrowPhase::Way way = {plan.contact_threads, manual_cleanup, plan.leave_out, true,
+                                plan.foretell.in_full ? 1 : foretell_sample};
+  const int used = foretold_.foretell(frame.pairs, {frame.geoms(), frame.slots()},
+                                      plan.foretell.least_share, way);
   result.narrow_ms = frame.clock.lap();
   if (foretold_.last().told == 0) return;
   result.threads = std::max(result.threads, used);
   result.contacts = foretold_.narrowPhase().contacts();
   result.apart = foretold_.narrowPhase().leftOut().apart();
-  const double part = static_cast<double>(most) / static_cast<double>(pairs);
+  // As if it were all pairs, of which this is a part.
+  const std::size_t pairs = frame.pairs.size();
+  const double part = static_cast<double>(foretold_.last().told) / static_cast<double>(pairs);
   policy_.learnOfContacts(settings, used, pairs, result.narrow_ms / part);
   policy_.learnOfApart(plan, foretold_.narrowPhase().leftOut());
   note(result);  // should the callback throw, or collide again

@@ -65,10 +65,11 @@ constexpr double least_missed_ms = 50;
 // Doubled: not measured. Halved: not measured.
 constexpr double foretell_margin = 0.25;
 
-// Of so many pairs one is collided beforehand by a thread that is alone, to learn what it takes.
-// Unit: pairs. From: instructions of foretell-benchmark.
+// Of so many chunks of pairs one is collided beforehand by a thread that is alone, to learn what it
+// takes.
+// Unit: chunks. From: instructions of foretell-benchmark.
 // Doubled: not measured. Halved: not measured.
-constexpr std::size_t foretell_sample = 8;
+constexpr std::size_t foretell_sample = 16;
 
 }  // namespace ode_parallel_sap
 
