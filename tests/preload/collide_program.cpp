@@ -170,9 +170,8 @@ void change(Program& program, dGeomID a, dGeomID b) {
     dGeomSetPosition(movable, at[0] + 0.01, at[1], at[2]);
   } else if (program.is("move-and-clean")) {
     const dReal* const at = dGeomGetPosition(b);
-    dReal bounds[6];
     dGeomSetPosition(b, at[0], at[1] + 0.01, at[2]);
-    dGeomGetAABB(b, bounds);
+    dSpaceClean(program.space);
   } else if (program.is("move-body") && dGeomGetBody(b)) {
     const dReal* const at = dBodyGetPosition(dGeomGetBody(b));
     dBodySetPosition(dGeomGetBody(b), at[0], at[1], at[2] - 0.01);
