@@ -11,7 +11,7 @@
 namespace ode_parallel_sap {
 
 // As many pairs as are tested at a time.
-constexpr std::size_t most_apart_pairs = 32;
+constexpr std::size_t most_apart_pairs = 32;  // fixed: bits of a mask
 
 // Two boxes are tested many times faster than dCollide finds them apart, other pairs not much.
 struct ApartKinds {

@@ -65,8 +65,7 @@ struct PairList {
 // have unsure ones: whole eights of pairs, 64 bytes, which are read about as fast as one of them.
 inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
                        std::vector<PairList::Stretch>& unsure) {
-  constexpr std::size_t step = 8;
-  constexpr std::size_t longest = 4096;  // of a stretch: what a thread is given at a time
+  constexpr std::size_t step = 8;  // fixed: a cache line of pairs
   for (std::size_t at = written.begin; at < written.end; at += step) {
     const Pair* const pairs = part_pairs + at;
     Pair all_bits = 0;
@@ -77,7 +76,7 @@ inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
     if (!isUnsure(all_bits)) continue;
     const std::size_t end = std::min(at + step, written.end);
     if (!unsure.empty() && unsure.back().part == written.part && unsure.back().end == at &&
-        at - unsure.back().begin < longest)
+        at - unsure.back().begin < chunk_pairs)
       unsure.back().end = end;
     else
       unsure.push_back({written.part, at, end});

@@ -60,10 +60,11 @@ constexpr int idle_frames = 128;
 // Doubled: not measured. Halved: not measured.
 constexpr int class_octaves = 3;
 
-// Below this share of all boxes a class of small boxes is not worth a tree of its own.
-// Unit: boxes. From: peers, giant-among-dust.
+// A class of sizes ends where there are this many times fewer larger boxes. Among many larger ones
+// small boxes do no harm, and each class more is a tree more to walk.
+// Unit: 1. From: peers, six-decades-of-size, log-sizes-2, two-sizes-dense and long-bars.
 // Doubled: not measured. Halved: not measured.
-constexpr std::uint32_t least_share = 32;
+constexpr std::uint32_t fewer_larger = 8;
 
 // A shape (long in some axes, short in others) gets a class from this share of its window on.
 // Unit: boxes. From: peers, long-bars and terrain.
@@ -160,26 +161,16 @@ constexpr Grain collided_pairs = {256, Grain::whole};
 // Doubled: not measured. Halved: not measured.
 constexpr Grain heavy_pairs = {4, Grain::whole};
 
-// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori; 12 to
-// 72 us.
-// Unit: pairs. From: narrow.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain image_pairs = {8, Grain::whole};
+// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori.
+constexpr Grain image_pairs = heavy_pairs;
 
-// Pairs behind a gap that are moved to close it: 0.2 ns each, 26 us.
-// Unit: pairs. From: rest-benchmark with user classes.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain moved_pairs = {1 << 17, Grain::further};
+// Pairs behind a gap that are moved to close it: 0.2 ns each, 52 us.
+constexpr Grain moved_pairs = box_tests;
 
-// Pairs, old and new ones, that are compared: 0.9 ns each where a few differ, 29 us.
-// Unit: pairs. From: peers, events.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain compared_pairs = {1 << 15, Grain::further};
-
-// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
-// Unit: pairs. From: peers, concurrent-blocks.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain handed_out_pairs = {1024, Grain::whole};
+// Pairs, old and new ones, that are compared: 0.9 ns each where a few differ, 7 us. Pairs that are
+// handed out in blocks: nobody knows what a callback takes for them.
+constexpr Grain compared_pairs = listed_pairs;
+constexpr Grain handed_out_pairs = {packed_slots.work, Grain::whole};
 
 }  // namespace grains
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "space/data/mechanisms.h"
+#include "space/contacts/tuning.h"
 #include "space/data/tuning.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/tuning.h"
@@ -147,9 +148,7 @@ void Policy::learnOfBlocks(const Settings& settings, int threads, std::size_t pa
   if (settings.threads == 0 && most > 1) block_team_.learn(threads, pairs, ms);
 }
 
-// Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
-// saves 460 of dCollide's where they are apart; that of other pairs takes 100 to 200 and saves 200
-// to 350.
+// Counts decide, not times.
 void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out) {
   const auto learn = [](bool tested, const NarrowPhase::LeftOut::Share& share, double least,
                         BackOff& back_off) {
@@ -160,9 +159,8 @@ void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out
     else if (share.tested > 0)
       back_off.paid();
   };
-  constexpr double least_boxes = 0.3, least_others = 0.7;
-  learn(plan.leave_out.boxes, left_out.boxes, least_boxes, apart_boxes_);
-  learn(plan.leave_out.others, left_out.others, least_others, apart_others_);
+  learn(plan.leave_out.boxes, left_out.boxes, least_apart_boxes, apart_boxes_);
+  learn(plan.leave_out.others, left_out.others, least_apart_others, apart_others_);
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {
