@@ -16,39 +16,11 @@
 #include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/variable.h"
 
 using namespace sap_test;
 
 namespace {
-
-// A variable of the environment as long as the scope lasts; value 0: not set.
-class Variable {
- public:
-  Variable(const char* name, const char* value) : name_(name) {
-    if (const char* before = std::getenv(name)) {
-      before_ = before;
-      was_set_ = true;
-    }
-    if (value) {
-      setenv(name, value, 1);
-    } else {
-      unsetenv(name);
-    }
-  }
-  ~Variable() {
-    if (was_set_) {
-      setenv(name_.c_str(), before_.c_str(), 1);
-    } else {
-      unsetenv(name_.c_str());
-    }
-  }
-  Variable(const Variable&) = delete;
-  Variable& operator=(const Variable&) = delete;
-
- private:
-  std::string name_, before_;
-  bool was_set_ = false;
-};
 
 // What the person who runs the tests has set must not get into them.
 struct BareEnvironment {

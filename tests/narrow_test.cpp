@@ -24,7 +24,7 @@ using namespace sap_test;
 
 namespace {
 
-const int kThreads[] = {1, 2, 3, 7};
+const int kThreads[] = {1, 2, 3, 7, 16};
 
 std::vector<Kind> allKinds() {
   std::vector<Kind> kinds;

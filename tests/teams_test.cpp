@@ -3,6 +3,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <set>
 #include <string>
@@ -134,7 +135,8 @@ const std::vector<Play>& plays() {
        dParallelSAPMethodSweep,
        populateWithHighBits,
        moveAll,
-       {"filter: exact tests"}},
+       {"filter: exact tests", "pair gaps: within pieces", "pair gaps: moved pieces",
+        "pair gaps: moved heads"}},
       {"geoms at rest are left out",
        dParallelSAPMethodSweep,
        populateWithBodies,
@@ -147,7 +149,11 @@ const std::vector<Play>& plays() {
 }
 
 const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs", "contacts: pairs",
-                                                      "contacts: heavy pairs"};
+                                                      "contacts: heavy pairs",
+                                                      "contacts: pairs on images"};
+
+const std::vector<std::string> regions_of_bulk = {
+    "pairs in blocks: blocks", "pair events: comparison", "pair events: pairs and numbers"};
 
 // The pairs of each frame, held against the oracle.
 std::vector<Pairs> framesOf(const Play& play, int threads) {
@@ -198,7 +204,8 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
     const Space space;
     dParallelSAPSpaceSetNumThreads(space, threads);
     ContactScene scene(space);
-    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere}, 300, seed);
+    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
+    for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
     const auto before = timesShared();
     for (std::uint64_t frame = 0; frame < 4; ++frame) {
       scene.move(seed + frame);
@@ -216,9 +223,42 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
   }
 }
 
+TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which began") {
+  const std::uint64_t seed = seedOr(93);
+  const ScopedGrain grain(1);
+  for (const int threads : kTeams) {
+    const Space space;
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    dParallelSAPSpaceSetEvents(space, 1);
+    World world(space);
+    populateDensely(world, seed);
+    const auto before = timesShared();
+    for (std::uint64_t frame = 0; frame < 4; ++frame) {
+      if (frame > 0) moveAll(world, seed + frame);
+      std::atomic<std::size_t> pairs{0};
+      dParallelSAPSpaceCollidePairs(
+          space, &pairs, dParallelSAPPairsConcurrent,
+          [](void* pairs, const dParallelSAPPair*, std::size_t count, std::size_t) {
+            *static_cast<std::atomic<std::size_t>*>(pairs) += count;
+          });
+      INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(pairs == expectedPairs(world.geoms()).size());
+      const unsigned* numbers;
+      REQUIRE(dParallelSAPSpaceGetPairNumbers(space, &numbers) == pairs);
+    }
+    const auto after = timesShared();
+    for (const std::string& region : regions_of_bulk) {
+      INFO(threads << " threads, " << region);
+      REQUIRE(after.count(region) == 1);
+      CHECK(after.at(region) > before.at(region));
+    }
+  }
+}
+
 // Those of a device are looked at by device_test.
 TEST_CASE("There is no region that these tests leave out") {
   std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
+  covered.insert(regions_of_bulk.begin(), regions_of_bulk.end());
   for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);

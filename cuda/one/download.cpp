@@ -99,7 +99,7 @@ class Download::Transfer {
       if (expandStretch(here + stretch * stretch_size, end - begin, lists_.has_list,
                         to_ + base + begin) &&
           !lists_.exact)
-        download_.unsure_[thread].push_back({0, base + begin, base + end});
+        noteUnsure(to_, {0, base + begin, base + end}, download_.unsure_[thread]);
     }
     expanded_[piece].fetch_add(1, std::memory_order_release);
   }

@@ -127,6 +127,21 @@ void checkPrecision() {
 #endif
 }
 
+// The sizes of the simple classes.
+void checkShapes() {
+  dGeomID box = dCreateBox(nullptr, 2, 3, 5);
+  const dReal* const side = static_cast<dxBox*>(box)->side;
+  CHECK(side[0] == 2 && side[1] == 3 && side[2] == 5);
+  dGeomDestroy(box);
+  dGeomID capsule = dCreateCapsule(nullptr, 2, 3);
+  CHECK(static_cast<dxCapsule*>(capsule)->radius == 2 && static_cast<dxCapsule*>(capsule)->lz == 3);
+  dGeomDestroy(capsule);
+  dGeomID plane = dCreatePlane(nullptr, 0, 1, 0, 5);
+  const dReal* const p = static_cast<dxPlane*>(plane)->p;
+  CHECK(p[0] == 0 && p[1] == 1 && p[2] == 0 && p[3] == 5);
+  dGeomDestroy(plane);
+}
+
 // Each field of a geom that the library made: written by the public API, read in the layout.
 void checkGeomLayout() {
   dWorldID world = dWorldCreate();
@@ -297,6 +312,7 @@ int main() {
   std::setvbuf(stdout, nullptr, _IONBF, 0);
   dInitODE2(0);
   checkPrecision();
+  checkShapes();
   checkGeomLayout();
   checkSpaceLayout();
   checkDerivedSpace();

@@ -53,6 +53,8 @@ class PairKeeper {
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
+  // Whether it left all pairs as they were.
+  bool unchanged() const { return changes_ == 0; }
   std::size_t bytes() const;
 
  private:

@@ -4,12 +4,17 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Thread-local caches for the colliders of meshes: OPCODE's, not those of GIMPACT, whose meshes
-// carry work data that a collision locks and updates.
-bool meshesMayShareCores() {
-  static const bool may = dCheckConfiguration("ODE_EXT_mt_collisions") != 0 &&
-                          dCheckConfiguration("ODE_EXT_gimpact") == 0;
-  return may;
+// OPCODE's meshes are only read by a collision. Those of GIMPACT carry work data that it locks and
+// updates.
+bool meshesAreRead() {
+  static const bool are = dCheckConfiguration("ODE_EXT_gimpact") == 0;
+  return are;
+}
+
+// The colliders of meshes share one cache, unless each thread has its own.
+bool meshesShareACache() {
+  static const bool share = dCheckConfiguration("ODE_EXT_mt_collisions") == 0;
+  return share;
 }
 
 // A mesh's own callbacks are the user's code, and its temporal coherence is a list in the mesh to
@@ -29,6 +34,7 @@ enum class Shape {
   Plane,
   Solid,  // iterates until it is close enough
   Mesh,
+  Heightfield,
   Other
 };
 
@@ -48,12 +54,12 @@ Shape shapeOf(dxGeom* geom) {
     case dConvexClass:
       return Shape::Solid;
     case dTriMeshClass:
-      return meshesMayShareCores() && !runsUserCode(geom) && !remembersCollisions(geom)
-                 ? Shape::Mesh
-                 : Shape::Other;
-    // A heightfield keeps its triangles in buffers of its own and moves the other geom, with its
-    // body, into its frame for a while. A geom transform does so with the geom that it holds.
-    // Classes of the user's: nobody knows.
+      return meshesAreRead() && !runsUserCode(geom) && !remembersCollisions(geom) ? Shape::Mesh
+                                                                                  : Shape::Other;
+    case dHeightfieldClass:
+      return Shape::Heightfield;
+    // A geom transform moves the geom that it holds for a while. Classes of the user's: nobody
+    // knows.
     default:
       return Shape::Other;
   }
@@ -65,6 +71,11 @@ ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
   const Shape p = shapeOf(a), q = shapeOf(b);
   const auto either = [=](Shape shape) { return p == shape || q == shape; };
   if (either(Shape::Other)) return ColliderUse::CallingThread;
+  // An image has stand-ins for heightfields, and another cache for meshes, but only one.
+  if (either(Shape::Heightfield))
+    return either(Shape::Mesh) && !meshesShareACache() ? ColliderUse::CallingThread
+                                                       : ColliderUse::Image;
+  if (either(Shape::Mesh) && meshesShareACache()) return ColliderUse::Image;
   if (either(Shape::Solid)) return ColliderUse::Heavy;
   // A primitive meets a few triangles of a mesh; a plane all, and another mesh perhaps many.
   if (either(Shape::Mesh) && !either(Shape::Primitive)) return ColliderUse::Heavy;

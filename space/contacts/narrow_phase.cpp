@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <new>
 
+#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/tuning.h"
 #include "space/data/parallel.h"
@@ -16,11 +17,14 @@ namespace {
 // The bits of dCollide's flags that are the most contacts, as ODE documents them.
 constexpr int most_contacts_mask = 0xffff;
 
-Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs");
+Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
+    colliding_on_images("contacts: pairs on images");
 
+// As many as are tested at a time, but few enough that nobody waits long for the last thread.
 std::size_t chunkFor(std::size_t pairs, int team) {
+  if (team == 1) return most_apart_pairs;
   return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most_pairs_a_chunk);
+                                 most_apart_pairs);
 }
 
 // All lines of an object, which need not begin with one.
@@ -62,14 +66,17 @@ class ThreadData {
   bool ready_;
 };
 
-// Appends the contacts of a pair and returns how many they are.
+// Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
+// are.
 std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
-                      Buffer<dContactGeom>& contacts) {
+                      Buffer<dContactGeom>& contacts, ColliderImage* image = nullptr) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
   dContactGeom* const found = contacts.data() + size;
-  int count =
-      dCollide(pair.o1, pair.o2, flags & ~dParallelSAPOnCallingThread, found, sizeof(dContactGeom));
+  const int of_ode = flags & ~dParallelSAPOnCallingThread;
+  constexpr int skip = sizeof(dContactGeom);
+  int count = image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
+                    : dCollide(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
     dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
@@ -83,6 +90,13 @@ bool asksForContacts(int flags) {
   return (flags & most_contacts_mask) != 0;
 }
 
+// With CONTACTS_UNIMPORTANT ODE's collider of boxes decides otherwise; a pair for the calling
+// thread may have a collider of the program's.
+bool mayLeaveOut(int flags) {
+  return asksForContacts(flags) &&
+         !(flags & (static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread));
+}
+
 void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
   constexpr std::size_t most = 8;  // fixed: few pairs have more
   prefetchObject(contacts, std::min(count, most) * sizeof *contacts);
@@ -93,23 +107,22 @@ void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
 class NarrowPhase::Pass {
  public:
   Pass(NarrowPhase& phase, const Buffer<GeomPair>& pairs, const ContactRequest& request,
-       bool manual_cleanup)
-      : phase_(phase), pairs_(pairs), request_(request), manual_cleanup_(manual_cleanup) {}
+       const Way& way)
+      : phase_(phase), pairs_(pairs), request_(request), way_(way) {}
 
   std::size_t size() const { return pairs_.size(); }
 
-  // Calls work(index, thread) for all of [0, count) by a team, and returns the team's size.
+  // Calls work(range, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
   int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
     ChunkQueue queue(count, chunk);
     int used = 1;
     runTeam(region, threads, [&](int thread, int team) {
       if (thread == 0) used = team;
-      const ThreadData data(thread, manual_cleanup_);
+      const ThreadData data(thread, way_.manual_cleanup);
       if (!data.ready()) return;
       Range range;
-      while (queue.next(range))
-        for (std::size_t i = range.begin; i < range.end; ++i) work(i, thread);
+      while (queue.next(range)) work(range, thread);
     });
     return used;
   }
@@ -123,87 +136,166 @@ class NarrowPhase::Pass {
     }
   }
 
-  void lookAt(std::size_t pair, int thread, bool alone) const {
-    prefetchAfter(pair);
-    phase_.found_[pair].count = 0;
-    const int flags = request_.flagsOf(pairs_[pair]);
-    if (!asksForContacts(flags)) return;
+  // The same of pairs that waited, of which the next one may lie anywhere.
+  void prefetchAfter(std::size_t i, const Buffer<Waiting>& waiting) const {
+    if (i + 2 * pairs_ahead >= waiting.size()) return;
+    const GeomPair &later = pairs_[waiting[i + 2 * pairs_ahead].pair],
+                   &next = pairs_[waiting[i + pairs_ahead].pair];
+    prefetchGeom(later.o1);
+    prefetchGeom(later.o2);
+    prefetchPose(next.o1);
+    prefetchPose(next.o2);
+  }
+
+  // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
+  void lookAt(Range range, int thread, bool alone) const {
+    int flags[most_apart_pairs];
+    std::uint32_t wanted = 0, testable = 0;
+    for (std::size_t i = 0; i < range.end - range.begin; ++i) {
+      prefetchAfter(range.begin + i);
+      phase_.found_[range.begin + i].count = 0;
+      flags[i] = request_.flagsOf(pairs_[range.begin + i]);
+      wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
+      testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
+    }
+    if (way_.leave_out.boxes || way_.leave_out.others)
+      wanted &= ~findApart(range, wanted & testable, thread);
+    for (; wanted; wanted &= wanted - 1) {
+      const int i = __builtin_ctz(wanted);
+      handOut({range.begin + i, flags[i]}, thread, alone);
+    }
+  }
+
+  std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
+    const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
+                                            wanted, way_.leave_out);
+    const auto add = [&found](std::uint32_t tested, LeftOut::Share& share) {
+      share.tested += static_cast<std::size_t>(__builtin_popcount(tested));
+      share.apart += static_cast<std::size_t>(__builtin_popcount(tested & found.apart));
+    };
+    add(found.boxes, phase_.shares_[thread].left_out.boxes);
+    add(found.others, phase_.shares_[thread].left_out.others);
+    return found.apart;
+  }
+
+  // A thread that is alone need not tell the pairs apart: this is the serial loop.
+  void handOut(const Waiting& waiting, int thread, bool alone) const {
     if (alone) {
-      collide({pair, flags}, thread);
+      collide(waiting, thread);
       return;
     }
-    const ColliderUse use = flags & dParallelSAPOnCallingThread
+    const GeomPair& pair = pairs_[waiting.pair];
+    const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread
                                 ? ColliderUse::CallingThread
-                                : colliderUse(pairs_[pair].o1, pairs_[pair].o2);
+                                : colliderUse(pair.o1, pair.o2);
     Share& share = phase_.shares_[thread];
     switch (use) {
       case ColliderUse::Light:
-        collide({pair, flags}, thread);
+        collide(waiting, thread);
         break;
       case ColliderUse::Heavy:
-        share.heavy.push_back({pair, flags});
+        share.heavy.push_back(waiting);
+        break;
+      case ColliderUse::Image:
+        share.image.push_back(waiting);
         break;
       case ColliderUse::CallingThread:
-        share.calling_thread.push_back({pair, flags});
+        share.calling_thread.push_back(waiting);
         break;
     }
   }
 
-  void collide(const Waiting& waiting, int thread) const {
+  void collide(const Waiting& waiting, int thread, ColliderImage* image = nullptr) const {
     Buffer<dContactGeom>& contacts = phase_.shares_[thread].contacts;
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
     found.thread = static_cast<std::uint32_t>(thread);
     found.count =
-        ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts);
+        ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts, image);
+  }
+
+  // Leaves it to the calling thread where the image does not serve it.
+  void collideOn(ColliderImage& image, const Waiting& waiting, int thread) const {
+    const GeomPair& pair = pairs_[waiting.pair];
+    if (image.serves(pair.o1, pair.o2))
+      collide(waiting, thread, &image);
+    else
+      phase_.shares_[thread].calling_thread.push_back(waiting);
   }
 
  private:
   NarrowPhase& phase_;
   const Buffer<GeomPair>& pairs_;
   const ContactRequest& request_;
-  const bool manual_cleanup_;
+  const Way& way_;
 };
 
-int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, int threads,
-                     bool manual_cleanup) {
+int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way) {
+  const int threads = way.threads;
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
   for (Share& share : shares_) {
     share.contacts.resizeDiscarding(0);
     share.heavy.resizeDiscarding(0);
+    share.image.resizeDiscarding(0);
     share.calling_thread.resizeDiscarding(0);
+    share.left_out = {};
   }
   found_.resizeDiscarding(pairs.size());
-  const Pass pass(*this, pairs, request, manual_cleanup);
+  const Pass pass(*this, pairs, request, way);
   int used = lookAtAll(pass, threads);
   used = std::max(used, collideHeavy(pass, threads));
+  used = std::max(used, collideOnImages(pass, threads));
   collideRest(pass);
   return used;
 }
 
-// A thread that is alone need not tell the pairs apart: this is the serial loop.
 int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
   const bool alone = threads == 1;
   const int team = teamFor(pass.size(), grains::collided_pairs, threads);
   const std::size_t chunk = chunkFor(pass.size(), team);
   return pass.share(colliding, pass.size(), chunk, team,
-                    [&, alone](std::size_t pair, int thread) { pass.lookAt(pair, thread, alone); });
+                    [&, alone](Range range, int thread) { pass.lookAt(range, thread, alone); });
+}
+
+// Makes the lists of all threads one.
+void NarrowPhase::gather(Buffer<Waiting> Share::*list) {
+  std::size_t count = 0;
+  for (const Share& share : shares_) count += (share.*list).size();
+  waiting_.resizeDiscarding(count);
+  Waiting* end = waiting_.data();
+  for (const Share& share : shares_)
+    end = std::copy((share.*list).begin(), (share.*list).end(), end);
 }
 
 int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
-  waiting_.resizeDiscarding(0);
-  for (const Share& share : shares_)
-    for (const Waiting& waiting : share.heavy) waiting_.push_back(waiting);
+  gather(&Share::heavy);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
-  return pass.share(colliding_heavy, waiting_.size(), 1, team,
-                    [&](std::size_t i, int thread) { pass.collide(waiting_[i], thread); });
+  return pass.share(colliding_heavy, waiting_.size(), 1, team, [&](Range range, int thread) {
+    for (std::size_t i = range.begin; i < range.end; ++i) pass.collide(waiting_[i], thread);
+  });
+}
+
+int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
+  gather(&Share::image);
+  const ColliderImages images(teamFor(waiting_.size(), grains::heavy_pairs, threads),
+                              waiting_.size());
+  if (images.count() == 0) {
+    for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
+    return 1;
+  }
+  // One by one: of pairs of meshes one may take a hundred times as long as another.
+  return pass.share(colliding_on_images, waiting_.size(), 1, images.count(),
+                    [&](Range range, int thread) {
+                      for (std::size_t i = range.begin; i < range.end; ++i) {
+                        pass.prefetchAfter(i, waiting_);
+                        pass.collideOn(images[thread], waiting_[i], thread);
+                      }
+                    });
 }
 
 void NarrowPhase::collideRest(const Pass& pass) {
-  waiting_.resizeDiscarding(0);
-  for (const Share& share : shares_)
-    for (const Waiting& waiting : share.calling_thread) waiting_.push_back(waiting);
+  gather(&Share::calling_thread);
   std::sort(waiting_.begin(), waiting_.end(),
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
   for (const Waiting& waiting : waiting_) pass.collide(waiting, 0);
@@ -243,10 +335,24 @@ std::size_t NarrowPhase::contacts() const {
   return contacts;
 }
 
+NarrowPhase::LeftOut NarrowPhase::leftOut() const {
+  LeftOut all = {};
+  const auto add = [](const LeftOut::Share& from, LeftOut::Share& to) {
+    to.tested += from.tested;
+    to.apart += from.apart;
+  };
+  for (const Share& share : shares_) {
+    add(share.left_out.boxes, all.boxes);
+    add(share.left_out.others, all.others);
+  }
+  return all;
+}
+
 std::size_t NarrowPhase::bytes() const {
   std::size_t bytes = found_.bytes() + waiting_.bytes();
   for (const Share& share : shares_)
-    bytes += share.contacts.bytes() + share.heavy.bytes() + share.calling_thread.bytes();
+    bytes += share.contacts.bytes() + share.heavy.bytes() + share.image.bytes() +
+             share.calling_thread.bytes();
   return bytes;
 }
 

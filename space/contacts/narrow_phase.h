@@ -9,13 +9,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/contacts/certainly_apart.h"
+#include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
 
 namespace ode_parallel_sap {
-
-struct GeomPair {
-  dGeomID o1, o2;
-};
 
 // What the caller of dParallelSAPSpaceCollideContacts asked for.
 struct ContactRequest {
@@ -34,21 +32,33 @@ struct ContactRequest {
 // Contacts as one thread after the other would have made them: which thread collides a pair depends
 // on timing, where its contacts are found again does not.
 //
-// Pairs are taken in three passes: first all are looked at, and the light ones collided on the
-// spot; then the heavy ones, a few at a time to whoever is free; at last, alone, those that only
-// the calling thread may collide (see collider_threads.h). Each thread appends contacts to storage
-// of its own, which is kept for the next frame.
+// Pairs are taken in four passes: first all are looked at, those that are certainly apart left out
+// (see certainly_apart.h), and the light ones collided on the spot; then the heavy ones, a few at a
+// time to whoever is free; then those that want an image of ODE, by threads that have one; at last,
+// alone, those that only the calling thread may collide (see collider_threads.h). Each thread
+// appends contacts to storage of its own, which is kept for the next frame.
 class NarrowPhase {
  public:
-  // Collides all pairs with up to `threads` threads; returns the number used. With
-  // `manual_cleanup` the threads leave no data in ODE. Throws std::bad_alloc, and whatever the
+  struct Way {
+    int threads;           // the most
+    bool manual_cleanup;   // the threads leave no data in ODE
+    ApartKinds leave_out;  // what is certainly apart
+  };
+  // Pairs that were tested whether they are apart, and those that are.
+  struct LeftOut {
+    struct Share {
+      std::size_t tested, apart;
+    } boxes, others;
+    std::size_t apart() const { return boxes.apart + others.apart; }
+  };
+  // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
-  int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, int threads,
-          bool manual_cleanup);
+  int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
   // Of the last run.
   std::size_t contacts() const;
+  LeftOut leftOut() const;
   std::size_t bytes() const;
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
@@ -62,7 +72,8 @@ class NarrowPhase {
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
-    Buffer<Waiting> heavy, calling_thread;
+    Buffer<Waiting> heavy, image, calling_thread;
+    LeftOut left_out = {};
   };
   // Contacts [first, first + count) of a thread's share.
   struct Found {
@@ -72,8 +83,10 @@ class NarrowPhase {
   };
   class Pass;
 
+  void gather(Buffer<Waiting> Share::*list);
   int lookAtAll(const Pass& pass, int threads);
   int collideHeavy(const Pass& pass, int threads);
+  int collideOnImages(const Pass& pass, int threads);
   void collideRest(const Pass& pass);
 
   std::vector<Share> shares_;  // by thread

@@ -8,6 +8,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -40,7 +41,8 @@ struct PairList {
   };
 
   std::vector<Buffer<Pair>> parts;
-  std::vector<Stretch> unsure;  // every unsure pair is in one of these; in no particular order
+  // Every unsure pair is in one of these, with few others; in no particular order.
+  std::vector<Stretch> unsure;
 
   std::size_t size() const {
     std::size_t pairs = 0;
@@ -52,19 +54,59 @@ struct PairList {
     for (const Buffer<Pair>& part : parts) bytes += part.bytes();
     return bytes;
   }
-  // Takes the pairs of another list, in one part, without what is unsure of them.
-  void copyFrom(const PairList& other) {
-    clear(1);
-    parts[0].resizeDiscarding(other.size());
-    Pair* next = parts[0].data();
-    for (const Buffer<Pair>& part : other.parts) next = std::copy(part.begin(), part.end(), next);
-  }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
     if (parts.size() < count) parts.resize(count);
     for (Buffer<Pair>& part : parts) part.resizeDiscarding(0);
     unsure.clear();
   }
+};
+
+// Adds the stretches of pairs [begin, end) of a part, whose first pair is at `part_pairs`, that
+// have unsure ones: whole eights of pairs, 64 bytes, which are read about as fast as one of them.
+inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
+                       std::vector<PairList::Stretch>& unsure) {
+  constexpr std::size_t step = 8;               // fixed: a line of the cache
+  constexpr std::size_t longest = chunk_pairs;  // of a stretch
+  for (std::size_t at = written.begin; at < written.end; at += step) {
+    const Pair* const pairs = part_pairs + at;
+    Pair all_bits = 0;
+    if (at + step <= written.end)
+      for (std::size_t i = 0; i < step; ++i) all_bits |= pairs[i];
+    else
+      for (std::size_t i = 0; at + i < written.end; ++i) all_bits |= pairs[i];
+    if (!isUnsure(all_bits)) continue;
+    const std::size_t end = std::min(at + step, written.end);
+    if (!unsure.empty() && unsure.back().part == written.part && unsure.back().end == at &&
+        at - unsure.back().begin < longest)
+      unsure.back().end = end;
+    else
+      unsure.push_back({written.part, at, end});
+  }
+}
+
+// Reads a list by the places of its pairs, counted through all parts, from the beginning on.
+class PairCursor {
+ public:
+  explicit PairCursor(const PairList& list) : list_(list) {}
+
+  // Calls use(begin, end) for the runs of pairs at places [begin, end), one after the other.
+  // `begin` is no less than in any call before, and `end` no more than the size of the list.
+  template <class Use>
+  void read(std::size_t begin, std::size_t end, Use use) {
+    while (begin < end) {
+      while (begin >= part_begin_ + list_.parts[part_].size())
+        part_begin_ += list_.parts[part_++].size();
+      const Buffer<Pair>& part = list_.parts[part_];
+      const std::size_t run_end = std::min(end, part_begin_ + part.size());
+      use(part.data() + (begin - part_begin_), part.data() + (run_end - part_begin_));
+      begin = run_end;
+    }
+  }
+
+ private:
+  const PairList& list_;
+  std::size_t part_ = 0, part_begin_ = 0;  // its number, and the place of its first pair
 };
 
 }  // namespace ode_parallel_sap

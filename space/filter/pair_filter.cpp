@@ -1,7 +1,6 @@
 #include "space/filter/pair_filter.h"
 
 #include <algorithm>
-#include <atomic>
 
 #include "space/data/floating_point.h"
 #include "space/data/parallel.h"
@@ -33,26 +32,24 @@ struct PairFilter::ExactTest {
            (every_filter && !atRest(earlier) && !atRest(later) && !filtersMatch(a, b));
   }
 
-  // Replaces what it drops, and returns how many.
-  std::size_t run(Pair* begin, Pair* end) const;
+  // Replaces what it drops; returns whether it dropped any.
+  bool run(Pair* begin, Pair* end) const;
 };
 
 namespace {
-
-constexpr Pair dropped_pair = ~Pair{0};
 
 Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
 }  // namespace
 
-std::size_t PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
-  std::size_t dropped = 0;
+bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
+  bool any = false;
   for (Pair* pair = begin; pair < end; ++pair) {
     const bool drop = drops(*pair);
     *pair = drop ? dropped_pair : *pair & ~unsure_bit;
-    dropped += drop;
+    any |= drop;
   }
-  return dropped;
+  return any;
 }
 
 void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
@@ -64,19 +61,20 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
       pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
   }
-  if (!testStretches(test, threads, pairs)) return;
-  for (Buffer<Pair>& part : pairs.parts)
-    part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
+  testStretches(test, threads, pairs);
+  if (!gaps_.empty()) pair_gaps_.close(gaps_, threads, pairs);
 }
 
-// Marks the pairs whose geoms rule them out.
-void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begin, Pair* end) {
+// Copies the pairs that their geoms do not rule out; returns the end of the copy.
+Pair* PairFilter::verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
+                            const Pair* end, Pair* to) {
+  // Geoms lie anywhere in memory.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto prefetch = [](const dxGeom* geom) {
     __builtin_prefetch(&geom->gflags);
     __builtin_prefetch(&geom->collide_bits);
   };
-  for (Pair* pair = begin; pair < end; ++pair) {
+  for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
       __builtin_prefetch(&geoms[earlierOf(pair[2 * ahead])]);
       __builtin_prefetch(&geoms[laterOf(pair[2 * ahead])]);
@@ -84,46 +82,66 @@ void PairFilter::verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begi
       prefetch(geoms[laterOf(pair[ahead])]);
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
-    if (!isEnabled(a) || !isEnabled(b) || !filtersMatch(a, b) ||
-        (user_classes && !passesAABBTests(a, b)))
-      *pair = dropped_pair;
+    *to = *pair;
+    to += isEnabled(a) && isEnabled(b) && filtersMatch(a, b) &&
+          (!user_classes || passesAABBTests(a, b));
   }
+  return to;
 }
 
 void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
-                        PairList& pairs) {
-  for (Buffer<Pair>& part : pairs.parts) {
-    const int team = facts.user_classes ? 1 : teamFor(part.size(), grains::looked_up, threads);
-    runTeam(verifying, team, [&](int thread, int size) {
-      const Range range = ownPart(part.size(), thread, size);
-      verifyChunk(geoms, facts.user_classes, part.data() + range.begin, part.data() + range.end);
+                        const PairList& pairs, PairList& verified) {
+  const std::size_t count = pairs.size();
+  verified.clear(1);
+  verified.parts[0].resizeDiscarding(count);
+  Pair* const begin = verified.parts[0].data();
+  const int team = facts.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
+  pieces_.assign(static_cast<std::size_t>(team), {count, count, 0});
+  runTeam(verifying, team, [&](int thread, int size) {
+    const Range own = ownPart(count, thread, size);
+    Pair* to = begin + own.begin;
+    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
+      to = verifyRun(geoms, facts.user_classes, run, run_end, to);
     });
-    part.resize(std::remove(part.begin(), part.end(), dropped_pair) - part.begin());
-  }
+    pieces_[thread] = {own.begin, own.end, static_cast<std::size_t>(to - begin) - own.begin};
+  });
+  pair_gaps_.join(pieces_, team, verified.parts[0]);
 }
 
-// Stretches are cut into chunks of like size, which threads take as they come.
-std::size_t PairFilter::testStretches(const ExactTest& test, int threads, PairList& pairs) {
-  chunks_.clear();
+std::size_t PairFilter::bytes() const {
+  std::size_t stretches = pieces_to_test_.capacity() + gaps_.capacity();
+  for (const auto& gaps : gaps_found_) stretches += gaps.capacity();
+  return stretches * sizeof(PairList::Stretch) + pair_gaps_.bytes();
+}
+
+// Long stretches are cut, so that what threads take as they come is of like size. Leaves in gaps_
+// where pairs were dropped.
+void PairFilter::testStretches(const ExactTest& test, int threads, PairList& pairs) {
+  gaps_.clear();
   std::size_t count = 0;
   for (const PairList::Stretch& stretch : pairs.unsure) count += stretch.end - stretch.begin;
+  if (count == 0) return;
   const std::size_t most = chunkOf(count, chunk_pairs, threads);
+  pieces_to_test_.clear();
   for (const PairList::Stretch& stretch : pairs.unsure)
     for (std::size_t begin = stretch.begin; begin < stretch.end; begin += most)
-      chunks_.push_back({stretch.part, begin, std::min(begin + most, stretch.end)});
+      pieces_to_test_.push_back({stretch.part, begin, std::min(begin + most, stretch.end)});
+  const std::size_t pieces = pieces_to_test_.size();
   const int team = teamFor(count, grains::geom_tests, threads);
+  if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
+  for (auto& gaps : gaps_found_) gaps.clear();
   const ScopedMode mode(exactMode());
-  std::atomic<std::size_t> dropped{0};
-  ChunkQueue queue(chunks_.size(), 1);
-  runTeam(testing, team, [&](int, int) {
+  ChunkQueue queue(pieces, std::max<std::size_t>(pieces * most / count, 1));
+  runTeam(testing, team, [&](int thread, int) {
     Range range;
-    while (queue.next(range)) {
-      const PairList::Stretch& chunk = chunks_[range.begin];
-      Pair* const part = pairs.parts[chunk.part].data();
-      dropped += test.run(part + chunk.begin, part + chunk.end);
-    }
+    while (queue.next(range))
+      for (std::size_t i = range.begin; i < range.end; ++i) {
+        const PairList::Stretch& piece = pieces_to_test_[i];
+        Pair* const part = pairs.parts[piece.part].data();
+        if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
+      }
   });
-  return dropped;
+  for (const auto& gaps : gaps_found_) gaps_.insert(gaps_.end(), gaps.begin(), gaps.end());
 }
 
 }  // namespace ode_parallel_sap

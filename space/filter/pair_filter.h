@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "space/data/pair_list.h"
+#include "space/filter/pair_gaps.h"
 #include "space/update/geom_update.h"
 
 namespace ode_parallel_sap {
@@ -13,7 +14,8 @@ class PairFilter {
  public:
   // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
   // leave out and `boxes` could not; the others stay in order, unsure_bit cleared. The geoms
-  // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads.
+  // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads, and reads
+  // no pairs but those of the unsure stretches where these are all that there is to decide.
   void run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
            const BoxSet& boxes, int threads, PairList& pairs);
 
@@ -21,17 +23,24 @@ class PairFilter {
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
     return facts.user_classes || rules.skip_static || rules.skip_asleep;
   }
-  // Leaves the pairs to be reported: those whose geoms are enabled and have the bits for it, which
-  // was not looked at for geoms at rest, and which pass the AABBTest functions, called on the
-  // calling thread.
-  static void verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads, PairList& pairs);
+  // Puts into `verified`, another list, the pairs to be reported: those whose geoms are enabled and
+  // have the bits for it, which was not looked at for geoms at rest, and which pass the AABBTest
+  // functions, called on the calling thread.
+  void verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads, const PairList& pairs,
+              PairList& verified);
+  std::size_t bytes() const;
 
  private:
   struct ExactTest;
-  static void verifyChunk(dxGeom* const* geoms, bool user_classes, Pair* begin, Pair* end);
-  std::size_t testStretches(const ExactTest& test, int threads, PairList& pairs);
+  static Pair* verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
+                         const Pair* end, Pair* to);
+  void testStretches(const ExactTest& test, int threads, PairList& pairs);
 
-  std::vector<PairList::Stretch> chunks_;
+  std::vector<PairList::Stretch> pieces_to_test_;
+  std::vector<std::vector<PairList::Stretch>> gaps_found_;  // one a thread
+  std::vector<PairList::Stretch> gaps_;
+  std::vector<PairGaps::Piece> pieces_;
+  PairGaps pair_gaps_;
 };
 
 }  // namespace ode_parallel_sap

@@ -18,11 +18,11 @@ struct FrameResult {
   // Of the extraction, if the frame was found anew, and of the stages together.
   Found found;
   int threads = 1;  // of the widest stage
-  unsigned long long candidates = 0, kept = 0, pairs = 0, contacts = 0;
+  unsigned long long candidates = 0, kept = 0, pairs = 0, contacts = 0, apart = 0;
 
   // Milliseconds.
-  double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
-         report_ms = 0, total_ms = 0;
+  double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, events_ms = 0,
+         narrow_ms = 0, report_ms = 0, total_ms = 0;
   double found_ms() const { return update_ms + synchronise_ms + extract_ms + filter_ms; }
 
   bool anew() const { return coherence != PairKeeper::Outcome::kept; }

@@ -12,7 +12,7 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
                        dNearCallback* callback) {
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
-    collideSmall(scene, settings, data, callback);
+    collideSmall(scene, settings, {data, callback});
   } else {
     const SceneFacts facts = factsOf(scene, false);
     Frame frame(store_, policy_.decide(facts, settings), facts, scene);
@@ -34,17 +34,20 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
 
 // All stages up to the report. False where there is no memory for them.
 bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
-  if (candidates_apart_) std::swap(frame.pairs, candidates_);
-  candidates_apart_ = false;
+  const bool were_apart = std::exchange(candidates_apart_, false);
+  if (were_apart) std::swap(frame.pairs, candidates_);
   if (!findChanges(frame)) findAnew(frame);
   select(frame);
   frame.result.filter_ms += frame.clock.lap();
+  tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew() &&
+                        store_.coherence.unchanged());
   frame.result.pairs = frame.pairs.size();
   frame.found = true;
   learn(frame, settings);
   note(frame.result);
   return true;
 } catch (const std::bad_alloc&) {
+  if (events_.on() && !frame.scene.nested) events_.tellNothing();
   return false;
 }
 
@@ -124,8 +127,7 @@ void Pipeline::select(Frame& frame) {
   if (verifying) {
     // The pairs but those of planes, which are put among them in the end.
     PairList& others = planes_apart ? others_ : frame.pairs;
-    others.copyFrom(candidates_);
-    PairFilter::verify(frame.geoms(), *frame.updated, threads, others);
+    pair_filter_.verify(frame.geoms(), *frame.updated, threads, candidates_, others);
   }
   if (planes_apart)
     frame.result.candidates += plane_pairs_.addTo(

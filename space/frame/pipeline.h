@@ -1,10 +1,11 @@
-// dSpaceCollide and dParallelSAPSpaceCollideContacts: the stages of a frame. Sees ODE's private
-// headers.
+// dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: the stages of
+// a frame. Sees ODE's private headers.
 #ifndef ODE_PARALLEL_SAP_PIPELINE_H
 #define ODE_PARALLEL_SAP_PIPELINE_H
 
 #include <cstddef>
 
+#include "space/coherence/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
 #include "space/extract/extraction.h"
@@ -13,6 +14,7 @@
 #include "space/frame/complaints.h"
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"
+#include "space/frame/pair_blocks.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
@@ -29,6 +31,8 @@ class Pipeline {
   // The contacts of its pairs. `manual_cleanup`: threads leave no data in ODE.
   void collideContacts(const Scene& scene, const Settings& settings, const ContactRequest& request,
                        bool manual_cleanup);
+  // Its pairs in blocks.
+  void collidePairs(const Scene& scene, const Settings& settings, const PairsRequest& request);
   // Brings the AABBs of all geoms up to date, as for a frame.
   void clean(const Scene& scene, const Settings& settings);
   int teamFor(std::size_t slots, const Settings& settings) const {
@@ -42,18 +46,24 @@ class Pipeline {
   }
   // Geoms come or go.
   void noteNewcomer() { plane_pairs_.forget(); }
-  // Slots have other numbers now.
-  void forgetSlots() {
+  // The slots of these geoms are about to be closed up.
+  void closeSlots(const Buffer<dxGeom*>& geoms) {
     store_.coherence.stop();
     plane_pairs_.forget();
+    if (events_.on()) events_.closeSlots(geoms);
   }
-  void forget(const dxGeom* geom) { complaints_.forget(geom); }
+  // A geom leaves its slot.
+  void forget(const dxGeom* geom, Slot slot) {
+    complaints_.forget(geom);
+    if (events_.on()) events_.forget(slot);
+  }
 
   // Whether what is held is far more than the last frames needed. To be asked once a frame.
   bool holdsTooMuch(std::size_t geoms) { return memory_watch_.isTooMuchAfter(geoms, last_pairs_); }
   // Gives back what is held, but for the devices.
   void release();
   std::size_t bytes() const;
+  PairEvents& events() { return events_; }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
 
@@ -64,13 +74,13 @@ class Pipeline {
   void findAnew(Frame& frame);
   void takeNotice(Frame& frame);
   void select(Frame& frame);
+  void tellEvents(Frame& frame, bool unchanged);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
   static void report(const Frame& frame, void* data, dNearCallback* callback);
-  SmallResult collideSmall(const Scene& scene, const Settings& settings, void* data,
-                           dNearCallback* callback);
-  int collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                   FrameResult& result);
+  SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
+  Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                    FrameResult& result);
 
   Policy policy_;
   FrameStore store_;
@@ -83,6 +93,7 @@ class Pipeline {
   // one: those. And those of others than planes, where planes' are found apart.
   PairList candidates_, others_;
   bool candidates_apart_ = false;
+  PairEvents events_;
   NarrowPhase narrow_phase_;
   Buffer<GeomPair> contact_pairs_;
   SmallScenes small_scenes_;

@@ -16,15 +16,18 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   ContactPairs pairs(request, std::move(contact_pairs_));
   NarrowPhase narrow_phase = std::move(narrow_phase_);
   FrameResult result;
-  const int threads = collectPairs(scene, settings, pairs, result);
+  const Plan plan = collectPairs(scene, settings, pairs, result);
   clock.lap();
   bool found = true;
   try {
-    const int used = narrow_phase.run(pairs.list(), request, threads, manual_cleanup);
+    const int used = narrow_phase.run(pairs.list(), request,
+                                      {plan.contact_threads, manual_cleanup, plan.leave_out});
     result.threads = std::max(result.threads, used);
     result.contacts = narrow_phase.contacts();
+    result.apart = narrow_phase.leftOut().apart();
     result.narrow_ms = clock.lap();
     policy_.learnOfContacts(settings, used, pairs.list().size(), result.narrow_ms);
+    policy_.learnOfApart(plan, narrow_phase.leftOut());
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -43,16 +46,16 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   narrow_phase_ = std::move(narrow_phase);
 }
 
-// All stages up to the list of pairs. Returns the threads of the narrow phase.
-int Pipeline::collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                           FrameResult& result) {
+// All stages up to the list of pairs. Returns the plan, for the narrow phase.
+Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
+                            FrameResult& result) {
   const SceneFacts facts = factsOf(scene, true);
   const Plan plan = policy_.decide(facts, settings);
   if (Policy::isSmall(facts.slots, settings)) {
     StageClock clock;
-    result = resultOf(collideSmall(scene, settings, &pairs, &dParallelSAPAddPair));
+    result = resultOf(collideSmall(scene, settings, {&pairs, &dParallelSAPAddPair}));
     result.extract_ms = clock.lap();
-    return plan.contact_threads;
+    return plan;
   }
   Frame frame(store_, plan, facts, scene);
   if (findPairs(frame, settings)) {
@@ -64,7 +67,7 @@ int Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contact
     collideWithoutMemory(scene, settings.rules, frame.result, &pairs, &dParallelSAPAddPair);
   }
   result = frame.result;
-  return plan.contact_threads;
+  return plan;
 }
 
 }  // namespace ode_parallel_sap

@@ -25,11 +25,16 @@ void Pipeline::note(const FrameResult& result) {
   last_pairs_ = result.pairs;
 }
 
-SmallResult Pipeline::collideSmall(const Scene& scene, const Settings& settings, void* data,
-                                   dNearCallback* callback) {
+SmallResult Pipeline::collideSmall(const Scene& scene, const Settings& settings,
+                                   const SmallReport& report) {
   store_.coherence.stop();
+  SmallReport told = report;
+  if (events_.on() && scene.nested)
+    events_.passOver();
+  else if (events_.on())
+    told.events = &events_;
   const SmallResult result =
-      small_scenes_.collide(scene, settings.rules, complaints_, statistics_, data, callback);
+      small_scenes_.collide(scene, settings.rules, complaints_, statistics_, told);
   last_pairs_ = result.pairs;
   return result;
 }
@@ -54,6 +59,7 @@ void Pipeline::release() {
   candidates_ = PairList();
   others_ = PairList();
   candidates_apart_ = false;
+  events_.release();
   contact_pairs_.release();
   narrow_phase_ = NarrowPhase();
 }
@@ -61,7 +67,8 @@ void Pipeline::release() {
 std::size_t Pipeline::bytes() const {
   return store_.pairs.bytes() + store_.coherence.bytes() + geom_update_.bytes() + boxes_.bytes() +
          extraction_.bytes() + plane_pairs_.bytes() + candidates_.bytes() + others_.bytes() +
-         contact_pairs_.bytes() + narrow_phase_.bytes() + small_scenes_.bytes();
+         pair_filter_.bytes() + events_.bytes() + contact_pairs_.bytes() + narrow_phase_.bytes() +
+         small_scenes_.bytes();
 }
 
 }  // namespace ode_parallel_sap

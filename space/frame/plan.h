@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "space/contacts/certainly_apart.h"
 #include "space/extract/extraction.h"
 #include "space/frame/device_choice.h"
 #include "space/geom/pack_rules.h"
@@ -18,13 +19,16 @@ struct SceneFacts {
   bool nested;             // within a callback of this space
   bool for_contacts;       // the narrow phase follows
   DeviceBackend::Devices devices;
+  bool for_blocks = false;  // a report in blocks on all threads follows
 };
 
 struct Plan {
-  PackRules rules;          // those that the user set, but for a tolerance that does not pay
-  int threads = 1;          // of all stages up to the report
-  int contact_threads = 1;  // of the narrow phase
-  bool keep = false;        // boxes and pairs of the last frame serve where little has changed
+  PackRules rules;            // those that the user set, but for a tolerance that does not pay
+  int threads = 1;            // of all stages up to the report
+  int contact_threads = 1;    // of the narrow phase
+  int block_threads = 1;      // of a report in blocks on all threads
+  ApartKinds leave_out = {};  // pairs that are certainly apart are not collided
+  bool keep = false;          // boxes and pairs of the last frame serve where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;

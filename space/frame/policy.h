@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "space/contacts/narrow_phase.h"
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/frame_result.h"
@@ -30,6 +31,10 @@ class Policy {
              const FrameResult& result);
   // What a narrow phase of so many pairs took on `threads` threads.
   void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // What a report in blocks of so many pairs took on `threads` threads.
+  void learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // What was tested whether it is apart, and what is.
+  void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -41,12 +46,14 @@ class Policy {
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
-  TeamChoice team_, contact_team_;
+  TeamChoice team_, contact_team_, block_team_;
   MethodChoice method_choice_;
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.
   BackOff tolerance_{1};
+  // To test pairs that touch costs a little each.
+  BackOff apart_boxes_{4}, apart_others_{4};
   PackRules rules_;  // that were set in the last frame
 };
 

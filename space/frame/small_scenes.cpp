@@ -7,6 +7,7 @@
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
 #include "space/geom/plane_test.h"
+#include "space/geom/slots.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -90,7 +91,7 @@ void test(SmallScene& found) {
 }  // namespace
 
 SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                                 Statistics& statistics, void* data, dNearCallback* callback) {
+                                 Statistics& statistics, const SmallReport& report) {
   const bool timed = statistics.timesSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   SmallScene found;
@@ -105,6 +106,7 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
     remember(scene, rules, found);
   }
   test(found);
+  if (report.events && !tell(scene, found, *report.events)) complaints.ofUntoldEvents();
 
   const unsigned long long frame = statistics.frames();
   const SmallResult result = found.result(scene.count);
@@ -112,13 +114,32 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const Clock::time_point reporting = timed ? Clock::now() : begin;
   for (std::size_t i = 0; i < found.pairs; ++i) {
     const SmallScene::Couple couple = found.couples[i];
-    callback(data, found.active[couple.earlier()], found.active[couple.later()]);
+    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
   }
+  if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.note(result);
   if (timed)
     statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
   return result;
+}
+
+// False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
+bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& events) {
+  constexpr PairEvents::Source source = PairEvents::Source::small_scene;
+  if (found.recalled && !found.user_classes && events.tellSame(source)) return true;
+  try {
+    told_pairs_.clear(1);
+    Buffer<Pair>& pairs = told_pairs_.parts[0];
+    pairs.resizeDiscarding(found.pairs);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      pairs[i] = makePair(Slots::slotOf(found.active[found.couples[i].earlier()]),
+                          Slots::slotOf(found.active[found.couples[i].later()]));
+  } catch (const std::bad_alloc&) {
+    events.tellNothing();
+    return false;
+  }
+  return events.tell(told_pairs_, scene.slots, source, 1);
 }
 
 // The second of two frames without a move is remembered, where that says it all: not what rules

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "space/coherence/pair_events.h"
 #include "space/data/tuning.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
@@ -29,11 +30,20 @@ struct SmallScene {
   Couple couples[smallest_scene * (smallest_scene - 1) / 2];
   unsigned actives = 0, invalid = 0, unbounded = 0;
   bool user_classes = false;
+  bool recalled = false;  // what was found is what was remembered
   std::size_t moved = 0, candidates = 0, pairs = 0;
 
   SmallResult result(std::size_t geoms) const {
     return {geoms, moved, geoms - actives - invalid, invalid, unbounded, candidates, pairs};
   }
+};
+
+// Who is told of the pairs of a small scene.
+struct SmallReport {
+  void* data;
+  dNearCallback* callback;
+  void (*end)(void* data) = nullptr;  // called after the last one; may be 0
+  PairEvents* events = nullptr;       // told which pairs there are; may be 0
 };
 
 // A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
@@ -68,6 +78,7 @@ class StillScene {
     scene.invalid = invalid_;
     scene.unbounded = unbounded_;
     scene.user_classes = user_classes_;
+    scene.recalled = true;
   }
   std::size_t bytes() const {
     return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
@@ -103,15 +114,19 @@ class SmallScenes {
   // A geom became dirty, came or went.
   void noteChange() { is_still_ = false; }
   SmallResult collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                      Statistics& statistics, void* data, dNearCallback* callback);
-  std::size_t bytes() const { return still_scene_ ? still_scene_->bytes() : 0; }
+                      Statistics& statistics, const SmallReport& report);
+  std::size_t bytes() const {
+    return (still_scene_ ? still_scene_->bytes() : 0) + told_pairs_.bytes();
+  }
 
  private:
   void remember(const Scene& scene, const PackRules& rules, const SmallScene& found);
+  bool tell(const Scene& scene, const SmallScene& found, PairEvents& events);
 
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since
   unsigned still_frames_ = 0;  // without a move, in a row
+  PairList told_pairs_;        // by slot
 };
 
 }  // namespace ode_parallel_sap

@@ -20,6 +20,7 @@ void Statistics::note(const FrameResult& result) {
   last_.candidates = result.candidates;
   last_.pairs = result.pairs;
   last_.contacts = result.contacts;
+  last_.apart = result.apart;
   last_.kept = result.kept;
   last_.backend = result.found.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
   last_.method = result.found.method;
@@ -30,6 +31,7 @@ void Statistics::note(const FrameResult& result) {
   last_.extract_ms = result.extract_ms;
   last_.filter_ms = result.filter_ms;
   last_.narrow_ms = result.narrow_ms;
+  last_.events_ms = result.events_ms;
   last_.report_ms = result.report_ms;
   last_.total_ms = result.total_ms;
 }

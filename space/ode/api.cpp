@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "space/contacts/reducers.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
 
@@ -23,6 +24,17 @@ int choose(int& setting, int value, int last, bool (*has)(int)) {
   if (value < 0 || value > last || !has(value)) return 0;
   setting = value;
   return 1;
+}
+
+std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
+                 const dParallelSAPPairEvent** pairs) {
+  *pairs = events.size() ? events.data() : nullptr;
+  return events.size();
+}
+
+void checkContacts(const dContactGeom* contacts, int count, int most) {
+  dUASSERT(count >= 0 && most >= 0, "negative number of contacts");
+  dAASSERT(contacts || count == 0);
 }
 
 }  // namespace
@@ -79,6 +91,55 @@ void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
   ParallelSAPSpace& own = checked(space);
   dAASSERT(callbacks && callbacks->contacts);
   own.collideContacts({data, flags, *callbacks});
+}
+
+void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
+                                   dParallelSAPPairsCallback* callback) {
+  ParallelSAPSpace& own = checked(space);
+  dAASSERT(callback);
+  dUASSERT((flags & ~dParallelSAPPairsConcurrent) == 0, "unknown flags for pairs");
+  own.collidePairs({data, flags, callback});
+}
+
+void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {
+  checked(space).events().turn(on != 0);
+}
+
+int dParallelSAPSpaceGetEvents(dSpaceID space) {
+  return checked(space).events().on();
+}
+
+size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
+  dAASSERT(pairs);
+  return give(checked(space).events().begun(), pairs);
+}
+
+size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space, const dParallelSAPPairEvent** pairs) {
+  dAASSERT(pairs);
+  return give(checked(space).events().ended(), pairs);
+}
+
+size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space, const unsigned** numbers) {
+  dAASSERT(numbers);
+  const ode_parallel_sap::PairEvents& events = checked(space).events();
+  *numbers = events.pairs() ? events.numbers() : nullptr;
+  return events.pairs();
+}
+
+int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* number) {
+  ParallelSAPSpace& own = checked(space);
+  dAASSERT(o1 && o2 && number);
+  return own.findPair(o1, o2, *number);
+}
+
+int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {
+  checkContacts(contacts, count, most);
+  return ode_parallel_sap::keepDeepest(contacts, count, most);
+}
+
+int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most) {
+  checkContacts(contacts, count, most);
+  return ode_parallel_sap::keepSpread(contacts, count, most);
 }
 
 void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {

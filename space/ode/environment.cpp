@@ -6,6 +6,7 @@
 #include <cstring>
 #include <limits>
 
+#include "space/contacts/library_copy.h"
 #include "space/data/team.h"
 #include "space/extract/device_backend.h"
 #include "space/ode/environment_switch.h"
@@ -29,6 +30,14 @@ constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
 // Whatever the processor: those of others are known, and not to be had.
 constexpr Name instruction_sets[] = {
     {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
+
+constexpr Name copy_faults[] = {{static_cast<int>(CopyFault::None), "none"},
+                                {static_cast<int>(CopyFault::Static), "static"},
+                                {static_cast<int>(CopyFault::File), "file"},
+                                {static_cast<int>(CopyFault::Memory), "memory"},
+                                {static_cast<int>(CopyFault::Load), "load"},
+                                {static_cast<int>(CopyFault::Contents), "contents"},
+                                {static_cast<int>(CopyFault::Table), "table"}};
 
 template <std::size_t count>
 const char* nameOf(const Name (&names)[count], int value) {
@@ -116,6 +125,14 @@ Settings settingsFromEnvironment() {
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
+  // Nor this: what is to go wrong when ODE is loaded once more, see library_copy.h.
+  int fault = static_cast<int>(CopyFault::None);
+  readName(
+      "ODE_PARALLEL_SAP_TEST_IMAGE_FAULT", copy_faults, [](int) { return true; }, fault);
+  if (fault) test_copy_fault.store(static_cast<CopyFault>(fault), std::memory_order_relaxed);
+  // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
+  // pay.
+  readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
   chooseInstructionSet();
   return settings;
 }

@@ -44,6 +44,17 @@ const char* misfitOfSpace(dxSpace* space, dxGeom* geom) {
   return nullptr;
 }
 
+const char* misfitOfShapes(dxGeom* sphere, dxGeom* box, dxGeom* capsule, dxGeom* plane) {
+  EXPECT(static_cast<dxSphere*>(sphere)->radius == 2);
+  const dReal* const side = static_cast<dxBox*>(box)->side;
+  EXPECT(side[0] == 2 && side[1] == 3 && side[2] == 5);
+  EXPECT(static_cast<dxCapsule*>(capsule)->radius == 2 &&
+         static_cast<dxCapsule*>(capsule)->lz == 3);
+  const dReal* const p = static_cast<dxPlane*>(plane)->p;
+  EXPECT(p[0] == 0 && p[1] == 1 && p[2] == 0 && p[3] == 5);
+  return nullptr;
+}
+
 #undef EXPECT
 
 }  // namespace
@@ -56,7 +67,11 @@ const char* misfitOfODE() {
     misfit = misfitOfSpace(&space, geom);
     if (geom->parent_space) dSpaceRemove(&space, geom);
   }
-  dGeomDestroy(geom);
+  dxGeom* const box = dCreateBox(nullptr, 2, 3, 5);
+  dxGeom* const capsule = dCreateCapsule(nullptr, 2, 3);
+  dxGeom* const plane = dCreatePlane(nullptr, 0, 1, 0, 5);
+  if (!misfit) misfit = misfitOfShapes(geom, box, capsule, plane);
+  for (dxGeom* const shape : {geom, box, capsule, plane}) dGeomDestroy(shape);
   return misfit;
 }
 

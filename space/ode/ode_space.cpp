@@ -88,7 +88,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteNewcomer();
-  pipeline_.forget(geom);
+  pipeline_.forget(geom, slot);
   silent_.remove(slot);
   slots_.remove(geom);
   if (!geom->next) tail_ = geom->tome;
@@ -108,8 +108,8 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
+  pipeline_.closeSlots(slots_.geoms());
   slots_.close();
-  pipeline_.forgetSlots();
   queries_.reset();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
@@ -161,6 +161,21 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
   beginFrame();
   pipeline_.collideContacts(scene(), settings, request, getManualCleanup() != 0);
+}
+
+void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
+  const Lock lock(*this);
+  beginFrame();
+  pipeline_.collidePairs(scene(), settings, request);
+}
+
+bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
+  const PairEvents& events = pipeline_.events();
+  if (o1->parent_space != this || o2->parent_space != this) return false;
+  const std::size_t place = events.placeOf(Slots::slotOf(o1), Slots::slotOf(o2));
+  if (place == events.pairs()) return false;
+  number = events.numbers()[place];
+  return true;
 }
 
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {

@@ -33,8 +33,14 @@ class ParallelSAPSpace : public dxSpace {
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
   void collideContacts(const ContactRequest& request);
+  void collidePairs(const PairsRequest& request);
+  // The number of a pair of the last frame; false if it is none.
+  bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
   // Adds all meshes in it, at any depth.
   void addMeshes(std::vector<dxGeom*>& meshes);
+
+  // Which pairs begin and end, if that is asked for.
+  PairEvents& events() { return pipeline_.events(); }
 
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.

@@ -89,6 +89,15 @@ struct CellBoxes {
   const std::uint32_t* starts;
 };
 
+// Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
+// which is nothing, and a matrix of three such rows, whose columns are the box's axes.
+template <class Real>
+struct BoxPairs {
+  const Real* centre[2][group_size];
+  const Real* matrix[2][group_size];
+  const Real* sides[2][group_size];
+};
+
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
@@ -132,6 +141,9 @@ struct Kernels {
   std::size_t (*meetHalfSpaces)(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                                 std::size_t end, const HalfSpaces<Real>& planes,
                                 HalfSpaceHits* hits);
+  // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
+  // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.
+  unsigned (*boxesApart)(const BoxPairs<Real>& pairs);
 };
 
 // All that one instruction set has.

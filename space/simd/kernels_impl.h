@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
@@ -169,9 +170,9 @@ void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::siz
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,   packBounds<Real>,    selfPairs<Real>,     crossPairs<Real>,
-          boxPairs<Real>,    reachPairs<Real>,    trianglePairs<Real>, findInTree<Real>,
-          findInCells<Real>, meetHalfSpaces<Real>};
+  return {packCells<Real>,   packBounds<Real>,     selfPairs<Real>,     crossPairs<Real>,
+          boxPairs<Real>,    reachPairs<Real>,     trianglePairs<Real>, findInTree<Real>,
+          findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),

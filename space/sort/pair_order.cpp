@@ -152,7 +152,7 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
   const Buckets buckets = bucketsFor(count, slots, threads);
   if (buckets.count == 1 && found[0].size() == count) {
     if (sortBucket(found[0].data(), count, buckets, 0, sorted, scratch_[0]))
-      pairs.unsure.push_back({0, 0, count});
+      noteUnsure(sorted, {0, 0, count}, pairs.unsure);
     return;
   }
 
@@ -165,7 +165,7 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
       const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];
       if (sortBucket(sorted + begin, end - begin, buckets, range.begin, sorted + begin,
                      scratch_[thread]))
-        scratch_[thread].unsure.push_back({0, begin, end});
+        noteUnsure(sorted, {0, begin, end}, scratch_[thread].unsure);
     }
   });
   for (const Scratch& scratch : scratch_)

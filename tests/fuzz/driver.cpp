@@ -51,7 +51,7 @@ void Driver::step() {
       &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
       &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
       &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany,
-      &Driver::collideContacts};
+      &Driver::collideContacts,  &Driver::collideBlocks,   &Driver::collideWithEvents};
   (this->*kEdits[decisions_.below(std::size(kEdits))])();
 }
 

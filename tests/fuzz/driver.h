@@ -57,6 +57,7 @@ class Driver {
     bool cleans_up = true;
     std::vector<int> members;  // in the order of adding
     Rules rules;
+    std::size_t added = 0;  // the number of the call that added it last
   };
 
   // Objects, in driver_objects.cpp.
@@ -108,6 +109,13 @@ class Driver {
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
+  // Pairs in bulk, in driver_bulk.cpp.
+  void collideBlocks();
+  void collideWithEvents();
+  void changeForEvents(int member, Random& random);
+  Pairs pairsByAdding(const Pairs& got) const;
+  std::string problemOfNumbers(int space, const Pairs& got) const;
+
   // The narrow phase, in driver_contacts.cpp.
   void collideContacts();
   Pairs ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const;
@@ -141,6 +149,7 @@ class Driver {
   std::deque<std::string> history_;
   std::string problem_;
   unsigned long collides_ = 0, changes_ = 0, calls_ = 0;
+  std::size_t additions_ = 0;
 };
 
 }  // namespace sap_test

@@ -73,6 +73,7 @@ void Driver::compare(int space, const Pairs& got) {
     }
     problem = difference(asSet(sound), asSet(expectedOf(space)));
   }
+  if (problem.empty()) problem = problemOfNumbers(space, got);
   if (!problem.empty()) fail("space " + std::to_string(space) + ": " + problem);
 }
 

@@ -33,6 +33,7 @@ Bounds Driver::randomBounds(Random& random) {
 void Driver::add(int object, int space) {
   dSpaceAdd(spaceOf(space), objects_[object].geom);
   objects_[object].parent = space;
+  objects_[object].added = ++additions_;
   objects_[space].members.push_back(object);
   // ODE's own spaces get into trouble with a clean geom in front of dirty ones.
   if (!objects_[space].ours) markMoved(object);

@@ -22,7 +22,7 @@ std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, Pa
 // Every pair owed is there; those beyond it are unsure; all are ascending.
 void check(const std::vector<Pair>& got, const Case& wanted);
 
-// The stretches of a list that are said to hold its unsure pairs do.
+// The stretches of a list that are said to hold its unsure pairs do, and few others.
 void checkUnsureStretches(const PairList& list);
 
 }  // namespace ode_parallel_sap

@@ -37,15 +37,6 @@ Region testing("brute force: pairs");
 // cost little beside the tests.
 constexpr std::uint64_t growth = 4;
 
-// Notes where unsure pairs may be.
-void noteUnsure(PairList& pairs) {
-  for (std::size_t part = 0; part < pairs.parts.size(); ++part) {
-    Pair all_bits = 0;
-    for (const Pair pair : pairs.parts[part]) all_bits |= pair;
-    if (isUnsure(all_bits)) pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
-  }
-}
-
 }  // namespace
 
 template <class Real>
@@ -64,7 +55,7 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
 // the number of threads used.
 template <class Real>
 int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int threads,
-                                PairList& pairs) const {
+                                PairList& pairs) {
   const Triangle triangle = {boxes.size};
   const TreeView<Real>& cells = cells_.view();
   const Kernels<Real>& kernel = kernels<Real>();
@@ -73,9 +64,9 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
   runTeam(testing, teamFor(count, grains::box_tests, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
     for (int stripe = 0; stripe < round.stripes; ++stripe) {
-      Buffer<Pair>& part = pairs.parts[(stripe * round.rounds + round.number) * threads + thread];
-      part.reserve(round.expected / (team * round.stripes));
-      BufferSink sink(part);
+      const std::size_t part = (stripe * round.rounds + round.number) * threads + thread;
+      Buffer<Pair>& written = pairs.parts[part];
+      written.reserve(round.expected / (team * round.stripes));
       const Range all = partOf(triangle.pairs(), stripe, round.stripes);
       const std::uint64_t begin = std::min(all.begin + round.tests.begin, all.end);
       const Range own =
@@ -85,10 +76,26 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
       const std::uint64_t first = triangle.rowOf(from), last = triangle.rowOf(to - 1);
       const TrianglePart rows = {boxes.size, first, first + 1 + (from - triangle.rowBegin(first)),
                                  last, last + 1 + (to - triangle.rowBegin(last))};
-      kernel.trianglePairs(cells, rows, boxes.exact, sink);
+      {
+        BufferSink sink(written);
+        kernel.trianglePairs(cells, rows, boxes.exact, sink);
+      }
+      if (!boxes.exact) noteUnsure(written.data(), {part, 0, written.size()}, unsure_[thread]);
     }
   });
   return used;
+}
+
+template <class Real>
+void BruteForce<Real>::clearUnsure(int threads) {
+  if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
+  for (auto& stretches : unsure_) stretches.clear();
+}
+
+template <class Real>
+void BruteForce<Real>::joinUnsure(PairList& pairs) const {
+  for (const auto& stretches : unsure_)
+    pairs.unsure.insert(pairs.unsure.end(), stretches.begin(), stretches.end());
 }
 
 template <class Real>
@@ -100,9 +107,10 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
+  clearUnsure(threads);
   packCells(boxes, teamFor(tests, grains::box_tests, threads));
   const int used = testRound(boxes, {1, 1, 0, {0, tests}, 0}, threads, pairs);
-  if (!boxes.exact) noteUnsure(pairs);
+  joinUnsure(pairs);
   return used;
 }
 
@@ -121,6 +129,7 @@ int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t 
   int rounds = 1;
   for (std::uint64_t tests = next; 2 * tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
+  clearUnsure(threads);
   packCells(boxes, teamFor(all, grains::box_tests, threads));
   int used = 1;
   std::uint64_t tested = 0;
@@ -139,7 +148,7 @@ int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t 
     if (pairs.size() * places_of_a_pair < 2 * stripes * tested) return 0;
     pairs_a_test = static_cast<double>(pairs.size()) / static_cast<double>(stripes * tested);
   }
-  if (!boxes.exact) noteUnsure(pairs);
+  joinUnsure(pairs);
   return used;
 }
 

@@ -2,6 +2,8 @@
 #ifndef ODE_PARALLEL_SAP_BRUTE_FORCE_H
 #define ODE_PARALLEL_SAP_BRUTE_FORCE_H
 
+#include <vector>
+
 #include "space/cells/cell_tree.h"
 #include "space/data/buffer.h"
 #include "space/data/pair_finder.h"
@@ -33,10 +35,13 @@ class BruteForce : public PairFinder {
     std::size_t expected;  // pairs
   };
   void packCells(const BoxSet& boxes, int threads);
-  int testRound(const BoxSet& boxes, const Round& round, int threads, PairList& pairs) const;
+  int testRound(const BoxSet& boxes, const Round& round, int threads, PairList& pairs);
+  void clearUnsure(int threads);
+  void joinUnsure(PairList& pairs) const;
 
-  Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
-  CellTree<Real> cells_;          // in slot order; only its cells are used
+  Buffer<std::uint32_t> starts_;                        // of the cells: 0, 16, 32, ...
+  CellTree<Real> cells_;                                // in slot order; only its cells are used
+  std::vector<std::vector<PairList::Stretch>> unsure_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap

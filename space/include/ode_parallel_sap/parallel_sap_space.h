@@ -185,6 +185,23 @@ typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
 typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts,
                                        int count);
 
+/* For reduce callbacks, and anything else that has too many contacts of a pair: put those that are
+ * to be kept first and return how many these are, `most` of them or all `count` if these are fewer.
+ *
+ *     static int keepFour(void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+ *       return dParallelSAPKeepSpread(contacts, count, 4);
+ *     }
+ *
+ * KeepDeepest keeps the deepest ones, the deepest first. KeepSpread keeps those that hold a body
+ * best: the deepest one, the one farthest from it, and then always the one that adds most to the
+ * area of the convex hull of those chosen, seen along the normal of the first; where none adds any,
+ * the deepest of the rest. Hulls of more than 64 corners do not grow. Of equals the earlier one is
+ * kept, so the choice is the same in every run. A NaN is less than any depth and adds no area, nor
+ * does what is so far away that areas overflow. What is not kept follows in its order. Any thread
+ * may call them; they need no memory. */
+ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
+ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
+
 /* Called on the calling thread, in the order of the pairs, for each pair in which one geom or both
  * are spaces. What it adds to `pairs` takes the place of that pair, for instance
  *
@@ -222,19 +239,139 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * the program has allocated the data, as for dCollide.
  *
  * Any thread collides spheres, boxes, capsules, cylinders, convexes, planes and rays with each
- * other, and meshes with these and with each other if dCheckConfiguration ("ODE_EXT_mt_collisions")
- * is 1 and ODE was built with OPCODE. The calling thread alone, after the others are done, collides
- * what shares memory or runs code of the program: heightfields, geom transforms, user classes,
- * meshes in any other build of ODE, meshes with callbacks or with temporal coherence, and pairs
- * whose flags say so. ODE does not tell where dSetColliderOverride was used for classes of its own:
- * an override that is not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The
- * message handler (dSetMessageHandler) may be called from any of the threads.
+ * other, and meshes with these and with each other if ODE was built with OPCODE, and heightfields
+ * with all of them but planes and heightfields. Meshes where dCheckConfiguration
+ * ("ODE_EXT_mt_collisions") is 0 share a cache in ODE, and its collider writes to heightfields and
+ * moves the other geom; so each thread collides these in a private image of ODE: the file of its
+ * shared library, loaded again from memory, with variables of its own. Images are loaded when there
+ * have been pairs enough to pay for it, take some 2 MB each, and stay to the end of the program.
+ * What their colliders report goes to the functions that the program has set (dSetMessageHandler,
+ * dSetDebugHandler, dSetErrorHandler); what they allocate does not come from those of
+ * dSetAllocHandler. Where there can be none, ODE being linked statically, say, dMessage tells why,
+ * once, and the calling thread collides these pairs.
+ *
+ * The calling thread alone, after the others are done, collides what runs code of the program or
+ * keeps something in a geom: geom transforms, user classes, meshes with callbacks or with temporal
+ * coherence, meshes of GIMPACT, heightfields whose heights are a callback's, heightfields and
+ * meshes where dCheckConfiguration ("ODE_EXT_mt_collisions") is 1, and pairs whose flags say so.
+ * Colliders that dSetColliderOverride has put in the place of ODE's run on the calling thread, too,
+ * for pairs that would be collided in an image; for others ODE does not tell: an override that is
+ * not safe in many threads needs dParallelSAPOnCallingThread for its pairs. The functions for
+ * messages and errors may be called from any of the threads.
+ *
+ * dCollide is not called for every pair. Where both geoms are spheres, capsules, boxes or planes,
+ * neither CONTACTS_UNIMPORTANT nor dParallelSAPOnCallingThread is among the pair's flags, and
+ * enough pairs of the last frames were worth it, pairs are first tested whether they are apart by
+ * more than all errors of rounding, ODE's and the test's own; of those dCollide would find no
+ * contact. The flags callback is called for them, too. An override (dSetColliderOverride) of the
+ * collider of two of these classes that finds contacts of shapes that do not touch, or that counts
+ * its calls, needs dParallelSAPOnCallingThread for its pairs.
  *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
  * called again. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
+
+/* Pairs in bulk: those of dSpaceCollide, in blocks instead of one by one.
+ *
+ *     static void takePairs(void* data, const dParallelSAPPair* pairs, size_t count, size_t first)
+ * { for (size_t i = 0; i < count; ++i) ...pairs[i].o1, pairs[i].o2...
+ *     }
+ *
+ *     dParallelSAPSpaceCollidePairs(space, data, dParallelSAPPairsConcurrent, takePairs);
+ *
+ * A scene of millions of pairs spends much of a dSpaceCollide in calling the callback. Here it is
+ * called once for some hundred pairs, on all threads at once if it may be. */
+typedef struct dParallelSAPPair {
+  dGeomID o1, o2; /* as the near callback would get them */
+} dParallelSAPPair;
+
+/* A block of the frame's pairs, in their order; `first` is the place of pairs[0] among all pairs of
+ * the frame, which count from 0. `count` is 1 or more. The pairs last until the callback returns.
+ * All blocks have the same size, but for the last one, whatever the number of threads. */
+typedef void dParallelSAPPairsCallback(void* data, const dParallelSAPPair* pairs, size_t count,
+                                       size_t first);
+
+/* In the flags: blocks are handed out on many threads at once, in no particular order. */
+enum { dParallelSAPPairsConcurrent = 1 };
+
+/* Finds the pairs as dSpaceCollide does, with its rules, and calls the callback for all blocks of
+ * them, with the space locked. Pairs with a space in them are pairs like all others.
+ *
+ * Without flags the blocks come in their order, on the calling thread, and what holds for a near
+ * callback holds for this one: it may throw and may collide any space.
+ *
+ * With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE, the calling
+ * one among them, in the floating-point mode of that one. It may read geoms and bodies
+ * (dGeomGetData, dGeomGetAABB, dBodyIsEnabled, ...), write what belongs to its pairs alone (an
+ * array by place, for instance), and collide spaces that no other thread uses, but not this one. A
+ * callback that calls dCollide must have allocated its thread's data (dAllocateODEDataForThread)
+ * and know which geoms other threads may collide as well: dParallelSAPSpaceCollideContacts knows.
+ * If it throws, no further block is begun, and when all threads have ended theirs the exception (of
+ * several, one) leaves dParallelSAPSpaceCollidePairs on the calling thread; the space is left
+ * unlocked and usable. Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there
+ * are few pairs; scenes of up to 120 geoms, and those for whose pairs there is no memory, use the
+ * calling thread. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
+                                                        dParallelSAPPairsCallback* callback);
+
+/* Which pairs began and which ended, and a number for each pair while it lasts.
+ *
+ * Nonzero: each dSpaceCollide, dParallelSAPSpaceCollidePairs and dParallelSAPSpaceCollideContacts
+ * of this space is compared with the one before. A pair that was not there before has begun, one
+ * that is there no more has ended, all others last. Pairs are the geoms of this space that are
+ * reported together, as they are reported: bounding boxes that overlap, by all rules that are set;
+ * a sub-space is one geom. Geoms count from when they were last added: a pair of a geom that was
+ * removed and added again has ended and begun. When events are switched on no pair is there yet, so
+ * that the next collide begins them all; when they are switched off nothing is told of those that
+ * there are. Default: 0, and then nothing is held or compared.
+ *
+ * What a collide found is known before its first pair is reported: to the callback, and after it
+ * until the next collide finds its pairs, whether the callback throws or not. A collide within a
+ * callback of this space (another one's pairs of the same moment) tells nothing and changes nothing
+ * of what was told. Nor does dSpaceCollide2. Where there is no memory, dMessage says so once,
+ * nothing is told of that collide, and the next one is compared with the last that was told.
+ *
+ * Cost: none worth naming where no geom changed and the pairs are those kept from the last frame.
+ * Otherwise each pair is compared with the last frame's, and where pairs begin or end written
+ * again, on the threads of the space. Memory: 12 bytes a pair, 24 where pairs begin or end. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
+
+/* A pair that began or ended.
+ *
+ * `number` is the pair's own from its first to its last collide, and still when it has ended, so an
+ * array with room for so many numbers can hold what the program keeps of its pairs. A pair that
+ * begins gets the lowest number that is free, in the order of the pairs; one that ended in a
+ * collide is free from the next one on. No number is as large as the most pairs that a collide
+ * found and ended together so far. */
+typedef struct dParallelSAPPairEvent {
+  dGeomID o1, o2; /* as reported. Of an ended pair 0 where the geom has left the space since, for
+                   * another one, too: it may not exist any more */
+  size_t place;   /* among all pairs of the collide; of an ended one, of the last in which it was */
+  unsigned number; /* as long as the pair lasts */
+} dParallelSAPPairEvent;
+
+/* The pairs that began, in the order of the pairs, or ended, in that in which they were reported
+ * last. Set *pairs to the first and return their number; if that is 0, *pairs is 0. They belong to
+ * the space and stay until its next collide; geoms that are destroyed before are still named. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
+                                                           const dParallelSAPPairEvent** pairs);
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
+                                                           const dParallelSAPPairEvent** pairs);
+
+/* The numbers of all pairs of the last collide by place, for dParallelSAPSpaceCollidePairs the
+ * place of the block's first pair and those after it; those that are not among the begun ones last.
+ * As above; 0 of them where nothing was told. May be read from many threads. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
+                                                            const unsigned** numbers);
+
+/* Looks for a pair of the last collide, given in any order, in time that grows with the logarithm
+ * of their number: 1, and its number in *number, or 0. It may be called from a contact callback,
+ * and, while no geom is added or removed, from many threads. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2,
+                                                   unsigned* number);
 
 /* Nonzero: pairs in which neither geom has a body are not found. ODE's spaces report them, so the
  * default is 0. A space inside this one never counts as static: its geoms may have bodies. Static
@@ -258,8 +395,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
-/* What the last dSpaceCollide or dParallelSAPSpaceCollideContacts on a space did. Times are
- * wall-clock milliseconds. */
+/* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
+ * a space did. Times are wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
@@ -280,13 +417,16 @@ typedef struct dParallelSAPStats {
   double extract_ms;             /* overlapping pairs, in the order of the report */
   double filter_ms;              /* exact test of borderline pairs, AABBTest calls */
   double narrow_ms;              /* the contacts of all pairs */
-  double report_ms;              /* the near or contact callback, with all that it did */
+  double report_ms;              /* the near, contact or pairs callback, with all that it did */
   double total_ms;               /* the whole call */
   size_t memory_bytes;           /* held by the space for its own structures, the geoms apart */
   unsigned long long kept;       /* pairs found in an earlier frame, not looked for again. None, and
                                   * every frame is found anew, where a geom has category or collide
                                   * bits above the lowest 32 (1ul << 40) but not all from the 32nd on
                                   * (~8ul) */
+  double events_ms;              /* which pairs began and ended, if that is asked for */
+  unsigned long long apart;      /* pairs that dCollide was not called for since they are certainly
+                                  * apart; none in frames in which too few were to look for them */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before

@@ -2,6 +2,8 @@
 // had.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <atomic>
+
 #include "../options.h"
 #include "ode_geoms.h"
 
@@ -21,21 +23,37 @@ const char* nameOfMethod(int method) {
   }
 }
 
+// How the pairs are handed over, and whether which of them began and ended is told too.
+enum class Report { pairs, blocks, concurrent_blocks, pairs_and_events };
+
 struct Choice {
   const char* name;
   int backend, method;
+  Report report = Report::pairs;
 };
 
 constexpr Choice choices[] = {
     {"parallel-sap", dParallelSAPBackendCPU, dParallelSAPMethodAuto},
+    {"parallel-sap:blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::blocks},
+    {"parallel-sap:concurrent-blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
+     Report::concurrent_blocks},
+    {"parallel-sap:events", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
+     Report::pairs_and_events},
     {"parallel-sap:auto", dParallelSAPBackendAuto, dParallelSAPMethodAuto},
     {"parallel-sap:sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
     {"parallel-sap:brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
     {"parallel-sap:axis-lists", dParallelSAPBackendCPU, dParallelSAPMethodAxisLists},
     {"parallel-sap:cuda", dParallelSAPBackendCUDA, dParallelSAPMethodAuto},
+    {"parallel-sap:cuda-concurrent-blocks", dParallelSAPBackendCUDA, dParallelSAPMethodAuto,
+     Report::concurrent_blocks},
     {"parallel-sap:cuda-brute-force", dParallelSAPBackendCUDA, dParallelSAPMethodBruteForce},
     {"parallel-sap:cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
 };
+
+// A dParallelSAPPairsCallback; `pairs` points to a std::atomic<std::size_t>.
+void countBlock(void* pairs, const dParallelSAPPair*, size_t count, size_t) {
+  static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(count, std::memory_order_relaxed);
+}
 
 class ParallelSapPeer : public OdeSpacePeer {
  public:
@@ -51,7 +69,17 @@ class ParallelSapPeer : public OdeSpacePeer {
     }
     dParallelSAPSpaceSetNumThreads(space, threads_);
     dParallelSAPSpaceSetNumDevices(space, options().devices);
+    dParallelSAPSpaceSetEvents(space, choice_.report == Report::pairs_and_events);
     return space;
+  }
+
+  std::size_t find() override {
+    const bool concurrent = choice_.report == Report::concurrent_blocks;
+    if (choice_.report != Report::blocks && !concurrent) return OdeSpacePeer::find();
+    std::atomic<std::size_t> pairs{0};
+    dParallelSAPSpaceCollidePairs(space_, &pairs, concurrent ? dParallelSAPPairsConcurrent : 0,
+                                  countBlock);
+    return pairs;
   }
 
   Account account() const override {

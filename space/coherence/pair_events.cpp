@@ -1,0 +1,335 @@
+#include "space/coherence/pair_events.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/geom/ode_private.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Pairs that are compared at once.
+constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
+
+Region comparing("pair events: comparison"), writing("pair events: pairs and numbers");
+
+bool areSame(const Pair* a, const Pair* b) {
+  Pair differing = 0;
+  for (std::ptrdiff_t i = 0; i < step; ++i) differing |= a[i] ^ b[i];
+  return differing == 0;
+}
+
+}  // namespace
+
+// New pairs against old ones.
+class PairEvents::Comparison {
+ public:
+  // `old_slots`: by new slot; null where they are the same.
+  Comparison(const Buffer<Pair>& old, const Slot* old_slots) : old_(old), old_slots_(old_slots) {}
+
+  std::size_t oldPairs() const { return old_.size(); }
+  Pair inOldSlots(Pair pair) const {
+    return old_slots_ ? makePair(old_slots_[earlierOf(pair)], old_slots_[laterOf(pair)]) : pair;
+  }
+  // Of the old pairs those that come before this new one.
+  std::size_t oldBefore(Pair pair) const {
+    return std::lower_bound(old_.begin(), old_.end(), inOldSlots(pair)) - old_.begin();
+  }
+  void run(const Piece& piece, Findings& findings) const {
+    const Pair* pair = piece.begin;
+    const Pair* old = old_.data() + piece.old_begin;
+    const Pair* const old_end = old_.data() + piece.old_end;
+    const auto begins = [&] {
+      findings.begun.push_back(piece.place + static_cast<std::size_t>(pair++ - piece.begin));
+    };
+    const auto ends = [&] {
+      findings.ended.push_back(static_cast<std::size_t>(old++ - old_.data()));
+    };
+    while (pair < piece.end && old < old_end) {
+      if (!old_slots_ && piece.end - pair >= step && old_end - old >= step && areSame(pair, old)) {
+        pair += step;
+        old += step;
+        continue;
+      }
+      const Pair now = inOldSlots(*pair);
+      if (now < *old) {
+        begins();
+      } else if (*old < now) {
+        ends();
+      } else {
+        ++pair;
+        ++old;
+      }
+    }
+    while (pair < piece.end) begins();
+    while (old < old_end) ends();
+  }
+
+ private:
+  const Buffer<Pair>& old_;
+  const Slot* const old_slots_;
+};
+
+void PairEvents::turn(bool on) {
+  if (on == on_) return;
+  *this = PairEvents();
+  on_ = on;
+}
+
+void PairEvents::forget(Slot slot) {
+  const std::size_t known = closed_ ? was_.size() : told_slots_;
+  if (slot >= known) return;
+  gone_.insert(closed_ ? was_[slot] : slot);
+  any_gone_ = true;
+}
+
+// All that stay have lower slots than any that came since, but for those that sit in slots of geoms
+// that are gone, and are marked so. There is room: see reserve().
+void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
+  const std::size_t known = std::min(closed_ ? was_.size() : told_slots_, geoms.size());
+  if (!closed_) was_.resizeDiscarding(known);
+  std::size_t stay = 0;
+  for (Slot slot = 0; slot < known; ++slot)
+    if (geoms[slot]) was_[stay++] = closed_ ? was_[slot] : slot;
+  was_.resize(stay);
+  closed_ = true;
+}
+
+// A slot's name among the old ones; above all of these if its geom came later.
+Slot PairEvents::oldOf(Slot slot) const {
+  const std::size_t known = closed_ ? was_.size() : told_slots_;
+  if (slot < known) {
+    const Slot old = closed_ ? was_[slot] : slot;
+    if (!gone_.contains(old)) return old;
+  }
+  return static_cast<Slot>(told_slots_ + slot);
+}
+
+// Null if it has left.
+dxGeom* PairEvents::geomOf(Slot old, const Buffer<dxGeom*>& geoms) const {
+  if (gone_.contains(old)) return nullptr;
+  if (!closed_) return geoms[old];
+  return geoms[std::lower_bound(was_.begin(), was_.end(), old) - was_.begin()];
+}
+
+// Null where slots are what they were, but for those of new geoms above them.
+const Slot* PairEvents::nameOldSlots(const Buffer<dxGeom*>& geoms) {
+  bool renamed = closed_;
+  if (any_gone_ && !closed_)
+    gone_.forEach([&](Slot slot) { renamed |= slot < geoms.size() && geoms[slot]; });
+  if (!renamed) return nullptr;
+  old_slots_.resizeDiscarding(geoms.size());
+  for (Slot slot = 0; slot < geoms.size(); ++slot) old_slots_[slot] = oldOf(slot);
+  return old_slots_.data();
+}
+
+// What was told of the last frame is no more, and the numbers of what ended in it are free.
+void PairEvents::retire() {
+  for (const Event& event : ended_) free_.give(event.number);
+  begun_.resizeDiscarding(0);
+  ended_.resizeDiscarding(0);
+}
+
+void PairEvents::tellNothing() {
+  retire();
+  told_now_ = false;
+  source_ = Source::none;
+}
+
+bool PairEvents::tellSame(Source source) {
+  if (source != source_ || any_gone_ || closed_) return false;
+  retire();
+  return true;
+}
+
+bool PairEvents::tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
+                      int threads) {
+  retire();
+  try {
+    tellChanges(pairs, geoms, threads);
+  } catch (const std::bad_alloc&) {
+    begun_.resizeDiscarding(0);
+    ended_.resizeDiscarding(0);
+    tellNothing();
+    return false;
+  }
+  source_ = source;
+  told_now_ = true;
+  return true;
+}
+
+// Nothing that lasts is changed before all memory is there.
+void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) {
+  const Comparison comparison(told_, nameOldSlots(geoms));
+  const std::size_t count = pairs.size();
+  const int team = teamFor(count + told_.size(), grains::passed_pairs, threads);
+  planPieces(pairs, comparison, team);
+  findChanges(comparison, team);
+  addUp();
+  reserve(count, geoms.size());
+  for (Event& event : begun_) event.number = free_.take();
+  if (begun_.size() || ended_.size() || closed_) {
+    write(geoms, team);
+    told_.swap(next_told_);
+    numbers_.swap(next_numbers_);
+  }
+  told_slots_ = geoms.size();
+  if (any_gone_) gone_.clear();
+  any_gone_ = closed_ = false;
+}
+
+void PairEvents::planPieces(const PairList& pairs, const Comparison& comparison, int threads) {
+  pieces_.clear();
+  std::size_t place = 0;
+  const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair* begin = part.begin(); begin < part.end();) {
+      const Pair* const end = begin + std::min<std::size_t>(wanted, part.end() - begin);
+      Piece piece = {};
+      piece.begin = begin;
+      piece.end = end;
+      piece.place = place;
+      piece.old_begin = place == 0 ? 0 : comparison.oldBefore(*begin);
+      if (place > 0) pieces_.back().old_end = piece.old_begin;
+      pieces_.push_back(piece);
+      place += static_cast<std::size_t>(end - begin);
+      begin = end;
+    }
+  if (pieces_.empty()) pieces_.push_back({});
+  pieces_.back().old_end = comparison.oldPairs();
+}
+
+void PairEvents::findChanges(const Comparison& comparison, int threads) {
+  if (findings_.size() < static_cast<std::size_t>(threads)) findings_.resize(threads);
+  for (Findings& findings : findings_) {
+    findings.begun.resizeDiscarding(0);
+    findings.ended.resizeDiscarding(0);
+  }
+  ChunkQueue queue(pieces_.size(), 1);
+  runTeam(comparing, threads, [&](int thread, int) {
+    Findings& findings = findings_[thread];
+    Range range;
+    while (queue.next(range)) {
+      Piece& piece = pieces_[range.begin];
+      piece.thread = static_cast<std::size_t>(thread);
+      piece.first_begun = findings.begun.size();
+      piece.first_ended = findings.ended.size();
+      comparison.run(piece, findings);
+      piece.begun = findings.begun.size() - piece.first_begun;
+      piece.ended = findings.ended.size() - piece.first_ended;
+    }
+  });
+}
+
+void PairEvents::addUp() {
+  std::size_t begun = 0, ended = 0;
+  for (Piece& piece : pieces_) {
+    piece.begun_before = std::exchange(begun, begun + piece.begun);
+    piece.ended_before = std::exchange(ended, ended + piece.ended);
+  }
+  begun_.resizeDiscarding(begun);
+  ended_.resizeDiscarding(ended);
+}
+
+// For what is to be written now, and for what may happen to so many slots until the next frame.
+void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
+  if (begun_.size() || ended_.size() || closed_) {
+    next_told_.resizeDiscarding(pairs);
+    next_numbers_.resizeDiscarding(pairs);
+  }
+  free_.reserve(told_.size() + begun_.size());
+  gone_.growTo(slots);
+  was_.reserve(slots);
+}
+
+void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
+  ChunkQueue queue(pieces_.size(), 1);
+  runTeam(writing, threads, [&](int, int) {
+    Range range;
+    while (queue.next(range)) {
+      const Piece& piece = pieces_[range.begin];
+      writeEvents(piece, geoms);
+      std::copy(piece.begin, piece.end, next_told_.data() + piece.place);
+      writeNumbers(piece);
+    }
+  });
+}
+
+void PairEvents::writeEvents(const Piece& piece, const Buffer<dxGeom*>& geoms) {
+  const Findings& findings = findings_[piece.thread];
+  for (std::size_t i = 0; i < piece.begun; ++i) {
+    Event& event = begun_[piece.begun_before + i];
+    event.place = findings.begun[piece.first_begun + i];
+    const Pair pair = piece.begin[event.place - piece.place];
+    event.o1 = geoms[earlierOf(pair)];
+    event.o2 = geoms[laterOf(pair)];
+  }
+  for (std::size_t i = 0; i < piece.ended; ++i) {
+    Event& event = ended_[piece.ended_before + i];
+    event.place = findings.ended[piece.first_ended + i];
+    event.o1 = geomOf(earlierOf(told_[event.place]), geoms);
+    event.o2 = geomOf(laterOf(told_[event.place]), geoms);
+    event.number = numbers_[event.place];
+  }
+}
+
+// Between two events pairs last, and their numbers move together.
+void PairEvents::writeNumbers(const Piece& piece) {
+  const Event* begun = begun_.data() + piece.begun_before;
+  const Event* const last_begun = begun + piece.begun;
+  const Event* ended = ended_.data() + piece.ended_before;
+  const Event* const last_ended = ended + piece.ended;
+  std::size_t place = piece.place, old = piece.old_begin;
+  const std::size_t end = place + static_cast<std::size_t>(piece.end - piece.begin);
+  while (place < end) {
+    const std::size_t next_begun = begun < last_begun ? begun->place : end;
+    const std::size_t next_ended = ended < last_ended ? ended->place : piece.old_end;
+    const std::size_t last = std::min(next_begun - place, next_ended - old);
+    std::copy(numbers_.data() + old, numbers_.data() + old + last, next_numbers_.data() + place);
+    place += last;
+    old += last;
+    if (begun < last_begun && place == begun->place)
+      next_numbers_[place++] = begun++->number;
+    else if (ended < last_ended && old == ended->place)
+      ++old, ++ended;
+  }
+}
+
+std::size_t PairEvents::placeOf(Slot a, Slot b) const {
+  const Slot p = oldOf(a), q = oldOf(b);
+  const Pair pair = makePair(std::min(p, q), std::max(p, q));
+  const Pair* const found = std::lower_bound(told_.begin(), told_.end(), pair);
+  return told_now_ && found < told_.end() && *found == pair ? found - told_.begin() : pairs();
+}
+
+void PairEvents::release() {
+  retire();
+  begun_.release();
+  ended_.release();
+  next_told_.release();
+  next_numbers_.release();
+  old_slots_.release();
+  pieces_ = std::vector<Piece>();
+  findings_ = std::vector<Findings>();
+  try {
+    told_.shrink();
+    numbers_.shrink();
+  } catch (const std::bad_alloc&) {  // they stay as they are
+  }
+}
+
+std::size_t PairEvents::bytes() const {
+  std::size_t bytes = told_.bytes() + numbers_.bytes() + gone_.bytes() + was_.bytes() +
+                      free_.bytes() + begun_.bytes() + ended_.bytes() + next_told_.bytes() +
+                      next_numbers_.bytes() + old_slots_.bytes() +
+                      pieces_.capacity() * sizeof(Piece);
+  for (const Findings& findings : findings_)
+    bytes += findings.begun.bytes() + findings.ended.bytes();
+  return bytes;
+}
+
+}  // namespace ode_parallel_sap

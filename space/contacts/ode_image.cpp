@@ -1,0 +1,169 @@
+#include "space/contacts/ode_image.h"
+
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+
+#include "space/geom/ode_heightfield.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// What the program's ODE makes of it where no function is set differs from message to error, and
+// it takes a text only by an ellipsis.
+template <void (*tell)(int, const char*, ...), dMessageFunction* (*programs)()>
+void handOn(int number, const char* format, va_list arguments) {
+  if (dMessageFunction* const function = programs()) {
+    function(number, format, arguments);
+    return;
+  }
+  char text[1000];
+  std::vsnprintf(text, sizeof text, format, arguments);
+  tell(number, "%s", text);
+}
+
+// The size of the first thing that an image allocates; one image is loaded by one thread.
+thread_local std::size_t first_size = 0;
+
+void* noteAllocation(std::size_t size) {
+  if (first_size == 0) first_size = size;
+  return std::malloc(size);
+}
+
+// Colliders that stand for nothing but themselves.
+int mark(dGeomID, dGeomID, int, dContactGeom*, int) {
+  return 0;
+}
+int otherMark(dGeomID, dGeomID, int, dContactGeom*, int) {
+  return 1;
+}
+
+// A function of an image by its name in ODE's headers.
+#define IN_IMAGE(function) reinterpret_cast<decltype(&(function))>(symbol(#function))
+
+}  // namespace
+
+const char* OdeImage::load() {
+  if (const char* const why = loadCopy()) return why;
+  if (!initialise()) return "a copy of ODE does not begin to work";
+  own_table_ = findTable();
+  if (!own_table_ || test_copy_fault.load(std::memory_order_relaxed) == CopyFault::Table)
+    return "ODE's table of colliders is not where it was";
+  const std::uintptr_t place = reinterpret_cast<std::uintptr_t>(own_table_) - copy_.library().base;
+  programs_table_ = reinterpret_cast<const Table*>(program_base_ + place);
+  if (!learnSizes() || !makeHeightfield()) return "ODE's geoms are not laid out as expected";
+  return nullptr;
+}
+
+// The text of its configuration lies in ODE's library itself, where the address of a function may
+// be that of a stub in the program or of what a preloaded library has in its place.
+const char* OdeImage::loadCopy() {
+  const LoadedLibrary original = libraryAt(dGetConfiguration());
+  program_base_ = original.base;
+  return copy_.load(original, "libode.so");
+}
+
+bool OdeImage::initialise() {
+  const auto set_message = IN_IMAGE(dSetMessageHandler);
+  const auto set_error = IN_IMAGE(dSetErrorHandler);
+  const auto set_debug = IN_IMAGE(dSetDebugHandler);
+  const auto init = IN_IMAGE(dInitODE2);
+  const auto allocate = IN_IMAGE(dAllocateODEDataForThread);
+  collide_ = IN_IMAGE(dCollide);
+  if (!set_message || !set_error || !set_debug || !init || !allocate || !collide_) return false;
+  set_message(handOn<dMessage, dGetMessageHandler>);
+  set_error(handOn<dError, dGetErrorHandler>);
+  set_debug(handOn<dDebug, dGetDebugHandler>);
+  return init(0) && allocate(static_cast<unsigned>(dAllocateMaskAll));
+}
+
+// ODE does not tell where its table of colliders is, but what is written into it is found again.
+const OdeImage::Table* OdeImage::findTable() const {
+  const auto set_collider = IN_IMAGE(dSetColliderOverride);
+  if (!set_collider) return nullptr;
+  set_collider(dFirstUserClass, dFirstUserClass, mark);
+  set_collider(dLastUserClass, dLastUserClass, otherMark);
+  const Table* found = nullptr;
+  for (const Segment& segment : copy_.library().segments) {
+    if (!segment.writable) continue;
+    constexpr std::uintptr_t step = alignof(Table);
+    std::uintptr_t at = (segment.begin + step - 1) / step * step;
+    for (; !found && at + sizeof(Table) <= segment.end; at += step) {
+      const Table& table = *reinterpret_cast<const Table*>(at);
+      if (isTable(table)) found = &table;
+    }
+  }
+  set_collider(dFirstUserClass, dFirstUserClass, nullptr);
+  set_collider(dLastUserClass, dLastUserClass, nullptr);
+  return found;
+}
+
+// With both marks in it, and with a collider of the image's own code for two boxes.
+bool OdeImage::isTable(const Table& table) const {
+  if (table.entries[dFirstUserClass][dFirstUserClass].collider != mark ||
+      table.entries[dLastUserClass][dLastUserClass].collider != otherMark)
+    return false;
+  const std::uintptr_t of_boxes = address(table.entries[dBoxClass][dBoxClass]);
+  for (const Segment& segment : copy_.library().segments)
+    if (!segment.writable && segment.holds(of_boxes)) return true;
+  return false;
+}
+
+// By the memory that the image asks for when it makes a geom of a class: the private headers of
+// meshes would need OPCODE's, and sizes are then those of this very library.
+bool OdeImage::learnSizes() {
+  const auto set_alloc = IN_IMAGE(dSetAllocHandler);
+  const auto destroy = IN_IMAGE(dGeomDestroy);
+  const auto sphere = IN_IMAGE(dCreateSphere);
+  const auto box = IN_IMAGE(dCreateBox);
+  const auto capsule = IN_IMAGE(dCreateCapsule);
+  const auto cylinder = IN_IMAGE(dCreateCylinder);
+  const auto ray = IN_IMAGE(dCreateRay);
+  const auto convex = IN_IMAGE(dCreateConvex);
+  const auto mesh = IN_IMAGE(dCreateTriMesh);
+  if (!set_alloc || !destroy || !sphere || !box || !capsule || !cylinder || !ray || !convex ||
+      !mesh)
+    return false;
+  const auto learn = [&](int geom_class, auto create) {
+    first_size = 0;
+    dxGeom* const geom = create();
+    sizes_[geom_class] = first_size;
+    destroy(geom);
+  };
+  static const dReal numbers[4] = {};
+  static const unsigned none[1] = {};
+  set_alloc(noteAllocation);
+  learn(dSphereClass, [&] { return sphere(nullptr, 1); });
+  learn(dBoxClass, [&] { return box(nullptr, 1, 1, 1); });
+  learn(dCapsuleClass, [&] { return capsule(nullptr, 1, 1); });
+  learn(dCylinderClass, [&] { return cylinder(nullptr, 1, 1); });
+  learn(dRayClass, [&] { return ray(nullptr, 1); });
+  learn(dConvexClass, [&] { return convex(nullptr, numbers, 0, numbers, 1, none); });
+  if (dCheckConfiguration("ODE_EXT_trimesh"))
+    learn(dTriMeshClass, [&] { return mesh(nullptr, nullptr, nullptr, nullptr, nullptr); });
+  set_alloc(nullptr);
+  return sizes_[dSphereClass] > sizeof(dxGeom) && sizes_[dBoxClass] > sizes_[dSphereClass];
+}
+
+bool OdeImage::makeHeightfield() {
+  const auto create_data = IN_IMAGE(dGeomHeightfieldDataCreate);
+  const auto build = IN_IMAGE(dGeomHeightfieldDataBuildSingle);
+  const auto create = IN_IMAGE(dCreateHeightfield);
+  if (!create_data || !build || !create) return false;
+  static const float heights[12] = {};
+  heightfield_data_ = create_data();
+  build(heightfield_data_, heights, 0, 5, 7, 3, 4, 2, 11, 13, 1);
+  heightfield_ = create(nullptr, heightfield_data_, 0);
+  const dxHeightfieldData& data = *heightfield_data_;
+  return heightfield_->type == dHeightfieldClass &&
+         static_cast<const dxHeightfield*>(heightfield_)->m_p_data == &data && data.m_fWidth == 5 &&
+         data.m_fDepth == 7 && data.m_nWidthSamples == 3 && data.m_nDepthSamples == 4 &&
+         data.m_fScale == 2 && data.m_fOffset == 11 && data.m_fThickness == 13 &&
+         data.m_bWrapMode == 1 && data.m_nGetHeightMode == 3 && data.m_pHeightData == heights &&
+         !data.m_pGetHeightCallback;
+}
+
+#undef IN_IMAGE
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,91 @@
+#include "space/frame/pair_blocks.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "space/data/parallel.h"
+#include "space/data/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+Region handing_out("pairs in blocks: blocks");
+
+// Pairs ahead at which the table of geoms is asked for an entry: that of the later geom may be
+// anywhere in it.
+constexpr std::ptrdiff_t ahead = prefetch_distance;
+
+dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
+                          dParallelSAPPair* to) {
+  const Pair* pair = begin;
+  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
+    __builtin_prefetch(&geoms[laterOf(pair[ahead])]);
+    *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
+  }
+  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
+  return to;
+}
+
+// Says in whatever way a thread leaves its work that it did not come to its end.
+class Attempt {
+ public:
+  explicit Attempt(std::atomic<bool>& failed) : failed_(failed) {}
+  ~Attempt() {
+    if (!succeeded_) failed_.store(true, std::memory_order_relaxed);
+  }
+  Attempt(const Attempt&) = delete;
+  Attempt& operator=(const Attempt&) = delete;
+  void succeed() { succeeded_ = true; }
+
+ private:
+  std::atomic<bool>& failed_;
+  bool succeeded_ = false;
+};
+
+}  // namespace
+
+void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
+  PairBlock& self = *static_cast<PairBlock*>(block);
+  self.pairs_[self.held_++] = {o1, o2};
+  if (self.held_ == size) self.finish();
+}
+
+void PairBlock::finish() {
+  if (held_ == 0) return;
+  const std::size_t first = first_, count = held_;
+  first_ += count;
+  held_ = 0;
+  request_.callback(request_.data, pairs_, count, first);
+}
+
+void PairBlock::handOut(std::size_t first, std::size_t count, dxGeom* const* geoms,
+                        PairCursor& pairs) {
+  dParallelSAPPair* to = pairs_;
+  pairs.read(first, std::min(first + size, count),
+             [&](const Pair* begin, const Pair* end) { to = resolve(begin, end, geoms, to); });
+  request_.callback(request_.data, pairs_, static_cast<std::size_t>(to - pairs_), first);
+}
+
+// A thread whose callback throws keeps the others from beginning another block.
+int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
+                  int threads) {
+  const std::size_t count = pairs.size();
+  const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
+  std::atomic<bool> failed{false};
+  ChunkQueue queue(count, PairBlock::size);
+  int used = 1;
+  runTeam(handing_out, team, [&](int thread, int size) {
+    if (thread == 0) used = size;
+    Attempt attempt(failed);
+    PairBlock block(request);
+    PairCursor cursor(pairs);
+    Range range;
+    while (!failed.load(std::memory_order_relaxed) && queue.next(range))
+      block.handOut(range.begin, count, geoms, cursor);
+    attempt.succeed();
+  });
+  return used;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,55 @@
+// The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs.
+#ifndef ODE_PARALLEL_SAP_PAIR_BLOCKS_H
+#define ODE_PARALLEL_SAP_PAIR_BLOCKS_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstddef>
+
+#include "space/data/pair_list.h"
+#include "space/data/tuning.h"
+
+namespace ode_parallel_sap {
+
+// What the caller of dParallelSAPSpaceCollidePairs asked for.
+struct PairsRequest {
+  void* data;
+  int flags;
+  dParallelSAPPairsCallback* callback;
+
+  bool concurrent() const { return (flags & dParallelSAPPairsConcurrent) != 0; }
+};
+
+// Pairs are gathered where the thread that hands them out has its stack, 8 KB of it, so that they
+// are still in its cache when the callback reads them. Needs no other memory.
+class PairBlock {
+ public:
+  // All blocks of a frame but the last one have this size, so that which blocks there are depends
+  // on the pairs alone.
+  static constexpr std::size_t size = block_pairs;
+
+  explicit PairBlock(const PairsRequest& request) : request_(request) {}
+
+  // A dNearCallback whose data are a PairBlock: hands out full blocks, one after the other.
+  static void add(void* block, dGeomID o1, dGeomID o2);
+  // Hands out what is left in the end.
+  void finish();
+
+  // Hands out the block of pairs [first, first + size), or less at the end of `count`, on whatever
+  // thread this is.
+  void handOut(std::size_t first, std::size_t count, dxGeom* const* geoms, PairCursor& pairs);
+
+ private:
+  const PairsRequest& request_;
+  std::size_t first_ = 0, held_ = 0;
+  dParallelSAPPair pairs_[size];
+};
+
+// Hands out all of them, by up to `threads` threads if they may be concurrent. Returns how many
+// worked.
+int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
+                  int threads);
+
+}  // namespace ode_parallel_sap
+
+#endif

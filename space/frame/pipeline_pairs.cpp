@@ -1,0 +1,59 @@
+// Pairs in bulk: dParallelSAPSpaceCollidePairs, with blocks of pairs in the place of the report,
+// and which pairs began and ended.
+#include <algorithm>
+
+#include "space/frame/pair_blocks.h"
+#include "space/frame/pipeline.h"
+#include "space/frame/without_memory.h"
+
+namespace ode_parallel_sap {
+
+void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
+                            const PairsRequest& request) {
+  statistics_.beginFrame();
+  if (Policy::isSmall(scene.slots.size(), settings)) {
+    PairBlock block(request);
+    collideSmall(scene, settings, {&block, &PairBlock::add, [](void* own) {
+                                     static_cast<PairBlock*>(own)->finish();
+                                   }});
+  } else {
+    SceneFacts facts = factsOf(scene, false);
+    facts.for_blocks = request.concurrent();
+    Frame frame(store_, policy_.decide(facts, settings), facts, scene);
+    if (findPairs(frame, settings)) {
+      const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
+      frame.result.threads = std::max(frame.result.threads, used);
+      frame.result.report_ms = frame.clock.lap();
+      if (request.concurrent())
+        policy_.learnOfBlocks(settings, used, frame.pairs.size(), frame.result.report_ms);
+    } else {
+      complaints_.ofNoMemory();
+      updateWithoutMemory(scene, frame.result);
+      note(frame.result);
+      PairBlock block(request);
+      collideWithoutMemory(scene, settings.rules, frame.result, &block, &PairBlock::add);
+      block.finish();
+      frame.clock.lap();
+    }
+    frame.result.total_ms = frame.clock.total();
+    note(frame.result);
+  }
+  statistics_.endFrame();
+}
+
+// What a frame within a callback finds is not told.
+void Pipeline::tellEvents(Frame& frame, bool unchanged) {
+  if (!events_.on()) return;
+  if (frame.scene.nested) {
+    events_.passOver();
+    return;
+  }
+  constexpr PairEvents::Source source = PairEvents::Source::frame;
+  const int threads = frame.plan.threads;
+  if (!(unchanged && events_.tellSame(source)) &&
+      !events_.tell(frame.pairs, frame.scene.slots, source, threads))
+    complaints_.ofUntoldEvents();
+  frame.result.events_ms = frame.clock.lap();
+}
+
+}  // namespace ode_parallel_sap

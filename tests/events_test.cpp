@@ -1,0 +1,492 @@
+// Which pairs began and ended, and their numbers, held against a map of all pairs.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/events_oracle.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+struct Stop : std::runtime_error {
+  Stop() : std::runtime_error("stop") {}
+};
+
+// A space whose geoms come, go and change, and the frames in which it is told.
+class Scene {
+ public:
+  Scene(const Configuration& configuration, std::size_t geoms, std::uint64_t seed)
+      : random_(seed), space_(configuration), most_(geoms + geoms / 2) {
+    dParallelSAPSpaceSetEvents(space_, 1);
+    side_ = std::cbrt(static_cast<double>(geoms)) * 1.2;
+    for (std::size_t i = 0; i < geoms; ++i) create();
+  }
+  ~Scene() {
+    for (const dGeomID geom : outside_) dGeomDestroy(geom);
+  }
+
+  // Some edits, often none.
+  void edit() {
+    const std::size_t kind = random_.below(12);
+    const std::size_t count = random_.chance(0.7) ? 1 + random_.below(5) : in_.size() / 3;
+    log_ = "edit " + std::to_string(kind) + " of " + std::to_string(count);
+    for (std::size_t i = 0; i < count && kind < 9; ++i) {
+      if (kind < 3 && !in_.empty()) place(any());
+      if (kind == 3 || kind == 8) create();
+      if (kind == 4 || kind == 8) destroy();
+      if (kind == 5) remove();
+      if (kind == 6 && !outside_.empty()) addAgain();
+      if (kind == 7 && !in_.empty()) (random_.chance(0.5) ? dGeomDisable : dGeomEnable)(any());
+    }
+    if (kind == 9) settle();
+    // The last ones make room for others that get their slots.
+    if (kind == 10)
+      for (std::size_t i = 0; i < count && !in_.empty(); ++i) {
+        destroyIt(std::prev(in_.end()));
+        if (random_.chance(0.7)) create();
+      }
+  }
+
+  // A frame of one of the kinds that there are; returns what is wrong of it.
+  std::string collideAndCheck() {
+    Pairs pairs;
+    const std::size_t kind = random_.below(8);
+    log_ += ", collide " + std::to_string(kind);
+    if (kind == 0) {
+      collideThrowing();
+      pairs = expected();
+    } else if (kind == 1) {
+      pairs = collideWithin();
+    } else if (kind == 2) {
+      pairs = pairsOfContacts();
+    } else if (kind == 3) {
+      dParallelSAPSpaceCollidePairs(
+          space_, &pairs, 0,
+          [](void* all, const dParallelSAPPair* some, std::size_t count, std::size_t) {
+            for (std::size_t i = 0; i < count; ++i) record(all, some[i].o1, some[i].o2);
+          });
+    } else {
+      pairs = collide(space_);
+    }
+    return oracle.check(space_, pairs, in_);
+  }
+
+  dSpaceID space() const { return space_; }
+  const std::string& log() const { return log_; }
+  std::size_t size() const { return in_.size(); }
+  EventsOracle oracle;
+
+ private:
+  dGeomID any() {
+    auto at = in_.lower_bound(random_.below(next_));
+    return at == in_.end() ? in_.begin()->second : at->second;
+  }
+  void place(dGeomID geom) { dGeomSetPosition(geom, coordinate(), coordinate(), coordinate()); }
+  dReal coordinate() { return static_cast<dReal>(random_.between(0, side_)); }
+  void create() {
+    if (in_.size() >= most_) return;
+    const dGeomID geom =
+        random_.chance(0.9) ? dCreateBox(nullptr, 1, 1, 1) : dCreateSphere(nullptr, dReal(0.7));
+    place(geom);
+    add(geom);
+  }
+  void add(dGeomID geom) {
+    setNumber(geom, next_);
+    dSpaceAdd(space_, geom);
+    in_[next_++] = geom;
+  }
+  void destroyIt(std::map<std::size_t, dGeomID>::iterator it) {
+    dGeomDestroy(it->second);
+    in_.erase(it);
+  }
+  void destroy() {
+    if (in_.size() < 3) return;
+    const auto at = in_.lower_bound(random_.below(next_));
+    destroyIt(at == in_.end() ? in_.begin() : at);
+  }
+  void remove() {
+    if (in_.size() < 3) return;
+    const dGeomID geom = any();
+    in_.erase(number(geom));
+    dSpaceRemove(space_, geom);
+    if (random_.chance(0.3))
+      add(geom);
+    else
+      outside_.push_back(geom);
+  }
+  void addAgain() {
+    add(outside_.back());
+    outside_.pop_back();
+  }
+  // Other ways to find the same pairs, and rules by which there are others.
+  void settle() {
+    const int threads[] = {1, 2, 3, 7};
+    dParallelSAPSpaceSetNumThreads(space_, threads[random_.below(4)]);
+    dParallelSAPSpaceSetSkipStatic(space_, random_.chance(0.1));
+    dParallelSAPSpaceSetMethod(space_, static_cast<int>(random_.below(3)));
+  }
+  Pairs expected() const {
+    std::vector<dGeomID> geoms;
+    if (!dParallelSAPSpaceGetSkipStatic(space_))
+      for (const auto& [number, geom] : in_) geoms.push_back(geom);
+    return expectedPairs(geoms);  // none of them has a body
+  }
+  void collideThrowing() {
+    try {
+      dSpaceCollide(space_, nullptr, [](void*, dGeomID, dGeomID) { throw Stop(); });
+    } catch (const Stop&) {
+    }
+  }
+  // What is found within is another matter: a geom is disabled there, some of them for good.
+  Pairs collideWithin() {
+    struct Within {
+      dSpaceID space;
+      Pairs pairs;
+      static void call(void* data, dGeomID a, dGeomID b) {
+        Within& self = *static_cast<Within*>(data);
+        record(&self.pairs, a, b);
+        if (self.pairs.size() > 3) return;
+        const Events before = begunOf(self.space);
+        const bool enabled = dGeomIsEnabled(a);
+        dGeomDisable(a);
+        for (int i = 0; i < 3; ++i) (void)collide(self.space);
+        if (enabled && number(a) % 2) dGeomEnable(a);
+        if (begunOf(self.space) != before) throw std::logic_error("events of a collide within");
+      }
+    } within{space_, {}};
+    dSpaceCollide(space_, &within, Within::call);
+    return within.pairs;
+  }
+  Pairs pairsOfContacts() {
+    struct Asked {
+      std::mutex lock;
+      Pairs pairs;
+    } asked;
+    dParallelSAPContactCallbacks callbacks = {};
+    callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+    callbacks.flags = [](void* data, dGeomID a, dGeomID b) {
+      Asked& self = *static_cast<Asked*>(data);
+      const std::lock_guard<std::mutex> guard(self.lock);
+      record(&self.pairs, a, b);
+      return 0;
+    };
+    dParallelSAPSpaceCollideContacts(space_, &asked, 1, &callbacks);
+    return sorted(asked.pairs);
+  }
+
+  Random random_;
+  const Space space_;
+  const std::size_t most_;
+  double side_;
+  std::map<std::size_t, dGeomID> in_;
+  std::size_t next_ = 0;
+  std::vector<dGeomID> outside_;
+  std::string log_;
+};
+
+Pairs asPairs(const Events& events) {
+  Pairs pairs;
+  for (const Event& event : events)
+    pairs.emplace_back(event.o1 ? number(event.o1) : 0, event.o2 ? number(event.o2) : 0);
+  return pairs;
+}
+
+}  // namespace
+
+TEST_CASE("Begun and ended pairs and their numbers are those of a map of all pairs", "[events]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t geoms : {10, 100, 130, 700}) {
+      const std::uint64_t seed = seedOr(401);
+      Scene scene(configuration, geoms, seed);
+      const int frames = scaled(geoms > 500 ? 150 : 400);
+      for (int frame = 0; frame < frames; ++frame) {
+        scene.edit();
+        const std::string problem = scene.collideAndCheck();
+        INFO(configuration.name << ", " << geoms << " geoms, frame " << frame << ", " << scene.log()
+                                << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(problem == "");
+      }
+      CHECK(scene.oracle.begun() > static_cast<std::size_t>(frames / 2));
+      CHECK(scene.oracle.ended() > static_cast<std::size_t>(frames / 2));
+    }
+}
+
+TEST_CASE("Slots that are closed up between two frames change no number", "[events]") {
+  for (const std::size_t n : {90, 900}) {
+    Random random(seedOr(402));
+    const Space space;
+    dParallelSAPSpaceSetEvents(space, 1);
+    std::map<std::size_t, dGeomID> in;
+    EventsOracle oracle;
+    std::size_t next = 0;
+    for (int frame = 0; frame < 40; ++frame) {
+      // Far more leave than stay, and others come while they leave.
+      while (in.size() > n / 5 && frame % 2) {
+        auto at = in.lower_bound(random.below(next));
+        if (at == in.end()) at = in.begin();
+        dGeomDestroy(at->second);
+        in.erase(at);
+        if (random.chance(0.1)) {
+          const dGeomID geom = dCreateBox(space, 2, 2, 2);
+          setNumber(geom, next);
+          in[next++] = geom;
+        }
+      }
+      while (in.size() < n) {
+        const dGeomID geom = dCreateBox(space, 2, 2, 2);
+        setNumber(geom, next);
+        dGeomSetPosition(geom, static_cast<dReal>(random.between(0, 20)),
+                         static_cast<dReal>(random.between(0, 20)), 0);
+        in[next++] = geom;
+      }
+      const Pairs pairs = collide(space);
+      INFO(n << " geoms, frame " << frame);
+      REQUIRE(oracle.check(space, pairs, in) == "");
+    }
+    CHECK(oracle.ended() > 1000);
+  }
+}
+
+TEST_CASE("A scene at rest has no events, and all numbers stay", "[events]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {50, 3000}) {
+      const Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(geomsOf(n), seedOr(403)));
+      (void)collide(space);
+      CHECK(begunOf(space).empty());
+      CHECK(numbersOf(space).empty());
+      dParallelSAPSpaceSetEvents(space, 1);
+      REQUIRE(dParallelSAPSpaceGetEvents(space) == 1);
+      const Pairs pairs = collide(space);
+      INFO(configuration.name << ", " << n << " geoms");
+      REQUIRE(asPairs(begunOf(space)) == pairs);
+      const std::vector<unsigned> numbers = numbersOf(space);
+      for (std::size_t i = 0; i < numbers.size(); ++i) REQUIRE(numbers[i] == i);
+      for (int frame = 0; frame < 6; ++frame) {
+        REQUIRE(collide(space) == pairs);
+        REQUIRE(begunOf(space).empty());
+        REQUIRE(endedOf(space).empty());
+        REQUIRE(numbersOf(space) == numbers);
+      }
+      // Off, nothing is told; on again, all begin.
+      dParallelSAPSpaceSetEvents(space, 0);
+      CHECK(numbersOf(space).empty());
+      (void)collide(space);
+      CHECK(endedOf(space).empty());
+      dParallelSAPSpaceSetEvents(space, 1);
+      (void)collide(space);
+      CHECK(asPairs(begunOf(space)) == pairs);
+      CHECK(numbersOf(space) == numbers);
+    }
+}
+
+TEST_CASE("An ended pair names no geom that has left the space", "[events]") {
+  for (const bool small : {true, false}) {
+    const Space space, other;
+    if (!small) dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep);
+    dParallelSAPSpaceSetEvents(space, 1);
+    std::vector<dGeomID> geoms;
+    for (int i = 0; i < 6; ++i) {
+      geoms.push_back(dCreateSphere(space, 1));
+      dGeomSetPosition(geoms.back(), dReal(1.5) * i, 0, 0);
+    }
+    (void)collide(space);
+    CHECK(begunOf(space).size() == 5);
+    dGeomDestroy(geoms[0]);         // 0-1
+    dSpaceRemove(space, geoms[2]);  // 1-2, 2-3
+    dSpaceAdd(other, geoms[2]);
+    dGeomSetPosition(geoms[5], 100, 0, 0);  // 4-5
+    (void)collide(space);
+    INFO("small: " << small);
+    CHECK(endedOf(space) == Events{{nullptr, geoms[1], 0, 0},
+                                   {geoms[1], nullptr, 1, 1},
+                                   {nullptr, geoms[3], 2, 2},
+                                   {geoms[4], geoms[5], 4, 4}});
+    // The numbers of the ended are taken in the frame after, the lowest first.
+    dSpaceRemove(other, geoms[2]);
+    dSpaceAdd(space, geoms[2]);
+    (void)collide(space);
+    CHECK(begunOf(space) == Events{{geoms[1], geoms[2], 0, 0}, {geoms[3], geoms[2], 2, 1}});
+    // Removed and added again in between: ended and begun.
+    dSpaceRemove(space, geoms[2]);
+    dSpaceAdd(space, geoms[2]);
+    (void)collide(space);
+    CHECK(endedOf(space) == Events{{geoms[1], nullptr, 0, 0}, {geoms[3], nullptr, 2, 1}});
+    CHECK(begunOf(space) == Events{{geoms[1], geoms[2], 0, 2}, {geoms[3], geoms[2], 2, 4}});
+    unsigned number = 77;
+    CHECK(dParallelSAPSpaceFindPair(space, geoms[2], geoms[3], &number) == 1);
+    CHECK(number == 4);
+    CHECK(dParallelSAPSpaceFindPair(space, geoms[1], geoms[3], &number) == 0);
+    const dGeomID stranger = dCreateSphere(other, 1);
+    CHECK(dParallelSAPSpaceFindPair(space, geoms[1], stranger, &number) == 0);
+    CHECK(number == 4);
+  }
+}
+
+TEST_CASE("Events are told before the first pair is, and stay when the callback throws",
+          "[events]") {
+  for (const std::size_t n : {60, 900}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, seedOr(404)));
+    dParallelSAPSpaceSetEvents(space, 1);
+    const std::size_t pairs = expectedPairs(world.geoms()).size();
+    std::pair<dSpaceID, std::size_t> told(space, 0);
+    CHECK_THROWS_AS(
+        dSpaceCollide(space, &told,
+                      [](void* data, dGeomID, dGeomID) {
+                        auto& told = *static_cast<std::pair<dSpaceID, std::size_t>*>(data);
+                        const dParallelSAPPairEvent* begun;
+                        told.second = dParallelSAPSpaceGetBegunPairs(told.first, &begun);
+                        throw Stop();
+                      }),
+        Stop);
+    CHECK(told.second == pairs);
+    CHECK(begunOf(space).size() == pairs);
+    (void)collide(space);
+    CHECK(begunOf(space).empty());
+  }
+}
+
+TEST_CASE("A frame without memory for its pairs tells nothing, and the next one all", "[events]") {
+  static bool failing;
+  failing = false;
+  const auto fails = [](dGeomID, dGeomID, dReal[6]) {
+    if (std::exchange(failing, false)) throw std::bad_alloc();
+    return 1;
+  };
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, seedOr(405)));
+  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, fails));
+  dParallelSAPSpaceSetEvents(space, 1);
+  const Messages messages;
+  EventsOracle oracle;
+  const auto check = [&] {
+    std::map<std::size_t, dGeomID> in;
+    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
+    const Pairs pairs = collide(space);
+    return oracle.check(space, pairs, in);
+  };
+  REQUIRE(check() == "");
+  for (std::uint64_t frame = 0; frame < 4; ++frame) {
+    world.jitter(0.5, frame);
+    failing = true;
+    (void)collide(space);
+    CHECK(!failing);
+    CHECK(numbersOf(space).empty());
+    CHECK(begunOf(space).empty());
+    CHECK(endedOf(space).empty());
+    const dGeomID last = world.geoms()[3];
+    world.remove(last);
+    world.addAgain(last);
+    setNumber(last, 1000 + frame);
+    REQUIRE(check() == "");
+    CHECK(!endedOf(space).empty());
+  }
+}
+
+TEST_CASE("Within a tolerance the events are those of the pairs that are reported", "[events]") {
+  const std::uint64_t seed = seedOr(406);
+  for (const std::size_t n : {100, 1000}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, seed));
+    dParallelSAPSpaceSetTolerance(space, dReal(0.2));
+    dParallelSAPSpaceSetEvents(space, 1);
+    std::map<std::size_t, dGeomID> in;
+    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
+    EventsOracle oracle;
+    for (std::uint64_t frame = 0; frame < 60; ++frame) {
+      world.jitter(frame % 20 == 10 ? 0.5 : 0.004, seed + frame);
+      const Pairs pairs = collide(space);
+      INFO(n << " geoms, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(oracle.check(space, pairs, in) == "");
+    }
+  }
+}
+
+TEST_CASE("Geoms asleep and user classes have events like all others", "[events]") {
+  const std::uint64_t seed = seedOr(407);
+  Random random(seed);
+  const auto vetoes = [](dGeomID self, dGeomID other, dReal[6]) -> int {
+    return (number(other) + userBoxData(self).mood) % 3 != 0;
+  };
+  for (const std::size_t n : {60, 600}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, seed));
+    for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
+    const dGeomID moody = world.take(createUserBox(space, {0, 9, 0, 9, 0, 9}, false, vetoes));
+    dParallelSAPSpaceSetSkipAsleep(space, 1);
+    dParallelSAPSpaceSetCullPlanes(space, 1);
+    world.take(dCreatePlane(space, 0, 0, 1, 1));
+    dParallelSAPSpaceSetEvents(space, 1);
+    std::map<std::size_t, dGeomID> in;
+    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
+    EventsOracle oracle;
+    for (int frame = 0; frame < 60; ++frame) {
+      const dBodyID body = dGeomGetBody(world.geoms()[2 * random.below(n / 2)]);
+      (random.chance(0.7) ? dBodyDisable : dBodyEnable)(body);
+      if (frame % 5 == 0) ++userBoxData(moody).mood;
+      const Pairs pairs = collide(space);
+      INFO(n << " geoms, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(oracle.check(space, pairs, in) == "");
+    }
+    CHECK(oracle.ended() > 100);
+  }
+}
+
+TEST_CASE("Only spaces that tell events hold memory for them, and give it back", "[events]") {
+  const Space space, plain;
+  dParallelSAPSpaceSetEvents(space, 1);
+  for (const dSpaceID each : {dSpaceID(space), dSpaceID(plain)}) {
+    dParallelSAPSpaceSetNumThreads(each, 1);
+    World world(each);
+    world.addBoxes(denseCube(12000, seedOr(408)));
+    for (std::uint64_t frame = 0; frame < 4; ++frame) {
+      world.jitter(0.1, frame);
+      (void)collide(each);
+    }
+    const std::size_t pairs = collide(each).size();
+    const std::size_t held = statsOf(each).memory_bytes;
+    CHECK((each == space) == (numbersOf(each).size() == pairs));
+    if (each == space) {
+      // 24 bytes a pair and what begins and ends.
+      dParallelSAPSpaceSetEvents(each, 0);
+      CHECK(held - statsOf(each).memory_bytes > 12 * pairs);
+      CHECK(held - statsOf(each).memory_bytes < 100 * pairs);
+      dParallelSAPSpaceSetEvents(each, 1);
+      (void)collide(each);
+    }
+    while (world.geoms().size() > 300) {
+      const dGeomID last = world.geoms().back();
+      world.remove(last);
+      dGeomDestroy(last);
+    }
+    for (int frame = 0; frame < 140; ++frame) {
+      world.jitter(0.01, static_cast<std::uint64_t>(frame));
+      (void)collide(each);
+    }
+    CHECK(statsOf(each).memory_bytes < held / 6);
+  }
+}

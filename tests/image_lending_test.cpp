@@ -1,0 +1,194 @@
+// Who has the images of ODE when: spaces, threads, processes, and what they do to geoms meanwhile.
+#include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "space/contacts/collider_images.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/image_scene.h"
+#include "support/knobs.h"
+
+using namespace sap_test;
+using ode_parallel_sap::ColliderImage;
+using ode_parallel_sap::ColliderImages;
+
+TEST_CASE("No geom is moved while its contacts with heightfields are found") {
+  const ScopedGrain grain(1);
+  const Space space;
+  ContactScene scene(space);
+  std::vector<dGeomID> boxes;
+  for (std::uint64_t i = 0; i < 100; ++i) boxes.push_back(scene.add(Kind::Box, 3, seedOr(79) + i));
+  for (std::uint64_t i = 0; i < 8; ++i) scene.add(Kind::Heightfield, 3, seedOr(80) + i);
+  dParallelSAPSpaceSetNumThreads(space, 2);
+  const Contacts expected = parallelContacts(space, 8);
+  const auto before = timesOnImages();
+  std::vector<std::array<dReal, 3>> places;
+  for (const dGeomID box : boxes) {
+    const dReal* const at = dGeomGetPosition(box);
+    places.push_back({at[0], at[1], at[2]});
+  }
+  std::atomic<bool> done{false};
+  std::atomic<long> looks{0}, moved{0};
+  std::thread watcher([&] {
+    for (; !done; ++looks)
+      for (std::size_t i = 0; i < boxes.size(); ++i)
+        moved += !std::equal(places[i].begin(), places[i].end(), dGeomGetPosition(boxes[i]));
+  });
+  while (looks == 0) std::this_thread::yield();
+  for (int frame = 0; frame < 200; ++frame) (void)parallelContacts(space, 8);
+  done = true;
+  watcher.join();
+  CHECK(moved == 0);
+  CHECK(timesOnImages() > before);
+  CHECK(difference(parallelContacts(space, 8), expected) == "");
+}
+
+TEST_CASE("No image is lent twice at a time") {
+  const ScopedGrain grain(1);
+  std::set<const ColliderImage*> lent;
+  {
+    const ColliderImages first(5, 1000), second(3, 1000), alone(1, 1000);
+    REQUIRE(first.count() == 5);
+    REQUIRE(second.count() == 3);
+    CHECK(alone.count() == 0);
+    for (int i = 0; i < 5; ++i) lent.insert(&first[i]);
+    for (int i = 0; i < 3; ++i) lent.insert(&second[i]);
+    CHECK(lent.size() == 8);
+  }
+  const ColliderImages again(5, 1), rest(3, 1);
+  REQUIRE(again.count() == 5);
+  REQUIRE(rest.count() == 3);
+  for (int i = 0; i < 5; ++i) CHECK(lent.erase(&again[i]) == 1);
+  for (int i = 0; i < 3; ++i) CHECK(lent.erase(&rest[i]) == 1);
+}
+
+TEST_CASE("Images are loaded for pairs enough to pay for them", "[.][paid]") {
+  const ScopedGrain grain(0);
+  CHECK(ColliderImages(3, 999).count() == 0);
+  CHECK(ColliderImages(3, 1000).count() == 0);
+  CHECK(ColliderImages(3, 1001).count() == 3);
+  CHECK(ColliderImages(5, 1).count() == 3);  // those that there are
+  CHECK(ColliderImages(5, 2000).count() == 5);
+  CHECK(ColliderImages(1000, 1000000).count() == 64);
+}
+
+TEST_CASE("Spaces in several threads collide on images at once") {
+  const ScopedGrain grain(1);
+  constexpr int kSpaces = 4, kFrames = 6;
+  struct Own {
+    Space space;
+    ContactScene scene{space};
+    Contacts expected;
+    std::string wrong;
+  };
+  std::vector<Own> all(kSpaces);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    fillForImages(all[i].scene, seedOr(76) + 100 * i);
+    all[i].expected = serialContacts(all[i].space, {8});
+    dParallelSAPSpaceSetNumThreads(all[i].space, 2 + static_cast<int>(i));
+  }
+  const auto before = timesOnImages();
+  std::vector<std::thread> threads;
+  for (Own& own : all)
+    threads.emplace_back([&own] {
+      dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
+      for (int frame = 0; frame < kFrames; ++frame)
+        own.wrong += difference(parallelContacts(own.space, 8), own.expected);
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const Own& own : all) CHECK(own.wrong == "");
+  CHECK(timesOnImages() > before + kSpaces);
+}
+
+TEST_CASE("A child process finds the contacts and ends, images lent or not") {
+  struct Fork {
+    const std::thread::id caller = std::this_thread::get_id();
+    pid_t child = -1;
+    // Of a pair that is collided on an image, on the calling thread of their team.
+    static int reduce(void* data, dGeomID o1, dGeomID o2, dContactGeom*, int count) {
+      Fork& own = *static_cast<Fork*>(data);
+      const bool image =
+          dGeomGetClass(o1) == dHeightfieldClass || dGeomGetClass(o2) == dHeightfieldClass;
+      if (image && std::this_thread::get_id() == own.caller && own.child == -1) {
+        own.child = fork();
+        if (own.child == 0) std::exit(3);
+      }
+      return count;
+    }
+    static void contacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
+    static int endOf(pid_t child) {
+      int status = 0;
+      return waitpid(child, &status, 0) == child && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    }
+  };
+  const ScopedGrain grain(1);
+  const Space space;
+  ContactScene scene(space);
+  fillForImages(scene, seedOr(77));
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  const Contacts expected = serialContacts(space, {8});
+  REQUIRE(difference(parallelContacts(space, 8), expected) == "");
+
+  const pid_t child = fork();
+  if (child == 0) {
+    dParallelSAPSpaceSetNumThreads(space, 1);
+    const bool same = difference(parallelContacts(space, 8), expected) == "";
+    const ColliderImages images(3, 1000);  // of no use with one thread, and to be had
+    _exit(same && images.count() == 3 ? 4 : 5);
+  }
+  CHECK(Fork::endOf(child) == 4);
+
+  Fork in_mid_run;
+  const dParallelSAPContactCallbacks callbacks = {Fork::contacts, nullptr, Fork::reduce, nullptr};
+  const auto begin = std::chrono::steady_clock::now();
+  dParallelSAPSpaceCollideContacts(space, &in_mid_run, 8, &callbacks);
+  CHECK(Fork::endOf(in_mid_run.child) == 3);
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1500));
+  CHECK(difference(parallelContacts(space, 8), expected) == "");
+}
+
+// Ends the process while another thread is at a pair on an image; CTest looks at how it ends.
+TEST_CASE("A program that ends waits for pairs on images", "[.][exit]") {
+  static std::atomic<bool> at_pair{false}, was_at_pair{false};
+  struct Slow {
+    static int reduce(void*, dGeomID o1, dGeomID o2, dContactGeom*, int count) {
+      const bool image =
+          dGeomGetClass(o1) == dHeightfieldClass || dGeomGetClass(o2) == dHeightfieldClass;
+      if (image && !was_at_pair.exchange(true)) {
+        at_pair = true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        at_pair = false;
+      }
+      return count;
+    }
+    // Runs when what is in the images has been destroyed, since it was there before them.
+    static void atEnd() {
+      if (at_pair) _exit(9);
+    }
+  };
+  std::atexit(Slow::atEnd);
+  ode_parallel_sap::test_grain = 1;
+  const Space& space = *new Space;
+  ContactScene& scene = *new ContactScene(space);
+  fillForImages(scene, seedOr(78));
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  (void)parallelContacts(space, 8);
+  REQUIRE(timesOnImages() > 0);
+  std::thread([&] {
+    dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
+    for (;;) (void)parallelContacts(space, 8, {nullptr, nullptr, Slow::reduce, nullptr});
+  }).detach();
+  while (!at_pair) std::this_thread::yield();
+  std::exit(0);
+}

@@ -1,0 +1,245 @@
+// dParallelSAPKeepDeepest and dParallelSAPKeepSpread keep what they say, whatever the contacts are.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/contact_scene.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/random.h"
+
+using namespace sap_test;
+
+namespace {
+
+using Manifold = std::vector<dContactGeom>;
+using Reducer = int (*)(dContactGeom*, int, int);
+const Reducer kReducers[] = {dParallelSAPKeepDeepest, dParallelSAPKeepSpread};
+
+const dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
+const dReal kInfinity = std::numeric_limits<dReal>::infinity();
+
+// Its place travels in side1.
+dContactGeom contact(double x, double y, double z, double depth, int place) {
+  dContactGeom made = {};
+  made.pos[0] = static_cast<dReal>(x);
+  made.pos[1] = static_cast<dReal>(y);
+  made.pos[2] = static_cast<dReal>(z);
+  made.normal[2] = 1;
+  made.depth = static_cast<dReal>(depth);
+  made.side1 = place;
+  return made;
+}
+
+// Contacts of any kind: with equal depths and places, on lines, with no numbers among them.
+Manifold anyContacts(Random& random) {
+  const std::size_t kind = random.below(6), count = random.below(kind == 5 ? 200 : 14);
+  Manifold contacts;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = kind == 1 ? std::floor(random.between(0, 3)) : random.between(-1, 1);
+    const double y = kind == 2   ? 2 * x
+                     : kind == 1 ? std::floor(random.between(0, 3))
+                                 : random.between(-1, 1);
+    const double depth = random.chance(0.3) ? 0.5 : random.between(0, 1);
+    contacts.push_back(contact(x, y, random.between(-0.1, 0.1), depth, static_cast<int>(i)));
+    if (kind == 3)
+      for (int axis = 0; axis < 3; ++axis)
+        contacts.back().normal[axis] = static_cast<dReal>(random.between(-1, 1));
+    if (kind == 4) {
+      const dReal odd[] = {kNaN,       kInfinity,
+                           -kInfinity, std::numeric_limits<dReal>::max(),
+                           0,          std::numeric_limits<dReal>::denorm_min()};
+      dReal* const all[] = {&contacts.back().pos[random.below(3)], &contacts.back().depth,
+                            &contacts.back().normal[random.below(3)]};
+      *all[random.below(3)] = odd[random.below(6)];
+    }
+  }
+  return contacts;
+}
+
+std::vector<int> placesOf(const Manifold& contacts, std::size_t count) {
+  std::vector<int> places;
+  for (std::size_t i = 0; i < count; ++i) places.push_back(contacts[i].side1);
+  return places;
+}
+
+// Of the convex hull of the first `count` contacts, seen along z.
+double areaOf(const Manifold& contacts, std::size_t count) {
+  std::vector<std::pair<double, double>> points, hull;
+  for (std::size_t i = 0; i < count; ++i)
+    points.emplace_back(contacts[i].pos[0], contacts[i].pos[1]);
+  std::sort(points.begin(), points.end());
+  const auto turn = [](const auto& a, const auto& b, const auto& c) {
+    return (b.first - a.first) * (c.second - a.second) -
+           (b.second - a.second) * (c.first - a.first);
+  };
+  for (int side = 0; side < 2; ++side) {  // Andrew's monotone chain
+    const std::size_t least = hull.size();
+    for (const auto& point : points) {
+      while (hull.size() >= least + 2 && turn(hull[hull.size() - 2], hull.back(), point) <= 0)
+        hull.pop_back();
+      hull.push_back(point);
+    }
+    if (!hull.empty()) hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  double area = 0;
+  for (std::size_t i = 0; i < hull.size(); ++i) {
+    const auto &a = hull[i], &b = hull[(i + 1) % hull.size()];
+    area += (a.first * b.second - b.first * a.second) / 2;
+  }
+  return area;
+}
+
+bool isDeeper(const dContactGeom& a, const dContactGeom& b) {
+  if (std::isnan(a.depth) || std::isnan(b.depth))
+    return !std::isnan(a.depth) && std::isnan(b.depth);
+  return a.depth > b.depth;
+}
+
+}  // namespace
+
+TEST_CASE("Reducers keep as many contacts as they are asked to, and lose none", "[reducers]") {
+  Random random(seedOr(61));
+  for (int run = 0; run < scaled(20000); ++run) {
+    const Manifold before = anyContacts(random);
+    const int count = static_cast<int>(before.size()), most = static_cast<int>(random.below(17));
+    for (const Reducer reduce : kReducers) {
+      Manifold contacts = before, again = before;
+      const int kept = reduce(contacts.data(), count, most);
+      REQUIRE(kept == std::min(count, most));
+      REQUIRE(reduce(again.data(), count, most) == kept);
+      REQUIRE(placesOf(contacts, before.size()) == placesOf(again, before.size()));
+      // What is not kept stays in its order.
+      std::vector<int> places = placesOf(contacts, before.size());
+      REQUIRE(std::is_sorted(places.begin() + kept, places.end()));
+      std::sort(places.begin(), places.end());
+      REQUIRE(places == placesOf(before, before.size()));
+      for (const dContactGeom& moved : contacts)
+        REQUIRE(std::memcmp(&moved, &before[static_cast<std::size_t>(moved.side1)], sizeof moved) ==
+                0);
+    }
+  }
+}
+
+TEST_CASE("The deepest contacts are kept, the deepest first, the earlier one of equals",
+          "[reducers]") {
+  Random random(seedOr(62));
+  for (int run = 0; run < scaled(20000); ++run) {
+    const Manifold before = anyContacts(random);
+    Manifold contacts = before, expected = before;
+    std::stable_sort(expected.begin(), expected.end(), isDeeper);
+    const int most = static_cast<int>(random.below(17));
+    const auto kept = static_cast<std::size_t>(
+        dParallelSAPKeepDeepest(contacts.data(), static_cast<int>(before.size()), most));
+    REQUIRE(placesOf(contacts, kept) == placesOf(expected, kept));
+    // The other reducer begins with the same one.
+    Manifold spread = before;
+    if (dParallelSAPKeepSpread(spread.data(), static_cast<int>(before.size()), most))
+      REQUIRE(spread[0].side1 == contacts[0].side1);
+  }
+}
+
+TEST_CASE("Each contact that is kept adds as much area as any could", "[reducers]") {
+  Random random(seedOr(63));
+  int grown = 0;
+  for (int run = 0; run < scaled(4000); ++run) {
+    Manifold contacts;
+    const std::size_t count = 4 + random.below(30);
+    for (std::size_t i = 0; i < count; ++i)
+      contacts.push_back(contact(random.between(-1, 1), random.between(-0.2, 0.2), 0,
+                                 random.between(0, 1), static_cast<int>(i)));
+    const auto kept = static_cast<std::size_t>(
+        dParallelSAPKeepSpread(contacts.data(), static_cast<int>(count), 8));
+    const auto distance = [&](std::size_t i) {
+      return std::hypot(contacts[i].pos[0] - contacts[0].pos[0],
+                        contacts[i].pos[1] - contacts[0].pos[1]);
+    };
+    for (std::size_t i = 2; i < count; ++i) REQUIRE(distance(i) <= distance(1) + 1e-6);
+    for (std::size_t place = 2; place < kept; ++place) {
+      const double area = areaOf(contacts, place + 1);
+      const bool grows = area > areaOf(contacts, place) + 1e-6;
+      grown += grows;
+      for (std::size_t other = place + 1; other < count; ++other) {
+        Manifold swapped = contacts;
+        std::swap(swapped[place], swapped[other]);
+        REQUIRE(areaOf(swapped, place + 1) <= area + 1e-6);
+        if (!grows && areaOf(swapped, place + 1) < area - 1e-9) REQUIRE(false);
+      }
+    }
+  }
+  CHECK(grown > scaled(4000));
+}
+
+TEST_CASE("Four contacts of a box's face are its corners, and of a line its ends", "[reducers]") {
+  Random random(seedOr(64));
+  for (int run = 0; run < 200; ++run) {
+    Manifold contacts;
+    const std::set<int> corners = {0, 1, 2, 3};
+    for (const double x : {-4.0, 4.0})
+      for (const double y : {-0.5, 0.5})
+        contacts.push_back(
+            contact(x, y, 0, random.between(0.1, 0.2), static_cast<int>(contacts.size())));
+    contacts[random.below(4)].depth = dReal(0.9);
+    for (int i = 4; i < 20; ++i)
+      contacts.push_back(contact(random.between(-3.9, 3.9), random.between(-0.4, 0.4), 0,
+                                 random.between(0, 0.3), i));
+    REQUIRE(dParallelSAPKeepSpread(contacts.data(), 20, 4) == 4);
+    const std::vector<int> kept = placesOf(contacts, 4);
+    CHECK(std::set<int>(kept.begin(), kept.end()) == corners);
+
+    Manifold line;
+    for (int i = 0; i < 9; ++i) line.push_back(contact(i, i, 0, i == 8 ? 1 : 0.1 * i, i));
+    REQUIRE(dParallelSAPKeepSpread(line.data(), 9, 3) == 3);
+    CHECK(placesOf(line, 3) == std::vector<int>{8, 0, 7});
+  }
+}
+
+TEST_CASE("As reduce callbacks they keep the same contacts on any number of threads",
+          "[reducers]") {
+  const Space space;
+  ContactScene scene(space);
+  scene.fill({Kind::Box, Kind::Cylinder, Kind::Capsule}, 300, seedOr(65));
+  const dParallelSAPReduceCallback* const reduces[] = {
+      [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+        return dParallelSAPKeepDeepest(contacts, count, 2);
+      },
+      [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+        return dParallelSAPKeepSpread(contacts, count, 4);
+      }};
+  for (dParallelSAPReduceCallback* const reduce : reduces) {
+    SerialLoop loop;
+    loop.flags = 16;
+    loop.reduce = reduce;
+    const Contacts expected = serialContacts(space, loop);
+    dParallelSAPContactCallbacks more = {};
+    more.reduce = reduce;
+    for (const int threads : {1, 2, 7}) {
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      REQUIRE(difference(parallelContacts(space, 16, more), expected) == "");
+    }
+    CHECK(expected.size() < serialContacts(space, {16}).size());
+  }
+}
+
+TEST_CASE("Reducers of no contacts do nothing, and negative numbers are assertions", "[reducers]") {
+  dContactGeom one = contact(0, 0, 0, 1, 7);
+  for (const Reducer reduce : kReducers) {
+    CHECK(reduce(nullptr, 0, 4) == 0);
+    CHECK(reduce(&one, 1, 0) == 0);
+    CHECK(reduce(&one, 1, 4) == 1);
+    CHECK(one.side1 == 7);
+    if (!odeHasAssertions()) continue;
+    CHECK_THROWS_AS(reduce(&one, -1, 4), OdeAssertion);
+    CHECK_THROWS_AS(reduce(&one, 1, -1), OdeAssertion);
+    CHECK_THROWS_AS(reduce(nullptr, 1, 1), OdeAssertion);
+  }
+}
