@@ -284,8 +284,9 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
     return 1;
   }
-  // One by one: of pairs of meshes one may take a hundred times as long as another.
-  return pass.share(colliding_on_images, waiting_.size(), 1, images.count(),
+  // Of pairs of meshes one may take a hundred times as long as another.
+  const std::size_t chunk = chunkFor(waiting_.size() / tasks_a_thread, images.count());
+  return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
                     [&](Range range, int thread) {
                       for (std::size_t i = range.begin; i < range.end; ++i) {
                         pass.prefetchAfter(i, waiting_);
