@@ -119,8 +119,8 @@ std::string standardErrorOf(Work work) {
 }  // namespace
 
 TEST_CASE("An image is other memory and the same colliders") {
-  OdeImage image, other;
-  REQUIRE(std::string(image.load() ? image.load() : "") == "");
+  static OdeImage image, other;
+  REQUIRE(!image.load());
   REQUIRE(!other.load());
   const std::set<void*> functions = {reinterpret_cast<void*>(&dCollide), image.symbol("dCollide"),
                                      other.symbol("dCollide")};
@@ -145,7 +145,7 @@ TEST_CASE("An image is other memory and the same colliders") {
 }
 
 TEST_CASE("Who asks for ODE by its name gets the program's") {
-  OdeImage image;
+  static OdeImage image;
   REQUIRE(!image.load());
   const auto program = ode_parallel_sap::libraryAt(dGetConfiguration());
   void* const named = dlopen(program.path.c_str(), RTLD_NOW | RTLD_NOLOAD);
@@ -158,7 +158,7 @@ TEST_CASE("Who asks for ODE by its name gets the program's") {
 }
 
 TEST_CASE("What an image reports is the program's to hear") {
-  OdeImage image;
+  static OdeImage image;
   REQUIRE(!image.load());
   using Tell = void (*)(int, const char*, ...);
   const auto message = reinterpret_cast<Tell>(image.symbol("dMessage"));

@@ -92,10 +92,7 @@ class Pool {
   const char* load(std::size_t count, std::vector<ColliderImage*>& lent) try {
     for (; count; --count) {
       auto image = std::make_unique<ColliderImage>();
-      if (const char* const why = image->load()) {
-        image.release();  // what it has loaded of ODE may be in use
-        return why;
-      }
+      if (const char* const why = image->load()) return why;
       const std::lock_guard<std::mutex> guard(lock_);
       lent.reserve(lent.size() + 1);
       seats_.push_back({std::move(image), Seat::Lent});

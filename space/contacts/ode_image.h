@@ -29,7 +29,7 @@ namespace ode_parallel_sap {
 // - random numbers, clocks, worlds' tags: no collider reads them. libccd has none.
 class OdeImage {
  public:
-  // Loads one. Null, or why it could not.
+  // Loads one, for the life of the process. Null, or why it could not.
   const char* load();
 
   // dCollide of the image.
