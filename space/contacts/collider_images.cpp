@@ -17,9 +17,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Of the process: each takes some 2 MB, most of it the file in memory.
-constexpr std::size_t most_images = 64;  // fixed: 2 MB each
-
+// fixed: a bound of the process: each takes some 2 MB, most of it the file in memory.
+constexpr std::size_t most_images = 64;
 
 // How long exit() waits for collisions in other threads.
 constexpr std::chrono::seconds longest_wait(2);

@@ -8,8 +8,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Hulls of more corners than this do not grow any more. Four hold a face of a box.
-constexpr int most_corners = 64;  // fixed: room on the stack
+// fixed: hulls of more corners than this do not grow any more. Four hold a face of a box.
+constexpr int most_corners = 64;
 
 bool isDeeper(const dContactGeom& a, const dContactGeom& b) {
   return a.depth > b.depth || (a.depth == a.depth && b.depth != b.depth);

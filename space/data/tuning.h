@@ -27,6 +27,12 @@ constexpr std::size_t tasks_a_thread = 16;
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t chunk_pairs = 4096;
 
+// Pairs of a block that is handed to the program. Which blocks there are depends on this and on the
+// pairs alone.
+// Unit: pairs. From: pairs in blocks.
+// Doubled: not measured. Halved: not measured.
+constexpr std::size_t block_pairs = 512;
+
 // Cells that a thread takes at a time: enough to make asking cheap, few enough to keep threads
 // level where some cells have many more neighbours than others. Whole nodes of a tree.
 // Unit: cells. From: peers, all scenes on 16 threads.
@@ -48,10 +54,8 @@ constexpr int retry_frames = 16;
 // Doubled: not measured. Halved: not measured.
 constexpr int back_off_range = 64;
 
-// Storage that was of no use in so many frames in a row is given back: a scene that breathes keeps
-// what it has.
-// Unit: frames. From: two seconds of a simulation.
-// Doubled: not measured. Halved: not measured.
+// fixed: two seconds of a simulation. Storage that was of no use in so many frames in a row is
+// given back: a scene that breathes keeps what it has.
 constexpr int idle_frames = 128;
 
 // Sizes within a factor of two to the power of this share a class: cells of mixed sizes are then at
@@ -151,26 +155,25 @@ constexpr Grain geom_tests = {8192, Grain::further};
 constexpr Grain listed_pairs = {geom_tests.work, Grain::whole};
 constexpr Grain axis_pairs = {geom_tests.work, Grain::whole};
 
+// Pairs that are gone through in their order: moved to close a gap, 0.2 ns each, or, old and new
+// ones, compared, 0.9 ns where a few differ; 13 to 59 us.
+// Unit: pairs. From: rest-benchmark with user classes; events.
+// Doubled: not measured. Halved: not measured.
+constexpr Grain passed_pairs = {1 << 16, Grain::further};
+
+// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
+constexpr Grain handed_out_pairs = {2 * block_pairs, Grain::whole};
+
 // Pairs that are collided: 0.4 us each of boxes, 0.1 ms.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
 // Doubled: not measured. Halved: not measured.
 constexpr Grain collided_pairs = {256, Grain::whole};
 
-// Pairs of colliders that are slower: 1 us each of cylinders, 9 us of meshes of tori; 4 to 38 us.
+// Pairs of colliders that are slower: 1 us each of cylinders, 1.5 us of boxes and a mesh, 9 us of
+// meshes of tori; 8 to 72 us.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
 // Doubled: not measured. Halved: not measured.
-constexpr Grain heavy_pairs = {4, Grain::whole};
-
-// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori.
-constexpr Grain image_pairs = heavy_pairs;
-
-// Pairs behind a gap that are moved to close it: 0.2 ns each, 52 us.
-constexpr Grain moved_pairs = box_tests;
-
-// Pairs, old and new ones, that are compared: 0.9 ns each where a few differ, 7 us. Pairs that are
-// handed out in blocks: nobody knows what a callback takes for them.
-constexpr Grain compared_pairs = listed_pairs;
-constexpr Grain handed_out_pairs = {packed_slots.work, Grain::whole};
+constexpr Grain heavy_pairs = {8, Grain::whole};
 
 }  // namespace grains
 

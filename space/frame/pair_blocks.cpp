@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
-#include "space/data/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
