@@ -20,23 +20,6 @@ constexpr std::uint64_t pairs_worth_an_image = 1000;
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t pairs_ahead = 4;
 
-// Pairs that want an image of ODE are met by the calling thread until there have been so many for
-// each image: to load one takes about as long as these.
-// Unit: pairs. From: narrow.
-// Doubled: not measured. Halved: not measured.
-constexpr std::uint64_t pairs_worth_an_image = 1000;
-
-// Pairs of two boxes are tested for being apart where more than this part of them is: in
-// instructions the test takes 165 and saves 460 where they are.
-// Unit: 1. From: apart.
-// Doubled: not measured. Halved: not measured.
-constexpr double least_apart_boxes = 0.3;
-
-// The same of pairs of other shapes: 100 to 200 instructions, and 200 to 350.
-// Unit: 1. From: apart.
-// Doubled: not measured. Halved: not measured.
-constexpr double least_apart_others = 0.7;
-
 }  // namespace ode_parallel_sap
 
 #endif

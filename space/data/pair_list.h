@@ -78,7 +78,7 @@ inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
     if (!isUnsure(all_bits)) continue;
     const std::size_t end = std::min(at + step, written.end);
     if (!unsure.empty() && unsure.back().part == written.part && unsure.back().end == at &&
-        at - unsure.back().begin < chunk_pairs)
+        at - unsure.back().begin < longest)
       unsure.back().end = end;
     else
       unsure.push_back({written.part, at, end});

@@ -35,8 +35,8 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(float extent_x, float extent_y, flo
   const int x = octaveOf(extent_x), y = octaveOf(extent_y), z = octaveOf(extent_z);
   const int greater = x > y ? x : y, greatest = greater > z ? greater : z;
   if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  return greatest * shapes + (greatest - x >= class_octaves) + (greatest - y >= class_octaves) * 2 +
-         (greatest - z >= class_octaves) * 4;
+  return greatest * shapes + (greatest - x >= shape_octaves) + (greatest - y >= shape_octaves) * 2 +
+         (greatest - z >= shape_octaves) * 4;
 }
 
 // Consecutive octaves whose boxes share classes.

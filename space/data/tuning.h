@@ -70,6 +70,11 @@ constexpr int class_octaves = 3;
 // Doubled: not measured. Halved: not measured.
 constexpr std::uint32_t fewer_larger = 8;
 
+// A box is short along an axis where it is shorter there by a factor of two to the power of this
+// than along its longest one. Unit: octaves. From: peers, brownian-assorted, long-bars and
+// thin-bars. Doubled: not measured. Halved: not measured.
+constexpr int shape_octaves = 3;
+
 // A shape (long in some axes, short in others) gets a class from this share of its window on.
 // Unit: boxes. From: peers, long-bars and terrain.
 // Doubled: not measured. Halved: not measured.

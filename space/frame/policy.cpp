@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "space/data/mechanisms.h"
-#include "space/contacts/tuning.h"
 #include "space/data/tuning.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/tuning.h"
@@ -148,7 +147,9 @@ void Policy::learnOfBlocks(const Settings& settings, int threads, std::size_t pa
   if (settings.threads == 0 && most > 1) block_team_.learn(threads, pairs, ms);
 }
 
-// Counts decide, not times.
+// Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
+// saves 460 of dCollide's where they are apart; that of other pairs takes 100 to 200 and saves 200
+// to 350.
 void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out) {
   const auto learn = [](bool tested, const NarrowPhase::LeftOut::Share& share, double least,
                         BackOff& back_off) {
