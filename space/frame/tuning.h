@@ -33,6 +33,16 @@ constexpr int cut_frames = 4;
 // Doubled: not measured. Halved: not measured.
 constexpr unsigned most_without_vectors = 14;
 
+// Looking which pairs of boxes are certainly apart pays where this part of them is.
+// Unit: 1. From: contacts, piles.
+// Doubled: not measured. Halved: not measured.
+constexpr double least_apart_boxes = 0.3;
+
+// The same of pairs of other shapes.
+// Unit: 1. From: contacts, piles.
+// Doubled: not measured. Halved: not measured.
+constexpr double least_apart_others = 0.7;
+
 // The part of what is known of a back end's time that its newest frame makes up.
 // Unit: 1. From: choice_test; devices, auto.
 // Doubled: not measured. Halved: not measured.
@@ -61,13 +71,13 @@ constexpr double least_missed_ms = 50;
 
 // Contacts are found beforehand where the program asks for those of more of the pairs than one
 // thread's part, by this share of all: for storing and copying them, and starting threads.
-// Unit: 1. From: instructions of foretell-benchmark.
+// Unit: 1. From: shapes-scene.
 // Doubled: not measured. Halved: not measured.
 constexpr double foretell_margin = 0.25;
 
 // Of so many chunks of pairs one is collided beforehand by a thread that is alone, to learn what it
 // takes.
-// Unit: chunks. From: instructions of foretell-benchmark.
+// Unit: chunks. From: shapes-scene.
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t foretell_sample = 16;
 
