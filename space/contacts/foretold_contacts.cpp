@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "space/contacts/contact_pairs.h"
-#include "space/contacts/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -112,7 +111,8 @@ bool ForetoldContacts::isAsTold(std::size_t place) const {
 
 // Some programs gather a few pairs before they collide them.
 std::size_t ForetoldContacts::placeBehind(const dxGeom* o1, const dxGeom* o2) const {
-  const std::size_t end = std::min(next_answer_ + places_looked_at, list_.size());
+  constexpr std::size_t places = 8;  // fixed: some may have been left out, and looking is cheap
+  const std::size_t end = std::min(next_answer_ + places, list_.size());
   for (std::size_t place = next_answer_; place < end; ++place)
     if (list_[place].o1 == o1 && list_[place].o2 == o2) return place;
   return list_.size();

@@ -20,17 +20,6 @@ constexpr std::uint64_t pairs_worth_an_image = 1000;
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t pairs_ahead = 4;
 
-// A pair with more contacts than this is not told beforehand: room for so many is filled for every
-// pair. Two boxes have eight at most, a box and a cylinder sometimes more.
-// Unit: contacts. From: shapes-scene.
-// Doubled: not measured. Halved: not measured.
-constexpr std::uint32_t most_told_contacts = 16;
-
-// A program that collides a pair which it is not just being told of may have left out some since
-// the last one. Unit: pairs. From: shapes-scene. Doubled: not measured.
-// Halved: not measured.
-constexpr std::size_t places_looked_at = 8;
-
 }  // namespace ode_parallel_sap
 
 #endif

@@ -69,18 +69,6 @@ constexpr double worth_another_try = 2;
 // Doubled: not measured. Halved: not measured.
 constexpr double least_missed_ms = 50;
 
-// Contacts are found beforehand where the program asks for those of more of the pairs than one
-// thread's part, by this share of all: for storing and copying them, and starting threads.
-// Unit: 1. From: shapes-scene.
-// Doubled: not measured. Halved: not measured.
-constexpr double foretell_margin = 0.25;
-
-// Of so many chunks of pairs one is collided beforehand by a thread that is alone, to learn what it
-// takes.
-// Unit: chunks. From: shapes-scene.
-// Doubled: not measured. Halved: not measured.
-constexpr std::size_t foretell_sample = 16;
-
 }  // namespace ode_parallel_sap
 
 #endif
