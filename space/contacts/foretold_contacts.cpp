@@ -128,6 +128,7 @@ int ForetoldContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom*
   if (habits_.told(kind) != flags || flags == 0) return -1;
   const std::size_t place = reported ? next_place_ - 1 : placeBehind(o1, o2);
   if (place >= list_.size() || !isAsTold(place)) return -1;
+  if (list_[place].o1 != o1 || list_[place].o2 != o2) return -1;
   if (skip < static_cast<int>(sizeof(dContactGeom)) || !contacts) return -1;
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;

@@ -54,6 +54,9 @@ class ForetoldContacts {
     if (reporting_) takeChange(slot);
   }
 
+  // Geoms come to other slots.
+  void noteNewSlots() { changed_any_ = changed_all_ = true; }
+
   // What dCollide returns, or -1: that is for dCollide to say. Of whatever this thread's callbacks
   // are being told.
   static int answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);

@@ -54,6 +54,7 @@ class Pipeline {
   void closeSlots(const Buffer<dxGeom*>& geoms) {
     store_.coherence.stop();
     plane_pairs_.forget();
+    foretold_.noteNewSlots();
     if (events_.on()) events_.closeSlots(geoms);
   }
   // A geom leaves its slot.
