@@ -46,9 +46,14 @@ void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces,
       for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
     return;
   }
+  listPairs(pairs, geoms, threads, list_);
+}
+
+void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads, Buffer<GeomPair>& all) {
+  all.resizeDiscarding(pairs.size());
   std::size_t at = 0;
   for (const Buffer<Pair>& part : pairs.parts) {
-    GeomPair* const list = list_.data() + at;
+    GeomPair* const list = all.data() + at;
     at += part.size();
     const int team = teamFor(part.size(), grains::listed_pairs, threads);
     runTeam(listing, team, [&](int thread, int threads_of_team) {

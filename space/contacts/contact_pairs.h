@@ -30,6 +30,9 @@ class ContactPairs {
   Buffer<GeomPair> list_;
 };
 
+// Makes `all` the pairs of a space whose geoms these are, by slot.
+void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads, Buffer<GeomPair>& all);
+
 }  // namespace ode_parallel_sap
 
 #endif

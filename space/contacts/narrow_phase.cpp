@@ -5,7 +5,9 @@
 
 #include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/ode_collide.h"
 #include "space/contacts/tuning.h"
+#include "space/contacts/written_numbers.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
@@ -76,7 +78,7 @@ std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& req
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
   int count = image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
-                    : dCollide(pair.o1, pair.o2, of_ode, found, skip);
+                    : ode_collide(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
     dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
@@ -149,12 +151,18 @@ class NarrowPhase::Pass {
 
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
   void lookAt(Range range, int thread, bool alone) const {
+    if (range.begin / most_apart_pairs % way_.one_in != 0) {
+      leaveOut(range);
+      return;
+    }
     int flags[most_apart_pairs];
     std::uint32_t wanted = 0, testable = 0;
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
       prefetchAfter(range.begin + i);
-      phase_.found_[range.begin + i].count = 0;
       flags[i] = request_.flagsOf(pairs_[range.begin + i]);
+      Found& found = phase_.found_[range.begin + i];
+      found = {0, 0, asksForContacts(flags[i]) ? std::uint16_t{0} : nobody, 0};
+      if (way_.tells && asksForContacts(flags[i])) found.bodies = bodiesOf(pairs_[range.begin + i]);
       wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
       testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
     }
@@ -164,6 +172,10 @@ class NarrowPhase::Pass {
       const int i = __builtin_ctz(wanted);
       handOut({range.begin + i, flags[i]}, thread, alone);
     }
+  }
+
+  void leaveOut(Range range) const {
+    for (std::size_t i = range.begin; i < range.end; ++i) phase_.found_[i] = {0, 0, nobody, 0};
   }
 
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
@@ -209,9 +221,28 @@ class NarrowPhase::Pass {
     Buffer<dContactGeom>& contacts = phase_.shares_[thread].contacts;
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
-    found.thread = static_cast<std::uint32_t>(thread);
+    found.thread = static_cast<std::uint16_t>(thread);
+    if (way_.tells) markNext(contacts, waiting.flags);
     found.count =
         ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts, image);
+    if (way_.tells && found.count > most_told_contacts) found.thread = nobody;
+  }
+
+  // Room for the contacts of a pair, as far as they may be told.
+  static void markNext(Buffer<dContactGeom>& contacts, int flags) {
+    const std::size_t size = contacts.size();
+    const int most = std::min<int>(flags & most_contacts_mask, most_told_contacts);
+    contacts.resize(size + static_cast<std::size_t>(most));
+    markUnwritten(contacts.data() + size, static_cast<std::size_t>(most));
+    contacts.resize(size);
+  }
+
+  // Where pairs are told one by one, the program collides this one when it asks for it.
+  void collideLast(const Waiting& waiting) const {
+    if (way_.tells)
+      phase_.found_[waiting.pair].thread = nobody;
+    else
+      collide(waiting, 0);
   }
 
   // Leaves it to the calling thread where the image does not serve it.
@@ -299,7 +330,7 @@ void NarrowPhase::collideRest(const Pass& pass) {
   gather(&Share::calling_thread);
   std::sort(waiting_.begin(), waiting_.end(),
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
-  for (const Waiting& waiting : waiting_) pass.collide(waiting, 0);
+  for (const Waiting& waiting : waiting_) pass.collideLast(waiting);
 }
 
 void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const {

@@ -12,6 +12,7 @@
 #include "space/contacts/certainly_apart.h"
 #include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -43,6 +44,10 @@ class NarrowPhase {
     int threads;           // the most
     bool manual_cleanup;   // the threads leave no data in ODE
     ApartKinds leave_out;  // what is certainly apart
+    // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
+    // the calling thread may collide is left out.
+    bool tells = false;
+    std::size_t one_in = 1;  // of so many chunks of pairs is looked at, in a run that tells
   };
   // Pairs that were tested whether they are apart, and those that are.
   struct LeftOut {
@@ -56,6 +61,22 @@ class NarrowPhase {
   int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
+  // After a run that tells: what dCollide returned for the pair at this place of the list, which is
+  // this, and its contacts, every `skip` bytes. -1 where that is not known, or where one of the
+  // geoms has come to a body or lost it since.
+  int tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts, int skip) const;
+  // Asks for the memory of what is told soon after this place.
+  void prefetch(std::size_t place) const {
+    place += prefetch_distance;
+    if (place >= found_.size() || found_[place].thread == nobody) return;
+    const Found& found = found_[place];
+    const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
+    if (found.count) __builtin_prefetch(told);
+  }
+  // Of how many pairs it is known.
+  std::size_t told() const;
+  void foretellNothing();
+
   // Of the last run.
   std::size_t contacts() const;
   LeftOut leftOut() const;
@@ -79,8 +100,12 @@ class NarrowPhase {
   struct Found {
     std::size_t first;
     std::uint32_t count;
-    std::uint32_t thread;
+    std::uint16_t thread;
+    std::uint16_t bodies;  // see bodiesOf(), of a run that tells
   };
+  static constexpr std::uint16_t nobody = 0xffff;  // collided it
+  // Which geoms of a pair have a body.
+  static std::uint16_t bodiesOf(const GeomPair& pair);
   class Pass;
 
   void gather(Buffer<Waiting> Share::*list);

@@ -9,7 +9,7 @@
 namespace ode_parallel_sap {
 
 void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
-                       dNearCallback* callback) {
+                       dNearCallback* callback, bool manual_cleanup) {
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
     collideSmall(scene, settings, {data, callback});
@@ -17,7 +17,13 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
     const SceneFacts facts = factsOf(scene, false);
     Frame frame(store_, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
-      report(frame, data, callback);
+      if (frame.plan.foretell.watch) {
+        foretell(frame, settings, manual_cleanup);
+        reportWatched(frame, settings, data, callback);
+      } else {
+        policy_.learnOfForetelling(frame.plan, facts, settings, {}, false);
+        report(frame, data, callback);
+      }
       frame.result.report_ms = frame.clock.lap();
     } else {
       complaints_.ofNoMemory();

@@ -7,6 +7,7 @@
 
 #include "space/coherence/pair_events.h"
 #include "space/contacts/contact_pairs.h"
+#include "space/contacts/foretold_contacts.h"
 #include "space/contacts/narrow_phase.h"
 #include "space/extract/extraction.h"
 #include "space/filter/pair_filter.h"
@@ -26,9 +27,11 @@ class Pipeline {
  public:
   explicit Pipeline(bool sums) : statistics_(sums) {}
 
-  // The scene is locked. `callback` is called for its pairs, in their order.
-  void collide(const Scene& scene, const Settings& settings, void* data, dNearCallback* callback);
-  // The contacts of its pairs. `manual_cleanup`: threads leave no data in ODE.
+  // The scene is locked. `callback` is called for its pairs, in their order. `manual_cleanup`:
+  // threads leave no data in ODE.
+  void collide(const Scene& scene, const Settings& settings, void* data, dNearCallback* callback,
+               bool manual_cleanup);
+  // The contacts of its pairs.
   void collideContacts(const Scene& scene, const Settings& settings, const ContactRequest& request,
                        bool manual_cleanup);
   // Its pairs in blocks.
@@ -43,6 +46,7 @@ class Pipeline {
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
     store_.coherence.change(slot);
+    foretold_.noteChange(slot);
   }
   // Geoms come or go.
   void noteNewcomer() { plane_pairs_.forget(); }
@@ -50,6 +54,7 @@ class Pipeline {
   void closeSlots(const Buffer<dxGeom*>& geoms) {
     store_.coherence.stop();
     plane_pairs_.forget();
+    foretold_.noteNewSlots();
     if (events_.on()) events_.closeSlots(geoms);
   }
   // A geom leaves its slot.
@@ -64,6 +69,7 @@ class Pipeline {
   void release();
   std::size_t bytes() const;
   PairEvents& events() { return events_; }
+  const ForetoldContacts::Counts& foretold() const { return foretold_.all(); }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
 
@@ -77,6 +83,8 @@ class Pipeline {
   void tellEvents(Frame& frame, bool unchanged);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
+  void foretell(Frame& frame, const Settings& settings, bool manual_cleanup);
+  void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   static void report(const Frame& frame, void* data, dNearCallback* callback);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
@@ -95,6 +103,7 @@ class Pipeline {
   bool candidates_apart_ = false;
   PairEvents events_;
   NarrowPhase narrow_phase_;
+  ForetoldContacts foretold_;
   Buffer<GeomPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;

@@ -15,6 +15,11 @@ bool isAuto(const Settings& settings) {
   return settings.method == dParallelSAPMethodAuto;
 }
 
+// The most threads that are worth their start for the contacts of so many pairs.
+int mostContactThreads(std::size_t pairs, const Settings& settings) {
+  return teamFor(pairs, grains::collided_pairs, threadsFor(settings));
+}
+
 }  // namespace
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
@@ -69,7 +74,27 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
+  if (settings.foretell != Foretell::never && !facts.nested && !facts.for_contacts &&
+      !facts.for_blocks)
+    planForetelling(facts, settings, plan);
   return plan;
+}
+
+// One thread gains nothing. A team that does not pay just now gets a sample of the pairs, from
+// which is learnt what they take one thread.
+void Policy::planForetelling(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
+  ForetellPlan& foretell = plan.foretell;
+  if (settings.foretell == Foretell::always) {
+    foretell.watch = foretell.in_full = true;
+    return;
+  }
+  const int most = mostContactThreads(facts.last_pairs, settings);
+  if (most == 1 || foretell_.waits()) return;
+  foretell.watch = true;
+  foretell.in_full = plan.contact_threads > 1;
+  // More than one thread's part of the pairs: contacts are stored and copied, and threads started.
+  constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
+  foretell.least_share = 1.0 / most + margin;
 }
 
 int Policy::methodFor(const SceneFacts& facts, const Settings& settings) const {
@@ -138,7 +163,7 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
 }
 
 void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
-  const int most = ode_parallel_sap::teamFor(pairs, grains::collided_pairs, threadsFor(settings));
+  const int most = mostContactThreads(pairs, settings);
   if (settings.threads == 0 && most > 1) contact_team_.learn(threads, pairs, ms);
 }
 
@@ -162,6 +187,23 @@ void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out
   };
   learn(plan.leave_out.boxes, left_out.boxes, least_apart_boxes, apart_boxes_);
   learn(plan.leave_out.others, left_out.others, least_apart_others, apart_others_);
+}
+
+bool Policy::learnOfForetelling(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                                const ForetoldContacts::Counts& counts, bool more) {
+  if (settings.foretell != Foretell::where_it_pays) return true;
+  if (!plan.foretell.watch) {
+    if (mostContactThreads(facts.last_pairs, settings) > 1) foretell_.pass();
+    return true;
+  }
+  const bool enough = static_cast<double>(counts.used) >=
+                      plan.foretell.least_share * static_cast<double>(counts.told);
+  if (more && enough) {
+    if (counts.told) foretell_.paid();
+    return true;
+  }
+  foretell_.failed();
+  return false;
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {

@@ -31,6 +31,10 @@ constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
 constexpr Name instruction_sets[] = {
     {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
 
+constexpr Name foretell_modes[] = {{static_cast<int>(Foretell::where_it_pays), "auto"},
+                                   {static_cast<int>(Foretell::never), "off"},
+                                   {static_cast<int>(Foretell::always), "on"}};
+
 constexpr Name copy_faults[] = {{static_cast<int>(CopyFault::None), "none"},
                                 {static_cast<int>(CopyFault::Static), "static"},
                                 {static_cast<int>(CopyFault::File), "file"},
@@ -135,6 +139,13 @@ Settings settingsFromEnvironment() {
   readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
   chooseInstructionSet();
   return settings;
+}
+
+Foretell foretellFromEnvironment() {
+  int value = static_cast<int>(Foretell::where_it_pays);
+  readName(
+      "ODE_PARALLEL_SAP_CONTACTS", foretell_modes, [](int) { return true; }, value);
+  return static_cast<Foretell>(value);
 }
 
 const char* backendName(int backend) {

@@ -14,6 +14,9 @@ bool hasMethod(int method);
 // once; complaints go to dMessage.
 Settings settingsFromEnvironment();
 
+// ODE_PARALLEL_SAP_CONTACTS, for spaces under the preload library, which answers dCollide.
+Foretell foretellFromEnvironment();
+
 const char* backendName(int backend);
 const char* methodName(int method);
 

@@ -154,7 +154,7 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
   beginFrame();
-  pipeline_.collide(scene(), settings, data, callback);
+  pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {

@@ -6,6 +6,9 @@
 #include <mutex>
 #include <unordered_set>
 
+#include "space/contacts/foretold_contacts.h"
+#include "space/contacts/ode_collide.h"
+#include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
 
@@ -30,6 +33,7 @@ struct Account {
   // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
   unsigned long long collide2_geoms = 0;
   double collide2_s = 0;
+  ForetoldContacts::Counts foretold;
 };
 
 // Never destroyed: spaces may outlive everything.
@@ -42,6 +46,7 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
+    settings.foretell = foretellFromEnvironment();
     counted_ = settings.print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
@@ -65,6 +70,9 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
+    sums.foretold.told += foretold().told;
+    sums.foretold.used += foretold().used;
+    sums.foretold.contacts += foretold().contacts;
     sums.collide2_geoms += collide2_geoms_;
     sums.collide2_s += collide2_s_;
   }
@@ -119,6 +127,20 @@ void report() {
                "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
                secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
                all.narrow_ms / 1000, all.report_ms / 1000, sums.collide2_geoms, sums.collide2_s);
+  std::fprintf(stderr,
+               "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
+               "them were asked for, with %llu contacts\n",
+               sums.foretold.told, sums.foretold.used, sums.foretold.contacts);
+}
+
+void setCollide(dParallelSAPCollideFunction* collide) {
+  ode_collide = collide;
+}
+
+const int* reports() {
+  static_assert(sizeof(std::atomic<int>) == sizeof(int) && std::atomic<int>::is_always_lock_free,
+                "read by a function of C");
+  return reinterpret_cast<const int*>(&ForetoldContacts::reports());
 }
 
 }  // namespace
@@ -127,6 +149,14 @@ void report() {
 
 const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
   using namespace ode_parallel_sap;
-  static const dParallelSAPStandIns stand_ins = {misfitOfODE, create, setLevels, getLevels, report};
+  static const dParallelSAPStandIns stand_ins = {misfitOfODE,
+                                                 create,
+                                                 setLevels,
+                                                 getLevels,
+                                                 report,
+                                                 setCollide,
+                                                 reports(),
+                                                 ForetoldContacts::answer,
+                                                 ForetoldContacts::stop};
   return &stand_ins;
 }

@@ -9,6 +9,9 @@
 extern "C" {
 #endif
 
+typedef int dParallelSAPCollideFunction(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact,
+                                        int skip);
+
 /* A stand-in is a parallel SAP space that answers the class of the stock space whose place it takes
  * (dSpaceGetClass, dGeomGetClass), so that programs that ask find what they made. */
 typedef struct dParallelSAPStandIns {
@@ -20,6 +23,14 @@ typedef struct dParallelSAPStandIns {
   int (*get_levels)(dSpaceID space, int* minlevel, int* maxlevel);
   /* Writes to stderr where the time of all stand-ins went, those that are gone included. */
   void (*report)(void);
+  /* The dCollide behind the preload library's, which the library calls; before the first space. */
+  void (*set_collide)(dParallelSAPCollideFunction* collide);
+  /* To be read atomically: while it is 0 no stand-in reports pairs whose contacts it may know. */
+  const int* reports;
+  /* What dCollide is to return, or -1: dCollide is to be called. */
+  dParallelSAPCollideFunction* collide;
+  /* Contacts are not known any more: the program has colliders of its own. */
+  void (*stop_contacts)(void);
 } dParallelSAPStandIns;
 
 ODE_PARALLEL_SAP_API const dParallelSAPStandIns* dParallelSAPGetStandIns(void);

@@ -1,8 +1,9 @@
 /* LD_PRELOAD=libode-parallel-sap-preload.so program
  *
- * Stands in front of the functions by which ODE makes its spaces. Needs nothing but the C library:
- * a program without ODE gets neither ODE nor anything else into its memory. The library proper is
- * loaded when a program makes its first space, which proves that the program has an ODE. */
+ * Stands in front of the functions by which ODE makes its spaces, and of dCollide. Needs nothing
+ * but the C library: a program without ODE gets neither ODE nor anything else into its memory. The
+ * library proper is loaded when a program makes its first space, which proves that the program has
+ * an ODE. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <ode/ode.h>
@@ -38,7 +39,8 @@ static unsigned long replaced[KINDS], left[KINDS];
  */
 static const void* fitting_ode = NULL;
 static const void* refused_ode = NULL;
-static const dParallelSAPStandIns* stand_ins = NULL;
+static const dParallelSAPStandIns* stand_ins = NULL; /* other threads read it atomically */
+static int own_colliders = 0;                        /* dSetColliderOverride was called; likewise */
 
 static void report(void) {
   for (int kind = 0; kind < KINDS; ++kind)
@@ -112,6 +114,14 @@ static const dParallelSAPStandIns* load(const void* ode, const void* caller, cha
   return NULL;
 }
 
+/* Contacts are told only by a dCollide that is known, for geoms whose colliders are ODE's. */
+static void prepareContacts(const dParallelSAPStandIns* use, const void* caller) {
+  dParallelSAPCollideFunction* const collide =
+      (dParallelSAPCollideFunction*)realSymbol("dCollide", caller, (const void*)&dCollide);
+  if (collide) use->set_collide(collide);
+  if (!collide || __atomic_load_n(&own_colliders, __ATOMIC_SEQ_CST)) use->stop_contacts();
+}
+
 /* The stand-ins, if they fit the caller's ODE; that they do not is said once. */
 static const dParallelSAPStandIns* judge(const void* caller) {
   static const char hidden[] = "hidden";
@@ -125,7 +135,8 @@ static const dParallelSAPStandIns* judge(const void* caller) {
       ode != hidden ? load(ode, caller, why, sizeof why) : NULL;
   if (verdict) {
     fitting_ode = ode;
-    stand_ins = verdict;
+    __atomic_store_n(&stand_ins, verdict, __ATOMIC_SEQ_CST);
+    prepareContacts(verdict, caller);
   } else {
     refused_ode = ode;
     fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
@@ -183,4 +194,50 @@ PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
 PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
   if (!stand_ins || !stand_ins->get_levels(space, minlevel, maxlevel))
     ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
+}
+
+/* dCollide as `caller` would get it. To ask the dynamic linker takes longer than many a collision,
+ * so the answer is kept: for all where every object sees the same ODE, else for the last callers.
+ * The ODE that it is in stays loaded from then on. */
+static dParallelSAPCollideFunction* collideOf(const void* caller) {
+  enum { callers = 16 };
+  static dParallelSAPCollideFunction* of_all = NULL;
+  static __thread struct {
+    const void* caller;
+    dParallelSAPCollideFunction* collide;
+  } kept[callers];
+
+  dParallelSAPCollideFunction* collide = __atomic_load_n(&of_all, __ATOMIC_RELAXED);
+  if (collide) return collide;
+  const size_t place = (size_t)caller / 4 % callers;
+  if (kept[place].caller == caller) return kept[place].collide;
+  collide = (dParallelSAPCollideFunction*)real("dCollide", caller, (const void*)&dCollide);
+  const int everywhere = dlsym(RTLD_NEXT, "dCollide") != NULL;
+  if (!dlopen(fileOf((const void*)collide), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE))
+    return collide;
+  if (everywhere) {
+    __atomic_store_n(&of_all, collide, __ATOMIC_RELAXED);
+  } else {
+    kept[place].caller = caller;
+    kept[place].collide = collide;
+  }
+  return collide;
+}
+
+/* Contacts that are known need no ODE. */
+PUBLIC int dCollide(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int skip) {
+  const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
+  if (use && __atomic_load_n(use->reports, __ATOMIC_RELAXED)) {
+    const int count = use->collide(o1, o2, flags, contact, skip);
+    if (count >= 0) return count;
+  }
+  return ((dParallelSAPCollideFunction*)collideOf(CALLER))(o1, o2, flags, contact, skip);
+}
+
+/* The program's own colliders may be anything. */
+PUBLIC void dSetColliderOverride(int i, int j, dColliderFn* fn) {
+  __atomic_store_n(&own_colliders, 1, __ATOMIC_SEQ_CST);
+  const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_SEQ_CST);
+  if (use) use->stop_contacts();
+  ORIGINAL(dSetColliderOverride)(i, j, fn);
 }

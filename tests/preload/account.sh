@@ -24,6 +24,8 @@ number='[0-9.]*'
 grep -q '^ode-parallel-sap: 2 hash spaces replaced, 0 left$' <<<"$account" || fail "not two spaces"
 grep -q "^ode-parallel-sap: 10 dSpaceCollide of 201 geoms with 200 pairs and 0 contacts took $number ms each: " \
   <<<"$account" || fail "not ten frames of 200 pairs"
+grep -q '^ode-parallel-sap: 0 pairs collided before dCollide was called for them: 0 of them were asked for, with 0 contacts$' \
+  <<<"$account" || fail "not 0 pairs for a program that collides none"
 grep -q 'dSpaceCollide2 of 300 geoms ' <<<"$account" || fail "not 300 geoms in dSpaceCollide2"
 # The callbacks of a frame sleep for 4 ms; of ten, for 40.
 read -r each callbacks < <(sed -n "s/.* took \($number\) ms each: .* callbacks \($number\)$/\1 \2/p" <<<"$account")
@@ -47,3 +49,11 @@ account=$(said yes)
 grep -q '^ode-parallel-sap: ODE_PARALLEL_SAP_STATS=yes is neither 0 nor 1 and is ignored$' <<<"$account" ||
   fail "nothing is said of a value that is not understood"
 ! grep -q 'replaced\|dSpaceCollide' <<<"$account" || fail "yes is understood"
+
+account=$(ODE_PARALLEL_SAP_CONTACTS=sometimes said 0)
+[ "$(grep -c 'ODE_PARALLEL_SAP_CONTACTS=sometimes is not understood and is ignored' <<<"$account")" -ge 1 ] ||
+  fail "nothing is said of contacts that are not understood"
+for known in auto off on ''; do
+  account=$(ODE_PARALLEL_SAP_CONTACTS=$known said 0)
+  [ -z "$account" ] || fail "this is said with ODE_PARALLEL_SAP_CONTACTS=$known"
+done

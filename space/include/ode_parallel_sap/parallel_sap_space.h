@@ -451,7 +451,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
  * and simple, says for which, and ODE_PARALLEL_SAP_STATS=1 prints to stderr at the program's end
  * what was replaced and where the time of all these spaces went. What it does not understand it
- * says on stderr. */
+ * says on stderr. While such a space reports, dCollide answers with contacts that were found on all
+ * threads beforehand, bit for bit those of ODE: ODE_PARALLEL_SAP_CONTACTS=auto|off|on says whether
+ * they are. auto, the default, finds them where the program asked for those of enough of the last
+ * frame's pairs, by several threads; on finds them whether that pays or not. */
 
 #ifdef __cplusplus
 }

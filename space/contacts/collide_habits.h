@@ -1,0 +1,103 @@
+// What a program does with the pairs that are reported to it. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_COLLIDE_HABITS_H
+#define ODE_PARALLEL_SAP_COLLIDE_HABITS_H
+
+#include <cstddef>
+#include <cstdint>
+
+#include "space/geom/ode_private.h"
+
+namespace ode_parallel_sap {
+
+// Counts, by the classes of two geoms and whether one of them has a body, how many pairs were
+// reported and how many calls of dCollide there were with which flags. In the next report those
+// kinds are foretold of which the program collided enough, with the flags it used.
+class CollideHabits {
+ public:
+  // The kind of a pair, or -1 where nothing is foretold. All that dCollide reads of these classes
+  // lies in the geoms and their bodies, and whoever changes it makes the geom dirty. (Vertices,
+  // heights and the flags of rays change without a trace, other classes are the program's.)
+  // Geoms of one body are not collided while they are that.
+  static int kindOf(const dxGeom* o1, const dxGeom* o2) {
+    if (!o1 || !o2 || !isTold(o1->type) || !isTold(o2->type)) return -1;
+    const bool bodies = o1->body || o2->body;
+    if (bodies && o1->body == o2->body) return -1;
+    return 2 * (o1->type * told_classes + o2->type) + bodies;
+  }
+
+  // From now on what is seen counts for the next report, and what was seen decides what is foretold
+  // in this one: kinds of which at least this share of the pairs was collided.
+  void beginReport(double least_share) {
+    for (int kind = 0; kind < kinds; ++kind) take(kind, least_share);
+  }
+  // Nothing is foretold in this report.
+  void tellNothing() {
+    for (int& flags : told_) flags = 0;
+  }
+  void forget() { *this = CollideHabits(); }
+
+  // The flags for which pairs of a kind are foretold in this report; 0: they are not.
+  int told(int kind) const { return kind < 0 ? 0 : told_[kind]; }
+  bool tellsAny() const {
+    for (const int flags : told_)
+      if (flags) return true;
+    return false;
+  }
+  // Whether anything would be foretold in the next report.
+  bool wouldTellAny(double least_share) const {
+    for (const Seen& seen : seen_)
+      if (seen.isWorth(least_share)) return true;
+    return false;
+  }
+
+  void notePair(int kind) {
+    if (kind >= 0) ++seen_[kind].pairs;
+  }
+  // With CONTACTS_UNIMPORTANT some of ODE's colliders fail, so nobody is to call one in vain.
+  void noteCall(int kind, int flags) {
+    if (kind >= 0 && flags == (flags & 0xffff)) seen_[kind].noteCall(flags);
+  }
+
+ private:
+  static constexpr int told_classes = dPlaneClass + 1;
+  static constexpr int kinds = 2 * told_classes * told_classes;
+  static_assert(dSphereClass == 0 && dPlaneClass == 4, "spheres to planes are the first classes");
+
+  struct Seen {
+    std::uint32_t pairs = 0, calls = 0, other_calls = 0;
+    int flags = 0, other_flags = 0;  // of `calls`; of the last of `other_calls`
+
+    void noteCall(int called) {
+      if (calls == 0 && other_calls == 0 && flags == 0) flags = called;
+      if (called == flags) {
+        ++calls;
+      } else {
+        ++other_calls;
+        other_flags = called;
+      }
+    }
+    bool isWorth(double least_share) const {
+      return calls > other_calls &&
+             static_cast<double>(calls - other_calls) >= least_share * static_cast<double>(pairs);
+    }
+  };
+
+  static bool isTold(int geom_class) { return geom_class >= 0 && geom_class < told_classes; }
+
+  // Without pairs there is nothing to learn, and what was known stays.
+  void take(int kind, double least_share) {
+    Seen& seen = seen_[kind];
+    if (seen.pairs) worth_[kind] = seen.isWorth(least_share);
+    if (seen.other_calls > seen.calls) seen.flags = seen.other_flags;
+    told_[kind] = worth_[kind] ? seen.flags : 0;
+    seen.pairs = seen.calls = seen.other_calls = 0;
+  }
+
+  Seen seen_[kinds];
+  bool worth_[kinds] = {};
+  int told_[kinds] = {};
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,15 @@
+// The program's dCollide.
+#ifndef ODE_PARALLEL_SAP_ODE_COLLIDE_H
+#define ODE_PARALLEL_SAP_ODE_COLLIDE_H
+
+#include <ode/ode.h>
+
+namespace ode_parallel_sap {
+
+// The preload library, which stands in front of dCollide, sets it to the function behind itself
+// before there is a space.
+inline decltype(&dCollide) ode_collide = &dCollide;
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,64 @@
+// dSpaceCollide under the preload library: the contacts for which the near callback will ask
+// dCollide are found before the report.
+#include <algorithm>
+
+#include "space/frame/pipeline.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Calls what is to be done however a report ends.
+template <class Work>
+class AtEnd {
+ public:
+  explicit AtEnd(Work work) : work_(work) {}
+  ~AtEnd() { work_(); }
+  AtEnd(const AtEnd&) = delete;
+  AtEnd& operator=(const AtEnd&) = delete;
+
+ private:
+  Work work_;
+};
+
+}  // namespace
+
+void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_cleanup) {
+  const Plan& plan = frame.plan;
+  FrameResult& result = frame.result;
+  constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
+  const NarrowPhase::Way way = {plan.contact_threads, manual_cleanup, plan.leave_out, true,
+                                plan.foretell.in_full ? 1 : sample};
+  const int used = foretold_.foretell(frame.pairs, {frame.geoms(), frame.slots()},
+                                      plan.foretell.least_share, way);
+  result.narrow_ms = frame.clock.lap();
+  if (foretold_.last().told == 0) return;
+  result.threads = std::max(result.threads, used);
+  result.contacts = foretold_.narrowPhase().contacts();
+  result.apart = foretold_.narrowPhase().leftOut().apart();
+  // As if it were all pairs, of which this is a part.
+  const std::size_t pairs = frame.pairs.size();
+  const double part = static_cast<double>(foretold_.last().told) / static_cast<double>(pairs);
+  policy_.learnOfContacts(settings, used, pairs, result.narrow_ms / part);
+  policy_.learnOfApart(plan, foretold_.narrowPhase().leftOut());
+  note(result);  // should the callback throw, or collide again
+}
+
+void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
+                             dNearCallback* callback) {
+  dxGeom* const* const geoms = frame.geoms();
+  ForetoldContacts::Report report(foretold_);
+  const AtEnd learning([&] {
+    const bool more = foretold_.wouldTellAny(frame.plan.foretell.least_share);
+    if (!policy_.learnOfForetelling(frame.plan, frame.facts, settings, foretold_.last(), more))
+      foretold_.forgetHabits();
+  });
+  for (const Buffer<Pair>& part : frame.pairs.parts)
+    for (const Pair pair : part) {
+      dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
+      report.next(pair, a, b);
+      callback(data, a, b);
+    }
+}
+
+}  // namespace ode_parallel_sap
