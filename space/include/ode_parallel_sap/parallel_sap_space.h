@@ -427,6 +427,8 @@ typedef struct dParallelSAPStats {
   double events_ms;              /* which pairs began and ended, if that is asked for */
   unsigned long long apart;      /* pairs that dCollide was not called for since they are certainly
                                   * apart; none in frames in which too few were to look for them */
+  int find_threads;              /* threads used by the widest stage that finds pairs */
+  int narrow_threads;            /* threads that found contacts; 0 where none were to be found */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
