@@ -347,7 +347,7 @@ class Interrupts(Folder):
         for number, code in (signal.SIGINT, 130), (signal.SIGTERM, 143):
             exit_code, output, text = self.interrupt(number)
             os.remove(self.file)
-            self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ %\n")
+            self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ % +1\n")
             self.assertEqual(exit_code, code)
             rows = text.splitlines()
             steps = int(re.search(r"Interrupted after (\d+) steps", output).group(1))
