@@ -142,3 +142,10 @@ if(NOT PILE_HAS_VIEW)
   add_pile_test(no-view 2 "are not in this build: .*libglvnd-dev" --view)
 endif()
 add_pile_test(drawing-flag-elsewhere 2 "-notex needs --view or --snapshot" -notex)
+
+# The study of the whole step, which README's first figure is drawn from.
+if(ODE_PARALLEL_SAP_PYTHON)
+  add_test(NAME examples.pile.step COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${PROJECT_SOURCE_DIR}/tests/bench/step_test.py"
+                                           $<TARGET_FILE:pile>)
+  set_tests_properties(examples.pile.step PROPERTIES LABELS examples TIMEOUT 300)
+endif()
