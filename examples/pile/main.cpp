@@ -92,10 +92,10 @@ Run::Run(const Options& options) : options_(options), csv_(options.csv) {
     throw UsageError("cannot write the file " + file);
   Random random(options.seed);
   presetOf(options.scene).build(world_, options.bodies, random);
-  if (options.random_bodies) world_.shuffleBodies(random);
   printHeader(world_, options);
   log_.emplace(measure(world_));
   if (options.settle) settle();
+  if (options.random_bodies) world_.shuffleBodies(random);
   world_.useSpace(createSpace(options, world_.geoms()));
   simulation_.emplace(world_, options);
 }

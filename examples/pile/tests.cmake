@@ -148,4 +148,8 @@ if(ODE_PARALLEL_SAP_PYTHON)
   add_test(NAME examples.pile.step COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${PROJECT_SOURCE_DIR}/tests/bench/step_test.py"
                                            $<TARGET_FILE:pile>)
   set_tests_properties(examples.pile.step PROPERTIES LABELS examples TIMEOUT 300)
+  # The page about the solver.
+  add_test(NAME examples.pile.solver COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/solver_test.py"
+                                             $<TARGET_FILE:pile> "${PROJECT_SOURCE_DIR}/examples/SOLVER.md")
+  set_tests_properties(examples.pile.solver PROPERTIES LABELS examples TIMEOUT 300)
 endif()

@@ -12,7 +12,7 @@ size_t triangleCount(dGeomID geom) {
   return static_cast<size_t>(dGeomTriMeshGetTriangleCount(geom));
 }
 
-// A new body with the mass and the pose of another one, at rest.
+// A new body with the mass, the pose and the velocity of another one.
 dBodyID copyOf(dBodyID other, dWorldID world) {
   const dBodyID body = dBodyCreate(world);
   dMass mass;
@@ -21,6 +21,11 @@ dBodyID copyOf(dBodyID other, dWorldID world) {
   const dReal* place = dBodyGetPosition(other);
   dBodySetPosition(body, place[0], place[1], place[2]);
   dBodySetQuaternion(body, dBodyGetQuaternion(other));
+  const dReal* speed = dBodyGetLinearVel(other);
+  dBodySetLinearVel(body, speed[0], speed[1], speed[2]);
+  const dReal* rotation = dBodyGetAngularVel(other);
+  dBodySetAngularVel(body, rotation[0], rotation[1], rotation[2]);
+  if (!dBodyIsEnabled(other)) dBodyDisable(body);
   return body;
 }
 

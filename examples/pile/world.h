@@ -33,7 +33,8 @@ class World {
   void addStatic(dGeomID geom);
   void addBody(dGeomID geom, const dMass& mass, const Pose& pose);
 
-  // Makes all bodies once more, in random order, and counts their geoms in that order from now on.
+  // Makes all bodies once more, in random order, and counts their geoms in that order from now on
+  // (and from the next useSpace on in the space).
   void shuffleBodies(Random& random);
 
   // The mesh of a trimesh geom of this world.
