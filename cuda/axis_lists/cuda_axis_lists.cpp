@@ -25,7 +25,9 @@ namespace {
 using device::AxisView;
 using device::CommonCounts;
 
-using device::axis_chunk_pairs;
+// fixed: pairs of the fullest axis that are dealt with at a time: bounds what their results may
+// take, 256 MB.
+constexpr std::uint64_t axis_chunk_pairs = std::uint64_t{1} << 24;
 
 // Found pairs travel this many at a time.
 constexpr std::size_t piece_pairs = device::piece_bytes / sizeof(Pair);

@@ -11,6 +11,10 @@ using namespace device;
 
 namespace {
 
+// fixed: places for pairs before anything is known of the scene: a guess that only the first frame
+// needs.
+constexpr std::size_t first_pairs_a_box = 8;
+
 // fixed: each round divides crowds by their own range, and boxes differ by next to nothing where it
 // takes more than a few; any bound will do.
 constexpr int most_rounds = 16;

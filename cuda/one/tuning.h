@@ -47,12 +47,6 @@ constexpr std::uint32_t long_list = 64;
 // Doubled: not measured. Halved: not measured.
 constexpr std::uint32_t cached_words = 4096;
 
-// Places for pairs before anything is known of the scene; later what the last frame needed and a
-// part more.
-// Unit: pairs a box. From: the densest scenes of tests/bench but one place.
-// Doubled: not measured. Halved: not measured.
-constexpr std::size_t first_pairs_a_box = 8;
-
 // What travels is cut into so many pieces at least, unless they were smaller than that part of
 // piece_bytes: the first can be dealt with early.
 // Unit: pieces. From: cuda/check time, cube of 100,000.

@@ -7,12 +7,6 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// Boxes from which the cuts are chosen: equal numbers of them are equal numbers of boxes within
-// 1 %.
-// Unit: boxes. From: cuda/check devices, cube of 1,000,000.
-// Doubled: not measured. Halved: not measured.
-constexpr std::size_t most_sampled = 2048;
-
 // Another axis is looked for when more of the sampled boxes than one in this many go to further
 // shares.
 // Unit: boxes. From: cuda/check devices, layer and line.

@@ -4,18 +4,16 @@
 #include <new>
 #include <utility>
 
-#include "space/data/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// What a thread takes at a time.
-constexpr std::size_t piece_pairs = std::size_t{1} << 14;
 // Pairs that are compared at once.
-constexpr std::ptrdiff_t step = 8;
+constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
 
 Region comparing("pair events: comparison"), writing("pair events: pairs and numbers");
 
@@ -168,7 +166,7 @@ bool PairEvents::tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Sourc
 void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) {
   const Comparison comparison(told_, nameOldSlots(geoms));
   const std::size_t count = pairs.size();
-  const int team = teamFor(count + told_.size(), grains::compared_pairs, threads);
+  const int team = teamFor(count + told_.size(), grains::passed_pairs, threads);
   planPieces(pairs, comparison, team);
   findChanges(comparison, team);
   addUp();
@@ -187,7 +185,7 @@ void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms
 void PairEvents::planPieces(const PairList& pairs, const Comparison& comparison, int threads) {
   pieces_.clear();
   std::size_t place = 0;
-  const std::size_t wanted = chunkOf(pairs.size(), piece_pairs, threads);
+  const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
   for (const Buffer<Pair>& part : pairs.parts)
     for (const Pair* begin = part.begin(); begin < part.end();) {
       const Pair* const end = begin + std::min<std::size_t>(wanted, part.end() - begin);

@@ -39,7 +39,7 @@ class PairNumbers {
   std::size_t bytes() const { return words_.bytes(); }
 
  private:
-  static constexpr std::size_t word_numbers = 64;
+  static constexpr std::size_t word_numbers = 64;  // fixed: bits of a word
 
   Buffer<std::uint64_t> words_;  // a bit for each number, set while it is free
   std::size_t lowest_ = 0;       // no word before this one has a free one

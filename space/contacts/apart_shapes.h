@@ -231,7 +231,7 @@ inline bool areBeside(const Rod& a, const Rod& b, double error) {
 inline bool areApart(const RodShape& first, const RodShape& second) {
   const Rod a(first), b(second);
   const double size = a.size() + b.size();
-  constexpr double unit_error = 0x1p-20;
+  constexpr double unit_error = 0x1p-20;  // fixed: far beyond the rounding of an axis
   if (!isBounded(size) || !(a.half >= 0) || !(b.half >= 0) ||
       !(std::fabs(dot(a.axis, a.axis) - 1) <= unit_error) ||
       !(std::fabs(dot(b.axis, b.axis) - 1) <= unit_error))

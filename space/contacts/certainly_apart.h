@@ -10,7 +10,7 @@
 
 namespace ode_parallel_sap {
 
-// As many pairs as are tested at a time.
+// fixed: as many pairs as are tested at a time, a bit of a word each.
 constexpr std::size_t most_apart_pairs = 32;
 
 // Two boxes are tested many times faster than dCollide finds them apart, other pairs not much.

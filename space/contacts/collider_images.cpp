@@ -10,19 +10,15 @@
 #include <mutex>
 #include <new>
 
+#include "space/contacts/tuning.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Of the process: each takes some 2 MB, most of it the file in memory.
+// fixed: a bound of the process: each takes some 2 MB, most of it the file in memory.
 constexpr std::size_t most_images = 64;
-
-// Pairs that take as long as loading an image does, 1.5 ms, at 1.5 us a pair of a box and a mesh
-// (results/xeon-16-cores/parts.csv). Once they have been met images are loaded: whatever comes, it
-// has cost no more than twice what would have been best.
-constexpr std::uint64_t pairs_worth_an_image = 1000;
 
 // How long exit() waits for collisions in other threads.
 constexpr std::chrono::seconds longest_wait(2);

@@ -136,8 +136,8 @@ class ElfFile {
 
 int fileInMemory() {
   if (faultIs(CopyFault::Memory)) return -1;
-  constexpr unsigned close_on_exec = 1;  // MFD_CLOEXEC
-  constexpr unsigned executable = 16;    // MFD_EXEC, of Linux 6.3, where files may need it
+  constexpr unsigned close_on_exec = 1;  // fixed: MFD_CLOEXEC
+  constexpr unsigned executable = 16;    // fixed: MFD_EXEC, of Linux 6.3, where files may need it
   const auto create = [](unsigned flags) {
     return static_cast<int>(syscall(SYS_memfd_create, "ode-image", flags));
   };

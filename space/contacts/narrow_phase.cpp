@@ -20,13 +20,11 @@ constexpr int most_contacts_mask = 0xffff;
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
     colliding_on_images("contacts: pairs on images");
 
-static_assert(most_pairs_a_chunk <= most_apart_pairs, "a chunk is tested at once");
-
-// Few enough pairs at a time that nobody waits long for the last thread.
+// As many as are tested at a time, but few enough that nobody waits long for the last thread.
 std::size_t chunkFor(std::size_t pairs, int team) {
-  if (team == 1) return most_pairs_a_chunk;
+  if (team == 1) return most_apart_pairs;
   return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
-                                 most_pairs_a_chunk);
+                                 most_apart_pairs);
 }
 
 // All lines of an object, which need not begin with one.
@@ -151,7 +149,7 @@ class NarrowPhase::Pass {
 
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
   void lookAt(Range range, int thread, bool alone) const {
-    int flags[most_pairs_a_chunk];
+    int flags[most_apart_pairs];
     std::uint32_t wanted = 0, testable = 0;
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
       prefetchAfter(range.begin + i);
@@ -280,7 +278,7 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
 
 int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
   gather(&Share::image);
-  const ColliderImages images(teamFor(waiting_.size(), grains::image_pairs, threads),
+  const ColliderImages images(teamFor(waiting_.size(), grains::heavy_pairs, threads),
                               waiting_.size());
   if (images.count() == 0) {
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);

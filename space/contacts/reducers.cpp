@@ -8,7 +8,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Hulls of more corners than this do not grow any more. Four hold a face of a box.
+// fixed: hulls of more corners than this do not grow any more. Four hold a face of a box.
 constexpr int most_corners = 64;
 
 bool isDeeper(const dContactGeom& a, const dContactGeom& b) {

@@ -8,6 +8,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -65,8 +66,8 @@ struct PairList {
 // have unsure ones: whole eights of pairs, 64 bytes, which are read about as fast as one of them.
 inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
                        std::vector<PairList::Stretch>& unsure) {
-  constexpr std::size_t step = 8;
-  constexpr std::size_t longest = 4096;  // of a stretch: what a thread is given at a time
+  constexpr std::size_t step = 8;               // fixed: a line of the cache
+  constexpr std::size_t longest = chunk_pairs;  // of a stretch
   for (std::size_t at = written.begin; at < written.end; at += step) {
     const Pair* const pairs = part_pairs + at;
     Pair all_bits = 0;

@@ -35,8 +35,8 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(float extent_x, float extent_y, flo
   const int x = octaveOf(extent_x), y = octaveOf(extent_y), z = octaveOf(extent_z);
   const int greater = x > y ? x : y, greatest = greater > z ? greater : z;
   if (greatest == unbounded_octave) return unbounded_octave * shapes;
-  return greatest * shapes + (greatest - x >= class_octaves) + (greatest - y >= class_octaves) * 2 +
-         (greatest - z >= class_octaves) * 4;
+  return greatest * shapes + (greatest - x >= shape_octaves) + (greatest - y >= shape_octaves) * 2 +
+         (greatest - z >= shape_octaves) * 4;
 }
 
 // Consecutive octaves whose boxes share classes.
@@ -45,9 +45,9 @@ struct Window {
   std::uint32_t count;  // of boxes
 };
 
-// Puts windows that do not overlap in order and joins some of them, in place: few small boxes do no
-// harm among larger ones, and the last of too many join as well. Returns how many are left.
-// `bounded` boxes are in all of them.
+// Puts windows that do not overlap in order and joins some of them, in place: a class ends where
+// the boxes that are larger are clearly fewer, and the last of too many join as well. Returns how
+// many are left. `bounded` boxes are in all of them.
 ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count,
                                                       std::uint32_t bounded) {
   for (int i = 1; i < count; ++i)
@@ -57,12 +57,14 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count
       windows[j - 1] = swapped;
     }
   int kept = 0;  // never overtakes i
+  std::uint64_t up_to = 0;
   for (int i = 0; i < count; ++i) {
-    const bool join =
-        i + 1 < count && (!mechanisms::size_classes || windows[i].count < bounded / least_share ||
-                          kept + count - i > most_windows);
-    if (join) {
+    up_to += windows[i].count;
+    const bool few_larger = (bounded - up_to) * fewer_larger <= windows[i].count;
+    if (i + 1 < count &&
+        !(mechanisms::size_classes && few_larger && kept + count - i <= most_windows)) {
       windows[i + 1].first = windows[i].first;
+      up_to -= windows[i].count;
       windows[i + 1].count += windows[i].count;
     } else {
       windows[kept++] = windows[i];

@@ -27,6 +27,12 @@ constexpr std::size_t tasks_a_thread = 16;
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t chunk_pairs = 4096;
 
+// Pairs of a block that is handed to the program. Which blocks there are depends on this and on the
+// pairs alone.
+// Unit: pairs. From: pairs in blocks.
+// Doubled: not measured. Halved: not measured.
+constexpr std::size_t block_pairs = 512;
+
 // Cells that a thread takes at a time: enough to make asking cheap, few enough to keep threads
 // level where some cells have many more neighbours than others. Whole nodes of a tree.
 // Unit: cells. From: peers, all scenes on 16 threads.
@@ -48,22 +54,27 @@ constexpr int retry_frames = 16;
 // Doubled: not measured. Halved: not measured.
 constexpr int back_off_range = 64;
 
-// Storage that was of no use in so many frames in a row is given back: a scene that breathes keeps
-// what it has.
-// Unit: frames. From: two seconds of a simulation.
-// Doubled: not measured. Halved: not measured.
+// fixed: two seconds of a simulation. Storage that was of no use in so many frames in a row is
+// given back: a scene that breathes keeps what it has.
 constexpr int idle_frames = 128;
 
 // Sizes within a factor of two to the power of this share a class: cells of mixed sizes are then at
 // most as wide as their largest boxes, and boxes of one size rarely straddle two classes.
-// Unit: octaves. From: peers, log-sizes-2 and log-sizes-4.
+// Unit: octaves. From: peers, brownian-assorted, which takes 1.3 times as long at 3.
 // Doubled: not measured. Halved: not measured.
-constexpr int class_octaves = 3;
+constexpr int class_octaves = 4;
 
-// Below this share of all boxes a class of small boxes is not worth a tree of its own.
-// Unit: boxes. From: peers, giant-among-dust.
+// A class of sizes ends where there are this many times fewer larger boxes. Among many larger ones
+// small boxes do no harm, and each class more is a tree more to walk.
+// Unit: 1. From: peers, six-decades-of-size and bars-among-cubes: at 12 the one takes 0.88 of the
+// time, the other 1.79 times as long. Doubled: not measured. Halved: not measured.
+constexpr std::uint32_t fewer_larger = 8;
+
+// A box is short along an axis where it is shorter there by a factor of two to the power of this
+// than along its longest one.
+// Unit: octaves. From: peers, long-bars and thin-bars, 1.75 and 1.37 times as long at 5.
 // Doubled: not measured. Halved: not measured.
-constexpr std::uint32_t least_share = 32;
+constexpr int shape_octaves = 3;
 
 // A shape (long in some axes, short in others) gets a class from this share of its window on.
 // Unit: boxes. From: peers, long-bars and terrain.
@@ -150,36 +161,25 @@ constexpr Grain geom_tests = {8192, Grain::further};
 constexpr Grain listed_pairs = {geom_tests.work, Grain::whole};
 constexpr Grain axis_pairs = {geom_tests.work, Grain::whole};
 
+// Pairs that are gone through in their order: moved to close a gap, 0.2 ns each, or, old and new
+// ones, compared, 0.9 ns where a few differ; 13 to 59 us.
+// Unit: pairs. From: rest-benchmark with user classes; events.
+// Doubled: not measured. Halved: not measured.
+constexpr Grain passed_pairs = {1 << 16, Grain::further};
+
+// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
+constexpr Grain handed_out_pairs = {2 * block_pairs, Grain::whole};
+
 // Pairs that are collided: 0.4 us each of boxes, 0.1 ms.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
 // Doubled: not measured. Halved: not measured.
 constexpr Grain collided_pairs = {256, Grain::whole};
 
-// Pairs of colliders that are slower: 1 us each of cylinders, 9 us of meshes of tori; 4 to 38 us.
+// Pairs of colliders that are slower: 1 us each of cylinders, 1.5 us of boxes and a mesh, 9 us of
+// meshes of tori; 8 to 72 us.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
 // Doubled: not measured. Halved: not measured.
-constexpr Grain heavy_pairs = {4, Grain::whole};
-
-// Pairs that want an image of ODE: 1.5 us each of boxes and a mesh, 9 us of meshes of tori; 12 to
-// 72 us.
-// Unit: pairs. From: narrow.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain image_pairs = {8, Grain::whole};
-
-// Pairs behind a gap that are moved to close it: 0.2 ns each, 26 us.
-// Unit: pairs. From: rest-benchmark with user classes.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain moved_pairs = {1 << 17, Grain::further};
-
-// Pairs, old and new ones, that are compared: 0.9 ns each where a few differ, 29 us.
-// Unit: pairs. From: peers, events.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain compared_pairs = {1 << 15, Grain::further};
-
-// Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
-// Unit: pairs. From: peers, concurrent-blocks.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain handed_out_pairs = {1024, Grain::whole};
+constexpr Grain heavy_pairs = {8, Grain::whole};
 
 }  // namespace grains
 

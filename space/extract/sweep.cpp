@@ -6,12 +6,15 @@
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
-#include "space/extract/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
 
 namespace {
+
+// Up to this number of cells of unbounded boxes every one of these meets all others. A row of
+// sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
+constexpr std::size_t most_reaching_cells = group_size;
 
 Region sweeping("sweep: tasks");
 

@@ -38,7 +38,6 @@ struct PairFilter::ExactTest {
 
 namespace {
 
-
 Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
 }  // namespace

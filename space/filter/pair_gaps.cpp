@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "space/data/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -60,7 +60,7 @@ void PairGaps::close(std::vector<PairList::Stretch>& gaps, int threads, PairList
 // In place: each thread closes the gaps of a piece of its own, then all pieces are moved together.
 void PairGaps::closePart(Gap begin, Gap end, int threads, Buffer<Pair>& part) {
   const std::size_t first = begin->begin, count = part.size() - first;
-  const int team = teamFor(count, grains::moved_pairs, threads);
+  const int team = teamFor(count, grains::passed_pairs, threads);
   pieces_.assign(static_cast<std::size_t>(team), {part.size(), part.size(), 0});
   runTeam(closing, team, [&](int thread, int size) {
     Range range = ownPart(count, thread, size);

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 
-#include "space/data/tuning.h"
 #include "space/data/parallel.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -14,7 +14,7 @@ Region handing_out("pairs in blocks: blocks");
 
 // Pairs ahead at which the table of geoms is asked for an entry: that of the later geom may be
 // anywhere in it.
-constexpr std::ptrdiff_t ahead = 16;
+constexpr std::ptrdiff_t ahead = prefetch_distance;
 
 dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
                           dParallelSAPPair* to) {

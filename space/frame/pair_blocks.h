@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "space/data/pair_list.h"
+#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -25,7 +26,7 @@ class PairBlock {
  public:
   // All blocks of a frame but the last one have this size, so that which blocks there are depends
   // on the pairs alone.
-  static constexpr std::size_t size = 512;
+  static constexpr std::size_t size = block_pairs;
 
   explicit PairBlock(const PairsRequest& request) : request_(request) {}
 

@@ -160,9 +160,8 @@ void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out
     else if (share.tested > 0)
       back_off.paid();
   };
-  constexpr double least_boxes = 0.3, least_others = 0.7;
-  learn(plan.leave_out.boxes, left_out.boxes, least_boxes, apart_boxes_);
-  learn(plan.leave_out.others, left_out.others, least_others, apart_others_);
+  learn(plan.leave_out.boxes, left_out.boxes, least_apart_boxes, apart_boxes_);
+  learn(plan.leave_out.others, left_out.others, least_apart_others, apart_others_);
 }
 
 int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {

@@ -33,6 +33,16 @@ constexpr int cut_frames = 4;
 // Doubled: not measured. Halved: not measured.
 constexpr unsigned most_without_vectors = 14;
 
+// Looking which pairs of boxes are certainly apart pays where this part of them is.
+// Unit: 1. From: contacts, piles.
+// Doubled: not measured. Halved: not measured.
+constexpr double least_apart_boxes = 0.3;
+
+// The same of pairs of other shapes.
+// Unit: 1. From: contacts, piles.
+// Doubled: not measured. Halved: not measured.
+constexpr double least_apart_others = 0.7;
+
 // The part of what is known of a back end's time that its newest frame makes up.
 // Unit: 1. From: choice_test; devices, auto.
 // Doubled: not measured. Halved: not measured.

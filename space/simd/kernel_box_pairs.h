@@ -25,17 +25,18 @@ using namespace ode_parallel_sap;
 // 20 e, of the number of an axis of a face 44 e size, of an axis across two edges 256 e size. Twice
 // that for both computations, and twice that again for the rounding of the bound itself.
 constexpr float box_pair_rounding = 1024 * __FLT_EPSILON__;
-constexpr float most_squares = 4;
-// Of these sizes no product overflows, and what underflows is below e size by a factor of 2^20.
+constexpr float most_squares = 4;  // fixed: of what is a rotation, with room
+// fixed: of these sizes no product overflows, and what underflows is below e size by a factor of
+// 2^20.
 constexpr float least_box_pair_size = 0x1p-80f, most_box_pair_size = 0x1p100f;
 
 // A register of lanes, in the notation that GCC and Clang have for all instruction sets.
 #if defined(__AVX512F__)
-constexpr int float_lanes = 16;
+constexpr int float_lanes = 16;  // fixed: of the vectors
 #elif defined(__AVX__)
-constexpr int float_lanes = 8;
+constexpr int float_lanes = 8;  // fixed: of the vectors
 #else
-constexpr int float_lanes = 4;
+constexpr int float_lanes = 4;  // fixed: of the vectors
 #endif
 using Floats = float __attribute__((vector_size(float_lanes * sizeof(float)), may_alias));
 using Words = int __attribute__((vector_size(float_lanes * sizeof(int))));
@@ -72,7 +73,7 @@ inline Floats shuffle(Floats x, Floats y) {
 }
 
 // Rows of three numbers, each of a pair and lying side by side, become the numbers of many pairs.
-constexpr int rows_of_pair = 9;  // matrices, from centre to centre, sides
+constexpr int rows_of_pair = 9;  // fixed: matrices, from centre to centre, sides
 struct alignas(64) BoxRows {
   // Of pairs 4 b + i of a register, at [i][4 b]; the fourth number is nothing.
   float of[rows_of_pair][4][float_lanes];

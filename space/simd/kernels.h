@@ -76,15 +76,6 @@ struct HalfSpaceHits {
   std::uint16_t sure;   // of those, boxes that surely reach it
 };
 
-// Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
-// which is nothing, and a matrix of three such rows, whose columns are the box's axes.
-template <class Real>
-struct BoxPairs {
-  const Real* centre[2][group_size];
-  const Real* matrix[2][group_size];
-  const Real* sides[2][group_size];
-};
-
 template <class Real>
 struct HalfSpaces {
   const HalfSpace<Real>* first;
@@ -96,6 +87,15 @@ struct HalfSpaces {
 struct CellBoxes {
   const std::uint32_t* order;
   const std::uint32_t* starts;
+};
+
+// Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
+// which is nothing, and a matrix of three such rows, whose columns are the box's axes.
+template <class Real>
+struct BoxPairs {
+  const Real* centre[2][group_size];
+  const Real* matrix[2][group_size];
+  const Real* sides[2][group_size];
 };
 
 // Each for boxes of floats and of doubles.

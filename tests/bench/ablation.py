@@ -7,9 +7,8 @@ the whole one over the scenes of the benchmarks.
     tests/bench/ablation.py measure build/release ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
 
-A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds, on this
-machine. "nothing" is the whole library timed against itself: what is smaller than its rows is noise. What was measured
-is kept, and only what is missing from the file is run.
+A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
+is the whole library timed against itself: what is smaller than its rows is noise. All run on one thread.
 """
 import argparse
 import csv
@@ -18,8 +17,6 @@ import os
 import re
 import sys
 import tempfile
-import threading
-from concurrent.futures import ThreadPoolExecutor
 
 import variants
 
@@ -36,11 +33,7 @@ def mechanisms(source):
 def measure(options):
     project = variants.Project(options.source, options.build, options.programs, options.database)
     names = [name for _, name in mechanisms(options.source)]
-    done = set()
-    if os.path.exists(options.csv):
-        with open(options.csv) as file:
-            done = {row["without"] for row in csv.DictReader(file)}
-    wanted = [name for name in options.only or names + ["nothing"] if name not in done]
+    wanted = options.only or names + ["nothing"]
     with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
         libraries = {}
         project.prepare(directory, options.jobs)
@@ -52,40 +45,26 @@ def measure(options):
 
 
 def run(project, libraries, wanted, options):
-    """Each place, a set of processors, takes one mechanism after the other, with and without it by turns."""
-    places = options.cores or [None]
-    free, lock = list(places), threading.Lock()
-
-    def compare(name):
-        with lock:
-            core = free.pop()
-        try:
-            least = {"whole": {}, name: {}}
-            for _ in range(options.rounds):
-                for library in ("whole", name):
-                    for cell, ms in variants.measure(project, libraries[library], options.quick, core).items():
-                        least[library][cell] = min(ms, least[library].get(cell, math.inf))
-        finally:
-            with lock:
-                free.append(core)
-        with lock:
-            write(options.csv, name, least["whole"], least[name])
-        print("timed", name, flush=True)
-
-    with ThreadPoolExecutor(len(places)) as pool:
-        for result in [pool.submit(compare, name) for name in wanted]:
-            result.result()
+    """In each round each program is run with every library in turn; the file is written after each round."""
+    least = {name: {} for name in libraries}
+    for number in range(options.rounds):
+        for measurement in variants.measurements(options.quick):
+            for name, library in libraries.items():
+                times = variants.measure(project, library, options.quick, options.cores, [measurement])
+                for cell, ms in times.items():
+                    least[name][cell] = min(ms, least[name].get(cell, math.inf))
+        write(options.csv, wanted, least)
+        print("round", number + 1, flush=True)
 
 
-def write(path, name, whole, without):
-    new = not os.path.exists(path)
-    with open(path, "a", newline="") as file:
+def write(path, wanted, least):
+    with open(path, "w", newline="") as file:
         writer = csv.writer(file)
-        if new:
-            writer.writerow(["without", "cell", "ms", "ms_without", "ratio"])
-        for cell in sorted(set(whole) & set(without)):
-            writer.writerow([name, cell, "%.5g" % whole[cell], "%.5g" % without[cell],
-                             "%.4g" % (without[cell] / whole[cell])])
+        writer.writerow(["without", "cell", "ms", "ms_without", "ratio"])
+        for name in wanted:
+            for cell in sorted(set(least["whole"]) & set(least[name])):
+                whole, without = least["whole"][cell], least[name][cell]
+                writer.writerow([name, cell, "%.5g" % whole, "%.5g" % without, "%.4g" % (without / whole)])
 
 
 def table(options):
@@ -127,7 +106,7 @@ def main():
     measuring.add_argument("--rounds", type=int, default=3)
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     measuring.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")
-    measuring.add_argument("--cores", nargs="+", help="sets of processors, as of taskset, that measure at once")
+    measuring.add_argument("--cores", help="processors to keep to, as of taskset")
     measuring.add_argument("--programs", help="where the benchmarks are; default: in the build")
     measuring.add_argument("--database", help="compile_commands.json; default: the build's")
     measuring.add_argument("--temporary", help="directory for the variants")

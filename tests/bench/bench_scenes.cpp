@@ -312,15 +312,16 @@ Boxes logSizes(std::size_t n, double decades, std::uint64_t seed) {
   return boxes;
 }
 
-// Unit cubes, of which every fiftieth is as large as `large`, in a cube with `room` for each.
-Boxes twoSizes(std::size_t n, const double (&large)[3], double room, std::uint64_t seed) {
+// Unit cubes, of which some are as large as `large`, in a cube with `room` for each.
+Boxes twoSizes(std::size_t n, std::size_t one_of, const double (&large)[3], double room,
+               std::uint64_t seed) {
   Random random(seed);
   const double side = std::cbrt(static_cast<double>(n) * room);
   Boxes boxes;
   for (std::size_t i = 0; i < n; ++i) {
     const double x = random.between(0, side), y = random.between(0, side);
     boxes.push_back(cube(x, y, random.between(0, side), 0.5));
-    if (i % 50 != 0) continue;
+    if (i % one_of != 0) continue;
     const std::size_t turn = random.below(3);
     for (std::size_t axis = 0; axis < 3; ++axis)
       boxes.back().half[axis] = static_cast<dReal>(large[(axis + turn) % 3] / 2);
@@ -403,15 +404,19 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
   kinds.push_back(swinging("two-sizes", "every fiftieth 20 times as large", any_number,
                            [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, {20, 20, 20}, 44, seed);
+                             return twoSizes(n, 50, {20, 20, 20}, 44, seed);
                            }));
   kinds.push_back(swinging("two-sizes-dense", "the same with 44 pairs a box", 100000,
                            [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, {20, 20, 20}, 4.4, seed);
+                             return twoSizes(n, 50, {20, 20, 20}, 4.4, seed);
                            }));
   kinds.push_back(swinging("walls", "every fiftieth 1 x 20 x 20", any_number,
                            [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, {1, 20, 20}, 6, seed);
+                             return twoSizes(n, 50, {1, 20, 20}, 6, seed);
+                           }));
+  kinds.push_back(swinging("bars-among-cubes", "every tenth 1 x 1 x 40", any_number,
+                           [](std::size_t n, std::uint64_t seed) {
+                             return twoSizes(n, 10, {1, 1, 40}, 6, seed);
                            }));
   kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back(

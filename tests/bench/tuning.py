@@ -67,7 +67,7 @@ class Constant:
 
 
 def constants(source):
-    """Of all rooms, those that are computed from others apart."""
+    """Of all rooms, without those that are computed from others or fixed."""
     found = []
     for path in sorted(glob.glob(os.path.join(source, "space", "**", "tuning.h"), recursive=True) +
                        glob.glob(os.path.join(source, "cuda", "**", "tuning.h"), recursive=True)):
@@ -78,7 +78,7 @@ def constants(source):
                 r"((?://[^\n]*\n)*)constexpr ([\w:]+) (\w+) =\s*([^;]+);", text):
             lines = [line[2:].strip() for line in comment.splitlines()]
             constant = Constant(room, lines, kind, name, value)
-            if not constant.is_derived():
+            if not constant.is_derived() and not constant.part(r"\b(fixed): "):
                 found.append(constant)
     return found
 
@@ -112,7 +112,6 @@ def cells_of(room, quick):
         "space/axes": ("paper",),
         "space/cells": ("pairs",),
         "space/coherence": ("rest",),
-        "space/extract": ("pairs", "planes"),
         "space/extract/paper": ("paper",),
         "space/frame": ("small", "pairs"),
         "space/queries": ("queries",),

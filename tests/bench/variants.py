@@ -108,19 +108,16 @@ def change(path, name, replacement):
 # What is timed: program, arguments, columns of its CSV that tell cells apart, and the column of the time. The scenes
 # of pair-benchmark are found pairs first, so a variant that finds others is not timed.
 def measurements(quick):
-    scale = ["--budget=%g" % (0.02 if quick else 0.1), "--rounds=1"]
-    ours = ["--peers=parallel-sap"] + scale
+    ours = ["--peers=parallel-sap", "--budget=%g" % (0.02 if quick else 0.03), "--rounds=1"]
     pairs = ("scene", "n", "threads", "moving")
-    sizes = "1000" if quick else "300,3000,30000"
-    seconds = "%g" % (0.02 if quick else 0.2)
-    wide = "dense-cube,log-sizes-4,jumps,trembling,heap,giant-among-dust"
+    seconds = "%g" % (0.02 if quick else 0.05)
+    many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,log-sizes-6,giant-among-dust," \
+           "bars-among-cubes,long-bars,thin-bars,brownian-assorted,trembling,jumps,crowd-and-cube,touching-lattice,one-place"
     few = "dense-cube,heap,straight-line"
     runs = [
-        ("pair-benchmark", ["--scenes=all", "--sizes=" + sizes] + ours, pairs),
-        ("pair-benchmark", ["--scenes=" + wide, "--sizes=" + ("1000" if quick else "30000"), "--threads=2"] +
+        ("pair-benchmark", ["--scenes=" + many, "--sizes=" + ("1000" if quick else "300,3000,30000")] + ours, pairs),
+        ("pair-benchmark", ["--scenes=dense-cube,crowd-and-cube", "--sizes=" + ("2000" if quick else "10000,200000")] +
          ours, pairs),
-        ("pair-benchmark", ["--scenes=dense-cube,log-sizes-2", "--sizes=" + ("2000" if quick else "200000")] + ours,
-         pairs),
         ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64"] + ours, pairs),
         ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64", "--still"] + ours, pairs),
         ("pair-benchmark", ["--scenes=" + few, "--sizes=300" + ("" if quick else ",30000"), "--still"] + ours,
