@@ -285,10 +285,10 @@ def step_axes(axes, rows):
         for column, _, colour in STEP_PARTS:
             axes.bar(place, row[column], 0.7, bottom=bottom, color=colour)
             bottom += row[column]
-        axes.text(place, bottom, "%.3g" % bottom, ha="center", va="bottom", fontsize=9)
+        axes.text(place, bottom, "%.3g" % bottom if bottom < 999.5 else "{:,.0f}".format(bottom), ha="center", va="bottom", fontsize=9)
     axes.axhline(FRAME_MS, color="black", linestyle="--", linewidth=1)
     axes.set_xticks(range(len(rows)))
-    axes.set_xticklabels([str(row["space"]).replace("dSweepAndPruneSpace", "dSweepAnd\nPruneSpace").replace(", ", ",\n")
+    axes.set_xticklabels([str(row["space"]).replace("dSweepAndPruneSpace", "dSweepAnd\nPruneSpace").replace("ours, ", "ours,\n").replace(" contacts", "\ncontacts")
                           for row in rows], fontsize=8)
     axes.set(title="{:,.0f} boxes, {:,.0f} contacts".format(rows[0]["bodies"], max(row["contacts"] or 0 for row in rows)))
     axes.margins(y=0.1)
@@ -323,10 +323,12 @@ FIGURES = ((peers, "peers"), (distributions, "peers"), (small, "small"), (scalin
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("directories", nargs="+", metavar="DIR")
-    for directory in parser.parse_args().directories:
+    parser.add_argument("--only", choices=sorted({study for _, study in FIGURES}), help="the figures of this study alone")
+    options = parser.parse_args()
+    for directory in options.directories:
         drawn = 0
         for figure, study in FIGURES:
-            if read(directory, study):
+            if options.only in (None, study) and read(directory, study):
                 figure(directory)
                 drawn += 1
         if not drawn:

@@ -2,7 +2,7 @@
 """Where the time of a whole step goes, in ODE's spaces and in ours: records the study `step`.
 
     tests/bench/step.py --pile build/release/examples/pile/pile --out tests/bench/results/MACHINE/step.csv
-    tests/bench/plot.py tests/bench/results/MACHINE       draws it
+    tests/bench/plot.py --only step tests/bench/results/MACHINE       draws it
 
 Runs the example's pile of boxes in dHashSpace, in dSweepAndPruneSpace and in the parallel space, in this with
 contacts found by a loop and on its threads. Before what is measured the pile has settled in one and the same
@@ -26,8 +26,8 @@ SPACES = {"dHashSpace": ["--space", "hash"],
           "dSweepAndPruneSpace": ["--space", "sap"],
           "ours, serial contacts": ["--space", "parallel", "--narrow", "serial"],
           "ours, parallel contacts": ["--space", "parallel", "--narrow", "parallel"]}
-# Steps that are measured, in ours and in ODE's spaces: fewer where one takes a second.
-STEPS = {1000: (60, 60), 10000: (30, 20), 50000: (12, 5)}
+# Steps to settle, and steps that are measured, in ours and in ODE's spaces: fewer where one takes a second.
+STEPS = {1000: (150, 60, 60), 10000: (150, 30, 20), 50000: (100, 12, 5)}
 DROPPED = 2
 PARTS = ["broad_ms", "narrow_ms", "joints_ms", "solver_ms"]
 COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"] + PARTS + [
@@ -60,8 +60,10 @@ def frames_of(command, limit):
 def measure(options, bodies, space):
     threads = options.threads or len(os.sched_getaffinity(0))
     ours = space.startswith("ours")
-    steps = options.steps or STEPS.get(bodies, (30, 10))[0 if ours else 1]
-    command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED), "--settle", str(options.settle)]
+    settle, in_ours, in_theirs = STEPS.get(bodies, (150, 30, 10))
+    steps = options.steps or (in_ours if ours else in_theirs)
+    command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED),
+               "--settle", str(options.settle or settle)]
     if ours and options.threads:  # a number that is set is kept, one that is not is what pays
         command += ["--threads", str(options.threads)]
     frames = frames_of(command + SPACES[space], options.limit)
@@ -79,7 +81,7 @@ def main():
     parser.add_argument("--pile", required=True, help="the program")
     parser.add_argument("--out", required=True, help="the CSV file")
     parser.add_argument("--bodies", type=int, nargs="+", default=list(STEPS))
-    parser.add_argument("--settle", type=int, default=150, help="steps before those that are measured")
+    parser.add_argument("--settle", type=int, help="steps before those that are measured, instead of as many")
     parser.add_argument("--steps", type=int, help="steps that are measured, instead of as many as the size has")
     parser.add_argument("--threads", type=int, help="of the parallel space; default: as many as pay")
     parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
