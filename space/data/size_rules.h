@@ -46,8 +46,8 @@ struct Window {
 };
 
 // Puts windows that do not overlap in order and joins some of them, in place: a class ends where
-// the boxes that are larger are clearly fewer, and the last of too many join as well. Returns how
-// many are left. `bounded` boxes are in all of them.
+// the boxes that are larger are clearly fewer, or of quite another size. Too many join as well.
+// Returns how many are left. `bounded` boxes are in all of them.
 ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count,
                                                       std::uint32_t bounded) {
   for (int i = 1; i < count; ++i)
@@ -61,8 +61,10 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count
   for (int i = 0; i < count; ++i) {
     up_to += windows[i].count;
     const bool few_larger = (bounded - up_to) * fewer_larger <= windows[i].count;
-    if (i + 1 < count &&
-        !(mechanisms::size_classes && few_larger && kept + count - i <= most_windows)) {
+    const bool ends =
+        i + 1 == count || (mechanisms::size_classes && kept + count - i <= most_windows &&
+                           (few_larger || windows[i + 1].first - windows[i].last > class_octaves));
+    if (!ends) {
       windows[i + 1].first = windows[i].first;
       up_to -= windows[i].count;
       windows[i + 1].count += windows[i].count;
