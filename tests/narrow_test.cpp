@@ -126,8 +126,26 @@ TEST_CASE("Many pairs are collided by many threads", "[narrow]") {
   };
   CHECK(!parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}).empty());
   CHECK(statsOf(space).threads == 3);
+  CHECK(statsOf(space).narrow_threads == 3);
   CHECK(seen.threads.size() >= 2);
   CHECK(seen.threads.size() <= 3);
+}
+
+TEST_CASE("The threads of pairs and of contacts are told apart", "[narrow]") {
+  const Space space;
+  ContactScene scene(space);
+  scene.fill({Kind::Box}, 900, seedOr(84));  // many pairs of few geoms
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  const auto contactsOf = [&] { return parallelContacts(space, 8).size(); };
+  for (int frame = 0; frame < 4; ++frame) CHECK(contactsOf() > 0);
+  const dParallelSAPStats both = statsOf(space);
+  CHECK(both.find_threads == 1);
+  CHECK(both.narrow_threads == 3);
+  CHECK(both.threads == 3);
+  dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
+  CHECK(statsOf(space).find_threads == 1);
+  CHECK(statsOf(space).narrow_threads == 0);
+  CHECK(statsOf(space).threads == 1);
 }
 
 TEST_CASE("Flags and limits hold for each pair", "[narrow]") {

@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 import unittest
+from xml.etree import ElementTree
 
 program = sys.argv.pop(1)
 README = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "README.md")
@@ -138,17 +139,67 @@ class Options(Folder):
 
         self.assertEqual(threads("--stepping", "parallel", "--threads", "3"), 3 + threads())
 
+    def test_the_narrow_phase_is_parallel_unless_the_space_or_the_user_says_otherwise(self):
+        loop, bulk = "Narrow phase: dCollide in a loop", "Narrow phase: dParallelSAPSpaceCollideContacts."
+        for options, said in ((), bulk), (("--narrow", "parallel"), bulk), (("--narrow", "serial"), loop + "."), (
+                ("--space", "hash"), loop + ", as ODE's own spaces have no other."):
+            self.assertIn(said + "\n", self.run_pile(*SMALL, *options))
+
     def test_a_parallel_narrow_phase_reports_no_pairs(self):
-        self.assertGreater(sum(float(row["report_ms"]) for row in self.rows(*SMALL)), 0)
-        rows = self.rows(*SMALL, "--narrow", "parallel")
-        self.assertEqual({row["report_ms"] for row in rows}, {"0"})
+        self.assertGreater(sum(float(row["report_ms"]) for row in self.rows(*SMALL, "--narrow", "serial")), 0)
+        self.assertEqual({row["report_ms"] for row in self.rows(*SMALL)}, {"0"})
+
+    def test_the_pile_has_settled_before_what_is_shown(self):
+        rows = self.rows("--scene", "balls", "--bodies", "60", "--steps", "20", "--settle", "120")
+        self.assertEqual(len(rows), 20)
+        self.assertGreater(int(rows[0]["contacts"]), 30)
+        self.assertEqual(self.rows("--scene", "balls", "--bodies", "60", "--steps", "20")[0]["contacts"], "0")
+
+    def test_what_is_shown_begins_with_one_pile_for_all_spaces(self):
+        settled = ("--scene", "balls", "--bodies", "60", "--steps", "1", "--settle", "150")
+        first = {kind: self.rows(*settled, "--space", kind)[0] for kind in ("parallel", "hash", "sap", "simple")}
+        self.assertGreater(int(first["parallel"]["contacts"]), 30)
+        for column in "pairs", "contacts", "deepest_m":
+            self.assertEqual(len({row[column] for row in first.values()}), 1, column)
+
+    def test_the_orders_of_creation_are_of_the_same_pile(self):
+        settled = ("--scene", "balls", "--bodies", "60", "--steps", "5", "--settle", "120")
+        place, other = (self.rows(*settled, "--creation-order", name) for name in ("place", "random"))
+        for column in "pairs", "contacts", "deepest_m", "asleep":
+            self.assertEqual(place[0][column], other[0][column])
+        self.assertGreater(int(place[0]["contacts"]), 30)
+        self.assertAlmostEqual(float(place[0]["energy"]) / float(other[0]["energy"]), 1, delta=0.001)
+        self.assertNotEqual(place[4]["energy"], other[4]["energy"])
+
+    def test_contacts_in_random_order_are_the_same_contacts(self):
+        settled = ("--scene", "balls", "--bodies", "60", "--steps", "2", "--settle", "120")
+        first, other = self.rows(*settled), self.rows(*settled, "--contact-order", "random")
+        self.assertEqual([first[0][name] for name in ("contacts", "deepest_m")], [other[0][name] for name in ("contacts", "deepest_m")])
+        self.assertNotEqual(first[1]["energy"], other[1]["energy"])
+
+    def test_each_reducer_keeps_contacts_of_its_own(self):
+        tori = ("--scene", "torus", "--bodies", "8", "--steps", "5", "--settle", "150", "--contacts", "3")
+        piles = {name: self.rows(*tori, "--reduce", name) for name in ("farthest", "deepest", "spread")}
+        self.assertEqual(len({rows[-1]["energy"] for rows in piles.values()}), 3)
+        self.assertEqual(len({rows[0]["contacts"] for rows in piles.values()}), 1)
+        self.assertGreater(int(piles["deepest"][0]["contacts"]), 10)
+        for name in piles:  # in the loop as on threads
+            self.assertEqual(piles[name][-1]["energy"], self.rows(*tori, "--reduce", name, "--narrow", "serial")[-1]["energy"])
+
+    def test_nobody_sleeps_who_may_not(self):
+        letters = ("--scene", "alphabet", "--bodies", "3", "--steps", "1500")
+        self.assertEqual(self.rows(*letters)[-1]["asleep"], "3")
+        self.assertEqual({row["asleep"] for row in self.rows(*letters, "--sleep", "off")}, {"0"})
 
 
 class Output(Folder):
     def part(self, output, name):
-        found = re.search(r"^ +%s +([0-9.]+) +([0-9.]+) %%$" % name, output, re.M)
+        found = re.search(r"^ +%s +([0-9.]+) +([0-9.]+) %%(?: +\d+)?$" % name, output, re.M)
         self.assertIsNotNone(found, name + " is not in the table:\n" + output)
         return float(found.group(1)), float(found.group(2))
+
+    def threads(self, output):
+        return [int(number) for number in re.findall(r"^  \w.* %% +(\d+)$".replace("%%", "%"), output, re.M)]
 
     def test_the_table_has_the_parts_of_a_step(self):
         output = self.run_pile(*SMALL, "--threads", "1")
@@ -161,6 +212,15 @@ class Output(Folder):
         self.assertLessEqual(sum(stages), parts[0][0] + 0.003)
         self.assertRegex(output, r"A mean step: 61 geoms, \d+ pairs, \d+ contacts\. 1\.20 s simulated in [0-9.]+ s\.")
         self.assertNotRegex(self.run_pile(*SMALL, "--space", "hash"), "update|extract")
+
+    def test_the_table_has_the_threads_of_each_part(self):
+        many = ("--scene", "balls", "--bodies", "10000", "--steps", "3", "--settle", "90", "--backend", "cpu", "--method", "sweep")
+        self.assertEqual(self.threads(self.run_pile(*many, "--threads", "1")), [1, 1, 1, 1])
+        self.assertEqual(self.threads(self.run_pile(*many, "--threads", "3")), [3, 3, 1, 1])
+        self.assertEqual(self.threads(self.run_pile(*many, "--threads", "3", "--narrow", "serial")), [3, 1, 1, 1])
+        few = (*SMALL, "--threads", "2", "--narrow", "serial", "--stepping", "parallel")
+        self.assertEqual(self.threads(self.run_pile(*few)), [1, 1, 1, 2])
+        self.assertEqual(self.threads(self.run_pile(*SMALL, "--space", "hash")), [1, 1, 1, 1])
 
     def test_the_lines_below_are_those_of_the_last_frame(self):
         last = self.rows(*SMALL)[-1]
@@ -182,6 +242,69 @@ class Output(Folder):
             self.assertRegex(shown, rb"\r\[#*\.*\] step \d+ of 100000, \d+ asleep")
             pile.process.kill()
         os.close(ours)
+
+
+class Pictures(Folder):
+    """The picture of times; what is in that of the pile is tested by view/look.py."""
+
+    def bars(self, file):
+        svg = ElementTree.parse(file).getroot()
+        space = "{http://www.w3.org/2000/svg}"
+        self.assertEqual(svg.tag, space + "svg")
+        for element in svg:
+            self.assertIn(element.tag, (space + "text", space + "rect", space + "line"))
+        bars = {bar.get("id"): (float(bar.get("x")), float(bar.get("width"))) for bar in svg.iter(space + "rect") if bar.get("id")}
+        lines = [float(line.get("x1")) for line in svg.iter(space + "line")]
+        return bars, lines, [text.text for text in svg.iter(space + "text")], float(svg.get("width"))
+
+    def shares(self, output):
+        return {name.replace(" ", "-"): (float(ms), float(share)) for name, ms, share in
+                re.findall(r"^  (\w[\w ]+?) +([0-9.]+) +([0-9.]+) % +\d+$", output, re.M)}
+
+    def test_the_bars_are_as_long_as_the_shares(self):
+        output = self.run_pile(*SMALL, "--picture-of-times", self.file)
+        self.assertIn("Picture " + self.file + ": where the time of a step went", output)
+        bars, lines, _, width = self.bars(self.file)
+        shares = self.shares(output)
+        self.assertEqual(list(bars), ["broad-phase", "narrow-phase", "contact-joints", "solver"])
+        self.assertEqual(list(bars), list(shares))
+        self.assertAlmostEqual(sum(length for _, length in bars.values()), 600, delta=0.01)
+        for name, (start, length) in bars.items():
+            self.assertAlmostEqual(length / 6, shares[name][1], delta=0.051)
+            self.assertLess(start + length, width)
+        self.assertEqual(lines, [])  # such a step is over long before a display's next frame
+
+    def test_a_line_is_drawn_where_the_next_frame_is_due(self):
+        output = self.run_pile("--scene", "balls", "--bodies", "3000", "--steps", "2", "--space", "simple", "--picture-of-times", self.file)
+        bars, lines, texts, _ = self.bars(self.file)
+        step = sum(ms for ms, _ in self.shares(output).values())
+        start = bars["solver"][0]
+        self.assertEqual(len(lines), 1)
+        self.assertAlmostEqual((lines[0] - start) / 600, 1000 / 60 / step, delta=0.001)
+        self.assertTrue(any("16.7 ms" in text for text in texts))
+
+    def test_pictures_has_both_or_says_why_not(self):
+        folder = os.path.join(os.path.dirname(self.file), "some", "where")
+        output = self.run_pile(*SMALL, "--pictures", folder)
+        self.bars(os.path.join(folder, "times.svg"))
+        if "No picture of the pile: " in output:
+            self.assertRegex(output, r"No picture of the pile: --(view|snapshot) .*(not in this build|no OpenGL)")
+            self.assertEqual(os.listdir(folder), ["times.svg"])
+        else:
+            with open(os.path.join(folder, "pile.png"), "rb") as picture:
+                self.assertEqual(picture.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_a_machine_without_opengl_has_the_other_one(self):
+        # EGL finds no driver where its list of vendors is empty.
+        folder = os.path.dirname(self.file)
+        blind = dict(os.environ, __EGL_VENDOR_LIBRARY_FILENAMES=os.devnull)
+        output = self.run_pile(*SMALL, "--pictures", folder, env=blind)
+        self.assertRegex(output, r"No picture of the pile: .*(not in this build|no OpenGL)")
+        self.assertEqual(os.listdir(folder), ["times.svg"])
+
+    def test_a_picture_that_cannot_be_written_is_an_error(self):
+        output = self.run_pile(*SMALL, "--picture-of-times", "/dev/full", code=1)
+        self.assertIn("pile: cannot write all of the file /dev/full", output)
 
 
 class Running:
@@ -228,7 +351,7 @@ class Interrupts(Folder):
         for number, code in (signal.SIGINT, 130), (signal.SIGTERM, 143):
             exit_code, output, text = self.interrupt(number)
             os.remove(self.file)
-            self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ %\n")
+            self.assertRegex(output, r"\n +solver +[0-9.]+ +[0-9.]+ % +1\n")
             self.assertEqual(exit_code, code)
             rows = text.splitlines()
             steps = int(re.search(r"Interrupted after (\d+) steps", output).group(1))

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "report.h"
 #include "simulation.h"
 #include "spaces.h"
+#include "times_picture.h"
 #include "view/view.h"
 
 namespace pile {
@@ -48,6 +50,9 @@ class OdeMessages {
   }
 };
 
+// Enough for a heap to form, a fraction of what its scene has.
+constexpr int settling_iterations = 8;
+
 // A pile from the first step to the last.
 class Run {
  public:
@@ -69,6 +74,8 @@ class Run {
   const Motion& motion() const { return log_->last(); }
 
  private:
+  void settle();
+
   const Options& options_;
   CsvFile csv_;
   World world_;
@@ -80,12 +87,34 @@ class Run {
 };
 
 Run::Run(const Options& options) : options_(options), csv_(options.csv) {
+  if (const std::string& file = options.times_picture;
+      !file.empty() && !std::ofstream(file, std::ios::app))
+    throw UsageError("cannot write the file " + file);
   Random random(options.seed);
   presetOf(options.scene).build(world_, options.bodies, random);
-  world_.useSpace(createSpace(options, world_.geoms()));
   printHeader(world_, options);
   log_.emplace(measure(world_));
+  if (options.settle) settle();
+  if (options.random_bodies) world_.shuffleBodies(random);
+  world_.useSpace(createSpace(options, world_.geoms()));
   simulation_.emplace(world_, options);
+}
+
+// The steps before those that are measured are the same whatever these are to be: found by the
+// parallel space, solved by ODE in one thread.
+void Run::settle() {
+  Options options = options_;
+  options.space = SpaceKind::Parallel;
+  options.method = options.backend = std::nullopt;
+  options.parallel_narrow = true;
+  options.parallel_stepping = options.random_contacts = options.check = false;
+  options.reducer = Reducer::Farthest;
+  options.contacts = presetOf(options.scene).contacts;
+  options.iterations = settling_iterations;
+  world_.useSpace(createSpace(options, world_.geoms()));
+  Simulation simulation(world_, options);
+  for (int step = 0; step < options.settle && !Interrupt::signal(); ++step) simulation.step();
+  log_->allow(measure(world_));
 }
 
 bool Run::step() {
@@ -119,7 +148,7 @@ void Run::shove() {
 
 int Run::finish() {
   if (totals_.frames) {
-    printTimes(totals_, world_);
+    printTimes(totals_, world_, options_);
     printMotion(*log_, world_);
   }
   int exit_code = 0;
@@ -138,13 +167,32 @@ int Run::finish() {
     std::printf("Checked: the pairs of all %d frames are those of dHashSpace.\n", totals_.frames);
   if (const std::string fault = log_->fault(); !fault.empty()) complain(fault);
   if (!csv_.finish()) complain("cannot write all of the file " + options_.csv);
+  if (const std::string& file = options_.times_picture; !file.empty() && totals_.frames) {
+    if (writeTimesPicture(totals_, world_, options_, file))
+      std::printf("Picture %s: where the time of a step went\n", file.c_str());
+    else
+      complain("cannot write all of the file " + file);
+  }
   return exit_code;
+}
+
+// The viewer, if one is needed. One that would only be welcome may be missing: then `reason` says
+// why.
+std::unique_ptr<Viewer> viewerFor(const Options& options, std::string& reason) {
+  if (!options.view && options.snapshot.empty()) return nullptr;
+  try {
+    return createViewer(options);
+  } catch (const UsageError& error) {
+    if (!options.snapshot_if_possible) throw;
+    reason = error.what();
+    return nullptr;
+  }
 }
 
 int run(const Options& options) {
   const Interrupt interrupt;
-  std::unique_ptr<Viewer> viewer;
-  if (options.view || !options.snapshot.empty()) viewer = createViewer(options);
+  std::string no_picture;
+  const std::unique_ptr<Viewer> viewer = viewerFor(options, no_picture);
   Run run(options);
   {
     std::optional<ProgressBar> progress;
@@ -161,7 +209,9 @@ int run(const Options& options) {
       while (step()) {
       }
   }
-  return run.finish();
+  const int exit_code = run.finish();
+  if (!no_picture.empty()) std::printf("No picture of the pile: %s\n", no_picture.c_str());
+  return exit_code;
 }
 
 }  // namespace

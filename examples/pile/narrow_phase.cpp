@@ -38,8 +38,22 @@ double separation(const dContactGeom& a, const dContactGeom& b) {
 
 }  // namespace
 
-NarrowPhase::NarrowPhase(int contacts_per_pair)
-    : most_(static_cast<size_t>(contacts_per_pair)), found_(most_found_at_plane) {}
+NarrowPhase::NarrowPhase(int contacts_per_pair, Reducer reducer)
+    : most_(static_cast<size_t>(contacts_per_pair)),
+      reducer_(reducer),
+      found_(most_found_at_plane) {}
+
+int NarrowPhase::keep(dContactGeom* contacts, int count) const {
+  switch (reducer_) {
+    case Reducer::Deepest:
+      return dParallelSAPKeepDeepest(contacts, count, static_cast<int>(most_));
+    case Reducer::Spread:
+      return dParallelSAPKeepSpread(contacts, count, static_cast<int>(most_));
+    case Reducer::Farthest:
+      break;
+  }
+  return static_cast<int>(reduceContacts(contacts, static_cast<size_t>(count), most_));
+}
 
 void NarrowPhase::run(const std::vector<Pair>& pairs, std::vector<dContactGeom>& contacts) {
   contacts.clear();
@@ -47,8 +61,7 @@ void NarrowPhase::run(const std::vector<Pair>& pairs, std::vector<dContactGeom>&
     const int flags = flagsOf(this, pair.first, pair.second);
     if (!flags) continue;
     const int count = dCollide(pair.first, pair.second, flags, found_.data(), sizeof(dContactGeom));
-    const size_t kept = reduceContacts(found_.data(), static_cast<size_t>(count), most_);
-    contacts.insert(contacts.end(), found_.data(), found_.data() + kept);
+    contacts.insert(contacts.end(), found_.data(), found_.data() + keep(found_.data(), count));
   }
 }
 
@@ -65,8 +78,7 @@ int NarrowPhase::flagsOf(void*, dGeomID first, dGeomID second) {
 }
 
 int NarrowPhase::reduce(void* phase, dGeomID, dGeomID, dContactGeom* contacts, int count) {
-  const size_t most = static_cast<const NarrowPhase*>(phase)->most_;
-  return static_cast<int>(reduceContacts(contacts, static_cast<size_t>(count), most));
+  return static_cast<const NarrowPhase*>(phase)->keep(contacts, count);
 }
 
 void NarrowPhase::append(void* phase, dGeomID, dGeomID, const dContactGeom* contacts, int count) {

@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "options.h"
+
 namespace pile {
 
 struct Pair {
@@ -16,7 +18,7 @@ struct Pair {
 // passed over: nothing about it can change.
 class NarrowPhase {
  public:
-  explicit NarrowPhase(int contacts_per_pair);
+  explicit NarrowPhase(int contacts_per_pair, Reducer reducer = Reducer::Farthest);
 
   // Replaces `contacts` by those of the pairs, in their order, one pair after the other.
   void run(const std::vector<Pair>& pairs, std::vector<dContactGeom>& contacts);
@@ -29,7 +31,11 @@ class NarrowPhase {
   static void append(void* phase, dGeomID first, dGeomID second, const dContactGeom* contacts,
                      int count);
 
+  // The most contacts of a pair, by the reducer that was asked for.
+  int keep(dContactGeom* contacts, int count) const;
+
   size_t most_;
+  Reducer reducer_;
   std::vector<dContactGeom> found_;
   std::vector<dContactGeom>* contacts_ = nullptr;  // during run()
 };

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <map>
@@ -26,6 +27,9 @@ const std::map<std::string, int> backend_names = {{"auto", dParallelSAPBackendAu
                                                   {"cpu", dParallelSAPBackendCPU},
                                                   {"cuda", dParallelSAPBackendCUDA}};
 
+const std::map<std::string, Reducer> reducer_names = {
+    {"farthest", Reducer::Farthest}, {"deepest", Reducer::Deepest}, {"spread", Reducer::Spread}};
+
 // dHashSpace numbers the cells of an n x n bit table with an int, 8 cells a number.
 constexpr int hash_space_limit = 131071;
 constexpr int most_bodies = 10000000;
@@ -33,9 +37,9 @@ constexpr int most_bodies = 10000000;
 constexpr const char* about =
     R"(Drops a pile of rigid bodies and shows where the time of a step goes.
 
-A step is four parts, timed apart: the broad phase (dSpaceCollide, whose callback only queues the
-pairs), the narrow phase (dCollide on the queued pairs), the contact joints, the solver
-(dWorldQuickStep).)";
+A step is four parts, timed apart: the broad phase, the narrow phase (in the parallel space one
+call does both, dParallelSAPSpaceCollideContacts; in others a callback of dSpaceCollide queues the
+pairs, and a loop calls dCollide for each), the contact joints, the solver (dWorldQuickStep).)";
 
 std::string scenesHelp() {
   std::string text =
@@ -60,8 +64,13 @@ struct Names {
   std::string space = "parallel";
   std::string method;
   std::string backend;
-  std::string narrow = "serial";
+  std::string narrow;  // empty: as the space allows
   std::string stepping = "serial";
+  std::string creation_order = "place";
+  std::string contact_order = "pairs";
+  std::string reduce = "farthest";
+  std::string sleep = "on";
+  std::string pictures;
   int threads = 0;
 };
 
@@ -103,6 +112,30 @@ void addRunOptions(CLI::App& app, Options& options) {
   app.add_option("--csv", options.csv, "Write one row a frame to this file");
 }
 
+// What a program can do for the solver.
+void addSolverOptions(CLI::App& app, Names& names, Options& options) {
+  app.add_option("--settle", options.settle,
+                 "Steps before those that are shown and measured, quick ones in the parallel space")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  app.add_option("--creation-order", names.creation_order,
+                 "The order in which bodies and geoms are created")
+      ->check(CLI::IsMember({"place", "random"}))
+      ->capture_default_str();
+  app.add_option("--contact-order", names.contact_order,
+                 "The order in which contact joints are created: that of the pairs, or shuffled")
+      ->check(CLI::IsMember({"pairs", "random"}))
+      ->capture_default_str();
+  app.add_option("--reduce", names.reduce,
+                 "Which of too many contacts are kept: those far from each other, the deepest "
+                 "(dParallelSAPKeepDeepest), those of the largest area (dParallelSAPKeepSpread)")
+      ->check(CLI::IsMember(keys(reducer_names)))
+      ->capture_default_str();
+  app.add_option("--sleep", names.sleep, "Whether ODE disables bodies at rest")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
+}
+
 void addSpaceOptions(CLI::App& app, Names& names) {
   app.add_option("--space", names.space,
                  "The broad phase: parallel is dParallelSAPSpace, the others are ODE's")
@@ -115,9 +148,9 @@ void addSpaceOptions(CLI::App& app, Names& names) {
   app.add_option("--method", names.method, "How pairs are found" + only)
       ->check(CLI::IsMember(keys(method_names)));
   app.add_option("--narrow", names.narrow,
-                 "The narrow phase: dCollide in a loop, or on the threads of the parallel space")
-      ->check(CLI::IsMember({"serial", "parallel"}))
-      ->capture_default_str();
+                 "The narrow phase: dCollide in a loop, or on the threads of the parallel space "
+                 "(default: parallel in that space; the others have only the loop)")
+      ->check(CLI::IsMember({"serial", "parallel"}));
   app.add_option("--stepping", names.stepping,
                  "dWorldQuickStep: on one thread, or on threads of ODE's own")
       ->check(CLI::IsMember({"serial", "parallel"}))
@@ -140,12 +173,17 @@ std::vector<std::string> takeDrawingFlags(int argc, char** argv, Options& option
   return others;
 }
 
-void addDrawingOptions(CLI::App& app, Options& options) {
+void addDrawingOptions(CLI::App& app, std::string& pictures, Options& options) {
   app.add_flag("--view", options.view,
                "Show the pile in a window, until it is closed or --steps are done. Also takes "
                "drawstuff's flags: -notex -noshadow -pause");
   app.add_option("--snapshot", options.snapshot,
                  "Draw the end into this PNG file; without --view no display is needed");
+  app.add_option("--picture-of-times", options.times_picture,
+                 "Draw where the time of a step went into this SVG file");
+  app.add_option(
+      "--pictures", pictures,
+      "A folder for both: pile.png, if there is anything to draw it with, and times.svg");
 }
 
 bool endsWithPng(std::string name) {
@@ -153,6 +191,18 @@ bool endsWithPng(std::string name) {
   if (name.size() < ending.size()) return false;
   name.erase(0, name.size() - ending.size());
   return CLI::detail::to_lower(name) == ending;
+}
+
+// --pictures is the two options for single pictures, of which one may be left out.
+void takePictures(const CLI::App& app, const std::string& folder, Options& options) {
+  if (!app.count("--pictures")) return;
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) throw UsageError("cannot make the folder " + folder);
+  if (options.times_picture.empty()) options.times_picture = folder + "/times.svg";
+  if (app.count("--snapshot")) return;
+  options.snapshot = folder + "/pile.png";
+  options.snapshot_if_possible = !options.view;
 }
 
 void checkDrawingOptions(const CLI::App& app, Options& options) {
@@ -171,13 +221,21 @@ void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options)
   if (app.count("--threads")) options.threads = names.threads;
   if (app.count("--method")) options.method = method_names.at(names.method);
   if (app.count("--backend")) options.backend = backend_names.at(names.backend);
-  options.parallel_narrow = names.narrow == "parallel";
+  options.parallel_narrow =
+      names.narrow.empty() ? options.space == SpaceKind::Parallel : names.narrow == "parallel";
   options.parallel_stepping = names.stepping == "parallel";
   if (options.space == SpaceKind::Parallel) return;
   if (options.method || options.backend || options.parallel_narrow)
     throw UsageError("--method, --backend and --narrow parallel need --space parallel");
   if (options.threads && !options.parallel_stepping)
     throw UsageError("--threads needs --space parallel or --stepping parallel");
+}
+
+void takeSolverOptions(const Names& names, Options& options) {
+  options.random_bodies = names.creation_order == "random";
+  options.random_contacts = names.contact_order == "random";
+  options.reducer = reducer_names.at(names.reduce);
+  options.sleep = names.sleep == "on";
 }
 
 void fillFromPreset(Options& options) {
@@ -198,7 +256,8 @@ std::optional<Options> parseOptions(int argc, char** argv) {
   Names names;
   addRunOptions(app, options);
   addSpaceOptions(app, names);
-  addDrawingOptions(app, options);
+  addSolverOptions(app, names, options);
+  addDrawingOptions(app, names.pictures, options);
   std::vector<std::string> arguments = takeDrawingFlags(argc, argv, options);
   std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
   try {
@@ -210,6 +269,8 @@ std::optional<Options> parseOptions(int argc, char** argv) {
     throw UsageError(error.what());
   }
   takeSpaceOptions(app, names, options);
+  takeSolverOptions(names, options);
+  takePictures(app, names.pictures, options);
   checkDrawingOptions(app, options);
   fillFromPreset(options);
   const bool uses_hash = options.check || options.space == SpaceKind::Hash;

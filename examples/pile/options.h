@@ -13,6 +13,9 @@ namespace pile {
 
 enum class SpaceKind { Parallel, Hash, SweepAndPrune, QuadTree, Simple };
 
+// Which contacts are kept of a pair that has more than it may have.
+enum class Reducer { Farthest, Deepest, Spread };
+
 // What the command line said, with the scene's own values where it said nothing.
 struct Options {
   std::string scene = "cubes";
@@ -22,6 +25,11 @@ struct Options {
   int iterations = 0;  // of QuickStep
   int contacts = 0;    // at most this many a pair
   std::uint64_t seed = 1;
+  int settle = 0;                // steps before those that are measured
+  bool random_bodies = false;    // created in random order, not in that of their places
+  bool random_contacts = false;  // joints in random order, not in that of the pairs
+  Reducer reducer = Reducer::Farthest;
+  bool sleep = true;  // bodies at rest are disabled
   SpaceKind space = SpaceKind::Parallel;
   std::optional<int> threads;  // these three are for the parallel space only
   std::optional<int> method;
@@ -29,10 +37,12 @@ struct Options {
   bool parallel_narrow = false;    // for the parallel space only
   bool parallel_stepping = false;  // by ODE's own threads
   bool check = false;
-  std::string csv;                   // empty: none
-  bool view = false;                 // then `steps` is the largest int unless it was given
-  std::string snapshot;              // empty: none
-  std::vector<std::string> drawing;  // drawstuff's own flags
+  std::string csv;                    // empty: none
+  bool view = false;                  // then `steps` is the largest int unless it was given
+  std::string snapshot;               // empty: none
+  std::string times_picture;          // empty: none
+  bool snapshot_if_possible = false;  // without means to draw it is left out, and the run says why
+  std::vector<std::string> drawing;   // drawstuff's own flags
 };
 
 // Something the user asked for that cannot be done: exit code 2.

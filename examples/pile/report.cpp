@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iomanip>
@@ -23,8 +24,18 @@ std::string grouped(double number) {
   return grouped(static_cast<size_t>(std::llround(number)));
 }
 
-void printRow(const char* name, double ms, double whole) {
-  std::printf("  %-24s %10.3f  %5.1f %%\n", name, ms, whole > 0 ? 100 * ms / whole : 0.0);
+void printRow(const char* name, double ms, double whole, int threads = 0) {
+  std::printf("  %-24s %10.3f  %5.1f %%", name, ms, whole > 0 ? 100 * ms / whole : 0.0);
+  if (threads) std::printf("  %7d", threads);
+  std::puts("");
+}
+
+void printStages(const dParallelSAPStats& sums, double frames, double step) {
+  printRow("  update AABBs", sums.update_ms / frames, step);
+  printRow("  synchronise", sums.synchronise_ms / frames, step);
+  printRow("  extract pairs", sums.extract_ms / frames, step);
+  printRow("  filter", sums.filter_ms / frames, step);
+  printRow("  report", sums.report_ms / frames, step);
 }
 
 }  // namespace
@@ -95,6 +106,9 @@ void Totals::add(const Frame& frame) {
   narrow_ms += frame.narrow_ms;
   joints_ms += frame.joints_ms;
   solver_ms += frame.solver_ms;
+  threads.broad = std::max(threads.broad, frame.threads.broad);
+  threads.narrow = std::max(threads.narrow, frame.threads.narrow);
+  threads.solver = std::max(threads.solver, frame.threads.solver);
   if (!frame.stages) return;
   if (!stages) stages.emplace(dParallelSAPStats{});
   stages->update_ms += frame.stages->update_ms;
@@ -103,6 +117,14 @@ void Totals::add(const Frame& frame) {
   stages->filter_ms += frame.stages->filter_ms;
   stages->report_ms += frame.stages->report_ms;
   stages->total_ms += frame.stages->total_ms;
+}
+
+std::vector<Part> Totals::parts() const {
+  const double n = std::max(frames, 1);
+  return {{"broad phase", broad_ms / n, threads.broad},
+          {"narrow phase", narrow_ms / n, threads.narrow},
+          {"contact joints", joints_ms / n, threads.joints},
+          {"solver", solver_ms / n, threads.solver}};
 }
 
 std::string timesLine(const Frame& frame, const Motion& motion) {
@@ -130,36 +152,35 @@ void printHeader(const World& world, const Options& options) {
   std::printf(" onto %s", world.ground_name.c_str());
   if (world.staticTriangles())
     std::printf(" (%s triangles)", grouped(world.staticTriangles()).c_str());
-  std::printf("\n%s of %g s, seed %llu\n",
-              options.steps == std::numeric_limits<int>::max()
-                  ? "Steps"
-                  : (std::to_string(options.steps) + " steps").c_str(),
-              options.dt, static_cast<unsigned long long>(options.seed));
+  std::printf(
+      "\n%s of %g s, seed %llu%s\n",
+      options.steps == std::numeric_limits<int>::max()
+          ? "Steps"
+          : (std::to_string(options.steps) + " steps").c_str(),
+      options.dt, static_cast<unsigned long long>(options.seed),
+      options.settle ? (", after " + std::to_string(options.settle) + " to settle").c_str() : "");
   std::fflush(stdout);
 }
 
-void printTimes(const Totals& totals, const World& world) {
+void printTimes(const Totals& totals, const World& world, const Options& options) {
   const double n = totals.frames;
-  const double step =
-      (totals.broad_ms + totals.narrow_ms + totals.joints_ms + totals.solver_ms) / n;
-  std::printf("\n  %-24s %10s  %7s\n", "part", "ms a step", "share");
-  printRow("broad phase", totals.broad_ms / n, step);
-  if (totals.stages) {
-    const dParallelSAPStats& s = *totals.stages;
-    printRow("  update AABBs", s.update_ms / n, step);
-    printRow("  synchronise", s.synchronise_ms / n, step);
-    printRow("  extract pairs", s.extract_ms / n, step);
-    printRow("  filter", s.filter_ms / n, step);
-    printRow("  report", s.report_ms / n, step);
+  const double step = totals.totalMs() / n;
+  std::printf("\n  %-24s %10s  %7s  %7s\n", "part", "ms a step", "share", "threads");
+  for (const Part& part : totals.parts()) {
+    printRow(part.name, part.ms, step, part.threads);
+    if (part.name == std::string("broad phase") && totals.stages)
+      printStages(*totals.stages, n, step);
   }
-  printRow("narrow phase", totals.narrow_ms / n, step);
-  printRow("contact joints", totals.joints_ms / n, step);
-  printRow("solver", totals.solver_ms / n, step);
   printRow("step", step, step);
   std::printf("\n%s\n", describeSpace(world.space()).c_str());
   std::printf("A mean step: %s geoms, %s pairs, %s contacts. %.2f s simulated in %.1f s.\n",
               grouped(totals.geoms / n).c_str(), grouped(totals.pairs / n).c_str(),
               grouped(totals.contacts / n).c_str(), totals.simulated, step * n / 1000);
+  if (options.parallel_narrow)
+    std::puts("Narrow phase: dParallelSAPSpaceCollideContacts.");
+  else
+    std::printf("Narrow phase: dCollide in a loop%s.\n",
+                totals.stages ? "" : ", as ODE's own spaces have no other");
 }
 
 void printMotion(const MotionLog& log, const World& world) {

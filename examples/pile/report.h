@@ -4,6 +4,7 @@
 #include <chrono>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "motion.h"
 #include "simulation.h"
@@ -41,6 +42,13 @@ class ProgressBar {
   Clock::time_point shown_;
 };
 
+// A part of the mean step.
+struct Part {
+  const char* name;
+  double ms;
+  int threads;  // the most of a step
+};
+
 // Sums of a run.
 struct Totals {
   int frames = 0;
@@ -52,16 +60,19 @@ struct Totals {
   double narrow_ms = 0;
   double joints_ms = 0;
   double solver_ms = 0;
+  PartThreads threads;                      // the most of a step
   std::optional<dParallelSAPStats> stages;  // the five stage times and total_ms are sums
 
   void add(const Frame& frame);
+  double totalMs() const { return broad_ms + narrow_ms + joints_ms + solver_ms; }
+  std::vector<Part> parts() const;  // in the order in which they run
 };
 
 // A frame's times and the bodies asleep, in one line.
 std::string timesLine(const Frame& frame, const Motion& motion);
 
 void printHeader(const World& world, const Options& options);
-void printTimes(const Totals& totals, const World& world);
+void printTimes(const Totals& totals, const World& world, const Options& options);
 void printMotion(const MotionLog& log, const World& world);
 
 }  // namespace pile

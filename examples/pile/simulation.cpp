@@ -48,10 +48,10 @@ dReal fractionLost(double rate, double dt) {
 }
 
 // Bodies have settings of their own: the world's are only the defaults of those created later.
-void setBody(dBodyID body, const Preset& preset, double dt) {
+void setBody(dBodyID body, const Preset& preset, double dt, bool sleep) {
   dBodySetLinearDamping(body, fractionLost(preset.linear_damping, dt));
   dBodySetAngularDamping(body, fractionLost(preset.angular_damping, dt));
-  dBodySetAutoDisableFlag(body, 1);
+  dBodySetAutoDisableFlag(body, sleep);
   dBodySetAutoDisableLinearThreshold(body, static_cast<dReal>(sleep_speed));
   dBodySetAutoDisableAngularThreshold(body, static_cast<dReal>(sleep_rotation));
   dBodySetAutoDisableSteps(body, 0);
@@ -67,11 +67,14 @@ Simulation::Simulation(World& world, const Options& options)
       dt_(options.dt),
       joints_(dJointGroupCreate(0)),
       parallel_narrow_(options.parallel_narrow),
-      narrow_phase_(options.contacts) {
+      narrow_phase_(options.contacts, options.reducer),
+      solver_threads_(options.parallel_stepping ? steppingThreads(options.threads.value_or(0))
+                                                : 1) {
   setWorld(world.ode(), options);
-  for (dBodyID body : world.bodies()) setBody(body, presetOf(options.scene), dt_);
+  for (dBodyID body : world.bodies()) setBody(body, presetOf(options.scene), dt_, options.sleep);
   dRandSetSeed(static_cast<unsigned long>(options.seed));  // QuickStep shuffles its rows
   if (options.parallel_stepping) stepping_.emplace(world.ode(), options.threads.value_or(0));
+  if (options.random_contacts) contact_order_.emplace(options.seed);
   if (options.check) check_.emplace(world.geoms());
 }
 
@@ -84,6 +87,8 @@ Frame Simulation::step() {
   frame.number = ++steps_done_;
   frame.time = steps_done_ * dt_;
   parallel_narrow_ ? findContacts(frame) : collide(frame);
+  frame.threads.solver = solver_threads_;
+  if (contact_order_) shuffleContacts();
   frame.joints_ms = millisecondsOf([&] { createJoints(); });
   frame.solver_ms = millisecondsOf([&] { dWorldQuickStep(world_.ode(), static_cast<dReal>(dt_)); });
   frame.joints_ms += millisecondsOf([&] { dJointGroupEmpty(joints_); });
@@ -99,7 +104,10 @@ void Simulation::collide(Frame& frame) {
   frame.broad_ms = millisecondsOf([&] { queuePairs(); });
   frame.pairs = pairs_.size();
   const bool ours = dSpaceIsParallelSAP(world_.space()) != 0;
-  if (ours) dParallelSAPSpaceGetStats(world_.space(), &frame.stages.emplace());
+  if (ours) {
+    dParallelSAPSpaceGetStats(world_.space(), &frame.stages.emplace());
+    frame.threads.broad = frame.stages->find_threads;
+  }
   if (check_) difference_ = check_->compare(pairs_, ours);
   frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
 }
@@ -113,6 +121,8 @@ void Simulation::findContacts(Frame& frame) {
   const double both = millisecondsOf([&] { narrow_phase_.run(world_.space(), contacts_); });
   dParallelSAPStats& stages = frame.stages.emplace();
   dParallelSAPSpaceGetStats(world_.space(), &stages);
+  frame.threads.broad = stages.find_threads;
+  frame.threads.narrow = stages.narrow_threads;
   frame.pairs = stages.pairs;
   frame.narrow_ms = stages.narrow_ms + stages.report_ms;
   frame.broad_ms = both - frame.narrow_ms;
@@ -122,6 +132,13 @@ void Simulation::findContacts(Frame& frame) {
 void Simulation::queuePairs() {
   pairs_.clear();
   dSpaceCollide(world_.space(), &pairs_, queuePair);
+}
+
+// Fisher and Yates: the library's shuffle is another one on other systems.
+void Simulation::shuffleContacts() {
+  for (size_t i = contacts_.size(); i > 1; --i)
+    std::swap(contacts_[i - 1],
+              contacts_[static_cast<size_t>(contact_order_->uniform(0, static_cast<double>(i)))]);
 }
 
 void Simulation::createJoints() {

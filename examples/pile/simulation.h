@@ -12,10 +12,19 @@
 #include "check.h"
 #include "narrow_phase.h"
 #include "options.h"
+#include "random.h"
 #include "stepping.h"
 #include "world.h"
 
 namespace pile {
+
+// How many threads each part of a step had.
+struct PartThreads {
+  int broad = 1;
+  int narrow = 1;
+  int joints = 1;
+  int solver = 1;
+};
 
 // What one time step did. Times are wall-clock milliseconds.
 struct Frame {
@@ -29,6 +38,7 @@ struct Frame {
   double narrow_ms = 0;
   double joints_ms = 0;
   double solver_ms = 0;
+  PartThreads threads;
   std::optional<dParallelSAPStats> stages;  // of the broad phase, if the space is ours
 
   double totalMs() const { return broad_ms + narrow_ms + joints_ms + solver_ms; }
@@ -58,6 +68,7 @@ class Simulation {
   void queuePairs();
   void findContacts(Frame& frame);
   void createJoints();
+  void shuffleContacts();
 
   World& world_;
   const double dt_;
@@ -66,7 +77,9 @@ class Simulation {
   const bool parallel_narrow_;
   NarrowPhase narrow_phase_;
   std::function<void(dJointID)> watch_;
+  const int solver_threads_;
   std::optional<ParallelStepping> stepping_;
+  std::optional<Random> contact_order_;  // none: that of the pairs
   std::optional<PairCheck> check_;
   std::optional<std::string> difference_;
   std::vector<Pair> pairs_;

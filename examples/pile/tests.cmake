@@ -89,6 +89,9 @@ add_pile_test(too-many-contacts 2 "--contacts: Value 65 not in range" --contacts
 add_pile_test(too-many-threads 2 "--threads: Value 257 not in range" --threads 257)
 add_pile_test(no-number 2 "--threads" --threads many)
 add_pile_test(unwritable-csv 2 "cannot write the file /no/such/folder/file.csv" --csv /no/such/folder/file.csv)
+add_pile_test(unwritable-times 2 "cannot write the file /no/such/folder/times.svg" --picture-of-times
+              /no/such/folder/times.svg)
+add_pile_test(unwritable-pictures 2 "cannot make the folder /dev/null/pictures" --pictures /dev/null/pictures)
 add_pile_test(method-elsewhere 2 "need --space parallel" --space hash --method sweep)
 add_pile_test(too-many-to-check 2 "takes at most" --bodies 200000 --check)
 
@@ -105,7 +108,7 @@ set_tests_properties(examples.pile.parts PROPERTIES LABELS examples TIMEOUT 120)
 # What each option does, what is written where, and signals.
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)  # the system's: it has the system's matplotlib
 if(ODE_PARALLEL_SAP_PYTHON)
-  foreach(part Files Options Output Interrupts)
+  foreach(part Files Options Output Pictures Interrupts)
     string(TOLOWER ${part} name)
     add_test(NAME examples.pile.${name} COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/effects.py"
                                                 $<TARGET_FILE:pile> ${part})
@@ -139,3 +142,14 @@ if(NOT PILE_HAS_VIEW)
   add_pile_test(no-view 2 "are not in this build: .*libglvnd-dev" --view)
 endif()
 add_pile_test(drawing-flag-elsewhere 2 "-notex needs --view or --snapshot" -notex)
+
+# The study of the whole step, which README's first figure is drawn from.
+if(ODE_PARALLEL_SAP_PYTHON)
+  add_test(NAME examples.pile.step COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${PROJECT_SOURCE_DIR}/tests/bench/step_test.py"
+                                           $<TARGET_FILE:pile>)
+  set_tests_properties(examples.pile.step PROPERTIES LABELS examples TIMEOUT 300)
+  # The page about the solver.
+  add_test(NAME examples.pile.solver COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/solver_test.py"
+                                             $<TARGET_FILE:pile> "${PROJECT_SOURCE_DIR}/examples/SOLVER.md")
+  set_tests_properties(examples.pile.solver PROPERTIES LABELS examples TIMEOUT 300)
+endif()

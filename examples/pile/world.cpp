@@ -12,6 +12,23 @@ size_t triangleCount(dGeomID geom) {
   return static_cast<size_t>(dGeomTriMeshGetTriangleCount(geom));
 }
 
+// A new body with the mass, the pose and the velocity of another one.
+dBodyID copyOf(dBodyID other, dWorldID world) {
+  const dBodyID body = dBodyCreate(world);
+  dMass mass;
+  dBodyGetMass(other, &mass);
+  dBodySetMass(body, &mass);
+  const dReal* place = dBodyGetPosition(other);
+  dBodySetPosition(body, place[0], place[1], place[2]);
+  dBodySetQuaternion(body, dBodyGetQuaternion(other));
+  const dReal* speed = dBodyGetLinearVel(other);
+  dBodySetLinearVel(body, speed[0], speed[1], speed[2]);
+  const dReal* rotation = dBodyGetAngularVel(other);
+  dBodySetAngularVel(body, rotation[0], rotation[1], rotation[2]);
+  if (!dBodyIsEnabled(other)) dBodyDisable(body);
+  return body;
+}
+
 }  // namespace
 
 World::World() {
@@ -71,7 +88,28 @@ void World::addBody(dGeomID geom, const dMass& mass, const Pose& pose) {
   bodies_.push_back(body);
 }
 
+void World::shuffleBodies(Random& random) {
+  std::vector<dGeomID> geoms, others;
+  for (dGeomID geom : geoms_) (dGeomGetBody(geom) ? geoms : others).push_back(geom);
+  for (size_t i = geoms.size(); i > 1; --i)
+    std::swap(geoms[i - 1], geoms[static_cast<size_t>(random.uniform(0, static_cast<double>(i)))]);
+  geoms_.clear();
+  for (dGeomID geom : others) addGeom(geom);
+  std::vector<dBodyID> bodies;
+  for (dGeomID geom : geoms) {
+    addGeom(geom);
+    bodies.push_back(copyOf(dGeomGetBody(geom), ode_));
+    dGeomSetBody(geom, bodies.back());
+  }
+  for (dBodyID body : bodies_) dBodyDestroy(body);
+  bodies_ = std::move(bodies);
+}
+
 void World::useSpace(dSpaceID space) {
+  if (space_) {
+    for (dGeomID geom : geoms_) dSpaceRemove(space_, geom);
+    dSpaceDestroy(space_);
+  }
   space_ = space;
   for (dGeomID geom : geoms_) dSpaceAdd(space_, geom);
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mesh.h"
+#include "random.h"
 
 namespace pile {
 
@@ -32,10 +33,15 @@ class World {
   void addStatic(dGeomID geom);
   void addBody(dGeomID geom, const dMass& mass, const Pose& pose);
 
+  // Makes all bodies once more, in random order, and counts their geoms in that order from now on
+  // (and from the next useSpace on in the space).
+  void shuffleBodies(Random& random);
+
   // The mesh of a trimesh geom of this world.
   const Mesh& meshOf(dGeomID geom) const;
 
-  // Puts all geoms into the space, in the order in which they were added, and owns it from now on.
+  // Puts all geoms into the space, in the order in which they were added, and owns it from now on;
+  // one that they were in before is destroyed.
   void useSpace(dSpaceID space);
 
   dWorldID ode() const { return ode_; }

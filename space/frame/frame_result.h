@@ -17,7 +17,8 @@ struct FrameResult {
   bool wide = false;  // the boxes were doubles
   // Of the extraction, if the frame was found anew, and of the stages together.
   Found found;
-  int threads = 1;  // of the widest stage
+  int threads = 1;                            // of the widest stage that finds pairs
+  int narrow_threads = 0, block_threads = 0;  // of what followed, if it did
   unsigned long long candidates = 0, kept = 0, pairs = 0, contacts = 0, apart = 0;
 
   // Milliseconds.

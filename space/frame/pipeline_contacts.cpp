@@ -1,5 +1,4 @@
 // dParallelSAPSpaceCollideContacts: the narrow phase in the place of the report.
-#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -22,7 +21,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   try {
     const int used = narrow_phase.run(pairs.list(), request,
                                       {plan.contact_threads, manual_cleanup, plan.leave_out});
-    result.threads = std::max(result.threads, used);
+    result.narrow_threads = used;
     result.contacts = narrow_phase.contacts();
     result.apart = narrow_phase.leftOut().apart();
     result.narrow_ms = clock.lap();
@@ -31,6 +30,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
+    result.narrow_threads = 1;
     result.narrow_ms = clock.lap();
   }
   note(result);  // should a contact callback throw, or collide again

@@ -1,7 +1,5 @@
 // Pairs in bulk: dParallelSAPSpaceCollidePairs, with blocks of pairs in the place of the report,
 // and which pairs began and ended.
-#include <algorithm>
-
 #include "space/frame/pair_blocks.h"
 #include "space/frame/pipeline.h"
 #include "space/frame/without_memory.h"
@@ -22,7 +20,7 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
     Frame frame(store_, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
-      frame.result.threads = std::max(frame.result.threads, used);
+      frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
       if (request.concurrent())
         policy_.learnOfBlocks(settings, used, frame.pairs.size(), frame.result.report_ms);

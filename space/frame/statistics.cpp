@@ -1,5 +1,7 @@
 #include "space/frame/statistics.h"
 
+#include <algorithm>
+
 namespace ode_parallel_sap {
 
 // Of the last frame nothing is left but its number.
@@ -24,7 +26,9 @@ void Statistics::note(const FrameResult& result) {
   last_.kept = result.kept;
   last_.backend = result.found.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
   last_.method = result.found.method;
-  last_.threads = result.threads;
+  last_.threads = std::max({result.threads, result.narrow_threads, result.block_threads});
+  last_.find_threads = result.threads;
+  last_.narrow_threads = result.narrow_threads;
   last_.devices = result.found.devices;
   last_.update_ms = result.update_ms;
   last_.synchronise_ms = result.synchronise_ms;
@@ -43,6 +47,7 @@ void Statistics::note(const SmallResult& result) {
     last_.backend = dParallelSAPBackendCPU;
     last_.method = dParallelSAPMethodBruteForce;
     last_.threads = 1;
+    last_.find_threads = 1;
     last_was_small_ = true;
   }
   last_.geoms = result.geoms;

@@ -5,6 +5,8 @@ import os
 import sys
 
 import matplotlib
+import matplotlib.lines
+import matplotlib.patches
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -268,18 +270,65 @@ def devices(directory):
     save(figure, directory, "devices", rows)
 
 
+STEP_PARTS = (("broad_ms", "broad phase", "#d55e00"), ("narrow_ms", "narrow phase", "#e69f00"),
+              ("joints_ms", "contact joints", "#999999"), ("solver_ms", "solver", "#0072b2"))
+FRAME_MS = 1000 / 60  # of a display
+
+
+def step_axes(axes, rows):
+    """Stacked bars, one a space, of rows of one size."""
+    for place, row in enumerate(rows):
+        if row["status"] != "ok":
+            axes.text(place, 0, " " + row["status"], rotation=90, ha="center", va="bottom", fontsize=8)
+            continue
+        bottom = 0
+        for column, _, colour in STEP_PARTS:
+            axes.bar(place, row[column], 0.7, bottom=bottom, color=colour)
+            bottom += row[column]
+        axes.text(place, bottom, "%.3g" % bottom if bottom < 999.5 else "{:,.0f}".format(bottom), ha="center", va="bottom", fontsize=9)
+    axes.axhline(FRAME_MS, color="black", linestyle="--", linewidth=1)
+    axes.set_xticks(range(len(rows)))
+    axes.set_xticklabels([str(row["space"]).replace("dSweepAndPruneSpace", "dSweepAnd\nPruneSpace").replace("ours, ", "ours,\n").replace(" contacts", "\ncontacts")
+                          for row in rows], fontsize=8)
+    axes.set(title="{:,.0f} boxes, {:,.0f} contacts".format(rows[0]["bodies"], max(row["contacts"] or 0 for row in rows)))
+    axes.margins(y=0.1)
+
+
+def step(directory):
+    """Where the time of a whole step goes: a panel a size, a bar a space."""
+    rows = read(directory, "step")
+    sizes = values(rows, "bodies")
+    figure, grid = plt.subplots(1, len(sizes), figsize=(4.2 * len(sizes), 4.6), squeeze=False)
+    for axes, bodies in zip(grid.flat, sizes):
+        step_axes(axes, [row for row in rows if row["bodies"] == bodies])
+    grid.flat[0].set_ylabel("ms a step")
+    handles = [matplotlib.patches.Patch(color=colour, label=label) for _, label, colour in reversed(STEP_PARTS)]
+    handles.append(matplotlib.lines.Line2D([], [], color="black", linestyle="--", linewidth=1, label="16.7 ms: 60 steps a second"))
+    figure.legend(handles=handles, fontsize=9, ncol=len(handles), loc="upper center", frameon=False)
+    row = rows[0]
+    figure.text(0.01, 0.005, "A pile of boxes on a terrain, up to %d threads in ours, one in the others; %s, %d cores; commit %s, %s" % (
+        max(values(rows, "threads")), row["cpu"], row["cores"], row["commit"] or "unknown", row["date"]), fontsize=7, color="gray")
+    figure.tight_layout(rect=(0, 0.02, 1, 0.93))
+    path = os.path.join(directory, "step.png")
+    figure.savefig(path, dpi=110)
+    print(path)
+    return figure
+
+
 FIGURES = ((peers, "peers"), (distributions, "peers"), (small, "small"), (scaling, "scaling"), (cost, "cost"),
            (memory, "memory"), (paper, "paper"), (persistent, "persistent"), (figure14, "figure14"),
-           (figure15, "figure15"), (devices, "devices"))
+           (figure15, "figure15"), (devices, "devices"), (step, "step"))
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("directories", nargs="+", metavar="DIR")
-    for directory in parser.parse_args().directories:
+    parser.add_argument("--only", choices=sorted({study for _, study in FIGURES}), help="the figures of this study alone")
+    options = parser.parse_args()
+    for directory in options.directories:
         drawn = 0
         for figure, study in FIGURES:
-            if read(directory, study):
+            if options.only in (None, study) and read(directory, study):
                 figure(directory)
                 drawn += 1
         if not drawn:

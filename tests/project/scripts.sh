@@ -70,9 +70,25 @@ grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$fold
 # Settings go to CMake, what follows to the program.
 run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls -notex
 says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -DA=b"
-says "pile: --scene balls -notex"
+says "pile: --scene balls -notex --pictures build/release/pictures"
 run examples/run -DA=b
-says "pile: --scene cubes"
+says "pile: --scene cubes --pictures build/release/pictures"
+
+# Pictures that are asked for are the only ones; what draws them is then needed, otherwise wanted.
+for arguments in "--view -notex" "--snapshot a.png" "--pictures here" "--picture-of-times a.svg" "--help"; do
+  # shellcheck disable=SC2086 # they are words
+  run examples/run $arguments
+  says "pile: $arguments"
+done
+rm "$folder/installed/libgl1-mesa-dri" "$folder/installed/libpng-dev"
+UNKNOWN=libgl1-mesa-dri run examples/run
+[ $status -eq 0 ] || fail "examples/run ends with $status where a package for pictures is not to be had"
+grep -q 'Going on without libgl1-mesa-dri$' "$folder/errors" || fail "$(cat "$folder/errors")"
+[ -e "$folder/installed/libpng-dev" ] || fail "only $(ls "$folder/installed")"
+says "pile: --scene cubes --pictures build/release/pictures"
+UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
+[ $status -eq 1 ] || fail "examples/run ends with $status where a picture that was asked for cannot be"
+run examples/run
 run tests/run -DODE_SOURCE_DIR=/some/where -R pairs
 says "cmake: --preset release -DODE_SOURCE_DIR=/some/where"
 says "ctest: --test-dir build/release --output-on-failure --no-tests=error -R pairs"

@@ -34,6 +34,12 @@
  *   themselves are computed by ODE in the program's mode.
  * - A sub-space that holds no geom is never reported.
  *
+ * Which call when: dSpaceCollide is always right. dParallelSAPSpaceCollideContacts is for callbacks
+ * that would call dCollide and make joints: it calls dCollide on all threads.
+ * dParallelSAPSpaceCollidePairs is for so many pairs that calling counts, and for callbacks of any
+ * kind that may run on many threads. dParallelSAPSpaceSetEvents, with any of them, tells which pairs
+ * began and ended, and numbers each for data that are kept of it.
+ *
  * Threads: different spaces may be used from different threads at the same time; one space is used
  * by one thread at a time. ODE's own rules for sharing worlds and geoms stay in force. Threads of
  * OpenMP's runtime wait in the process for the next collide, so the library, and with it ODE and
@@ -427,6 +433,8 @@ typedef struct dParallelSAPStats {
   double events_ms;              /* which pairs began and ended, if that is asked for */
   unsigned long long apart;      /* pairs that dCollide was not called for since they are certainly
                                   * apart; none in frames in which too few were to look for them */
+  int find_threads;              /* threads used by the widest stage that finds pairs */
+  int narrow_threads;            /* threads that found contacts; 0 where none were to be found */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before

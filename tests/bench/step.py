@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""Where the time of a whole step goes, in ODE's spaces and in ours: records the study `step`.
+
+    tests/bench/step.py --pile build/release/examples/pile/pile --out tests/bench/results/MACHINE/step.csv
+    tests/bench/plot.py --only step tests/bench/results/MACHINE       draws it
+
+Runs the example's pile of boxes in dHashSpace, in dSweepAndPruneSpace and in the parallel space, in this with
+contacts found by a loop and on its threads. Before what is measured the pile has settled in one and the same
+way, so that all begin with the same boxes in the same places. A row has the median of each part over its steps
+but the first two, in which a space takes memory and finds out about its machine; `step_ms` is their sum. What
+takes longer than --limit seconds is left out, and its row says so.
+"""
+import argparse
+import csv
+import datetime
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+
+sys.dont_write_bytecode = True  # nothing is left beside the sources
+from parts import cpu_name
+
+SPACES = {"dHashSpace": ["--space", "hash"],
+          "dSweepAndPruneSpace": ["--space", "sap"],
+          "ours, serial contacts": ["--space", "parallel", "--narrow", "serial"],
+          "ours, parallel contacts": ["--space", "parallel", "--narrow", "parallel"]}
+# Steps to settle, and steps that are measured, in ours and in ODE's spaces: fewer where one takes a second.
+STEPS = {1000: (150, 60, 60), 10000: (150, 30, 20), 50000: (100, 12, 5)}
+DROPPED = 2
+PARTS = ["broad_ms", "narrow_ms", "joints_ms", "solver_ms"]
+COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"] + PARTS + [
+    "step_ms", "cpu", "cores", "commit", "date"]
+
+
+def commit():
+    """Of the sources that this script is among; empty without git."""
+    try:
+        return subprocess.run(["git", "rev-parse", "--short=10", "HEAD"], stdout=subprocess.PIPE, check=True, text=True,
+                              stderr=subprocess.DEVNULL, cwd=os.path.dirname(os.path.abspath(__file__))).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
+def frames_of(command, limit):
+    """The rows of a run of pile; a text where there are none."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = os.path.join(folder, "frames.csv")
+        try:
+            status = subprocess.run(command + ["--csv", file], stdout=subprocess.DEVNULL, timeout=limit).returncode
+        except subprocess.TimeoutExpired:
+            return "left out: longer than %g s" % limit
+        if status != 0:
+            return "left out: pile ends with %d" % status
+        with open(file, newline="") as rows:
+            return list(csv.DictReader(rows))[DROPPED:]
+
+
+def measure(options, bodies, space):
+    threads = options.threads or len(os.sched_getaffinity(0))
+    ours = space.startswith("ours")
+    settle, in_ours, in_theirs = STEPS.get(bodies, (150, 30, 10))
+    steps = options.steps or (in_ours if ours else in_theirs)
+    command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED),
+               "--settle", str(options.settle or settle)]
+    if ours and options.threads:  # a number that is set is kept, one that is not is what pays
+        command += ["--threads", str(options.threads)]
+    frames = frames_of(command + SPACES[space], options.limit)
+    row = {"bodies": bodies, "space": space, "threads": threads if ours else 1}
+    if isinstance(frames, str):
+        return dict(row, status=frames)
+    typical = {name: statistics.median(float(frame[name]) for frame in frames) for name in ["pairs", "contacts"] + PARTS}
+    typical["step_ms"] = sum(typical[name] for name in PARTS)
+    row.update({name: ("%.0f" if name in ("pairs", "contacts") else "%.4f") % value for name, value in typical.items()})
+    return dict(row, status="ok", steps=len(frames))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pile", required=True, help="the program")
+    parser.add_argument("--out", required=True, help="the CSV file")
+    parser.add_argument("--bodies", type=int, nargs="+", default=list(STEPS))
+    parser.add_argument("--settle", type=int, help="steps before those that are measured, instead of as many")
+    parser.add_argument("--steps", type=int, help="steps that are measured, instead of as many as the size has")
+    parser.add_argument("--threads", type=int, help="of the parallel space; default: as many as pay")
+    parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
+    options = parser.parse_args()
+    where = {"cpu": cpu_name(), "cores": len(os.sched_getaffinity(0)), "commit": commit(),
+             "date": datetime.date.today().isoformat()}
+    os.makedirs(os.path.dirname(os.path.abspath(options.out)), exist_ok=True)
+    with open(options.out, "w", newline="") as file:
+        out = csv.DictWriter(file, COLUMNS)
+        out.writeheader()
+        for bodies in options.bodies:
+            for space in SPACES:
+                row = measure(options, bodies, space)
+                out.writerow(dict(row, **where))
+                file.flush()
+                print(bodies, space, row["status"], row.get("step_ms", ""), flush=True)
+
+
+if __name__ == "__main__":
+    main()
