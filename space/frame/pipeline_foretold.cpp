@@ -33,7 +33,7 @@ void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_clea
                                       plan.foretell.least_share, way);
   result.narrow_ms = frame.clock.lap();
   if (foretold_.last().told == 0) return;
-  result.threads = std::max(result.threads, used);
+  result.narrow_threads = used;
   result.contacts = foretold_.narrowPhase().contacts();
   result.apart = foretold_.narrowPhase().leftOut().apart();
   // As if it were all pairs, of which this is a part.

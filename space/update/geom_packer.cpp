@@ -51,7 +51,7 @@ std::uint32_t numberOf(const dxBody* body) {
 // A box's bounds lie this part of the tolerance outside the geom's own. They may stay until they
 // are twice as far outside on one of the sides, so that two boxes that meet are never further apart
 // than the tolerance.
-constexpr dReal margin_share = dReal(1) / 4;
+constexpr dReal margin_share = dReal(1) / 4;  // fixed: of what the user set
 
 void placeWide(const dReal* bounds, BasicBox<double>& box) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -131,8 +131,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
  * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
- * is slower, which happens where other programs hold the cores. Small scenes use one thread
- * whatever is set. */
+ * is slower, which happens where other programs hold the cores. The pairs of small scenes are found
+ * by one thread whatever is set. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -149,8 +149,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
  * dCollide could find a contact: the corner of the AABB that is nearest to the plane is further
  * from it than 32 epsilon of the greatest finite coordinates that take part. Pairs of two planes,
  * and of a plane with a geom whose AABB is infinite on the plane's side, stay; where it is infinite
- * on other sides only, the pair is left out like any other. Holds for dSpaceCollide, dSpaceCollide2
- * and dParallelSAPSpaceCollideContacts. */
+ * on other sides only, the pair is left out like any other. Holds for all collides of this
+ * space, dSpaceCollide2 too. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
 
@@ -282,7 +282,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
 /* Pairs in bulk: those of dSpaceCollide, in blocks instead of one by one.
  *
  *     static void takePairs(void* data, const dParallelSAPPair* pairs, size_t count, size_t first)
- * { for (size_t i = 0; i < count; ++i) ...pairs[i].o1, pairs[i].o2...
+ *     {
+ *       for (size_t i = 0; i < count; ++i) ...pairs[i].o1, pairs[i].o2...
  *     }
  *
  *     dParallelSAPSpaceCollidePairs(space, data, dParallelSAPPairsConcurrent, takePairs);
@@ -388,7 +389,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 /* Nonzero: pairs with at least one body, all of whose bodies are disabled (dBodyDisable, automatic
  * disabling), are not found. A body that is enabled again, in whatever way, has its pairs in the
  * next collide. A space inside this one counts as awake. Default: 0. Both settings hold for
- * dSpaceCollide and dParallelSAPSpaceCollideContacts, not for dSpaceCollide2. */
+ * all collides of this space but dSpaceCollide2. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 
@@ -397,7 +398,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
  * ever missed. What it buys: geoms that have moved by less than a quarter of it since their boxes
  * were last looked at are not looked at again, and no pair needs the exact test. Which of the
  * additional pairs are reported depends on the frames before; the same calls still give the same
- * pairs. Holds for dSpaceCollide and dParallelSAPSpaceCollideContacts. */
+ * pairs. Holds for all collides of this space but dSpaceCollide2. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
