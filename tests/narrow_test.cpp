@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
 #include <mutex>
 #include <new>
 #include <set>
@@ -139,13 +140,15 @@ TEST_CASE("The threads of pairs and of contacts are told apart", "[narrow]") {
   const auto contactsOf = [&] { return parallelContacts(space, 8).size(); };
   for (int frame = 0; frame < 4; ++frame) CHECK(contactsOf() > 0);
   const dParallelSAPStats both = statsOf(space);
-  CHECK(both.find_threads == 1);
+  // With a grain of 1 few geoms are work for all.
+  const int finding = std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN") ? 3 : 1;
+  CHECK(both.find_threads == finding);
   CHECK(both.narrow_threads == 3);
   CHECK(both.threads == 3);
   dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
-  CHECK(statsOf(space).find_threads == 1);
+  CHECK(statsOf(space).find_threads == finding);
   CHECK(statsOf(space).narrow_threads == 0);
-  CHECK(statsOf(space).threads == 1);
+  CHECK(statsOf(space).threads == finding);
 }
 
 TEST_CASE("Flags and limits hold for each pair", "[narrow]") {

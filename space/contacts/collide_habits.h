@@ -77,7 +77,7 @@ class CollideHabits {
       }
     }
     bool isWorth(double least_share) const {
-      return calls > other_calls &&
+      return pairs > 0 && calls > other_calls &&
              static_cast<double>(calls - other_calls) >= least_share * static_cast<double>(pairs);
     }
   };

@@ -77,8 +77,9 @@ std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& req
   dContactGeom* const found = contacts.data() + size;
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
-  int count = image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
-                    : ode_collide(pair.o1, pair.o2, of_ode, found, skip);
+  int count =
+      image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
+            : ode_collide.load(std::memory_order_relaxed)(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
     dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
@@ -121,7 +122,8 @@ class NarrowPhase::Pass {
     int used = 1;
     runTeam(region, threads, [&](int thread, int team) {
       if (thread == 0) used = team;
-      const ThreadData data(thread, way_.manual_cleanup);
+      // Contacts that are told are of classes whose colliders need no data of ODE's.
+      const ThreadData data(way_.tells ? 0 : thread, way_.manual_cleanup);
       if (!data.ready()) return;
       Range range;
       while (queue.next(range)) work(range, thread);
@@ -232,7 +234,7 @@ class NarrowPhase::Pass {
   static void markNext(Buffer<dContactGeom>& contacts, int flags) {
     const std::size_t size = contacts.size();
     const int most = std::min<int>(flags & most_contacts_mask, most_told_contacts);
-    contacts.resize(size + static_cast<std::size_t>(most));
+    contacts.resize(size + static_cast<std::size_t>(flags & most_contacts_mask));  // as collide()
     markUnwritten(contacts.data() + size, static_cast<std::size_t>(most));
     contacts.resize(size);
   }

@@ -104,7 +104,7 @@ class NarrowPhase {
     std::uint16_t bodies;  // see bodiesOf(), of a run that tells
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
-  // Which geoms of a pair have a body.
+  // Which geoms of a pair have a body, and an offset from it: either comes without a notice.
   static std::uint16_t bodiesOf(const GeomPair& pair);
   class Pass;
 

@@ -1,6 +1,5 @@
 // dSpaceCollide under the preload library: the contacts for which the near callback will ask
 // dCollide are found before the report.
-#include <algorithm>
 
 #include "space/frame/pipeline.h"
 

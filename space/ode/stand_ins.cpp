@@ -134,7 +134,7 @@ void report() {
 }
 
 void setCollide(dParallelSAPCollideFunction* collide) {
-  ode_collide = collide;
+  ode_collide.store(collide, std::memory_order_relaxed);
 }
 
 const int* reports() {

@@ -114,33 +114,39 @@ static const dParallelSAPStandIns* load(const void* ode, const void* caller, cha
   return NULL;
 }
 
-/* Contacts are told only by a dCollide that is known, for geoms whose colliders are ODE's. */
-static void prepareContacts(const dParallelSAPStandIns* use, const void* caller) {
-  dParallelSAPCollideFunction* const collide =
-      (dParallelSAPCollideFunction*)realSymbol("dCollide", caller, (const void*)&dCollide);
-  if (collide) use->set_collide(collide);
-  if (!collide || __atomic_load_n(&own_colliders, __ATOMIC_SEQ_CST)) use->stop_contacts();
-}
-
-/* The stand-ins, if they fit the caller's ODE; that they do not is said once. */
+/* The library's stand-ins for the ODE that the caller uses, or null. Takes the mutex for its own
+ * variables only: the loader has a lock of its own, which a plug-in's constructors hold when they
+ * make a space. */
 static const dParallelSAPStandIns* judge(const void* caller) {
   static const char hidden[] = "hidden";
   const void* ode = realSymbol("_ZTI7dxSpace", caller, NULL);
   if (!ode) ode = hidden;
-  if (ode == fitting_ode) return stand_ins;
-  if (ode == refused_ode) return NULL;
+  pthread_mutex_lock(&mutex);
+  const int fits = ode == fitting_ode, refused = ode == refused_ode;
+  const dParallelSAPStandIns* const known = stand_ins;
+  pthread_mutex_unlock(&mutex);
+  if (fits) return known;
+  if (refused) return NULL;
 
   char why[1024] = "the program's ODE hides what a space is derived from";
   const dParallelSAPStandIns* const verdict =
       ode != hidden ? load(ode, caller, why, sizeof why) : NULL;
+  dParallelSAPCollideFunction* const collide =
+      verdict ? (dParallelSAPCollideFunction*)realSymbol("dCollide", caller, (const void*)&dCollide)
+              : NULL;
+  if (collide) verdict->set_collide(collide); /* before another thread can have a space */
+  pthread_mutex_lock(&mutex);
+  const int first = refused_ode != ode;
   if (verdict) {
     fitting_ode = ode;
     __atomic_store_n(&stand_ins, verdict, __ATOMIC_SEQ_CST);
-    prepareContacts(verdict, caller);
   } else {
     refused_ode = ode;
-    fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
   }
+  pthread_mutex_unlock(&mutex);
+  if (verdict && (!collide || __atomic_load_n(&own_colliders, __ATOMIC_SEQ_CST)))
+    verdict->stop_contacts();
+  if (!verdict && first) fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
   return verdict;
 }
 
@@ -149,7 +155,10 @@ static dSpaceID create(dSpaceID parent, int space_class, const void* caller) {
   const int kind = space_class - dFirstSpaceClass;
   pthread_mutex_lock(&mutex);
   readSettings();
-  const dParallelSAPStandIns* const use = wanted[kind] ? judge(caller) : NULL;
+  const int wants = wanted[kind];
+  pthread_mutex_unlock(&mutex);
+  const dParallelSAPStandIns* const use = wants ? judge(caller) : NULL;
+  pthread_mutex_lock(&mutex);
   ++(use ? replaced : left)[kind];
   pthread_mutex_unlock(&mutex);
   return use ? use->create(parent, space_class) : NULL;

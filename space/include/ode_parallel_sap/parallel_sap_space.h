@@ -37,8 +37,8 @@
  * Which call when: dSpaceCollide is always right. dParallelSAPSpaceCollideContacts is for callbacks
  * that would call dCollide and make joints: it calls dCollide on all threads.
  * dParallelSAPSpaceCollidePairs is for so many pairs that calling counts, and for callbacks of any
- * kind that may run on many threads. dParallelSAPSpaceSetEvents, with any of them, tells which pairs
- * began and ended, and numbers each for data that are kept of it.
+ * kind that may run on many threads. dParallelSAPSpaceSetEvents, with any of them, tells which
+ * pairs began and ended, and numbers each for data that are kept of it.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
  * by one thread at a time. ODE's own rules for sharing worlds and geoms stay in force. Threads of
@@ -291,7 +291,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
  * A scene of millions of pairs spends much of a dSpaceCollide in calling the callback. Here it is
  * called once for some hundred pairs, on all threads at once if it may be. */
 typedef struct dParallelSAPPair {
-  dGeomID o1, o2; /* as the near callback would get them */
+  dGeomID o1; /* as the near callback would get them */
+  dGeomID o2; /* likewise */
 } dParallelSAPPair;
 
 /* A block of the frame's pairs, in their order; `first` is the place of pairs[0] among all pairs of
@@ -354,9 +355,10 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
  * collide is free from the next one on. No number is as large as the most pairs that a collide
  * found and ended together so far. */
 typedef struct dParallelSAPPairEvent {
-  dGeomID o1, o2; /* as reported. Of an ended pair 0 where the geom has left the space since, for
-                   * another one, too: it may not exist any more */
-  size_t place;   /* among all pairs of the collide; of an ended one, of the last in which it was */
+  dGeomID o1;   /* as reported. Of an ended pair 0 where the geom has left the space since, for
+                 * another one, too: it may not exist any more */
+  dGeomID o2;   /* likewise */
+  size_t place; /* among all pairs of the collide; of an ended one, of the last in which it was */
   unsigned number; /* as long as the pair lasts */
 } dParallelSAPPairEvent;
 
@@ -365,6 +367,7 @@ typedef struct dParallelSAPPairEvent {
  * the space and stay until its next collide; geoms that are destroyed before are still named. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
+/* Likewise of those that ended. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
 
