@@ -11,6 +11,7 @@
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
+#include "space/ode/swept_bounds.h"
 #include "space/queries/geom_queries.h"
 
 namespace ode_parallel_sap {
@@ -39,6 +40,13 @@ class ParallelSAPSpace : public dxSpace {
   // Adds all meshes in it, at any depth.
   void addMeshes(std::vector<dxGeom*>& meshes);
 
+  // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
+  void setSweptBounds(dReal step);
+  dReal sweptBounds() const { return swept_step_; }
+  // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
+  // other spaces.
+  bool isFast(const dxGeom* geom) const;
+
   // Which pairs begin and end, if that is asked for.
   PairEvents& events() { return pipeline_.events(); }
 
@@ -62,6 +70,9 @@ class ParallelSAPSpace : public dxSpace {
   void beginFrame();
   void closeSlots();
   void askSilent();
+  void sweep();
+  void sweep(dxGeom* geom);
+  static void sweepWithin(dxSpace* space);
   void cleanNoted();
   void noteChange(Slot slot);
   void printTotals() const;
@@ -70,6 +81,8 @@ class ParallelSAPSpace : public dxSpace {
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
   SilentGeoms silent_;
+  SweptBounds swept_;
+  dReal swept_step_ = 0;
   GeomQueries queries_;
   Pipeline pipeline_;
 };
