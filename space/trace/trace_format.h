@@ -13,9 +13,9 @@ constexpr char magic[9] = "ODEtrace";
 constexpr char header_tag[9] = "header  ";
 constexpr char frame_tag[9] = "frame   ";
 constexpr char pairs_tag[9] = "pairs   ";
-constexpr std::size_t tag_bytes = 8;           // fixed: the format; of the magic, too
-constexpr std::size_t chunk_head_bytes = 24;   // fixed: the format; tag, length, checksum
-constexpr std::uint32_t version = 1;           // fixed: the format
+constexpr std::size_t tag_bytes = 8;              // fixed: the format; of the magic, too
+constexpr std::size_t chunk_head_bytes = 24;      // fixed: the format; tag, length, checksum
+constexpr std::uint32_t version = 1;              // fixed: the format
 constexpr std::uint32_t byte_order = 0x01020304;  // fixed: the format
 
 // The reals of a geom.
