@@ -1,12 +1,15 @@
 // What a trace tells of a program: the very pairs of its frames.
 #include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -324,6 +327,24 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
   dSpaceDestroy(space);
 }
 
+TEST_CASE("The child of a fork writes nothing into its parent's trace", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(20);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  const pid_t child = fork();
+  if (child == 0) {
+    std::size_t pairs = collide(space).size();
+    _exit(pairs == 19 ? 0 : 1);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
+  collide(space);
+  REQUIRE(framesIn(folder / "trace") == 2);
+  dSpaceDestroy(space);
+}
+
 TEST_CASE("The environment has a file for each space that collides", "[trace]") {
   const Folder folder;
   {
@@ -360,6 +381,33 @@ TEST_CASE("The environment has a file for each space that collides", "[trace]") 
     dSpaceDestroy(space);
   }
   REQUIRE(messages.all().size() == 2);
+}
+
+TEST_CASE("A geom to which this ODE gives another bounding box is shown by the one written",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  for (const int x : {0, 10, 20}) dGeomSetPosition(dCreateBox(space, 1, 1, 1), dReal(x), 0, 0);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  REQUIRE(collide(space).empty());
+  dSpaceDestroy(space);
+  std::string contents = contentsOf(folder / "trace");
+  // The greatest x of the first geom, up to which the second one lies.
+  const std::size_t frame = chunksOf(contents)[1];
+  const std::size_t at = frame + 24 + 48 + 40 + (4 + 12 + 1) * sizeof(dReal);
+  const dReal greater = 15;
+  std::memcpy(&contents[at], &greater, sizeof greater);
+  setChecksum(contents, frame);
+  std::istringstream file(contents);
+  const trace::Recording recording = trace::readRecording(file, "the trace");
+  REQUIRE((recording.by_bounds == std::set<std::uint32_t>{1}));
+  const dSpaceID replayed = dParallelSAPSpaceCreate(nullptr);
+  {
+    trace::Player player(recording, replayed);
+    player.advance();
+    REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
+  }
+  dSpaceDestroy(replayed);
 }
 
 TEST_CASE("A trace that ends anywhere is refused, or ends with a whole frame", "[trace]") {

@@ -42,6 +42,14 @@ refused 'none: it cannot be read' "$replay" none
 : >empty
 refused 'empty: it is no trace' "$replay" empty
 
+# Where the disk is full after some frames, the file holds those before.
+said=$(trap '' XFSZ; ulimit -f 150; ODE_PARALLEL_SAP_TRACE=full with_preload "$preload" "$@" 2>&1 >/dev/null)
+[ "$(grep -c 'the trace full ends here: File too large' <<<"$said")" -eq 1 ] || fail "not once is said: $said"
+"$replay" full --pairs >replayed
+[ -s replayed ] || fail "there is no frame in what was written"
+head -n "$(wc -l <replayed)" printed | cmp - replayed || fail "the frames before a full disk have other pairs"
+[ "$(wc -l <replayed)" -lt 60 ] || fail "the disk was not full"
+
 # Where it cannot be written, the program says so once and does what it would do.
 said=$(ODE_PARALLEL_SAP_TRACE=no/folder/trace with_preload "$preload" "$@" 2>&1 >again)
 cmp printed again || fail "a trace that cannot be written changes the program"
