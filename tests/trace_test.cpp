@@ -101,6 +101,7 @@ std::vector<Pairs> runTraced(std::uint64_t seed, int geoms, int frames, int ever
 void checkReplay(const std::string& path, const std::vector<Pairs>& expected, int every) {
   const trace::Recording recording = trace::readRecording(path);
   REQUIRE(recording.frames.size() == expected.size());
+  REQUIRE(recording.by_bounds.empty());  // it is the same ODE
   REQUIRE(recording.header.every == static_cast<std::uint32_t>(every));
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
   {
@@ -325,6 +326,68 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
     dSpaceDestroy(other);
   }
   dSpaceDestroy(space);
+}
+
+TEST_CASE("A geom that is added again, or at another one's address, is a new one in a trace",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(3);
+  const dGeomID last = dSpaceGetGeom(space, 2);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  dSpaceRemove(space, last);
+  dSpaceAdd(space, last);
+  collide(space);
+  dGeomDestroy(last);
+  dCreateSphere(space, 1);
+  collide(space);
+  dSpaceDestroy(space);
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  REQUIRE(recording.frames.size() == 3);
+  for (const std::uint32_t frame : {1u, 2u}) {
+    REQUIRE((recording.frames[frame].removed == std::vector<std::uint32_t>{2 + frame}));
+    REQUIRE(recording.frames[frame].geoms.size() == 1);
+    REQUIRE(recording.frames[frame].geoms[0].number == 3 + frame);
+  }
+}
+
+TEST_CASE("Geoms of no size, a class's whose shape is not in the trace too, are in no pair",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(2);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  dCreateSphere(space, 0);
+  REQUIRE(collide(space).size() == 1);
+  dSpaceDestroy(space);
+  trace::Recording recording = trace::readRecording(folder / "trace");
+  for (const bool by_bounds : {false, true}) {
+    if (by_bounds) recording.by_bounds.insert(3);
+    const dSpaceID replayed = dParallelSAPSpaceCreate(nullptr);
+    {
+      trace::Player player(recording, replayed);
+      player.advance();
+      REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
+    }
+    dSpaceDestroy(replayed);
+  }
+}
+
+TEST_CASE("A body with several geoms is written once a frame", "[trace]") {
+  const Folder folder;
+  const dWorldID world = dWorldCreate();
+  const dBodyID body = dBodyCreate(world);
+  const dSpaceID space = boxes(5);
+  for (int i = 0; i < 5; ++i) dGeomSetBody(dSpaceGetGeom(space, i), body);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  dBodySetPosition(body, 1, 2, 3);
+  collide(space);
+  dSpaceDestroy(space);
+  dWorldDestroy(world);
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  for (const trace::Frame& frame : recording.frames) REQUIRE(frame.bodies.size() == 1);
+  REQUIRE(recording.frames[1].bodies[0].pose[2] == 3);
+  REQUIRE(recording.frames[1].bounds.size() == 5);
 }
 
 TEST_CASE("The child of a fork writes nothing into its parent's trace", "[trace]") {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "player.h"
+#include "replay_timing.h"
 
 namespace trace {
 
@@ -12,25 +12,22 @@ struct TableWishes {
   std::vector<int> threads;         // to be tried, ascending
   std::vector<double> tolerances;   // lengths
   std::vector<int> devices;         // GPUs
-  std::vector<std::string> spaces;  // of ODE's, to compare with: hash, sap, simple
+  std::vector<std::string> spaces;  // of ODE's, to compare with
   int turns = 3;                    // how often the trace is played for a row
-  int contacts = 8;                 // that dCollide may find of a pair
-  bool collide = true;              // rows with dCollide
+  int contacts = 8;                 // of a pair at most; 0: no rows with dCollide
 };
 
 struct TableRow {
   std::string option;
-  int threads = 1;
-  double median_ms = 0, least_ms = 0;  // of a frame
-  double pairs = 0, contacts = 0;      // a frame
-  bool collides = false;               // dCollide for each pair is in the time
+  Setting setting;
+  Timing timing;
 };
 
-// The first row is the space as the program has set it, on one thread. Rows of what is not to be
-// had here are left out.
+// The first row is the space as the program has set it, on the first number of threads. Rows of
+// what is not to be had here are left out.
 std::vector<TableRow> measureOptions(const Recording& recording, const TableWishes& wishes);
 
-// What the program had set in this frame.
-void setAsTraced(dSpaceID space, const Frame& frame);
+// The row against which one is to be held: the first that does the same work.
+const TableRow& baseOf(const std::vector<TableRow>& rows, const TableRow& row);
 
 }  // namespace trace

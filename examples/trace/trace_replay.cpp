@@ -104,14 +104,10 @@ void print(const std::vector<trace::TableRow>& rows) {
   std::printf("\n%-32s %7s %12s %12s %12s %12s %8s\n", "option", "threads", "ms a frame", "least",
               "pairs", "contacts", "times");
   for (const trace::TableRow& row : rows) {
-    // Against the first row that does the same work.
-    const trace::TableRow& base =
-        row.collides ? *std::find_if(rows.begin(), rows.end(),
-                                     [](const trace::TableRow& one) { return one.collides; })
-                     : rows.front();
-    std::printf("%-32s %7d %12.4f %12.4f %12.1f %12.1f %8.2f\n", row.option.c_str(), row.threads,
-                row.median_ms, row.least_ms, row.pairs, row.contacts,
-                base.median_ms / row.median_ms);
+    const trace::Timing& timing = row.timing;
+    std::printf("%-32s %7d %12.4f %12.4f %12.1f %12.1f %8.2f\n", row.option.c_str(),
+                row.setting.threads, timing.median_ms, timing.least_ms, timing.pairs,
+                timing.contacts, trace::baseOf(rows, row).timing.median_ms / timing.median_ms);
   }
 }
 
@@ -120,9 +116,11 @@ void writeCsv(const std::string& path, const std::vector<trace::TableRow>& rows)
   if (!file) throw std::runtime_error("cannot write the file " + path);
   std::fprintf(file, "option,threads,collides,median_ms,least_ms,pairs,contacts\n");
   for (const trace::TableRow& row : rows)
-    std::fprintf(file, "%s,%d,%d,%.6g,%.6g,%.8g,%.8g\n", row.option.c_str(), row.threads,
-                 int{row.collides}, row.median_ms, row.least_ms, row.pairs, row.contacts);
-  if (std::fclose(file) != 0) throw std::runtime_error("cannot write the file " + path);
+    std::fprintf(file, "%s,%d,%d,%.6g,%.6g,%.8g,%.8g\n", row.option.c_str(), row.setting.threads,
+                 int{row.setting.work != trace::Work::pairs}, row.timing.median_ms,
+                 row.timing.least_ms, row.timing.pairs, row.timing.contacts);
+  const bool written = !std::ferror(file);
+  if (std::fclose(file) != 0 || !written) throw std::runtime_error("cannot write the file " + path);
 }
 
 int run(Options& options) {
@@ -168,7 +166,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--csv", options.csv, "the table as a file, too");
   CLI11_PARSE(app, argc, argv);
-  options.table.collide = options.table.contacts > 0;
   std::sort(options.table.threads.begin(), options.table.threads.end());
   dInitODE2(0);
   int result = 2;

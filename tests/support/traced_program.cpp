@@ -120,9 +120,9 @@ void TracedProgram::editMember(std::size_t place) {
     case 1:
       return dGeomEnable(member.geom);
     case 2:
-      return dGeomSetCategoryBits(member.geom, random_.bits() & 0xfu);
+      return dGeomSetCategoryBits(member.geom, 1ul << random_.below(3));
     case 3:
-      return dGeomSetCollideBits(member.geom, random_.chance(0.2) ? ~0ul : random_.bits() & 0xffu);
+      return dGeomSetCollideBits(member.geom, random_.chance(0.3) ? ~0ul : random_.bits() & 7u);
     case 4:
       return resize(member.geom);
     case 5:
@@ -143,7 +143,7 @@ void TracedProgram::changeSettings() {
 void TracedProgram::edit() {
   const std::size_t count = members_.size();
   for (std::size_t i = 0; i < count / 4; ++i) move(members_[random_.below(members_.size())]);
-  for (std::size_t i = 0; i < 1 + count / 20 && members_.size() > 4; ++i)
+  for (std::size_t i = 0; i < 1 + count / 10 && members_.size() > 4; ++i)
     editMember(random_.below(members_.size()));
   for (const dBodyID body : bodies_) {
     if (random_.chance(0.1)) dBodyDisable(body);
