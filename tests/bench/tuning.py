@@ -83,9 +83,24 @@ def constants(source):
     return found
 
 
-# What is timed for a room's constants: all of it for those that all rooms share.
-def cells_of(room, quick):
-    scale = ["--budget=%g" % (0.02 if quick else 0.06), "--rounds=1"]
+# What is timed for a room's constants, and for those that all rooms share.
+SETS_OF_ROOM = {
+    "space/axes": "paper", "space/cells": "pairs sizes many", "space/coherence": "rest", "space/extract/paper": "paper",
+    "space/frame": "small pairs", "space/queries": "queries", "space/simd": "pairs many queries",
+    "space/sort": "pairs many rest planes", "space/update": "pairs many rest far",
+}
+SETS_OF_CONSTANT = {
+    "smallest_scene": "small", "tasks_a_thread": "pairs sizes many", "chunk_pairs": "pairs many", "chunk_cells": "pairs many",
+    "prefetch_distance": "pairs many", "retry_frames": "small pairs rest", "back_off_range": "small pairs rest",
+    "class_octaves": "pairs sizes", "fewer_larger": "pairs sizes", "shape_octaves": "pairs sizes",
+    "least_shape_share": "pairs sizes", "coarse_growth": "far", "least_mapped": "pairs many", "swept_alone": "small pairs",
+    "scene": "pairs many", "packed_slots": "rest", "looked_up": "far rest", "box_rows": "pairs", "sorted_records": "pairs many",
+    "box_tests": "paper small", "changed_boxes": "rest", "geom_tests": "far planes", "passed_pairs": "rest many",
+}
+
+
+def cells_of(constant, quick):
+    scale = ["--budget=%g" % (0.02 if quick else 0.05), "--rounds=1"]
     pairs = ("scene", "n", "threads", "moving")
 
     def pair(scenes, sizes, threads="1,2", peer="parallel-sap", *more):
@@ -97,6 +112,8 @@ def cells_of(room, quick):
         "pairs": [pair("dense-cube,log-sizes-4,giant-among-dust,brownian", "10000"),
                   pair("dense-cube,heap,long-bars,jumps,trembling", "300", "1"),
                   pair("dense-cube,long-bars,brownian", "100000")],
+        "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars", "10000,100000", "1")],
+        "far": [pair("far-clusters,two-decades-of-size", "10000,100000")],
         "many": [pair("dense-cube", "1000000", "2")],
         "small": [pair("dense-cube,heap", "16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
                   pair("dense-cube,heap", "4,64,120", "1", "parallel-sap", "--batch=64", "--still"),
@@ -110,23 +127,14 @@ def cells_of(room, quick):
         "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
                                         "--threads=2"] + seconds, ("variant", "bodies", "threads"))],
     }
-    rooms = {
-        "space/axes": ("paper",),
-        "space/cells": ("pairs", "many"),
-        "space/coherence": ("rest",),
-        "space/extract/paper": ("paper",),
-        "space/frame": ("small", "pairs"),
-        "space/queries": ("queries",),
-        "space/simd": ("pairs", "many", "queries"),
-        "space/sort": ("pairs", "many", "rest", "planes"),
-        "space/update": ("pairs", "many", "rest"),
-    }
-    return [run for name in rooms.get(room, sets) for run in sets[name]]
+    names = SETS_OF_CONSTANT.get(constant.name) or SETS_OF_ROOM.get(constant.room) or "pairs small rest"
+    return [run for name in names.split() for run in sets[name]]
 
 
 # No program here collides geoms: the study of parts does, with the piles of the example.
 COLLIDING = "not among the cells"
 UNMEASURABLE = {("space/contacts", None): COLLIDING, ("space/data", "collided_pairs"): COLLIDING,
+                ("space/data", "block_pairs"): "not among the cells",
                 ("space/data", "heavy_pairs"): COLLIDING}
 
 
@@ -248,7 +256,7 @@ def measure(options):
     project = variants.Project(options.source, options.build)
 
     def times_of(constant):
-        runs = cells_of(constant.room, options.quick)
+        runs = cells_of(constant, options.quick)
         return lambda library: variants.measure(project, library, options.quick, options.core, runs)
 
     compare_all(options, "space", times_of, lambda name: os.path.join(options.variants, name))
