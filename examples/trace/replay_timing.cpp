@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace trace {
 
@@ -65,6 +66,12 @@ void collideOnce(dSpaceID space, Work work, Counts& counts) {
   counts.pairs += stats.pairs;
 }
 
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 Timing play(const Recording& recording, const Setting& setting, dSpaceID space) {
   Player player(recording, space);
   Counts all = {setting.contacts, 0, 0, {}};
@@ -84,10 +91,8 @@ Timing play(const Recording& recording, const Setting& setting, dSpaceID space) 
       all.contacts = contacts;
     }
   }
-  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-  std::nth_element(times.begin(), middle, times.end());
   const double count = static_cast<double>(times.size());
-  return {*middle, *std::min_element(times.begin(), times.end()),
+  return {median(times), *std::min_element(times.begin(), times.end()),
           static_cast<double>(all.pairs) / count, static_cast<double>(all.contacts) / count};
 }
 
@@ -111,6 +116,18 @@ Timing measure(const Recording& recording, const Setting& setting) {
     dSpaceDestroy(space);
     throw;
   }
+}
+
+double usualSize(const Recording& recording) {
+  std::vector<double> sizes;
+  for (const Frame& frame : recording.frames)
+    for (const Geom& geom : frame.geoms) {
+      const Bounds& bounds = geom.bounds;
+      const double size =
+          (bounds[1] - bounds[0] + bounds[3] - bounds[2] + bounds[5] - bounds[4]) / 3;
+      if (!geom.is(format::space) && size > 0 && std::isfinite(size)) sizes.push_back(size);
+    }
+  return sizes.empty() ? 1 : median(sizes);
 }
 
 void setAsTraced(dSpaceID space, const Frame& frame) {

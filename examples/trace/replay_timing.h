@@ -37,6 +37,10 @@ bool isToBeHad(const Setting& setting);
 // which all are new. Throws BadTrace.
 Timing measure(const Recording& recording, const Setting& setting);
 
+// The median of the geoms' sizes, as the mean of a bounding box's edges, spaces and what has no
+// finite bounding box apart; 1 where there is none.
+double usualSize(const Recording& recording);
+
 // What the program had set in this frame.
 void setAsTraced(dSpaceID space, const Frame& frame);
 
