@@ -131,8 +131,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
  * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
- * is slower, which happens where other programs hold the cores. The pairs of small scenes are found
- * by one thread whatever is set. */
+ * is slower, which happens where other programs hold the cores. Whatever is set, the pairs of small
+ * scenes are found by one thread, and everything in the child of a process (fork) where the library
+ * had started threads, as they are not the child's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
