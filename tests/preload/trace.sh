@@ -43,7 +43,7 @@ refused 'none: it cannot be read' "$replay" none
 refused 'empty: it is no trace' "$replay" empty
 
 # Where the disk is full after some frames, the file holds those before.
-said=$(trap '' XFSZ; ulimit -f 150; ODE_PARALLEL_SAP_TRACE=full with_preload "$preload" "$@" 2>&1 >/dev/null)
+said=$(trap '' XFSZ; ulimit -f 100; ODE_PARALLEL_SAP_TRACE=full with_preload "$preload" "$@" 2>&1 >/dev/null)
 [ "$(grep -c 'the trace full ends here: File too large' <<<"$said")" -eq 1 ] || fail "not once is said: $said"
 "$replay" full --pairs >replayed
 [ -s replayed ] || fail "there is no frame in what was written"
