@@ -450,7 +450,9 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
 /* Environment variables, read when a space is created, take the place of the defaults above in
  * programs that set nothing: ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda,
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
- * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 (or 0) prints through dMessage, when a space
+ * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_SKIP_STATIC=0|1, ODE_PARALLEL_SAP_SKIP_ASLEEP=0|1,
+ * ODE_PARALLEL_SAP_CULL_PLANES=0|1 and ODE_PARALLEL_SAP_TOLERANCE=distance, which change what is
+ * reported as dParallelSAPSpaceSetSkipStatic and so on do; ODE_PARALLEL_SAP_STATS=1 (or 0) prints through dMessage, when a space
  * is destroyed, what its frames had to do and where their time went. A value that is not understood
  * or not to be had is reported through dMessage and ignored.
  *
