@@ -112,16 +112,28 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const SmallResult result = found.result(scene.count);
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  for (std::size_t i = 0; i < found.pairs; ++i) {
-    const SmallScene::Couple couple = found.couples[i];
-    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
-  }
+  SmallScenes::report(found, report, statistics.sample());
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.note(result);
   if (timed)
     statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
   return result;
+}
+
+void SmallScenes::report(const SmallScene& found, const SmallReport& report, PairSample& sample) {
+  std::size_t told = 0;
+  const auto tell = [&] {
+    const SmallScene::Couple couple = found.couples[told++];
+    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
+  };
+  if (report.sampled)
+    sample.pick(found.pairs, [&](std::size_t place) {
+      while (told < place) tell();
+      const SmallScene::Couple couple = found.couples[told];
+      sample.time(found.active[couple.earlier()], found.active[couple.later()], -1, tell);
+    });
+  while (told < found.pairs) tell();
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
