@@ -30,13 +30,14 @@ PairSample::Kinds PairSample::kindsOf(const dxGeom* a, const dxGeom* b) {
 }
 
 void PairSample::add(const Kinds& kinds, int contacts, double ms) {
-  const SampledPairs::Kind one = {1, contacts > 0 ? 1ull : 0ull, withoutOutliers(ms)};
+  const SampledPairs::Kind one = {1, contacts >= 0 ? 1u : 0u, contacts > 0 ? 1u : 0u,
+                                  withoutOutliers(ms)};
   seen_.all.add(one);
   if (kinds.of_static) seen_.of_static.add(one);
   if (kinds.asleep) seen_.asleep.add(one);
   if (kinds.clear) seen_.clear.add(one);
-  if (contacts < 0) return;
-  ++seen_.collided;
+  if (contacts == not_asked) return;
+  if (contacts <= 0) ++seen_.untouched;
   seen_.addTo(kinds.a, kinds.b, one);
 }
 

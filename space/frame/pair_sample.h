@@ -19,6 +19,10 @@ namespace ode_parallel_sap {
 // do not show the same few pairs again and again.
 class PairSample {
  public:
+  // What the narrow phase of the space knows of a pair: how many contacts it has, or one of these.
+  static constexpr int not_asked = -1;    // fixed: nobody asked it
+  static constexpr int passed_over = -2;  // fixed: it was told to leave it, so nobody wants any
+
   explicit PairSample(bool on) : on_(on) {}
 
   bool on() const { return on_; }
@@ -33,8 +37,8 @@ class PairSample {
     next_ = place - count;
   }
 
-  // Calls call(pair) for all of them, in their order. contacts(place) is the number of a pair's
-  // contacts, or -1 where that is not known.
+  // Calls call(pair) for all of them, in their order. contacts(place) is what is known of a
+  // pair's contacts.
   template <class Call, class Contacts>
   void tell(const PairList& pairs, dxGeom* const* geoms, Call call, Contacts contacts) {
     std::size_t first = 0;

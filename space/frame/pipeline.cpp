@@ -146,7 +146,7 @@ void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   statistics_.sample().tell(
       frame.pairs, geoms,
       [&](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
-      [](std::size_t) { return -1; });
+      [](std::size_t) { return PairSample::not_asked; });
 }
 
 }  // namespace ode_parallel_sap

@@ -1,5 +1,4 @@
 // dParallelSAPSpaceCollideContacts: the narrow phase in the place of the report.
-#include <algorithm>
 #include <new>
 #include <utility>
 
@@ -31,8 +30,8 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     PairSample& sample = statistics_.sample();
     sample.pick(pairs.list().size(), [&](std::size_t place) {
       const GeomPair& pair = pairs.list()[place];
-      // One that is passed over, by its flags, has none.
-      sample.see(pair.o1, pair.o2, std::max(narrow_phase.contactsOf(place), 0));
+      const int contacts = narrow_phase.contactsOf(place);
+      sample.see(pair.o1, pair.o2, contacts < 0 ? PairSample::passed_over : contacts);
     });
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too

@@ -58,7 +58,8 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
     callback(data, a, b);
   };
   statistics_.sample().tell(frame.pairs, geoms, tell, [&](std::size_t place) {
-    return foretold_.narrowPhase().contactsOf(place);
+    const int contacts = foretold_.narrowPhase().contactsOf(place);
+    return contacts < 0 ? PairSample::not_asked : contacts;
   });
 }
 

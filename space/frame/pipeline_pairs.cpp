@@ -45,7 +45,8 @@ void Pipeline::seePairs(const Frame& frame) {
   PairCursor pairs(frame.pairs);
   sample.pick(frame.pairs.size(), [&](std::size_t place) {
     pairs.read(place, place + 1, [&](const Pair* pair, const Pair*) {
-      sample.see(frame.geoms()[earlierOf(*pair)], frame.geoms()[laterOf(*pair)], -1);
+      sample.see(frame.geoms()[earlierOf(*pair)], frame.geoms()[laterOf(*pair)],
+                 PairSample::not_asked);
     });
   });
 }

@@ -10,23 +10,25 @@ namespace ode_parallel_sap {
 struct SampledPairs {
   // Pairs of which something would have left all out.
   struct Kind {
-    unsigned long long pairs = 0, touching = 0;
+    // All; those that the narrow phase of the space collided; and of those, the ones with contacts.
+    unsigned long long pairs = 0, collided = 0, touching = 0;
     double report_ms = 0;  // what the near callback took for them, if that was called pair by pair
 
     void add(const Kind& more) {
       pairs += more.pairs;
+      collided += more.collided;
       touching += more.touching;
       report_ms += more.report_ms;
     }
   };
-  // Pairs of two categories, the smaller number first, whose contacts are known.
+  // Pairs of two categories, the smaller number first, of which it is known whether they touch.
   struct Layers {
     unsigned long a = 0, b = 0;
     Kind seen;
   };
 
   Kind all, of_static, asleep, clear;             // clear of a plane
-  unsigned long long collided = 0;                // pairs whose contacts are known
+  unsigned long long untouched = 0;               // pairs of which it is known that they do not
   static constexpr std::size_t most_layers = 16;  // fixed: others are few pairs, or no layers
   std::array<Layers, most_layers> layers;
   std::size_t used_layers = 0;
@@ -41,7 +43,7 @@ struct SampledPairs {
     of_static.add(more.of_static);
     asleep.add(more.asleep);
     clear.add(more.clear);
-    collided += more.collided;
+    untouched += more.untouched;
     for (std::size_t i = 0; i < more.used_layers; ++i)
       addTo(more.layers[i].a, more.layers[i].b, more.layers[i].seen);
   }

@@ -131,7 +131,8 @@ void SmallScenes::report(const SmallScene& found, const SmallReport& report, Pai
     sample.pick(found.pairs, [&](std::size_t place) {
       while (told < place) tell();
       const SmallScene::Couple couple = found.couples[told];
-      sample.time(found.active[couple.earlier()], found.active[couple.later()], -1, tell);
+      sample.time(found.active[couple.earlier()], found.active[couple.later()],
+                  PairSample::not_asked, tell);
     });
   while (told < found.pairs) tell();
 }

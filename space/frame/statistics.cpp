@@ -65,8 +65,8 @@ void Statistics::noteSample() {
   last_.sampled_static = seen.of_static.pairs;
   last_.sampled_asleep = seen.asleep.pairs;
   last_.sampled_clear = seen.clear.pairs;
-  last_.sampled_collided = seen.collided;
-  last_.sampled_untouched = seen.collided - seen.all.touching;
+  last_.sampled_collided = seen.all.collided;
+  last_.sampled_untouched = seen.untouched;
 }
 
 void Statistics::noteTimes(double found_ms, double report_ms) {

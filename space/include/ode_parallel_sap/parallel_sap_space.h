@@ -445,8 +445,9 @@ typedef struct dParallelSAPStats {
   unsigned long long sampled_static; /* whose geoms have no body: see SetSkipStatic */
   unsigned long long sampled_asleep; /* with a body, but none that is enabled: see SetSkipAsleep */
   unsigned long long sampled_clear;  /* of a plane and a geom clear of it: see SetCullPlanes */
-  unsigned long long sampled_collided;  /* whose contacts the space was to find by itself */
-  unsigned long long sampled_untouched; /* of these last ones, those without a contact */
+  unsigned long long
+      sampled_collided; /* that the space collided (dParallelSAPSpaceCollideContacts) */
+  unsigned long long sampled_untouched; /* without a contact there, or passed over by their flags */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
