@@ -41,6 +41,11 @@ class PairSample {
   // pair's contacts.
   template <class Call, class Contacts>
   void tell(const PairList& pairs, dxGeom* const* geoms, Call call, Contacts contacts) {
+    if (!on_) {
+      for (const Buffer<Pair>& part : pairs.parts)
+        for (const Pair pair : part) call(pair);
+      return;
+    }
     std::size_t first = 0;
     for (const Buffer<Pair>& part : pairs.parts) {
       std::size_t told = 0;

@@ -112,7 +112,13 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const SmallResult result = found.result(scene.count);
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  SmallScenes::report(found, report, statistics.sample());
+  std::size_t told = 0;
+  if (statistics.sample().on() && report.sampled)
+    told = reportSampled(found, report, statistics.sample());
+  for (; told < found.pairs; ++told) {
+    const SmallScene::Couple couple = found.couples[told];
+    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
+  }
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.note(result);
@@ -121,20 +127,22 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   return result;
 }
 
-void SmallScenes::report(const SmallScene& found, const SmallReport& report, PairSample& sample) {
+// Up to the last pair that is picked. Not inline, as it would cost those that do without some time.
+__attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallScene& found,
+                                                                 const SmallReport& report,
+                                                                 PairSample& sample) {
   std::size_t told = 0;
   const auto tell = [&] {
     const SmallScene::Couple couple = found.couples[told++];
     report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
   };
-  if (report.sampled)
-    sample.pick(found.pairs, [&](std::size_t place) {
-      while (told < place) tell();
-      const SmallScene::Couple couple = found.couples[told];
-      sample.time(found.active[couple.earlier()], found.active[couple.later()],
-                  PairSample::not_asked, tell);
-    });
-  while (told < found.pairs) tell();
+  sample.pick(found.pairs, [&](std::size_t place) {
+    while (told < place) tell();
+    const SmallScene::Couple couple = found.couples[told];
+    sample.time(found.active[couple.earlier()], found.active[couple.later()], PairSample::not_asked,
+                tell);
+  });
+  return told;
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.

@@ -123,7 +123,8 @@ class SmallScenes {
  private:
   void remember(const Scene& scene, const PackRules& rules, const SmallScene& found);
   bool tell(const Scene& scene, const SmallScene& found, PairEvents& events);
-  static void report(const SmallScene& found, const SmallReport& report, PairSample& sample);
+  static std::size_t reportSampled(const SmallScene& found, const SmallReport& report,
+                                   PairSample& sample);
 
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since
