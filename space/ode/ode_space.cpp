@@ -144,7 +144,7 @@ void ParallelSAPSpace::cleanNoted() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame() {
   if (lock_count == 1) {
-    if (pipeline_.holdsTooMuch(count)) {
+    if (pipeline_.noteMemory(count)) {
       pipeline_.release();
       queries_.release();
       slots_.shrink();
@@ -213,8 +213,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
-  return pipeline_.statistics().read(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                     queries_.bytes() + pipeline_.bytes());
+  return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
+                                          queries_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {
