@@ -350,6 +350,30 @@ TEST_CASE("Pairs are sampled where statistics are printed, and nowhere else", "[
   CHECK(statsOf(space).sampled_static == 0);
 }
 
+// A pair takes some 0.2 us, so that is less than half a percent.
+TEST_CASE("Of a frame's time one pair in 50 microseconds is sampled, whatever its pairs",
+          "[hints]") {
+  const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
+  const Messages messages;
+  for (const std::size_t n : {20, 100, 3000})
+    for (const int turns : {0, 1000}) {
+      const Space space;
+      World world(space);
+      add(world, denseCube(n, 1), Bodies::awake);
+      static int turns_now;
+      turns_now = turns;
+      double ms = 0;
+      while (ms < 40) {
+        dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { work(turns_now); });
+        ms += statsOf(space).total_ms;
+      }
+      INFO(n << " geoms, " << turns << " turns a callback");
+      const double sampled = static_cast<double>(statsOf(space).sampled);
+      CHECK(sampled > 0.5 * ms / 0.05);
+      CHECK(sampled < 1.5 * ms / 0.05);
+    }
+}
+
 TEST_CASE("Pairs in blocks are sampled, too", "[hints]") {
   const Run seen = run(
       [](World& world) {

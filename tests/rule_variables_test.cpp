@@ -21,12 +21,6 @@ const char* const kSkipAsleep = "ODE_PARALLEL_SAP_SKIP_ASLEEP";
 const char* const kCullPlanes = "ODE_PARALLEL_SAP_CULL_PLANES";
 const char* const kTolerance = "ODE_PARALLEL_SAP_TOLERANCE";
 
-// What the person who runs the tests has set must not get into them.
-struct BareRules {
-  Variable skip_static{kSkipStatic, nullptr}, skip_asleep{kSkipAsleep, nullptr},
-      cull_planes{kCullPlanes, nullptr}, tolerance{kTolerance, nullptr};
-};
-
 // Couples of unit boxes, many enough for a scene that is not small, of each kind that a variable
 // leaves out or adds. They are in boxes far from each other.
 constexpr std::size_t kCouples = 60;
@@ -65,7 +59,7 @@ constexpr std::size_t kStatic = kCouples, kAsleep = kCouples, kAwake = kCouples,
 }  // namespace
 
 TEST_CASE("Each variable leaves out or adds the pairs that its setting does", "[rules]") {
-  const BareRules bare;
+  const BareEnvironment bare;
   struct Case {
     const char *variable, *value;
     std::size_t pairs;
@@ -94,7 +88,7 @@ TEST_CASE("Each variable leaves out or adds the pairs that its setting does", "[
 }
 
 TEST_CASE("A program that sets something has the last word over these variables", "[rules]") {
-  const BareRules bare;
+  const BareEnvironment bare;
   const Variable skip_static(kSkipStatic, "1"), skip_asleep(kSkipAsleep, "1"),
       cull_planes(kCullPlanes, "1"), tolerance(kTolerance, "0.25");
   Scene scene;
@@ -111,7 +105,7 @@ TEST_CASE("A program that sets something has the last word over these variables"
 }
 
 TEST_CASE("Values that are neither switches nor lengths are refused by name", "[rules]") {
-  const BareRules bare;
+  const BareEnvironment bare;
   const char* const nonsense[][2] = {
       {kSkipStatic, "yes"}, {kSkipStatic, "2"},   {kSkipAsleep, "on"},   {kSkipAsleep, " 1"},
       {kCullPlanes, "-1"},  {kCullPlanes, "01"},  {kTolerance, "-0.1"},  {kTolerance, "0.1m"},
