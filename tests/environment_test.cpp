@@ -110,7 +110,7 @@ std::string instructionSetInUse() {
     world.addBoxes(denseCube(200, 1));
     collide(space);
   }
-  REQUIRE(messages.all().size() == 1);
+  REQUIRE(!messages.all().empty());  // what would have saved time may follow
   const std::string& text = messages.all()[0];
   const std::size_t begin = text.find('(') + 1;
   return text.substr(begin, text.find(')') - begin);
@@ -164,7 +164,7 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
   };
   for (const std::size_t n : {100, 1500}) {
     const std::vector<std::string> said = messagesOf("1", n);
-    REQUIRE(said.size() == 1);
+    REQUIRE(!said.empty());  // what would have saved time may follow
     INFO(said[0]);
     const auto half = [](unsigned long long sum) { return static_cast<double>(sum) / 2; };
     int frames = 0, geoms = 0;

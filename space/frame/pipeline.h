@@ -85,7 +85,8 @@ class Pipeline {
   void note(const FrameResult& result);
   void foretell(Frame& frame, const Settings& settings, bool manual_cleanup);
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
-  static void report(const Frame& frame, void* data, dNearCallback* callback);
+  void report(const Frame& frame, void* data, dNearCallback* callback);
+  void seePairs(const Frame& frame);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
                     FrameResult& result);

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <locale>
+#include <sstream>
 #include <string>
 
 #include "space/contacts/library_copy.h"
@@ -101,6 +103,28 @@ void readSwitch(const char* variable, bool& value) {
     value = on != 0;
 }
 
+// Written as in C, whatever the program's locale: 0.05 has a point.
+void readLength(const char* variable, dReal& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  double length = -1;
+  const bool whole = in >> length && in.peek() == std::istringstream::traits_type::eof();
+  if (whole && length >= 0 && length <= std::numeric_limits<dReal>::max())
+    value = static_cast<dReal>(length);
+  else
+    dMessage(0, "%s=%s is not a length, 0 or more and finite, and is ignored", variable, text);
+}
+
+// What a program may set on a space by itself, in the same words.
+void readRules(PackRules& rules) {
+  readSwitch("ODE_PARALLEL_SAP_SKIP_STATIC", rules.skip_static);
+  readSwitch("ODE_PARALLEL_SAP_SKIP_ASLEEP", rules.skip_asleep);
+  readSwitch("ODE_PARALLEL_SAP_CULL_PLANES", rules.cull_planes);
+  readLength("ODE_PARALLEL_SAP_TOLERANCE", rules.tolerance);
+}
+
 }  // namespace
 
 bool hasBackend(int backend) {
@@ -121,6 +145,7 @@ Settings settingsFromEnvironment() {
   readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
+  readRules(settings.rules);
   readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;

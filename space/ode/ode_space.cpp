@@ -1,8 +1,10 @@
 #include "space/ode/ode_space.h"
 
 #include <new>
+#include <string>
 #include <utility>
 
+#include "space/frame/hints.h"
 #include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
 #include "space/ode/environment.h"
@@ -52,6 +54,9 @@ void ParallelSAPSpace::printTotals() const {
       static_cast<const void*>(this), frame.frames, kernelSet().name, frame.geoms, frame.pairs,
       frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
       frame.filter_ms, frame.narrow_ms, frame.report_ms);
+  const std::string hints = hintsOf(totals().sums(), sampled());
+  if (!hints.empty())
+    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), hints.c_str());
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {

@@ -461,6 +461,15 @@ typedef struct dParallelSAPStats {
                                   * apart; none in frames in which too few were to look for them */
   int find_threads;              /* threads used by the widest stage that finds pairs */
   int narrow_threads;            /* threads that found contacts; 0 where none were to be found */
+  /* Pairs that were picked at random from those of all frames so far, none unless the space was
+   * created with ODE_PARALLEL_SAP_STATS=1. What is said of these holds, but for chance, for all. */
+  unsigned long long sampled;
+  unsigned long long sampled_static; /* whose geoms have no body: see SetSkipStatic */
+  unsigned long long sampled_asleep; /* with a body, but none that is enabled: see SetSkipAsleep */
+  unsigned long long sampled_clear;  /* of a plane and a geom clear of it: see SetCullPlanes */
+  unsigned long long
+      sampled_collided; /* that the space collided (dParallelSAPSpaceCollideContacts) */
+  unsigned long long sampled_untouched; /* without a contact there, or passed over by their flags */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
@@ -472,9 +481,15 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
 /* Environment variables, read when a space is created, take the place of the defaults above in
  * programs that set nothing: ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda,
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
- * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 (or 0) prints through dMessage, when a space
- * is destroyed, what its frames had to do and where their time went. A value that is not understood
- * or not to be had is reported through dMessage and ignored.
+ * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_SKIP_STATIC=0|1, ODE_PARALLEL_SAP_SKIP_ASLEEP=0|1,
+ * ODE_PARALLEL_SAP_CULL_PLANES=0|1 and ODE_PARALLEL_SAP_TOLERANCE=distance, which change what is
+ * reported as dParallelSAPSpaceSetSkipStatic and so on do; ODE_PARALLEL_SAP_STATS=1 (or 0) prints
+ * through dMessage, when a space is destroyed, what its frames had to do and where their time went;
+ * and in a last line, if a hundredth or more of that time would have been saved by it, which of
+ * these variables would have saved how much of it, or which categories of geoms never touched and
+ * could do without each other, as estimated from the sampled pairs, what callbacks took for them,
+ * and the times of the stages. A value that is not understood or not to be had is reported through
+ * dMessage and ignored.
  *
  * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon, read at the same moment, is for tests and
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
