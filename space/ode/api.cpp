@@ -203,6 +203,22 @@ dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
   return checked(space).settings.rules.tolerance;
 }
 
+void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(step >= 0 && step <= std::numeric_limits<dReal>::max(), "step is not a time");
+  own.setSweptBounds(step);
+}
+
+dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space) {
+  return checked(space).sweptBounds();
+}
+
+int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
+  const ParallelSAPSpace& own = checked(space);
+  dAASSERT(geom);
+  return own.isFast(geom);
+}
+
 void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {
   ParallelSAPSpace& own = checked(space);
   dAASSERT(stats);

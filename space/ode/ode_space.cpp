@@ -1,5 +1,6 @@
 #include "space/ode/ode_space.h"
 
+#include <atomic>
 #include <new>
 #include <string>
 #include <utility>
@@ -12,6 +13,13 @@
 #include "space/trace/pair_tally.h"
 
 namespace ode_parallel_sap {
+
+namespace {
+
+// Whether a space of the process ever had swept bounds: until then none asks its sub-spaces.
+std::atomic<bool> any_swept{false};
+
+}  // namespace
 
 // Locks the space against changes to its contents, until it is left in whatever way.
 class ParallelSAPSpace::Lock {
@@ -98,6 +106,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   pipeline_.forget(geom, slot);
   silent_.remove(slot);
   if (trace_) trace_->forget(slot);
+  swept_.remove(geom, slot);
   slots_.remove(geom);
   if (!geom->next) tail_ = geom->tome;
   dxSpace::remove(geom);
@@ -120,6 +129,7 @@ void ParallelSAPSpace::closeSlots() {
   if (trace_) trace_->closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
+  swept_.clear();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
@@ -127,7 +137,41 @@ void ParallelSAPSpace::closeSlots() {
 
 // Asks the geoms that may be dirty without having said so.
 void ParallelSAPSpace::askSilent() {
+  if (any_swept.load(std::memory_order_relaxed)) sweep();
   silent_.ask(*this, slots_.geoms().data());
+}
+
+void ParallelSAPSpace::setSweptBounds(dReal step) {
+  if (step > 0) any_swept.store(true, std::memory_order_relaxed);
+  swept_step_ = step;
+}
+
+bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
+  return geom->parent_space == this && swept_step_ > 0 && swept_.isFast(Slots::slotOf(geom));
+}
+
+// Sub-spaces come first: their AABBs are those of what is in them.
+void ParallelSAPSpace::sweep() {
+  dxGeom* const* const geoms = slots_.geoms().data();
+  silent_.slots().forEach([geoms](Slot slot) {
+    if (IS_SPACE(geoms[slot])) sweepWithin(static_cast<dxSpace*>(geoms[slot]));
+  });
+  if (swept_.idle(swept_step_)) return;
+  const Lock lock(*this);
+  if (swept_.sweep(*this, geoms, slots_.size(), swept_step_)) makeDirty(this, true);
+}
+
+void ParallelSAPSpace::sweepWithin(dxSpace* space) {
+  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) return own->askSilent();
+  for (dxGeom* geom = space->first; geom; geom = geom->next)
+    if (IS_SPACE(geom)) sweepWithin(static_cast<dxSpace*>(geom));
+}
+
+// A geom that is asked about by another space.
+void ParallelSAPSpace::sweep(dxGeom* geom) {
+  if (swept_.idle(swept_step_)) return;
+  const Lock lock(*this);
+  if (swept_.sweepOne(*this, geom, Slots::slotOf(geom), swept_step_)) makeDirty(this, true);
 }
 
 void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
@@ -152,6 +196,7 @@ void ParallelSAPSpace::beginFrame() {
       pipeline_.release();
       queries_.release();
       slots_.shrink();
+      swept_.shrink();
     }
     closeSlots();
   }
@@ -216,6 +261,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (IS_SPACE(geom))
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->askSilent();
+  if (any_swept.load(std::memory_order_relaxed) && geom->parent_space)
+    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
   if (needs_clean_ && queries_.clean(slots_.geoms())) needs_clean_ = false;
   cleanNoted();
   geom->recomputeAABB();
@@ -240,7 +287,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          queries_.bytes() + pipeline_.bytes());
+                                          swept_.bytes() + queries_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -12,6 +12,7 @@
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
+#include "space/ode/swept_bounds.h"
 #include "space/queries/geom_queries.h"
 #include "space/trace/trace.h"
 
@@ -40,6 +41,13 @@ class ParallelSAPSpace : public dxSpace {
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
   // Adds all meshes in it, at any depth.
   void addMeshes(std::vector<dxGeom*>& meshes);
+
+  // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
+  void setSweptBounds(dReal step);
+  dReal sweptBounds() const { return swept_step_; }
+  // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
+  // other spaces.
+  bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if that is asked for.
   PairEvents& events() { return pipeline_.events(); }
@@ -70,6 +78,9 @@ class ParallelSAPSpace : public dxSpace {
   bool writeTrace();
   void closeSlots();
   void askSilent();
+  void sweep();
+  void sweep(dxGeom* geom);
+  static void sweepWithin(dxSpace* space);
   void cleanNoted();
   void noteChange(Slot slot);
   void printTotals() const;
@@ -78,6 +89,8 @@ class ParallelSAPSpace : public dxSpace {
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
   SilentGeoms silent_;
+  SweptBounds swept_;
+  dReal swept_step_ = 0;
   GeomQueries queries_;
   Pipeline pipeline_;
   std::unique_ptr<Trace> trace_;  // null: there is none
