@@ -112,6 +112,49 @@ class Options(Folder):
             self.assertEqual(row["contacts"], "0")
             self.assertNotEqual(row["pairs"], "0")
 
+    def test_pairs_of_the_ground_with_itself_are_left_out_on_demand(self):
+        cubes = ("--bodies", "200", "--steps", "100")
+        stock, skipped = self.rows(*cubes), self.rows(*cubes, "--skip-static")
+        self.assertEqual([row["energy"] for row in stock], [row["energy"] for row in skipped])
+        self.assertGreater(sum(int(row["contacts"]) for row in stock), 100)
+        fewer = {int(row["pairs"]) - int(other["pairs"]) for row, other in zip(stock, skipped)}
+        self.assertEqual(len(fewer), 1)
+        self.assertGreater(fewer.pop(), 240)  # each tile has neighbours
+
+    def test_pairs_of_sleepers_are_left_out_on_demand(self):
+        letters = ("--scene", "alphabet", "--bodies", "3", "--steps", "1500")
+        stock, skipped = self.rows(*letters), self.rows(*letters, "--skip-asleep")
+        self.assertEqual([row["energy"] for row in stock], [row["energy"] for row in skipped])
+        self.assertEqual(stock[0]["pairs"], skipped[0]["pairs"])
+        self.assertEqual(stock[-1]["asleep"], "3")
+        self.assertNotEqual(stock[-1]["pairs"], "0")
+        self.assertEqual(skipped[-1]["pairs"], "0")
+
+    def test_a_tolerance_adds_pairs_and_no_contact(self):
+        balls = ("--scene", "balls", "--bodies", "300", "--steps", "100", "--settle", "120")
+        stock, more = self.rows(*balls), self.rows(*balls, "--tolerance", "0.2")
+        for column in "energy", "contacts":
+            self.assertEqual([row[column] for row in stock], [row[column] for row in more])
+        pairs, with_more = (sum(int(row["pairs"]) for row in rows) for rows in (stock, more))
+        self.assertGreater(with_more, 1.02 * pairs)
+
+    def test_more_erp_pushes_out_faster_and_more_cfm_gives_more(self):
+        def depth(*options):
+            rows = self.rows("--scene", "balls", "--bodies", "60", "--steps", "100", "--settle", "250", "--sleep", "off", *options)
+            return sum(float(row["deepest_m"]) for row in rows[50:])
+
+        stock = depth()
+        self.assertGreater(depth("--erp", "0.01"), 1.2 * stock)
+        self.assertGreater(depth("--cfm", "0.01"), 1.2 * stock)
+        self.assertEqual(depth("--erp", "0.2", "--cfm", "1e-5", "--density", "1"), stock)
+
+    def test_bodies_have_the_density_asked_for(self):
+        light, heavy = self.rows(*SMALL), self.rows(*SMALL, "--density", "1000")
+        self.assertAlmostEqual(float(heavy[0]["energy"]) / float(light[0]["energy"]), 1000, delta=1e-6)
+        self.assertNotEqual(float(heavy[-1]["energy"]) / 1000, float(light[-1]["energy"]))  # CFM counts
+        # In the air masses do not matter, nor to the letter what they are multiplied by.
+        self.assertEqual(heavy[5]["fastest_m_s"], light[5]["fastest_m_s"])
+
     def test_threads_are_those_asked_for_or_those_there_are(self):
         one = sorted(os.sched_getaffinity(0))[:1]
         options = ("--scene", "balls", "--bodies", "10000", "--steps", "1", "--method", "sweep", "--backend", "cpu")

@@ -90,6 +90,7 @@ Run::Run(const Options& options) : options_(options), csv_(options.csv) {
   if (const std::string& file = options.times_picture;
       !file.empty() && !std::ofstream(file, std::ios::app))
     throw UsageError("cannot write the file " + file);
+  world_.density = options.density;
   Random random(options.seed);
   presetOf(options.scene).build(world_, options.bodies, random);
   printHeader(world_, options);
@@ -106,6 +107,9 @@ void Run::settle() {
   Options options = options_;
   options.space = SpaceKind::Parallel;
   options.method = options.backend = std::nullopt;
+  options.rules = {};
+  options.erp = Options().erp;
+  options.cfm = Options().cfm;
   options.parallel_narrow = true;
   options.parallel_stepping = options.random_contacts = options.check = false;
   options.reducer = Reducer::Farthest;

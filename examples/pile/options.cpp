@@ -7,6 +7,7 @@
 #include <iostream>
 #include <limits>
 #include <map>
+#include <sstream>
 #include <vector>
 
 #include "presets.h"
@@ -75,10 +76,20 @@ struct Names {
 };
 
 // CLI::Range takes "nan" for a number in its range.
-std::string timeStepFault(const std::string& text) {
-  double dt = 0;
-  const bool valid = CLI::detail::lexical_cast(text, dt) && dt >= 1e-6 && dt <= 0.1;
-  return valid ? "" : "Value " + text + " not in range 1e-06 to 0.1";
+CLI::Validator numberIn(double least, double most) {
+  const auto text = [](double number) {
+    std::ostringstream out;
+    out << number;
+    return out.str();
+  };
+  const std::string low = text(least), high = text(most);
+  const auto fault = [=](const std::string& given) {
+    double number = 0;
+    const bool valid =
+        CLI::detail::lexical_cast(given, number) && number >= least && number <= most;
+    return valid ? "" : "Value " + given + " not in range " + low + " to " + high;
+  };
+  return {fault, "FLOAT in [" + low + " - " + high + "]"};
 }
 
 // CLI11 reads "-1" as the largest unsigned number, and nothing as 0.
@@ -99,9 +110,18 @@ void addRunOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(1, most_bodies));
   app.add_option("--steps", options.steps, "Number of time steps" + of_scene)->check(count);
   app.add_option("--dt", options.dt, "Time step in seconds, up to 0.1" + of_scene)
-      ->check(CLI::Validator(timeStepFault, "FLOAT in [1e-06 - 0.1]"));
+      ->check(numberIn(1e-6, 0.1));
   app.add_option("--iterations", options.iterations, "Iterations of QuickStep" + of_scene)
       ->check(count);
+  app.add_option("--erp", options.erp, "The part of a contact's depth that a step corrects")
+      ->check(numberIn(0, 1))
+      ->capture_default_str();
+  app.add_option("--cfm", options.cfm, "How far contacts give under force, in s^2/kg")
+      ->check(numberIn(0, 1000))
+      ->capture_default_str();
+  app.add_option("--density", options.density, "Of the bodies, in kg/m^3")
+      ->check(numberIn(0.001, 100000))
+      ->capture_default_str();
   app.add_option("--contacts", options.contacts, "Most contacts of a pair" + of_scene)
       ->check(CLI::Range(1, 64));
   app.add_option("--seed", options.seed, "Seed of the bodies' places, sizes and rotations")
@@ -134,6 +154,18 @@ void addSolverOptions(CLI::App& app, Names& names, Options& options) {
   app.add_option("--sleep", names.sleep, "Whether ODE disables bodies at rest")
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
+}
+
+void addRules(CLI::App& app, Rules& rules) {
+  const std::string only = " (parallel space only)";
+  app.add_option("--tolerance", rules.tolerance,
+                 "How far apart, in metres, pairs may be that are reported all the same" + only)
+      ->check(numberIn(0, 1000))
+      ->capture_default_str();
+  app.add_flag("--skip-static", rules.skip_static, "Find no pairs of static geoms" + only);
+  app.add_flag("--skip-asleep", rules.skip_asleep, "Find no pairs whose bodies all sleep" + only);
+  app.add_flag("--cull-planes", rules.cull_planes,
+               "Find no pairs of a plane with what is clear of it" + only);
 }
 
 void addSpaceOptions(CLI::App& app, Names& names) {
@@ -224,7 +256,14 @@ void takeSpaceOptions(const CLI::App& app, const Names& names, Options& options)
   options.parallel_narrow =
       names.narrow.empty() ? options.space == SpaceKind::Parallel : names.narrow == "parallel";
   options.parallel_stepping = names.stepping == "parallel";
+  if (options.check && options.rules.any())
+    throw UsageError(
+        "--check looks for all pairs of dHashSpace and no other: not with --tolerance, "
+        "--skip-static, --skip-asleep or --cull-planes");
   if (options.space == SpaceKind::Parallel) return;
+  if (options.rules.any())
+    throw UsageError(
+        "--tolerance, --skip-static, --skip-asleep and --cull-planes need --space parallel");
   if (options.method || options.backend || options.parallel_narrow)
     throw UsageError("--method, --backend and --narrow parallel need --space parallel");
   if (options.threads && !options.parallel_stepping)
@@ -256,6 +295,7 @@ std::optional<Options> parseOptions(int argc, char** argv) {
   Names names;
   addRunOptions(app, options);
   addSpaceOptions(app, names);
+  addRules(app, options.rules);
   addSolverOptions(app, names, options);
   addDrawingOptions(app, names.pictures, options);
   std::vector<std::string> arguments = takeDrawingFlags(argc, argv, options);

@@ -16,6 +16,16 @@ enum class SpaceKind { Parallel, Hash, SweepAndPrune, QuadTree, Simple };
 // Which contacts are kept of a pair that has more than it may have.
 enum class Reducer { Farthest, Deepest, Spread };
 
+// What the parallel space may leave out or add.
+struct Rules {
+  double tolerance = 0;  // metres
+  bool skip_static = false;
+  bool skip_asleep = false;
+  bool cull_planes = false;
+
+  bool any() const { return tolerance > 0 || skip_static || skip_asleep || cull_planes; }
+};
+
 // What the command line said, with the scene's own values where it said nothing.
 struct Options {
   std::string scene = "cubes";
@@ -25,6 +35,9 @@ struct Options {
   int iterations = 0;  // of QuickStep
   int contacts = 0;    // at most this many a pair
   std::uint64_t seed = 1;
+  double erp = 0.2;              // the part of an error of a joint that one step mends
+  double cfm = 1e-5;             // how far constraints give, s^2/kg
+  double density = 1;            // kg/m^3
   int settle = 0;                // steps before those that are measured
   bool random_bodies = false;    // created in random order, not in that of their places
   bool random_contacts = false;  // joints in random order, not in that of the pairs
@@ -34,6 +47,7 @@ struct Options {
   std::optional<int> threads;  // these three are for the parallel space only
   std::optional<int> method;
   std::optional<int> backend;
+  Rules rules;                     // for the parallel space only
   bool parallel_narrow = false;    // for the parallel space only
   bool parallel_stepping = false;  // by ODE's own threads
   bool check = false;

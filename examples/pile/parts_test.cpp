@@ -14,6 +14,7 @@
 #include "motion.h"
 #include "presets.h"
 #include "shapes.h"
+#include "spaces.h"
 #include "view/coarse_mesh.h"
 
 namespace pile {
@@ -160,6 +161,25 @@ void testCheck() {
       [](std::vector<Pair>& pairs) { std::swap(pairs[3].first, pairs[3].second); });
 }
 
+// Every plane of the scenes lies level, so what is culled shows in a space of the command line's
+// with an oblique one.
+void testCulling() {
+  dInitODE2(0);
+  for (const bool cull : {false, true}) {
+    const char* words[] = {"pile", "--cull-planes"};
+    const Options options = *parseOptions(cull ? 2 : 1, const_cast<char**>(words));
+    const dSpaceID space = createSpace(options, {});
+    dCreatePlane(space, 1, 1, 1, -100);
+    dCreateSphere(space, 1);
+    dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(space, &stats);
+    check(stats.pairs == (cull ? 0 : 1), cull ? "--cull-planes culls" : "no plane is culled");
+    dSpaceDestroy(space);
+  }
+  dCloseODE();
+}
+
 void testFaults() {
   Motion start;
   start.bodies = 3;
@@ -195,6 +215,7 @@ int main() {
   pile::testLetters();
   pile::testMeshes();
   pile::testCheck();
+  pile::testCulling();
   pile::testFaults();
   return pile::failures == 0 ? 0 : 1;
 }

@@ -13,8 +13,6 @@ namespace {
 // what is deeper is pushed out, no faster than a body may be without waking its neighbours much.
 constexpr double resting_depth = 0.002;  // metres
 constexpr double push_out_speed = 1.0;   // metres a second
-constexpr double erp = 0.2;
-constexpr double cfm = 1e-5;
 
 // A body sleeps when its mean velocity over a while has been below these for half a second: bodies
 // of about one metre that go nowhere, though the solver may jitter them.
@@ -35,8 +33,8 @@ void queuePair(void* data, dGeomID first, dGeomID second) {
 }
 
 void setWorld(dWorldID world, const Options& options) {
-  dWorldSetERP(world, static_cast<dReal>(erp));
-  dWorldSetCFM(world, static_cast<dReal>(cfm));
+  dWorldSetERP(world, static_cast<dReal>(options.erp));
+  dWorldSetCFM(world, static_cast<dReal>(options.cfm));
   dWorldSetQuickStepNumIterations(world, options.iterations);
   dWorldSetContactSurfaceLayer(world, static_cast<dReal>(resting_depth));
   dWorldSetContactMaxCorrectingVel(world, static_cast<dReal>(push_out_speed));

@@ -30,9 +30,19 @@ const char* backendName(int backend) {
   }
 }
 
+// What is not asked for is left to the environment.
+void setRules(dSpaceID space, const Rules& rules) {
+  if (rules.tolerance > 0)
+    dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(rules.tolerance));
+  if (rules.skip_static) dParallelSAPSpaceSetSkipStatic(space, 1);
+  if (rules.skip_asleep) dParallelSAPSpaceSetSkipAsleep(space, 1);
+  if (rules.cull_planes) dParallelSAPSpaceSetCullPlanes(space, 1);
+}
+
 dSpaceID createParallel(const Options& options) {
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
   if (options.threads) dParallelSAPSpaceSetNumThreads(space, *options.threads);
+  setRules(space, options.rules);
   std::string missing;
   if (options.backend && !dParallelSAPSpaceSetBackend(space, *options.backend))
     missing = std::string("the back end ") + backendName(*options.backend);

@@ -80,7 +80,9 @@ void World::addBody(dGeomID geom, const dMass& mass, const Pose& pose) {
   addGeom(geom);
   body_triangles_ += triangleCount(geom);
   const dBodyID body = dBodyCreate(ode_);
-  dBodySetMass(body, &mass);
+  dMass scaled = mass;
+  if (density != 1) dMassAdjust(&scaled, static_cast<dReal>(density) * mass.mass);
+  dBodySetMass(body, &scaled);
   dBodySetPosition(body, static_cast<dReal>(pose.position[0]), static_cast<dReal>(pose.position[1]),
                    static_cast<dReal>(pose.position[2]));
   dBodySetQuaternion(body, pose.rotation);

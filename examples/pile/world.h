@@ -28,7 +28,8 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // Building, used by the scenes. The world owns what it is given.
+  // Building, used by the scenes. The world owns what it is given. Masses are those of bodies of
+  // 1 kg/m^3, and become those of the world's density.
   dTriMeshDataID addMesh(Mesh mesh);
   void addStatic(dGeomID geom);
   void addBody(dGeomID geom, const dMass& mass, const Pose& pose);
@@ -53,6 +54,8 @@ class World {
 
   // Position of a geom of this world in geoms().
   static size_t indexOf(dGeomID geom);
+
+  double density = 1;  // kg/m^3, of the bodies that are added from now on
 
   // What the scene says about itself.
   std::string body_name;    // "boxes"

@@ -76,6 +76,11 @@ class NarrowPhase {
   // Of how many pairs it is known.
   std::size_t told() const;
   void foretellNothing();
+  // How many contacts the pair at this place has, or -1 where that is not known.
+  int contactsOf(std::size_t place) const {
+    if (place >= found_.size() || found_[place].thread == nobody) return -1;
+    return static_cast<int>(found_[place].count);
+  }
 
   // Of the last run.
   std::size_t contacts() const;

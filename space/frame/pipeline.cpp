@@ -143,8 +143,10 @@ void Pipeline::select(Frame& frame) {
 
 void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
-  for (const Buffer<Pair>& part : frame.pairs.parts)
-    for (const Pair pair : part) callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+  statistics_.sample().tell(
+      frame.pairs, geoms,
+      [&](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
+      [](std::size_t) { return PairSample::not_asked; });
 }
 
 }  // namespace ode_parallel_sap

@@ -27,6 +27,12 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     result.narrow_ms = clock.lap();
     policy_.learnOfContacts(settings, used, pairs.list().size(), result.narrow_ms);
     policy_.learnOfApart(plan, narrow_phase.leftOut());
+    PairSample& sample = statistics_.sample();
+    sample.pick(pairs.list().size(), [&](std::size_t place) {
+      const GeomPair& pair = pairs.list()[place];
+      const int contacts = narrow_phase.contactsOf(place);
+      sample.see(pair.o1, pair.o2, contacts < 0 ? PairSample::passed_over : contacts);
+    });
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -53,7 +59,9 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
   const Plan plan = policy_.decide(facts, settings);
   if (Policy::isSmall(facts.slots, settings)) {
     StageClock clock;
-    result = resultOf(collideSmall(scene, settings, {&pairs, &dParallelSAPAddPair}));
+    SmallReport report = {&pairs, &dParallelSAPAddPair};
+    report.sampled = false;  // but from the list
+    result = resultOf(collideSmall(scene, settings, report));
     result.extract_ms = clock.lap();
     return plan;
   }

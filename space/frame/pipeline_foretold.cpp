@@ -52,12 +52,15 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
     if (!policy_.learnOfForetelling(frame.plan, frame.facts, settings, foretold_.last(), more))
       foretold_.forgetHabits();
   });
-  for (const Buffer<Pair>& part : frame.pairs.parts)
-    for (const Pair pair : part) {
-      dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
-      report.next(pair, a, b);
-      callback(data, a, b);
-    }
+  const auto tell = [&](Pair pair) {
+    dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
+    report.next(pair, a, b);
+    callback(data, a, b);
+  };
+  statistics_.sample().tell(frame.pairs, geoms, tell, [&](std::size_t place) {
+    const int contacts = foretold_.narrowPhase().contactsOf(place);
+    return contacts < 0 ? PairSample::not_asked : contacts;
+  });
 }
 
 }  // namespace ode_parallel_sap

@@ -22,6 +22,7 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
+      seePairs(frame);
       if (request.concurrent())
         policy_.learnOfBlocks(settings, used, frame.pairs.size(), frame.result.report_ms);
     } else {
@@ -37,6 +38,17 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
     note(frame.result);
   }
   statistics_.endFrame();
+}
+
+void Pipeline::seePairs(const Frame& frame) {
+  PairSample& sample = statistics_.sample();
+  PairCursor pairs(frame.pairs);
+  sample.pick(frame.pairs.size(), [&](std::size_t place) {
+    pairs.read(place, place + 1, [&](const Pair* pair, const Pair*) {
+      sample.see(frame.geoms()[earlierOf(*pair)], frame.geoms()[laterOf(*pair)],
+                 PairSample::not_asked);
+    });
+  });
 }
 
 // What a frame within a callback finds is not told.

@@ -92,7 +92,7 @@ void test(SmallScene& found) {
 
 SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                                  Statistics& statistics, const SmallReport& report) {
-  const bool timed = statistics.timesSmallFrame();
+  const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   SmallScene found;
   if (is_still_ && still_scene_->holds(scene.first, rules)) {
@@ -112,8 +112,11 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const SmallResult result = found.result(scene.count);
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  for (std::size_t i = 0; i < found.pairs; ++i) {
-    const SmallScene::Couple couple = found.couples[i];
+  std::size_t told = 0;
+  if (statistics.sample().on() && report.sampled)
+    told = reportSampled(found, report, statistics.sample());
+  for (; told < found.pairs; ++told) {
+    const SmallScene::Couple couple = found.couples[told];
     report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
   }
   if (report.end) report.end(report.data);
@@ -122,6 +125,24 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   if (timed)
     statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
   return result;
+}
+
+// Up to the last pair that is picked. Not inline, as it would cost those that do without some time.
+__attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallScene& found,
+                                                                 const SmallReport& report,
+                                                                 PairSample& sample) {
+  std::size_t told = 0;
+  const auto tell = [&] {
+    const SmallScene::Couple couple = found.couples[told++];
+    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
+  };
+  sample.pick(found.pairs, [&](std::size_t place) {
+    while (told < place) tell();
+    const SmallScene::Couple couple = found.couples[told];
+    sample.time(found.active[couple.earlier()], found.active[couple.later()], PairSample::not_asked,
+                tell);
+  });
+  return told;
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.

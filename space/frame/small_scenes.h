@@ -44,6 +44,7 @@ struct SmallReport {
   dNearCallback* callback;
   void (*end)(void* data) = nullptr;  // called after the last one; may be 0
   PairEvents* events = nullptr;       // told which pairs there are; may be 0
+  bool sampled = true;                // pairs are picked from those that are reported
 };
 
 // A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
@@ -122,6 +123,8 @@ class SmallScenes {
  private:
   void remember(const Scene& scene, const PackRules& rules, const SmallScene& found);
   bool tell(const Scene& scene, const SmallScene& found, PairEvents& events);
+  static std::size_t reportSampled(const SmallScene& found, const SmallReport& report,
+                                   PairSample& sample);
 
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since

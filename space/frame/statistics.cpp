@@ -59,13 +59,23 @@ void Statistics::note(const SmallResult& result) {
   last_.pairs = result.pairs;
 }
 
+void Statistics::noteSample() {
+  const SampledPairs& seen = sample_.seen();
+  last_.sampled = seen.all.pairs;
+  last_.sampled_static = seen.of_static.pairs;
+  last_.sampled_asleep = seen.asleep.pairs;
+  last_.sampled_clear = seen.clear.pairs;
+  last_.sampled_collided = seen.all.collided;
+  last_.sampled_untouched = seen.untouched;
+}
+
 void Statistics::noteTimes(double found_ms, double report_ms) {
   last_.extract_ms = found_ms;
   last_.report_ms = report_ms;
   last_.total_ms = found_ms + report_ms;
 }
 
-bool Statistics::timesSmallFrame() {
+bool Statistics::beginSmallFrame() {
   constexpr unsigned interval = 16;  // fixed: frames, as the header says
   return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
 }

@@ -7,6 +7,7 @@
 
 #include "space/frame/frame_result.h"
 #include "space/frame/frame_sums.h"
+#include "space/frame/pair_sample.h"
 
 namespace ode_parallel_sap {
 
@@ -32,7 +33,7 @@ inline FrameResult resultOf(const SmallResult& small) {
 class Statistics {
  public:
   // `sums`: they are to be printed one day, so every frame is timed and added up.
-  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
+  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums), sample_(sums) {}
 
   void beginFrame() { ++last_.frames; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
@@ -42,29 +43,38 @@ class Statistics {
   void noteTimes(double found_ms, double report_ms);
   // The last noted frame came to its end.
   void endFrame() {
-    if (sums_wanted_) sums_.add(last_);
+    if (!sums_wanted_) return;
+    sums_.add(last_);
+    sample_.endFrame(last_.pairs, last_.total_ms);
   }
 
-  // Reading the clock takes longer than colliding a few geoms: whether this small frame is timed.
-  bool timesSmallFrame();
+  // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
+  // few geoms.
+  bool beginSmallFrame();
 
   unsigned long long frames() const { return last_.frames; }
   const FrameSums& sums() const { return sums_; }
-  // Of the last frame. Small frames are timed from now on.
-  const dParallelSAPStats& read(std::size_t memory_bytes) {
+  // Picks nothing unless sums are wanted.
+  PairSample& sample() { return sample_; }
+  const SampledPairs& sampled() const { return sample_.seen(); }
+  // A program asked for those of the last frame: small frames are timed from now on.
+  const dParallelSAPStats& onRequest(std::size_t memory_bytes) {
     times_wanted_ = true;
     if (last_.frames) last_.memory_bytes = memory_bytes;
+    noteSample();
     return last_;
   }
 
  private:
   void clear();
+  void noteSample();
 
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;
   unsigned small_frames_ = 0;  // since times are wanted
   dParallelSAPStats last_ = {};
   FrameSums sums_;
+  PairSample sample_;
 };
 
 }  // namespace ode_parallel_sap

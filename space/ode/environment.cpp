@@ -5,6 +5,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <locale>
+#include <sstream>
+#include <string>
 
 #include "space/contacts/library_copy.h"
 #include "space/data/team.h"
@@ -100,6 +103,28 @@ void readSwitch(const char* variable, bool& value) {
     value = on != 0;
 }
 
+// Written as in C, whatever the program's locale: 0.05 has a point.
+void readLength(const char* variable, dReal& value) {
+  const char* const text = std::getenv(variable);
+  if (!text || !*text) return;
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
+  double length = -1;
+  const bool whole = in >> length && in.peek() == std::istringstream::traits_type::eof();
+  if (whole && length >= 0 && length <= std::numeric_limits<dReal>::max())
+    value = static_cast<dReal>(length);
+  else
+    dMessage(0, "%s=%s is not a length, 0 or more and finite, and is ignored", variable, text);
+}
+
+// What a program may set on a space by itself, in the same words.
+void readRules(PackRules& rules) {
+  readSwitch("ODE_PARALLEL_SAP_SKIP_STATIC", rules.skip_static);
+  readSwitch("ODE_PARALLEL_SAP_SKIP_ASLEEP", rules.skip_asleep);
+  readSwitch("ODE_PARALLEL_SAP_CULL_PLANES", rules.cull_planes);
+  readLength("ODE_PARALLEL_SAP_TOLERANCE", rules.tolerance);
+}
+
 }  // namespace
 
 bool hasBackend(int backend) {
@@ -120,6 +145,7 @@ Settings settingsFromEnvironment() {
   readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
+  readRules(settings.rules);
   readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;
@@ -146,6 +172,29 @@ Foretell foretellFromEnvironment() {
   readName(
       "ODE_PARALLEL_SAP_CONTACTS", foretell_modes, [](int) { return true; }, value);
   return static_cast<Foretell>(value);
+}
+
+// path[:every]. A colon that no number follows is part of the path.
+std::unique_ptr<Trace> traceFromEnvironment() {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
+  if (!text || !*text) return nullptr;
+  std::string path = text;
+  int every = 1;
+  const std::size_t colon = path.rfind(':');
+  if (colon != std::string::npos && colon + 1 < path.size() &&
+      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
+    errno = 0;
+    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
+    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
+    path.resize(colon);
+  }
+  if (every < 1 || path.empty()) {
+    dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
+    return nullptr;
+  }
+  auto trace = std::make_unique<Trace>(every);
+  trace->openLater(path);
+  return trace;
 }
 
 const char* backendName(int backend) {

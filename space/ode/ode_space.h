@@ -4,6 +4,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <memory>
 #include <vector>
 
 #include "space/frame/pipeline.h"
@@ -13,6 +14,7 @@
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
 #include "space/queries/geom_queries.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -50,6 +52,10 @@ class ParallelSAPSpace : public dxSpace {
   // Which pairs begin and end, if that is asked for.
   PairEvents& events() { return pipeline_.events(); }
 
+  // Ends the trace that there is and begins this one, if any. The space is not locked.
+  void setTrace(std::unique_ptr<Trace> trace);
+  const Trace* trace() const { return trace_.get(); }
+
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
@@ -57,6 +63,7 @@ class ParallelSAPSpace : public dxSpace {
  protected:
   // The sums of all frames, if settings.print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
+  const SampledPairs& sampled() const { return pipeline_.statistics().sampled(); }
   const ForetoldContacts::Counts& foretold() const { return pipeline_.foretold(); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
@@ -68,6 +75,7 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), lock_count > 1, needs_clean_};
   }
   void beginFrame();
+  bool writeTrace();
   void closeSlots();
   void askSilent();
   void sweep();
@@ -85,6 +93,7 @@ class ParallelSAPSpace : public dxSpace {
   dReal swept_step_ = 0;
   GeomQueries queries_;
   Pipeline pipeline_;
+  std::unique_ptr<Trace> trace_;  // null: there is none
 };
 
 // The space behind an id, or null if it is not one of ours.

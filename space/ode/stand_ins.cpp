@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdio>
 #include <mutex>
+#include <string>
 #include <unordered_set>
 
 #include "space/contacts/foretold_contacts.h"
 #include "space/contacts/ode_collide.h"
+#include "space/frame/hints.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
@@ -30,6 +32,7 @@ struct Account {
   const Clock::time_point begin = Clock::now();
   std::unordered_set<const StandIn*> alive;
   FrameSums frames;
+  SampledPairs sampled;
   // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
   unsigned long long collide2_geoms = 0;
   double collide2_s = 0;
@@ -70,6 +73,7 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
+    sums.sampled.add(sampled());
     sums.foretold.told += foretold().told;
     sums.foretold.used += foretold().used;
     sums.foretold.contacts += foretold().contacts;
@@ -131,6 +135,8 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.foretold.told, sums.foretold.used, sums.foretold.contacts);
+  const std::string hints = hintsOf(all, sums.sampled);
+  if (!hints.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", hints.c_str());
 }
 
 void setCollide(dParallelSAPCollideFunction* collide) {

@@ -35,4 +35,15 @@ class Variable {
   bool was_set_ = false;
 };
 
+// What the person who runs the tests has set must not get into them.
+struct BareEnvironment {
+  Variable backend{"ODE_PARALLEL_SAP_BACKEND", nullptr}, method{"ODE_PARALLEL_SAP_METHOD", nullptr},
+      threads{"ODE_PARALLEL_SAP_THREADS", nullptr}, devices{"ODE_PARALLEL_SAP_DEVICES", nullptr},
+      stats{"ODE_PARALLEL_SAP_STATS", nullptr}, simd{"ODE_PARALLEL_SAP_SIMD", nullptr},
+      skip_static{"ODE_PARALLEL_SAP_SKIP_STATIC", nullptr},
+      skip_asleep{"ODE_PARALLEL_SAP_SKIP_ASLEEP", nullptr},
+      cull_planes{"ODE_PARALLEL_SAP_CULL_PLANES", nullptr},
+      tolerance{"ODE_PARALLEL_SAP_TOLERANCE", nullptr};
+};
+
 }  // namespace sap_test

@@ -131,8 +131,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
  * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
- * is slower, which happens where other programs hold the cores. The pairs of small scenes are found
- * by one thread whatever is set. */
+ * is slower, which happens where other programs hold the cores. Whatever is set, the pairs of small
+ * scenes are found by one thread, and everything in the child of a process (fork) where the library
+ * had started threads, as they are not the child's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -405,6 +406,26 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
+/* A trace: every `every`-th dSpaceCollide, dParallelSAPSpaceCollideContacts and
+ * dParallelSAPSpaceCollidePairs of this space, from the next one on, writes to the file `path` what
+ * geoms there are, at any depth, with their classes, sizes, bits, bodies, poses and bounding boxes,
+ * and how many pairs it found; later frames only what changed. The file can be replayed without the
+ * program: with any settings its pairs are those that the program had. Its format is public
+ * (space/trace/README.md in the sources).
+ *
+ * Returns 1, or 0 where the file cannot be made; a file of that name is written over. `path` 0 ends
+ * the trace (1), as do another one and the end of the space. What is written is in the file when the
+ * collide returns. Where writing fails later, a full disk say, dMessage says so once, the file ends
+ * with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no trace
+ * is being written.
+ *
+ * The geoms of a frame that is written are brought up to date before it begins, as by dSpaceClean:
+ * its statistics count none of them as moved and do not count the time it takes to write. A collide
+ * within a callback of this space is not written. Not to be called while the space is locked. The
+ * child of a fork writes nothing. Meshes, heightfields, convex hulls and user classes are written
+ * with their bounding boxes only, and of an AABBTest of a user's class nothing is known. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 /* Swept bounds: the bounding box of each geom of this space covers what the geom will move in the
  * coming step, `step` seconds long, 0 or more, finite, so that a program's own continuous test, or
  * a step in parts, sees the pairs of fast bodies in time. Default: 0, boxes as geoms lie.
@@ -478,6 +499,15 @@ typedef struct dParallelSAPStats {
                                   * apart; none in frames in which too few were to look for them */
   int find_threads;              /* threads used by the widest stage that finds pairs */
   int narrow_threads;            /* threads that found contacts; 0 where none were to be found */
+  /* Pairs that were picked at random from those of all frames so far, none unless the space was
+   * created with ODE_PARALLEL_SAP_STATS=1. What is said of these holds, but for chance, for all. */
+  unsigned long long sampled;
+  unsigned long long sampled_static; /* whose geoms have no body: see SetSkipStatic */
+  unsigned long long sampled_asleep; /* with a body, but none that is enabled: see SetSkipAsleep */
+  unsigned long long sampled_clear;  /* of a plane and a geom clear of it: see SetCullPlanes */
+  unsigned long long
+      sampled_collided; /* that the space collided (dParallelSAPSpaceCollideContacts) */
+  unsigned long long sampled_untouched; /* without a contact there, or passed over by their flags */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before
@@ -489,14 +519,24 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
 /* Environment variables, read when a space is created, take the place of the defaults above in
  * programs that set nothing: ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda,
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
- * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_STATS=1 (or 0) prints through dMessage, when a space
- * is destroyed, what its frames had to do and where their time went. A value that is not understood
- * or not to be had is reported through dMessage and ignored.
+ * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_SKIP_STATIC=0|1, ODE_PARALLEL_SAP_SKIP_ASLEEP=0|1,
+ * ODE_PARALLEL_SAP_CULL_PLANES=0|1 and ODE_PARALLEL_SAP_TOLERANCE=distance, which change what is
+ * reported as dParallelSAPSpaceSetSkipStatic and so on do; ODE_PARALLEL_SAP_STATS=1 (or 0) prints
+ * through dMessage, when a space is destroyed, what its frames had to do and where their time went;
+ * and in a last line, if a hundredth or more of that time would have been saved by it, which of
+ * these variables would have saved how much of it, or which categories of geoms never touched and
+ * could do without each other, as estimated from the sampled pairs, what callbacks took for them,
+ * and the times of the stages. A value that is not understood or not to be had is reported through
+ * dMessage and ignored.
  *
  * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon, read at the same moment, is for tests and
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
  * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
  * Pairs and their order do not depend on it.
+ *
+ * ODE_PARALLEL_SAP_TRACE=path[:every], read at the same moment, is a dParallelSAPSpaceSetTrace for
+ * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and so
+ * on. %p in the path is replaced by the process's number.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
