@@ -87,3 +87,19 @@ TEST_CASE("A rescue is one of the ways, and rescues") {
   }
   CHECK(rescues);
 }
+
+TEST_CASE("What tunnels with stock spaces is stopped where the pairs of fast geoms are stepped") {
+  Setting swept;
+  swept.swept = true;
+  for (const char* name : {"boxes of 0.2 m at a plate of 0.1 m, 100 m/s",
+                           "boxes of 0.2 m at a plate of 0.1 m, 1000 m/s",
+                           "bullets of 10 mm at a plate of 10 mm, 900 m/s",
+                           "two balls of 0.1 m head on, 100 m/s each"}) {
+    const Extreme& extreme = named(name);
+    INFO(name);
+    CHECK(play(extreme, Pairing::simple_in_our_order, swept, {}).outcome == "tunnels");
+    CHECK(play(extreme, Pairing::hash, swept, {}).outcome == "tunnels");
+    CHECK(play(extreme, Pairing::ours, {}, {}).outcome == "tunnels");
+    CHECK(play(extreme, Pairing::ours, swept, {}).outcome == "stops");
+  }
+}

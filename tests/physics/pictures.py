@@ -74,6 +74,8 @@ def rescues(shared, rows, path):
     costs = [float(r["rescue_cost"]) for p in rows for r in rows[p].values() if r["rescue"]]
     none = 4 * max(costs)
     for precision, mark, shift in (("double", "o", -0.15), ("single", "s", 0.15)):
+        if not any(row["rescue"] for row in rows[precision].values()):
+            continue  # none was looked for
         xs, ys = [], []
         for name in shared:
             row = rows[precision][name]

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace sap_test {
@@ -39,6 +40,7 @@ struct Setting {
   double damping = 0;            // of linear and angular speed
   bool sleep = false;            // dWorldSetAutoDisableFlag
   bool finite_rotation = false;  // dBodySetFiniteRotationMode of all bodies
+  bool swept = false;            // swept bounds, pairs of fast geoms in parts; with ours only
 };
 
 class Stage {
@@ -102,6 +104,10 @@ class Stage {
 
   void findContacts();
   void touch(dGeomID a, dGeomID b);
+  void meet(dGeomID a, dGeomID b);
+  // Of two geoms on their way through the coming step: after how many parts they touch, or -1.
+  int partsToContact(dGeomID a, dGeomID b);
+  void stepInParts();
   dGeomID meshGeom(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
 
   const Pairing pairing_;
@@ -115,6 +121,7 @@ class Stage {
   std::vector<dJointID> joints_;
   std::deque<Mesh> meshes_;
   std::vector<std::shared_ptr<void>> owned_;
+  std::vector<std::pair<dGeomID, dGeomID>> fast_pairs_;
   Vec origin_;
   unsigned long steps_ = 0;
 };

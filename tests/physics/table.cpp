@@ -1,9 +1,12 @@
 // What becomes of every extreme, with whose pairs, and what would rescue it:
 //
-//     physics-table README.md [results.csv [part of a name]]
+//     physics-table README.md [results.csv [part of a name [seconds]]]
 //
-// plays all of them, or those of such names, in the precision of the ODE that it is built with, on
-// all cores, and replaces what README.md has between <!-- table double --> (or single) and <!-- end
+//     physics-table --swept README.md
+//
+// The first plays all of them, or those of such names, in the precision of the ODE that it is built
+// with, on all cores, and replaces what README.md has between <!-- table double --> (or single) and
+// <!-- end
 // -->. Ends with 1 if an outcome of dParallelSAPSpace is not, bit for bit, that of dSimpleSpace's
 // pairs in the same order.
 #include <unistd.h>
@@ -14,6 +17,7 @@
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
+#include <string>
 #include <thread>
 
 #include "rescue.h"
@@ -24,8 +28,9 @@ namespace {
 
 const char* const kPrecision = sizeof(dReal) == 8 ? "double" : "single";
 
-// Of the processor, a run: stacks of 100 at 20 iterations take 0.2.
-constexpr double kRescueSeconds = 3;
+// Of the processor, a run that may rescue: stacks of 100 at 20 iterations take 0.2. 0: none is
+// looked for.
+double rescue_seconds = 3;
 
 struct Row {
   const Extreme* extreme;
@@ -42,13 +47,15 @@ Row rowOf(const Extreme& extreme) {
              play(extreme, Pairing::ours, as_it_comes, limits),
              {}};
   Limits for_rescue;
-  for_rescue.seconds = kRescueSeconds;
-  if (!isWhatItOwes(row.ours.outcome)) row.rescue = rescue(extreme, for_rescue);
+  for_rescue.seconds = rescue_seconds;
+  if (rescue_seconds > 0 && !isWhatItOwes(row.ours.outcome))
+    row.rescue = rescue(extreme, for_rescue);
   return row;
 }
 
 std::string rescueOf(const Row& row) {
   if (isWhatItOwes(row.ours.outcome)) return "";
+  if (rescue_seconds <= 0) return "not looked for";
   if (row.rescue.name.empty()) return "none of these";
   char cost[32];
   std::snprintf(cost, sizeof cost, " (%.2g×)", row.rescue.cost);
@@ -95,10 +102,33 @@ std::string csv(const std::vector<Row>& rows) {
   return text.str();
 }
 
-void replaceIn(const std::string& file, const std::string& table) {
+// The speeds once more, with swept bounds and fast pairs in parts.
+std::string sweptMarkdown() {
+  Setting swept;
+  swept.swept = true;
+  Limits limits;
+  limits.at_least = 0.1;
+  std::ostringstream text;
+  text << "| " << kPrecision
+       << " precision | as ODE comes | swept bounds, fast pairs in parts | |\n"
+       << "| --- | --- | --- | --- |\n";
+  for (const Extreme& extreme : extremes()) {
+    if (extreme.theme != std::string("speeds")) continue;
+    const Result before = play(extreme, Pairing::ours, {}, limits);
+    const Result after = play(extreme, Pairing::ours, swept, limits);
+    char cost[32];
+    std::snprintf(cost, sizeof cost, "%.2g×", after.seconds / before.seconds);
+    text << "| " << extreme.name << " | " << shown(before) << ", "
+         << figures(extreme, before.measures) << " | " << shown(after) << ", "
+         << figures(extreme, after.measures) << " | " << cost << " |\n";
+  }
+  return text.str();
+}
+
+void replaceIn(const std::string& file, const std::string& name, const std::string& table) {
   std::stringstream old;
   old << std::ifstream(file).rdbuf();
-  const std::string text = old.str(), begin = "<!-- table " + std::string(kPrecision) + " -->\n",
+  const std::string text = old.str(), begin = "<!-- table " + name + " -->\n",
                     end = "<!-- end -->\n";
   const std::size_t from = text.find(begin), to = text.find(end, from);
   if (from == std::string::npos || to == std::string::npos) {
@@ -142,9 +172,14 @@ std::vector<Row> allRows(const std::string& part) {
 }
 
 int run(int argc, char** argv) {
+  if (argc == 3 && std::string(argv[1]) == "--swept") {
+    replaceIn(argv[2], std::string("swept ") + kPrecision, sweptMarkdown());
+    return 0;
+  }
+  if (argc > 4) rescue_seconds = std::stod(argv[4]);
   const std::vector<Row> rows = allRows(argc > 3 ? argv[3] : "");
   if (argc > 1 && *argv[1]) {
-    replaceIn(argv[1], markdown(rows));
+    replaceIn(argv[1], kPrecision, markdown(rows));
   } else {
     std::cout << markdown(rows);
   }
