@@ -32,6 +32,7 @@ TEST_CASE("A new space is empty, on automatic, and known as ours", "[api]") {
   CHECK(dParallelSAPSpaceGetSkipAsleep(space) == 0);
   CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
   CHECK(dParallelSAPSpaceGetTolerance(space) == 0);
+  CHECK(dParallelSAPSpaceGetSweptBounds(space) == 0);
   CHECK(collide(space).empty());
 }
 
@@ -68,6 +69,8 @@ TEST_CASE("Settings are answered as they were set", "[api]") {
   for (const dReal distance : {dReal(0.25), std::numeric_limits<dReal>::max(), dReal(0)}) {
     dParallelSAPSpaceSetTolerance(space, distance);
     CHECK(dParallelSAPSpaceGetTolerance(space) == distance);
+    dParallelSAPSpaceSetSweptBounds(space, distance);
+    CHECK(dParallelSAPSpaceGetSweptBounds(space) == distance);
   }
   dSpaceSetSublevel(space, 3);
   CHECK(dSpaceGetSublevel(space) == 3);
@@ -292,15 +295,22 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     CHECK_THROWS_AS(dParallelSAPSpaceGetCullPlanes(wrong), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceSetTolerance(wrong, 1), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceGetTolerance(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetSweptBounds(wrong, 1), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceGetSweptBounds(wrong), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceIsFast(wrong, nullptr), OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceGetStats(wrong, &stats), OdeAssertion);
   }
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(space, -1), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(space, -1), OdeAssertion);
-  for (const dReal distance :
-       {dReal(-1), std::numeric_limits<dReal>::infinity(), std::numeric_limits<dReal>::quiet_NaN()})
+  for (const dReal distance : {dReal(-1), std::numeric_limits<dReal>::infinity(),
+                               std::numeric_limits<dReal>::quiet_NaN()}) {
     CHECK_THROWS_AS(dParallelSAPSpaceSetTolerance(space, distance), OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceSetSweptBounds(space, distance), OdeAssertion);
+  }
+  CHECK_THROWS_AS(dParallelSAPSpaceIsFast(space, nullptr), OdeAssertion);
+  CHECK(dParallelSAPSpaceGetSweptBounds(space) == 0);
   CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
   CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
   CHECK(dParallelSAPSpaceGetTolerance(space) == 0);

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
+#include <new>
+#include <utility>
 
 #include "space/contacts/reducers.h"
 #include "space/ode/environment.h"
@@ -101,6 +104,24 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
   own.collidePairs({data, flags, callback});
 }
 
+int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
+  own.setTrace(nullptr);
+  if (!path || every < 1) return !path;
+  auto trace = std::make_unique<ode_parallel_sap::Trace>(every);
+  if (!trace->open(path)) return 0;
+  own.setTrace(std::move(trace));
+  return 1;
+} catch (const std::bad_alloc&) {
+  return 0;
+}
+
+int dParallelSAPSpaceGetTrace(dSpaceID space) {
+  const ode_parallel_sap::Trace* const trace = checked(space).trace();
+  return trace ? trace->every() : 0;
+}
+
 void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {
   checked(space).events().turn(on != 0);
 }
@@ -180,6 +201,22 @@ void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
 
 dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
   return checked(space).settings.rules.tolerance;
+}
+
+void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(step >= 0 && step <= std::numeric_limits<dReal>::max(), "step is not a time");
+  own.setSweptBounds(step);
+}
+
+dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space) {
+  return checked(space).sweptBounds();
+}
+
+int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
+  const ParallelSAPSpace& own = checked(space);
+  dAASSERT(geom);
+  return own.isFast(geom);
 }
 
 void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {

@@ -1,5 +1,6 @@
 #include "space/ode/ode_space.h"
 
+#include <atomic>
 #include <new>
 #include <string>
 #include <utility>
@@ -9,8 +10,16 @@
 #include "space/geom/geom_tests.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
+#include "space/trace/pair_tally.h"
 
 namespace ode_parallel_sap {
+
+namespace {
+
+// Whether a space of the process ever had swept bounds: until then none asks its sub-spaces.
+std::atomic<bool> any_swept{false};
+
+}  // namespace
 
 // Locks the space against changes to its contents, until it is left in whatever way.
 class ParallelSAPSpace::Lock {
@@ -27,6 +36,7 @@ class ParallelSAPSpace::Lock {
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings(settingsFromEnvironment()), pipeline_(settings.print_stats) {
   type = space_class;
+  trace_ = traceFromEnvironment();
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -95,6 +105,8 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   pipeline_.noteNewcomer();
   pipeline_.forget(geom, slot);
   silent_.remove(slot);
+  if (trace_) trace_->forget(slot);
+  swept_.remove(geom, slot);
   slots_.remove(geom);
   if (!geom->next) tail_ = geom->tome;
   dxSpace::remove(geom);
@@ -114,8 +126,10 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
+  if (trace_) trace_->closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
+  swept_.clear();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
@@ -123,7 +137,41 @@ void ParallelSAPSpace::closeSlots() {
 
 // Asks the geoms that may be dirty without having said so.
 void ParallelSAPSpace::askSilent() {
+  if (any_swept.load(std::memory_order_relaxed)) sweep();
   silent_.ask(*this, slots_.geoms().data());
+}
+
+void ParallelSAPSpace::setSweptBounds(dReal step) {
+  if (step > 0) any_swept.store(true, std::memory_order_relaxed);
+  swept_step_ = step;
+}
+
+bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
+  return geom->parent_space == this && swept_step_ > 0 && swept_.isFast(Slots::slotOf(geom));
+}
+
+// Sub-spaces come first: their AABBs are those of what is in them.
+void ParallelSAPSpace::sweep() {
+  dxGeom* const* const geoms = slots_.geoms().data();
+  silent_.slots().forEach([geoms](Slot slot) {
+    if (IS_SPACE(geoms[slot])) sweepWithin(static_cast<dxSpace*>(geoms[slot]));
+  });
+  if (swept_.idle(swept_step_)) return;
+  const Lock lock(*this);
+  if (swept_.sweep(*this, geoms, slots_.size(), swept_step_)) makeDirty(this, true);
+}
+
+void ParallelSAPSpace::sweepWithin(dxSpace* space) {
+  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) return own->askSilent();
+  for (dxGeom* geom = space->first; geom; geom = geom->next)
+    if (IS_SPACE(geom)) sweepWithin(static_cast<dxSpace*>(geom));
+}
+
+// A geom that is asked about by another space.
+void ParallelSAPSpace::sweep(dxGeom* geom) {
+  if (swept_.idle(swept_step_)) return;
+  const Lock lock(*this);
+  if (swept_.sweepOne(*this, geom, Slots::slotOf(geom), swept_step_)) makeDirty(this, true);
 }
 
 void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
@@ -148,6 +196,7 @@ void ParallelSAPSpace::beginFrame() {
       pipeline_.release();
       queries_.release();
       slots_.shrink();
+      swept_.shrink();
     }
     closeSlots();
   }
@@ -155,23 +204,45 @@ void ParallelSAPSpace::beginFrame() {
   askSilent();
 }
 
+void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
+  CHECK_NOT_LOCKED(this);
+  trace_ = std::move(trace);
+}
+
+// Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
+// up, too: with a tolerance they depend on the frames before.
+bool ParallelSAPSpace::writeTrace() {
+  if (lock_count > 1 || !trace_->isDue()) return false;
+  if (needs_clean_) pipeline_.clean(scene(), settings);
+  trace_->write(scene(), settings.rules);
+  return settings.rules.tolerance == 0;
+}
+
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
   beginFrame();
-  pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
+  if (!trace_ || !writeTrace())
+    return pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
+  PairTally tally(*trace_, data, callback);
+  pipeline_.collide(scene(), settings, &tally, PairTally::passPair, getManualCleanup() != 0);
+  tally.writeTo(*trace_);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
   beginFrame();
+  if (trace_) writeTrace();
   pipeline_.collideContacts(scene(), settings, request, getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Lock lock(*this);
   beginFrame();
-  pipeline_.collidePairs(scene(), settings, request);
+  if (!trace_ || !writeTrace()) return pipeline_.collidePairs(scene(), settings, request);
+  PairTally tally(*trace_, request.data, request.callback);
+  pipeline_.collidePairs(scene(), settings, {&tally, request.flags, PairTally::passBlock});
+  tally.writeTo(*trace_);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
@@ -190,6 +261,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (IS_SPACE(geom))
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->askSilent();
+  if (any_swept.load(std::memory_order_relaxed) && geom->parent_space)
+    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
   if (needs_clean_ && queries_.clean(slots_.geoms())) needs_clean_ = false;
   cleanNoted();
   geom->recomputeAABB();
@@ -214,7 +287,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          queries_.bytes() + pipeline_.bytes());
+                                          swept_.bytes() + queries_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -4,6 +4,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <memory>
 #include <vector>
 
 #include "space/frame/pipeline.h"
@@ -11,7 +12,9 @@
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
+#include "space/ode/swept_bounds.h"
 #include "space/queries/geom_queries.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -39,8 +42,19 @@ class ParallelSAPSpace : public dxSpace {
   // Adds all meshes in it, at any depth.
   void addMeshes(std::vector<dxGeom*>& meshes);
 
+  // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
+  void setSweptBounds(dReal step);
+  dReal sweptBounds() const { return swept_step_; }
+  // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
+  // other spaces.
+  bool isFast(const dxGeom* geom) const;
+
   // Which pairs begin and end, if that is asked for.
   PairEvents& events() { return pipeline_.events(); }
+
+  // Ends the trace that there is and begins this one, if any. The space is not locked.
+  void setTrace(std::unique_ptr<Trace> trace);
+  const Trace* trace() const { return trace_.get(); }
 
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
@@ -61,8 +75,12 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), lock_count > 1, needs_clean_};
   }
   void beginFrame();
+  bool writeTrace();
   void closeSlots();
   void askSilent();
+  void sweep();
+  void sweep(dxGeom* geom);
+  static void sweepWithin(dxSpace* space);
   void cleanNoted();
   void noteChange(Slot slot);
   void printTotals() const;
@@ -71,8 +89,11 @@ class ParallelSAPSpace : public dxSpace {
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
   SilentGeoms silent_;
+  SweptBounds swept_;
+  dReal swept_step_ = 0;
   GeomQueries queries_;
   Pipeline pipeline_;
+  std::unique_ptr<Trace> trace_;  // null: there is none
 };
 
 // The space behind an id, or null if it is not one of ours.

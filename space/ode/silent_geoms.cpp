@@ -18,16 +18,6 @@ void tell(dxSpace* space, dxGeom* geom) {
   if (space->lock_count == 0 || dynamic_cast<ParallelSAPSpace*>(space)) space->dirty(geom);
 }
 
-// What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Tells them of each other, if `telling`.
-void makeDirty(dxSpace* space, bool telling) {
-  for (; space; space = space->parent_space) {
-    const bool was_dirty = isDirty(space);
-    space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-    if (telling && !was_dirty && space->parent_space) tell(space->parent_space, space);
-  }
-}
-
 void addMeshesOf(dxSpace* space, std::vector<dxGeom*>& meshes) {
   if (ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(space)) {
     own->addMeshes(meshes);
@@ -54,6 +44,14 @@ bool makeDirtyAround(dxSpace* space) {
 }
 
 }  // namespace
+
+void makeDirty(dxSpace* space, bool telling) {
+  for (; space; space = space->parent_space) {
+    const bool was_dirty = isDirty(space);
+    space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+    if (telling && !was_dirty && space->parent_space) tell(space->parent_space, space);
+  }
+}
 
 bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);

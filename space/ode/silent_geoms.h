@@ -48,6 +48,8 @@ class SilentGeoms {
   }
   // Adds the meshes of `space`, and those within its sub-spaces, to `meshes`.
   void addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes);
+  // All meshes and spaces, and geoms that are not listed yet.
+  const SlotSet& slots() const { return slots_; }
   std::size_t bytes() const;
 
  private:
@@ -65,13 +67,17 @@ class SilentGeoms {
   void list(dxGeom* const* geoms);
   void listAsked();
 
-  SlotSet slots_;  // of all meshes and spaces, and of geoms that are not listed yet
+  SlotSet slots_;
   bool listed_ = true;
   std::vector<Watched> watched_;  // ascending
   // All of these, the sub-spaces first, and the meshes within sub-spaces.
   std::vector<const dxGeom*> asked_;
   std::size_t asked_spaces_ = 0;
 };
+
+// What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
+// locked. Tells them of each other, if `telling`.
+void makeDirty(dxSpace* space, bool telling);
 
 // Whether ODE may make it dirty without a call of dirty().
 bool mayBeSilent(const dxGeom* geom);

@@ -254,7 +254,7 @@ void Driver::changeUnasked() {
 
 void Driver::changeSettings() {
   const int space = pickSpace();
-  const std::size_t what = decisions_.below(8), value = decisions_.below(6);
+  const std::size_t what = decisions_.below(9), value = decisions_.below(6);
   log("setting " + std::to_string(what) + " of " + std::to_string(space) + ": " +
       std::to_string(value));
   ++changes_;
@@ -273,6 +273,9 @@ void Driver::changeSettings() {
   if (what == 5) rules.skip_asleep = value % 2;
   if (what == 6) rules.cull_planes = value % 2;
   if (what == 7) rules.tolerance = tolerances[value];
+  // The oracle asks geoms for their bounds, which are the swept ones then.
+  const dReal steps[] = {0, dReal(0.01), dReal(0.1), 1, 0, 100};
+  if (what == 8) dParallelSAPSpaceSetSweptBounds(id, steps[value]);
   dParallelSAPSpaceSetSkipStatic(id, rules.skip_static);
   dParallelSAPSpaceSetSkipAsleep(id, rules.skip_asleep);
   dParallelSAPSpaceSetCullPlanes(id, rules.cull_planes);

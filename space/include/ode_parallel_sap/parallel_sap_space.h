@@ -131,8 +131,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads a collide may use, 1 to 256 (more is taken as 256). 0, the default, stands for
  * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
- * is slower, which happens where other programs hold the cores. The pairs of small scenes are found
- * by one thread whatever is set. */
+ * is slower, which happens where other programs hold the cores. Whatever is set, the pairs of small
+ * scenes are found by one thread, and everything in the child of a process (fork) where the library
+ * had started threads, as they are not the child's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -405,6 +406,65 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
+/* A trace: every `every`-th dSpaceCollide, dParallelSAPSpaceCollideContacts and
+ * dParallelSAPSpaceCollidePairs of this space, from the next one on, writes to the file `path` what
+ * geoms there are, at any depth, with their classes, sizes, bits, bodies, poses and bounding boxes,
+ * and how many pairs it found; later frames only what changed. The file can be replayed without the
+ * program: with any settings its pairs are those that the program had. Its format is public
+ * (space/trace/README.md in the sources).
+ *
+ * Returns 1, or 0 where the file cannot be made; a file of that name is written over. `path` 0 ends
+ * the trace (1), as do another one and the end of the space. What is written is in the file when the
+ * collide returns. Where writing fails later, a full disk say, dMessage says so once, the file ends
+ * with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no trace
+ * is being written.
+ *
+ * The geoms of a frame that is written are brought up to date before it begins, as by dSpaceClean:
+ * its statistics count none of them as moved and do not count the time it takes to write. A collide
+ * within a callback of this space is not written. Not to be called while the space is locked. The
+ * child of a fork writes nothing. Meshes, heightfields, convex hulls and user classes are written
+ * with their bounding boxes only, and of an AABBTest of a user's class nothing is known. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
+/* Swept bounds: the bounding box of each geom of this space covers what the geom will move in the
+ * coming step, `step` seconds long, 0 or more, finite, so that a program's own continuous test, or
+ * a step in parts, sees the pairs of fast bodies in time. Default: 0, boxes as geoms lie.
+ *
+ * Where a geom's body is enabled and moves, its box is made thus, in dReal, of the velocities that
+ * the body has when the collide begins: with d = linear velocity * step and a = the lesser of
+ * |angular velocity| * step and 2, the lower bounds are those of dGeomGetAABB + min (d, 0) - a * r,
+ * the upper ones + max (d, 0) + a * r, axis by axis. r is the distance from the body's position to
+ * the farthest corner of that box, for spheres to their centre. So the box covers the geom at every
+ * moment of a step at these velocities, for ODE's ways to step a rotation, too; it does not cover
+ * what forces, gravity and contacts of that step add to them: for g * step^2 of it set a step some
+ * parts longer, or give bodies their velocities beforehand. A product that is a NaN counts as 0.
+ * Geoms without body, of disabled bodies and sub-spaces keep their boxes; that of a sub-space is
+ * the box around those in it, swept if it is a space like this one that has a step of its own.
+ *
+ * Everything that this space finds it finds with these boxes: all methods and back ends,
+ * dSpaceCollide2, events, AABBTest, the rules below and above, and a tolerance comes on top. Pairs
+ * are those of the formula above for them, in the same order: more than without, never one less.
+ * (A geom that another one of these spaces is asked about by dSpaceCollide2 comes with its swept
+ * box. A stock space takes a geom or sub-space with the box it was given last.) The boxes are the
+ * geoms' own: dGeomGetAABB gives the swept one after a collide, until the geom moves or leaves the
+ * space. Of ODE's colliders that of heightfields looks at it, and may find contacts in another
+ * order or number. dCollide and dParallelSAPSpaceCollideContacts find contacts of geoms as they
+ * lie: pairs that only swept boxes make have none.
+ *
+ * Cost: none where it is 0. Otherwise every collide looks at the velocities of all geoms, since ODE
+ * tells no space of them, and makes the boxes of those that move or moved on the calling thread. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
+ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
+
+/* Whether a geom of this space is fast: 1 if in the last collide |d| + a * r, by which no point of
+ * it moves further, was more than half of its smallest side (of spheres, boxes, capsules and
+ * cylinders that of the shape, of all others that of the box dGeomGetAABB gives without swept
+ * bounds), so that it might be through something before it is seen to touch it. 0 for all other
+ * geoms, those of other spaces too, and without swept bounds. A callback that steps the pairs of
+ * fast geoms in parts, or tests them continuously, can leave all others to dCollide. May be called
+ * from many threads. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
+
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
  * a space did. Times are wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
@@ -473,6 +533,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
  * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
  * Pairs and their order do not depend on it.
+ *
+ * ODE_PARALLEL_SAP_TRACE=path[:every], read at the same moment, is a dParallelSAPSpaceSetTrace for
+ * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and so
+ * on. %p in the path is replaced by the process's number.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)

@@ -1,0 +1,138 @@
+#include "space/ode/swept_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+#include "space/data/floating_point.h"
+#include "space/geom/geom_tests.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+dReal lengthOf(const dReal* v) {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+// How far from the body's centre what turns with it is: of a ball its centre, of all others the
+// farthest corner of the AABB.
+dReal armOf(const dxGeom* geom) {
+  const dReal* const centre = dBodyGetPosition(geom->body);
+  const bool ball = geom->type == dSphereClass;
+  dReal arm[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal below = centre[axis] - geom->aabb[2 * axis];
+    const dReal above = geom->aabb[2 * axis + 1] - centre[axis];
+    arm[axis] = ball ? geom->final_posr->pos[axis] - centre[axis]
+                     : std::max(std::fabs(below), std::fabs(above));
+  }
+  return lengthOf(arm);
+}
+
+// Of a turned plate the AABB is no measure.
+dReal smallestSide(dxGeom* geom) {
+  dReal radius, length;
+  switch (geom->type) {
+    case dSphereClass:
+      return 2 * dGeomSphereGetRadius(geom);
+    case dBoxClass: {
+      dVector3 sides;
+      dGeomBoxGetLengths(geom, sides);
+      return std::min(sides[0], std::min(sides[1], sides[2]));
+    }
+    case dCapsuleClass:
+      dGeomCapsuleGetParams(geom, &radius, &length);
+      return 2 * radius;
+    case dCylinderClass:
+      dGeomCylinderGetParams(geom, &radius, &length);
+      return std::min(2 * radius, length);
+    default:
+      return std::min(geom->aabb[1] - geom->aabb[0],
+                      std::min(geom->aabb[3] - geom->aabb[2], geom->aabb[5] - geom->aabb[4]));
+  }
+}
+
+}  // namespace
+
+bool SweptBounds::Motion::operator==(const Motion& other) const {
+  return shift[0] == other.shift[0] && shift[1] == other.shift[1] && shift[2] == other.shift[2] &&
+         angle == other.angle;
+}
+
+// A motion that is no number is none.
+SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {
+  Motion motion;
+  if (!geom->body || IS_SPACE(geom) || step == 0 || !dBodyIsEnabled(geom->body)) return motion;
+  const dReal* const speed = dBodyGetLinearVel(geom->body);
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal shift = speed[axis] * step;
+    if (shift == shift) motion.shift[axis] = shift;
+  }
+  const dReal angle = lengthOf(dBodyGetAngularVel(geom->body)) * step;
+  if (angle == angle) motion.angle = std::min(angle, dReal(2));
+  return motion;
+}
+
+// Makes the AABB, which is as the geom lies, cover the motion too. Whether that is fast.
+bool SweptBounds::extend(dxGeom* geom, const Motion& motion) {
+  if (motion.isNone()) return false;
+  const dReal smallest = smallestSide(geom);
+  const dReal turned = motion.angle > 0 ? motion.angle * armOf(geom) : 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal shift = motion.shift[axis];
+    geom->aabb[2 * axis] += std::min(shift, dReal(0)) - turned;
+    geom->aabb[2 * axis + 1] += std::max(shift, dReal(0)) + turned;
+  }
+  return !(2 * (lengthOf(motion.shift) + turned) <= smallest);
+}
+
+bool SweptBounds::sweepOne(dxSpace& space, dxGeom* geom, Slot slot, dReal step) {
+  if (IS_SPACE(geom)) return false;
+  const bool recorded = slot < records_.size();
+  const bool was_dirty = (geom->gflags & GEOM_DIRTY) != 0;
+  Motion motion;
+  {
+    const ScopedMode exact(exactMode());
+    motion = motionOf(geom, step);
+    if (!all_stale_ && recorded && !was_dirty && motion == records_[slot].motion) return false;
+  }
+  // Made anew also where ODE takes it for up to date: it may have been swept already.
+  geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+  geom->recomputeAABB();
+  const ScopedMode exact(exactMode());
+  const bool fast = extend(geom, motion);
+  if (recorded) records_[slot] = {motion, fast};
+  if (was_dirty) return false;
+  space.dirty(geom);
+  return true;
+}
+
+// Without memory for records every AABB is made anew each time.
+bool SweptBounds::sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots, dReal step) {
+  const bool room = hasRoom(slots);
+  bool any = false;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    if (geoms[slot] && sweepOne(space, geoms[slot], static_cast<Slot>(slot), step)) any = true;
+  }
+  all_stale_ = !room && step > 0;
+  if (step == 0) std::vector<Record>().swap(records_);
+  return any;
+}
+
+bool SweptBounds::hasRoom(std::size_t slots) try {
+  records_.resize(slots);
+  return true;
+} catch (const std::bad_alloc&) {
+  std::vector<Record>().swap(records_);
+  all_stale_ = true;
+  return false;
+}
+
+void SweptBounds::remove(dxGeom* geom, Slot slot) {
+  const bool recorded = slot < records_.size();
+  if (all_stale_ || (recorded && !records_[slot].motion.isNone())) geom->gflags |= GEOM_AABB_BAD;
+  if (recorded) records_[slot] = {};
+}
+
+}  // namespace ode_parallel_sap

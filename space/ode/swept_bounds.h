@@ -1,0 +1,69 @@
+// Boxes that cover the motion of the coming step. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
+#define ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
+
+#include <ode/ode.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "space/data/box_set.h"
+
+struct dxGeom;
+struct dxSpace;
+
+namespace ode_parallel_sap {
+
+// Writes swept bounds into the geoms themselves, as their AABBs, before anything else of a frame or
+// query looks at these: whatever finds pairs of AABBs then finds those of swept ones, as it is. A
+// geom stays dirty, so that all that is kept learns of it, but its AABB counts as up to date.
+//
+// ODE tells no space that a body has another speed. So every geom is looked at, and made dirty
+// where it moves otherwise than when its AABB was made.
+class SweptBounds {
+ public:
+  // Whether there is anything to do, as long as `step` is what is set.
+  bool idle(dReal step) const { return step == 0 && records_.empty() && !all_stale_; }
+  // Brings the AABBs of all geoms of `space` whose motion is another, or that are dirty, up to
+  // date, and calls its dirty() for those that were not. True if there was one of these.
+  bool sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots, dReal step);
+  // The same of one geom.
+  bool sweepOne(dxSpace& space, dxGeom* geom, Slot slot, dReal step);
+  // Whether the motion of a slot's geom was more than half of its smallest side when it was swept.
+  // Yes where nobody knows.
+  bool isFast(Slot slot) const {
+    return all_stale_ || (slot < records_.size() && records_[slot].fast);
+  }
+
+  // A geom leaves its slot: its AABB is nobody else's business.
+  void remove(dxGeom* geom, Slot slot);
+  // The slots are numbered anew.
+  void clear() { all_stale_ = all_stale_ || !records_.empty(); }
+  void shrink() { records_.shrink_to_fit(); }
+  std::size_t bytes() const { return records_.capacity() * sizeof(Record); }
+
+ private:
+  // What a body will do in the coming step.
+  struct Motion {
+    dReal shift[3] = {};
+    dReal angle = 0;  // at most 2: no point is further from where it was than twice its distance
+
+    bool isNone() const { return !shift[0] && !shift[1] && !shift[2] && !angle; }
+    bool operator==(const Motion& other) const;
+  };
+  struct Record {
+    Motion motion;  // with which the geom's AABB was made
+    bool fast = false;
+  };
+
+  static Motion motionOf(const dxGeom* geom, dReal step);
+  static bool extend(dxGeom* geom, const Motion& motion);
+  bool hasRoom(std::size_t slots);
+
+  std::vector<Record> records_;  // by slot; none while all is off
+  bool all_stale_ = false;       // nobody knows with which motion any AABB was made
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,271 @@
+// What is fast, what is stepped coarsely or finely, what turns and what lies long.
+#include <cmath>
+
+#include "extreme.h"
+
+namespace sap_test {
+namespace physics {
+
+namespace {
+
+std::string shortNumber(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
+
+void noGravity(Stage& stage) {
+  dWorldSetGravity(stage.world(), 0, 0, 0);
+}
+
+// Things that fly at a plate in the plane x = 0, from two metres away and more. There are eight of
+// each, so that steps end at eight places around the plate.
+constexpr int kShots = 8;
+
+Extreme shot(const std::string& name, double thickness, std::function<void(Stage&)> shoot) {
+  Extreme extreme{"speeds", name, Demand::stop, [thickness, shoot](Stage& stage) {
+                    noGravity(stage);
+                    stage.block({thickness / 2, 0, 0}, {thickness, 30, 30});
+                    shoot(stage);
+                  }};
+  extreme.unit = thickness;
+  extreme.steps = 60;
+  extreme.lost = [thickness](const Stage& stage, std::size_t body) {
+    return stage.place(body).x > thickness;
+  };
+  return extreme;
+}
+
+Extreme boxAt(double speed) {
+  Extreme extreme = shot("boxes of 0.2 m at a plate of 0.1 m, " + shortNumber(speed) + " m/s", 0.1,
+                         [speed](Stage& stage) {
+                           for (int i = 0; i < kShots; ++i) {
+                             const double back = speed * 0.01 * i / kShots;
+                             stage.box({-2 - back, 2.0 * i - 7, 0}, {0.2, 0.2, 0.2});
+                             stage.push(static_cast<std::size_t>(i), {speed, 0, 0});
+                           }
+                         });
+  extreme.quick = speed == 30;
+  return extreme;
+}
+
+void bullets(Stage& stage) {
+  for (int i = 0; i < kShots; ++i) {
+    stage.ball({-2 - 9.0 * i / kShots, 2.0 * i - 7, 0}, 0.005, 8000);
+    stage.push(static_cast<std::size_t>(i), {900, 0, 0});
+  }
+}
+
+Extreme headOn() {
+  Extreme extreme{"speeds", "two balls of 0.1 m head on, 100 m/s each", Demand::stop,
+                  [](Stage& stage) {
+                    noGravity(stage);
+                    for (const int side : {-1, 1}) {
+                      stage.ball({side * 2.13, 0, 0}, 0.1);
+                      stage.push(stage.bodies().size() - 1, {side * -100.0, 0, 0});
+                    }
+                  }};
+  extreme.unit = 0.1;
+  extreme.steps = 60;
+  extreme.lost = [](const Stage& stage, std::size_t body) {
+    return body == 0 ? stage.place(0).x > stage.place(1).x : false;
+  };
+  return extreme;
+}
+
+Extreme fallOnto(const std::string& name, bool plane) {
+  Extreme extreme{"speeds", name, Demand::settle, [plane](Stage& stage) {
+                    if (plane) {
+                      stage.plane();
+                    } else {
+                      stage.block({0, 0, -0.5}, {100, 100, 1});
+                    }
+                    stage.box({0, 0, 1000}, {1, 1, 1});
+                  }};
+  extreme.steps = 2500;
+  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body).z < -0.5; };
+  return extreme;
+}
+
+Extreme sweepingRod() {
+  Extreme extreme{"speeds", "a rod of 4 m that turns at 60 rad/s into a post", Demand::stop,
+                  [](Stage& stage) {
+                    noGravity(stage);
+                    stage.block({1.7, 0.8, 0}, {0.1, 0.1, 4});
+                    stage.box({0, 0, 0}, {4, 0.05, 0.05});
+                    stage.hinge(stage[0], nullptr, {}, {0, 0, 1});
+                    stage.spin(0, {0, 0, 60});
+                  }};
+  extreme.unit = 0.1;
+  extreme.steps = 60;
+  extreme.lost = [](const Stage& stage, std::size_t body) {
+    return dBodyGetAngularVel(stage[body])[2] > 30;
+  };
+  return extreme;
+}
+
+Extreme marbles() {
+  Extreme extreme{"speeds", "64 marbles of 10 mm let loose at 50 m/s in a box of 10 mm walls",
+                  Demand::stop, [](Stage& stage) {
+                    for (const double side : {-0.505, 0.505}) {
+                      stage.block({side, 0, 0}, {0.01, 1.02, 1.02});
+                      stage.block({0, side, 0}, {1.02, 0.01, 1.02});
+                      stage.block({0, 0, side}, {1.02, 1.02, 0.01});
+                    }
+                    for (int i = 0; i < 64; ++i) {
+                      stage.ball(
+                          {0.2 * (i % 4) - 0.3, 0.2 * (i / 4 % 4) - 0.3, 0.2 * (i / 16) - 0.3},
+                          0.01, 2500);
+                      const double turn = 2.4 * i, up = (i + 0.5) / 32 - 1;
+                      const double across = std::sqrt(1 - up * up) * 50;
+                      stage.push(stage.bodies().size() - 1,
+                                 {across * std::cos(turn), across * std::sin(turn), up * 50});
+                    }
+                  }};
+  extreme.unit = 0.01;
+  extreme.steps = 100;
+  extreme.lost = [](const Stage& stage, std::size_t body) {
+    const Vec at = stage.place(body);
+    return std::fmax(std::fmax(std::fabs(at.x), std::fabs(at.y)), std::fabs(at.z)) > 0.5;
+  };
+  return extreme;
+}
+
+Extreme stackAtStep(double step, int steps) {
+  Extreme extreme{"steps", "a stack of 5, steps of " + shortNumber(step) + " s", Demand::stand,
+                  [](Stage& stage) {
+                    stage.plane();
+                    stack(stage, 5, 1);
+                  }};
+  extreme.step = step;
+  extreme.steps = steps;
+  extreme.quick = step == 0.1;
+  return extreme;
+}
+
+Extreme pendulumAtStep(double step) {
+  Extreme extreme{"steps", "a pendulum of 1 m, steps of " + shortNumber(step) + " s", Demand::hold,
+                  [](Stage& stage) {
+                    stage.ball({1, 0, 0}, 0.1);
+                    stage.hinge(stage[0], nullptr, {}, {0, 1, 0});
+                  }};
+  extreme.step = step;
+  extreme.steps = static_cast<int>(10 / step);
+  return extreme;
+}
+
+// A free body that turns for a million steps.
+Extreme turning(const char* name, const Vec& sides, const Vec& speed) {
+  return {"spinning for 10^6 steps",
+          name,
+          Demand::conserve,
+          [sides, speed](Stage& stage) {
+            noGravity(stage);
+            if (sides.x > 0) {
+              stage.box({}, sides);
+            } else {
+              stage.ball({}, 0.5);
+            }
+            stage.spin(0, speed);
+          },
+          1,
+          0.01,
+          1000000};
+}
+
+void sleeping(Stage& stage) {
+  dWorldSetAutoDisableFlag(stage.world(), 1);
+  dWorldSetAutoDisableLinearThreshold(stage.world(), dReal(0.05));
+  dWorldSetAutoDisableAngularThreshold(stage.world(), dReal(0.05));
+}
+
+// Forty stacks of three that sleep, and a ball of a tonne that rolls through them.
+void storm(Stage& stage) {
+  sleeping(stage);
+  stage.plane();
+  for (int i = 0; i < 40; ++i) stack(stage, 3, 0.5, {i % 8 * 0.6, i / 8 * 0.6, 0});
+  for (std::size_t body = 0; body < 120; ++body) dBodyDisable(stage[body]);
+  stage.ball({-3, 1.2, 0.6}, 0.6);
+  stage.push(120, {8, 0, 0});
+}
+
+}  // namespace
+
+Extremes speeds() {
+  Extremes extremes;
+  for (const double speed : {10, 30, 100, 1000}) extremes.push_back(boxAt(speed));
+  extremes.push_back(shot("bullets of 10 mm at a plate of 10 mm, 900 m/s", 0.01, bullets));
+  extremes.push_back(headOn());
+  extremes.push_back(fallOnto("a box that falls for 1 km onto a plane", true));
+  extremes.push_back(fallOnto("a box that falls for 1 km onto a slab of 1 m", false));
+  extremes.push_back(sweepingRod());
+  extremes.push_back(marbles());
+  return extremes;
+}
+
+Extremes steps() {
+  return {stackAtStep(0.0001, 20000), stackAtStep(0.001, 3000), stackAtStep(0.02, 150),
+          stackAtStep(0.05, 60),      stackAtStep(0.1, 60),     pendulumAtStep(0.001),
+          pendulumAtStep(0.1)};
+}
+
+Extremes spins() {
+  Extremes extremes = {
+      turning("a ball, 10 rad/s", {}, {0, 0, 10}),
+      turning("a box about its longest axis, 10 rad/s", {1, 0.5, 0.2}, {10, 0, 0}),
+      turning("a box about its middle axis, 10 rad/s", {1, 0.5, 0.2}, {0, 10, 0.01}),
+      turning("a box about no axis of its own, 3 rad/s", {1, 0.5, 0.2}, {2, 1, 2}),
+      turning("a needle of 1:1000 that tumbles, 10 rad/s", {1, 0.001, 0.001}, {1, 10, 0})};
+  Extreme fast =
+      turning("a box about no axis of its own, 1000 rad/s", {1, 0.5, 0.2}, {700, 300, 650});
+  fast.steps = 1000;
+  fast.quick = true;
+  fast.theme = "spinning for 10^6 steps";
+  fast.name += ", 1000 steps";
+  extremes.push_back(fast);
+  return extremes;
+}
+
+Extremes longRuns() {
+  Extreme rest{"long runs", "a box at rest for 10^6 steps", Demand::stand, [](Stage& stage) {
+                 stage.plane();
+                 stack(stage, 1, 1);
+               }};
+  rest.steps = 1000000;
+  Extreme asleep = rest;
+  asleep.name = "the same, which may sleep";
+  asleep.build = [](Stage& stage) {
+    sleeping(stage);
+    stage.plane();
+    stack(stage, 1, 1);
+  };
+  Extreme slope{"long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand,
+                [](Stage& stage) {
+                  const double angle = 0.5236;
+                  dWorldSetGravity(stage.world(), static_cast<dReal>(-9.81 * std::sin(angle)), 0,
+                                   static_cast<dReal>(-9.81 * std::cos(angle)));
+                  stage.plane();
+                  stack(stage, 1, 1);
+                }};
+  slope.steps = 100000;
+  Extreme woken{"long runs", "120 sleepers that a ball of a tonne wakes", Demand::settle, storm};
+  woken.steps = 1500;
+  woken.unit = 0.5;
+  woken.lost = [](const Stage& stage, std::size_t body) { return stage.place(body).z < 0; };
+  Extreme nervous{"long runs", "a stack of 10 that is woken every tenth step", Demand::stand,
+                  [](Stage& stage) {
+                    sleeping(stage);
+                    stage.plane();
+                    stack(stage, 10, 1);
+                  }};
+  nervous.steps = 1000;
+  nervous.drive = [](Stage& stage, int step) {
+    for (const dBodyID body : stage.bodies()) {
+      if (step % 10 == 0) dBodyEnable(body);
+    }
+  };
+  return {rest, asleep, slope, woken, nervous};
+}
+
+}  // namespace physics
+}  // namespace sap_test

@@ -1,0 +1,291 @@
+#include "outcome.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace sap_test {
+namespace physics {
+
+namespace {
+
+// All in units of the scene, or parts of one.
+constexpr double kCollapse = 0.5;   // further than that from its place
+constexpr double kSag = 0.02;       // lower, or further, than that
+constexpr double kCreep = 0.002;    // in the second half
+constexpr double kDepth = 0.1;      // deeper into each other
+constexpr double kJitter = 0.02;    // of the speed after a fall of one unit
+constexpr double kSleepless = 0.2;  // of that speed, where bodies were thrown
+constexpr double kExplode = 2;      // of the energy there was, and what one unit of height holds
+constexpr double kStretch = 0.05, kBreak = 0.5;  // gap of a joint
+constexpr double kDrift = 0.001, kLost = 0.1;    // energy, momentum, radians
+
+double length(const Vec& v) {
+  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+}
+Vec operator-(const Vec& a, const Vec& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+double distance(const Vec& a, const Vec& b) {
+  return length(a - b);
+}
+Vec vec(const dReal* numbers) {
+  return {static_cast<double>(numbers[0]), static_cast<double>(numbers[1]),
+          static_cast<double>(numbers[2])};
+}
+double square(double x) {
+  return x * x;
+}
+
+// The speed at which something has fallen for one unit.
+double fallSpeed(const Extreme& extreme) {
+  return std::sqrt(2 * 9.81 * extreme.unit) / extreme.unit;
+}
+
+// In doubles: what is measured should not be a matter of the precision.
+struct Spin {
+  double rotation[3][3];
+  Vec local;     // angular velocity as the body sees it
+  Vec momentum;  // in the world
+  double energy = 0;
+
+  explicit Spin(dBodyID body) {
+    dMass mass;
+    dBodyGetMass(body, &mass);
+    const dReal* const r = dBodyGetRotation(body);
+    const dReal* const w = dBodyGetAngularVel(body);
+    double spin[3] = {}, of_body[3] = {}, in_world[3] = {};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) rotation[i][j] = static_cast<double>(r[4 * i + j]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) spin[i] += rotation[j][i] * static_cast<double>(w[j]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) of_body[i] += static_cast<double>(mass.I[4 * i + j]) * spin[j];
+      energy += 0.5 * spin[i] * of_body[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) in_world[i] += rotation[i][j] * of_body[j];
+    }
+    local = {spin[0], spin[1], spin[2]};
+    momentum = {in_world[0], in_world[1], in_world[2]};
+  }
+};
+
+double gapOf(dJointID joint) {
+  dVector3 a, b;
+  switch (dJointGetType(joint)) {
+    case dJointTypeBall:
+      dJointGetBallAnchor(joint, a);
+      dJointGetBallAnchor2(joint, b);
+      break;
+    case dJointTypeHinge:
+      dJointGetHingeAnchor(joint, a);
+      dJointGetHingeAnchor2(joint, b);
+      break;
+    default:
+      return 0;
+  }
+  return distance(vec(a), vec(b));
+}
+
+void raise(double& most, double value) {
+  // A NaN is the most.
+  if (!(value <= most)) most = value;
+}
+
+}  // namespace
+
+Observer::Observer(const Extreme& extreme, const Stage& stage) : extreme_(extreme) {
+  dVector3 gravity;
+  dWorldGetGravity(stage.world(), gravity);
+  for (std::size_t i = 0; i < stage.bodies().size(); ++i) {
+    Body body;
+    body.start = body.middle = stage.place(i);
+    std::memcpy(body.rotation, dBodyGetRotation(stage[i]), sizeof body.rotation);
+    bodies_.push_back(body);
+    dMass mass;
+    dBodyGetMass(stage[i], &mass);
+    energy_scale_ += static_cast<double>(mass.mass) * length(vec(gravity)) * extreme.unit;
+  }
+  energy_ = energyOf(stage);
+  for (const dBodyID body : stage.bodies()) {
+    energy_scale_ += 0.5 * square(length(vec(dBodyGetLinearVel(body))));
+  }
+  if (stage.bodies().empty()) return;
+  momentum_ = Spin(stage[0]).momentum;
+  spin_ = vec(dBodyGetAngularVel(stage[0]));
+}
+
+// Of motion and height.
+double Observer::energyOf(const Stage& stage) const {
+  dVector3 gravity;
+  dWorldGetGravity(stage.world(), gravity);
+  const Vec g = vec(gravity);
+  double energy = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    dMass mass;
+    dBodyGetMass(stage[i], &mass);
+    const Vec at = stage.place(i);
+    const double kilograms = static_cast<double>(mass.mass);
+    energy += kilograms * (0.5 * square(length(vec(dBodyGetLinearVel(stage[i])))) -
+                           (g.x * at.x + g.y * at.y + g.z * at.z)) +
+              Spin(stage[i]).energy;
+  }
+  return energy;
+}
+
+void Observer::look(Stage& stage, int step) {
+  time_ += extreme_.step;
+  if (step == extreme_.steps / 2) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].middle = stage.place(i);
+  }
+  const bool late = step >= extreme_.steps - extreme_.steps / 5 - 1;
+  if (late) {
+    lookLate(stage);
+  } else {
+    stage.depth = 0;
+  }
+  // Long runs are looked at now and then.
+  if (extreme_.steps > 10000 && step % 100 && step != extreme_.steps - 1) return;
+  if (extreme_.demand == Demand::conserve) {
+    compareFree(stage);
+  } else if (energy_scale_ > 0) {
+    raise(measures_.gain, std::fmax(0, (energyOf(stage) - energy_) / energy_scale_));
+  }
+}
+
+void Observer::lookLate(const Stage& stage) {
+  raise(measures_.depth, stage.depth / extreme_.unit);
+  for (const dBodyID body : stage.bodies()) {
+    raise(measures_.speed, length(vec(dBodyGetLinearVel(body))) / extreme_.unit);
+  }
+  if (extreme_.demand != Demand::hold) return;
+  if (extreme_.error) raise(measures_.gap, extreme_.error(stage));
+  if (extreme_.error) return;
+  for (const dJointID joint : stage.joints()) raise(measures_.gap, gapOf(joint) / extreme_.unit);
+}
+
+// The body turns about one of its axes at a constant rate, if it began so.
+void Observer::compareFree(const Stage& stage) {
+  const Spin spin(stage[0]);
+  if (energy_ != 0) measures_.energy = spin.energy / energy_ - 1;
+  const double momentum = length(momentum_);
+  if (momentum != 0) measures_.momentum = distance(spin.momentum, momentum_) / momentum;
+  const double rate = length(spin_);
+  if (rate == 0) return;
+  const Vec axis = {spin_.x / rate, spin_.y / rate, spin_.z / rate};
+  if (distance({axis.x * momentum, axis.y * momentum, axis.z * momentum}, momentum_) >
+      1e-3 * momentum) {
+    return;  // it tumbles
+  }
+  // A direction across the axis, as it should be now and as it is.
+  const Vec helper = std::fabs(axis.x) < 0.9 ? Vec{1, 0, 0} : Vec{0, 1, 0};
+  const auto cross = [](const Vec& a, const Vec& b) {
+    return Vec{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  };
+  const auto dot = [](const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  Vec across = cross(axis, helper);
+  const double size = length(across);
+  across = {across.x / size, across.y / size, across.z / size};
+  const Vec third = cross(axis, across);
+  Vec now;
+  double* const out[] = {&now.x, &now.y, &now.z};
+  for (int i = 0; i < 3; ++i) {
+    *out[i] = spin.rotation[i][0] * across.x + spin.rotation[i][1] * across.y +
+              spin.rotation[i][2] * across.z;
+  }
+  const double angle = std::atan2(dot(now, third), dot(now, across));
+  // It drifts by far less than a turn from one look to the next.
+  drift_ += std::remainder(angle - rate * time_ - drift_, 6.283185307179586);
+  measures_.turn = std::fabs(drift_);
+}
+
+const Measures& Observer::end(const Stage& stage) {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Vec at = stage.place(i);
+    raise(measures_.shift, distance(at, bodies_[i].start) / extreme_.unit);
+    raise(measures_.sink, (bodies_[i].start.z - at.z) / extreme_.unit);
+    raise(measures_.creep, distance(at, bodies_[i].middle) / extreme_.unit);
+    if (extreme_.lost(stage, i)) ++measures_.lost;
+  }
+  return measures_;
+}
+
+namespace {
+
+std::string judgeRest(const Extreme& extreme, const Measures& m) {
+  if (m.gain > kExplode) return "explodes";
+  if (m.sink > kCollapse) return "collapses";
+  if (m.shift > kCollapse) return "slides away";
+  if (m.depth > kDepth) return "penetrates";
+  if (m.sink > kSag) return "sags";
+  if (m.shift > kSag) return "shifts";
+  if (m.creep > kCreep) return "creeps";
+  if (m.speed > kJitter * fallSpeed(extreme)) return "jitters";
+  return "stands";
+}
+
+std::string judgeConserved(const Measures& m) {
+  if (m.energy > kLost) return "gains energy";
+  if (m.energy < -kLost) return "loses energy";
+  const double worst = std::fmax(std::fmax(std::fabs(m.energy), m.momentum), m.turn);
+  return worst > kDrift ? "drifts" : "keeps";
+}
+
+}  // namespace
+
+std::string judge(const Extreme& extreme, const Measures& m) {
+  switch (extreme.demand) {
+    case Demand::stand:
+      return judgeRest(extreme, m);
+    case Demand::stop:
+      if (m.lost > 0) return "tunnels";
+      return m.gain > kExplode ? "explodes" : "stops";
+    case Demand::settle:
+      if (m.lost > 0) return "tunnels";
+      if (m.gain > kExplode) return "explodes";
+      if (m.depth > kDepth) return "penetrates";
+      return m.speed > kSleepless * fallSpeed(extreme) ? "never rests" : "settles";
+    case Demand::hold:
+      if (m.gap > kBreak) return "breaks";
+      return m.gap > kStretch ? "stretches" : "holds";
+    default:
+      return judgeConserved(m);
+  }
+}
+
+bool isWhatItOwes(const std::string& outcome) {
+  for (const char* good : {"stands", "stops", "settles", "holds", "keeps"}) {
+    if (outcome == good) return true;
+  }
+  return false;
+}
+
+std::string figures(const Extreme& extreme, const Measures& m) {
+  char text[160];
+  switch (extreme.demand) {
+    case Demand::stand:
+      std::snprintf(text, sizeof text, "off by %.2g, into each other by %.2g, %.2g/s", m.shift,
+                    m.depth, m.speed);
+      break;
+    case Demand::stop:
+      std::snprintf(text, sizeof text, "%g through", m.lost);
+      break;
+    case Demand::settle:
+      std::snprintf(text, sizeof text, "into each other by %.2g, %.2g/s, %g lost", m.depth, m.speed,
+                    m.lost);
+      break;
+    case Demand::hold:
+      std::snprintf(text, sizeof text, "off by %.2g", m.gap);
+      break;
+    default:
+      std::snprintf(text, sizeof text, "energy %+.2g, momentum %.2g, turn %.2g", m.energy,
+                    m.momentum, m.turn);
+  }
+  return text;
+}
+
+}  // namespace physics
+}  // namespace sap_test

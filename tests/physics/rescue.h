@@ -1,0 +1,29 @@
+// The cheapest way to make a scene do what it owes.
+#pragma once
+
+#include <vector>
+
+#include "play.h"
+
+namespace sap_test {
+namespace physics {
+
+struct Way {
+  std::string name;
+  Setting setting;
+};
+
+// All that are tried.
+const std::vector<Way>& ways();
+
+struct Rescue {
+  std::string name;  // empty: none of the ways
+  double cost = 0;   // times the processor's time of the scene as ODE comes
+};
+
+// Plays the scene in all ways and takes the one that takes least time. One that takes as long as
+// the best so far is given up.
+Rescue rescue(const Extreme& extreme, const Limits& limits);
+
+}  // namespace physics
+}  // namespace sap_test

@@ -1,0 +1,260 @@
+#include "stage.h"
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "../support/recorder.h"
+
+namespace sap_test {
+namespace physics {
+
+namespace {
+
+constexpr int kMostContacts = 4;  // of a pair: enough for two boxes face to face
+
+dReal real(double value) {
+  return static_cast<dReal>(value);
+}
+
+dSpaceID makeSpace(Pairing pairing) {
+  switch (pairing) {
+    case Pairing::simple_in_our_order:
+      return dSimpleSpaceCreate(nullptr);
+    case Pairing::hash:
+      return dHashSpaceCreate(nullptr);
+    default:
+      return dParallelSAPSpaceCreate(nullptr);
+  }
+}
+
+}  // namespace
+
+Stage::Stage(Pairing pairing, const Setting& setting, double step)
+    : pairing_(pairing),
+      setting_(setting),
+      step_(step),
+      world_(dWorldCreate()),
+      space_(makeSpace(pairing)),
+      contact_joints_(dJointGroupCreate(0)) {
+  dWorldSetGravity(world_, 0, 0, real(-9.81));
+  dWorldSetERP(world_, real(setting.erp));
+  dWorldSetCFM(world_, real(setting.cfm));
+  dWorldSetQuickStepNumIterations(world_, setting.iterations);
+  if (setting.correction > 0) {
+    dWorldSetContactMaxCorrectingVel(world_, real(setting.correction));
+  }
+  if (setting.damping > 0) dWorldSetDamping(world_, real(setting.damping), real(setting.damping));
+  if (setting.sleep) dWorldSetAutoDisableFlag(world_, 1);
+}
+
+Stage::~Stage() {
+  dJointGroupDestroy(contact_joints_);
+  dSpaceDestroy(space_);
+  for (const Mesh& mesh : meshes_) dGeomTriMeshDataDestroy(mesh.data);
+  dWorldDestroy(world_);
+}
+
+dGeomID Stage::take(dGeomID geom) {
+  setNumber(geom, geoms_.size());
+  geoms_.push_back(geom);
+  return geom;
+}
+
+dGeomID Stage::plane() {
+  return take(dCreatePlane(space_, 0, 0, 1, 0));
+}
+
+dGeomID Stage::block(const Vec& centre, const Vec& sides) {
+  const dGeomID geom = take(dCreateBox(space_, real(sides.x), real(sides.y), real(sides.z)));
+  dGeomSetPosition(geom, real(centre.x), real(centre.y), real(centre.z));
+  return geom;
+}
+
+dGeomID Stage::meshGeom(const std::vector<dReal>& vertices,
+                        const std::vector<dTriIndex>& triangles) {
+  meshes_.push_back({{}, triangles, dGeomTriMeshDataCreate()});
+  Mesh& mesh = meshes_.back();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    mesh.vertices.push_back(vertices[i]);
+    if (i % 3 == 2) mesh.vertices.push_back(0);  // a dVector3 has four numbers
+  }
+  dGeomTriMeshDataBuildSimple(mesh.data, mesh.vertices.data(),
+                              static_cast<int>(mesh.vertices.size() / 4), mesh.triangles.data(),
+                              static_cast<int>(mesh.triangles.size()));
+  return take(dCreateTriMesh(space_, mesh.data, nullptr, nullptr, nullptr));
+}
+
+dGeomID Stage::mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles) {
+  return meshGeom(vertices, triangles);
+}
+
+dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
+  const dBodyID body = dBodyCreate(world_);
+  dBodySetMass(body, &mass);
+  dGeomSetBody(geom, body);
+  dBodySetPosition(body, real(centre.x), real(centre.y), real(centre.z));
+  if (setting_.finite_rotation) dBodySetFiniteRotationMode(body, 1);
+  bodies_.push_back(body);
+  return body;
+}
+
+dBodyID Stage::box(const Vec& centre, const Vec& sides, double density) {
+  dMass mass;
+  dMassSetBox(&mass, real(density), real(sides.x), real(sides.y), real(sides.z));
+  return body(take(dCreateBox(space_, real(sides.x), real(sides.y), real(sides.z))), mass, centre);
+}
+
+dBodyID Stage::ball(const Vec& centre, double radius, double density) {
+  dMass mass;
+  dMassSetSphere(&mass, real(density), real(radius));
+  return body(take(dCreateSphere(space_, real(radius))), mass, centre);
+}
+
+dBodyID Stage::rod(const Vec& centre, double radius, double length, double density) {
+  dMass mass;
+  dMassSetCapsule(&mass, real(density), 3, real(radius), real(length));
+  return body(take(dCreateCapsule(space_, real(radius), real(length))), mass, centre);
+}
+
+dBodyID Stage::meshBody(const Vec& centre, double side) {
+  std::vector<dReal> vertices;
+  for (int corner = 0; corner < 8; ++corner) {
+    for (int axis = 0; axis < 3; ++axis) {
+      vertices.push_back(real(side * ((corner >> axis & 1) - 0.5)));
+    }
+  }
+  const std::vector<dTriIndex> triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                            2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  dMass mass;
+  dMassSetBox(&mass, 1000, real(side), real(side), real(side));
+  return body(meshGeom(vertices, triangles), mass, centre);
+}
+
+void Stage::turn(std::size_t body, const Vec& axis, double angle) {
+  dMatrix3 rotation;
+  dRFromAxisAndAngle(rotation, real(axis.x), real(axis.y), real(axis.z), real(angle));
+  dBodySetRotation(bodies_[body], rotation);
+}
+
+void Stage::push(std::size_t body, const Vec& speed) {
+  dBodySetLinearVel(bodies_[body], real(speed.x), real(speed.y), real(speed.z));
+}
+
+void Stage::spin(std::size_t body, const Vec& speed) {
+  dBodySetAngularVel(bodies_[body], real(speed.x), real(speed.y), real(speed.z));
+}
+
+dJointID Stage::keep(dJointID joint) {
+  joints_.push_back(joint);
+  return joint;
+}
+
+dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
+  const dJointID joint = keep(dJointCreateBall(world_, nullptr));
+  dJointAttach(joint, a, b);
+  dJointSetBallAnchor(joint, real(anchor.x), real(anchor.y), real(anchor.z));
+  return joint;
+}
+
+dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) {
+  const dJointID joint = keep(dJointCreateHinge(world_, nullptr));
+  dJointAttach(joint, a, b);
+  dJointSetHingeAnchor(joint, real(anchor.x), real(anchor.y), real(anchor.z));
+  dJointSetHingeAxis(joint, real(axis.x), real(axis.y), real(axis.z));
+  return joint;
+}
+
+void Stage::move(const Vec& by) {
+  origin_ = origin_ + by;
+  for (const dGeomID geom : geoms_) {
+    const dBodyID body = dGeomGetBody(geom);
+    const dReal* const at = body ? dBodyGetPosition(body) : dGeomGetPosition(geom);
+    const dReal x = at[0] + real(by.x), y = at[1] + real(by.y), z = at[2] + real(by.z);
+    if (body) {
+      dBodySetPosition(body, x, y, z);
+    } else {
+      dGeomSetPosition(geom, x, y, z);
+    }
+  }
+}
+
+Vec Stage::place(std::size_t body) const {
+  const dReal* const at = dBodyGetPosition(bodies_[body]);
+  return {at[0] - origin_.x, at[1] - origin_.y, at[2] - origin_.z};
+}
+
+void Stage::touch(dGeomID a, dGeomID b) {
+  const dBodyID first = dGeomGetBody(a), second = dGeomGetBody(b);
+  if (!first && !second) return;
+  if (first && second && dAreConnectedExcluding(first, second, dJointTypeContact)) return;
+  dContact found[kMostContacts] = {};
+  const int n = dCollide(a, b, kMostContacts, &found[0].geom, sizeof(dContact));
+  for (int i = 0; i < n; ++i) {
+    found[i].surface.mode = dContactApprox1;
+    found[i].surface.mu = real(friction);
+    depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
+    const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
+    dJointAttach(joint, first, second);
+  }
+  contacts += static_cast<std::size_t>(n);
+}
+
+void Stage::findContacts() {
+  if (pairing_ == Pairing::simple_in_our_order) {
+    for (const Pair& pair : asSet(collide(space_))) touch(geoms_[pair.first], geoms_[pair.second]);
+    return;
+  }
+  dSpaceCollide(space_, this,
+                [](void* stage, dGeomID a, dGeomID b) { static_cast<Stage*>(stage)->touch(a, b); });
+}
+
+void Stage::step() {
+  for (int i = 0; i < setting_.divide; ++i) {
+    // QuickStep draws from ODE's one random sequence.
+    dRandSetSeed(++steps_);
+    findContacts();
+    const dReal length = real(step_ / setting_.divide);
+    if (setting_.exact) {
+      dWorldStep(world_, length);
+    } else {
+      dWorldQuickStep(world_, length);
+    }
+    dJointGroupEmpty(contact_joints_);
+  }
+}
+
+namespace {
+
+template <typename Look>
+void forAllNumbers(const Stage& stage, Look&& look) {
+  for (const dBodyID body : stage.bodies()) {
+    for (int i = 0; i < 3; ++i) look(dBodyGetPosition(body)[i]);
+    for (int i = 0; i < 4; ++i) look(dBodyGetQuaternion(body)[i]);
+    for (int i = 0; i < 3; ++i) look(dBodyGetLinearVel(body)[i]);
+    for (int i = 0; i < 3; ++i) look(dBodyGetAngularVel(body)[i]);
+  }
+}
+
+}  // namespace
+
+// FNV-1a (Fowler, Noll, Vo), a number at a time.
+std::uint64_t digest(const Stage& stage, std::uint64_t before) {
+  forAllNumbers(stage, [&before](dReal number) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof number);
+    before = (before ^ bits) * 0x100000001b3u;
+    before ^= before >> 32;
+  });
+  return before;
+}
+
+bool isFinite(const Stage& stage) {
+  bool finite = true;
+  forAllNumbers(stage, [&finite](dReal number) { finite = finite && std::isfinite(number); });
+  return finite;
+}
+
+}  // namespace physics
+}  // namespace sap_test

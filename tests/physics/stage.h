@@ -1,0 +1,128 @@
+// A simulated scene, for any solver's settings and any of three ways to find its pairs.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+namespace sap_test {
+namespace physics {
+
+struct Vec {
+  double x = 0, y = 0, z = 0;
+};
+
+inline Vec operator+(const Vec& a, const Vec& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+// Who finds the pairs, and in which order contacts are made of them.
+enum class Pairing {
+  simple_in_our_order,  // dSimpleSpace, pairs sorted as dParallelSAPSpace promises them
+  hash,                 // dHashSpace, as they come
+  ours                  // dParallelSAPSpace, as they come
+};
+
+constexpr double kOdesCfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
+
+// How a scene is solved; as it is, the way ODE comes.
+struct Setting {
+  bool exact = false;   // dWorldStep instead of dWorldQuickStep
+  int iterations = 20;  // of dWorldQuickStep
+  int divide = 1;       // so many steps in the place of one
+  double erp = 0.2;
+  double cfm = kOdesCfm;
+  double correction = 0;         // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
+  double damping = 0;            // of linear and angular speed
+  bool sleep = false;            // dWorldSetAutoDisableFlag
+  bool finite_rotation = false;  // dBodySetFiniteRotationMode of all bodies
+};
+
+class Stage {
+ public:
+  Stage(Pairing pairing, const Setting& setting, double step);
+  ~Stage();
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+  // What stays where it is.
+  dGeomID plane();  // z = 0
+  dGeomID block(const Vec& centre, const Vec& sides);
+  // Triangles, three numbers a vertex and three vertices a triangle.
+  dGeomID mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
+  dGeomID take(dGeomID geom);
+
+  // Bodies; kilograms a cubic metre.
+  dBodyID box(const Vec& centre, const Vec& sides, double density = 1000);
+  dBodyID ball(const Vec& centre, double radius, double density = 1000);
+  dBodyID rod(const Vec& centre, double radius, double length, double density = 1000);  // along z
+  dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);
+  dBodyID meshBody(const Vec& centre, double side);  // a cube of twelve triangles
+  void turn(std::size_t body, const Vec& axis, double angle);
+  void push(std::size_t body, const Vec& speed);
+  void spin(std::size_t body, const Vec& speed);
+
+  // Joints; no second body is the world. Anchors are given in the world.
+  dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor);
+  dJointID hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis);
+  dJointID keep(dJointID joint);
+
+  // Keeps what geoms read for as long as they last.
+  void own(std::shared_ptr<void> data) { owned_.push_back(std::move(data)); }
+
+  // All of it elsewhere, as it stands.
+  void move(const Vec& by);
+
+  // One collide and one step, `divide` times.
+  void step();
+
+  dWorldID world() const { return world_; }
+  dSpaceID space() const { return space_; }
+  const std::vector<dBodyID>& bodies() const { return bodies_; }
+  const std::vector<dJointID>& joints() const { return joints_; }
+  dBodyID operator[](std::size_t body) const { return bodies_[body]; }
+  // Where the body is, seen from what moved with all of it.
+  Vec place(std::size_t body) const;
+  const Setting& setting() const { return setting_; }
+
+  double friction = 0.8;
+  // The deepest contact and the number of contacts since somebody set them to 0.
+  double depth = 0;
+  std::size_t contacts = 0;
+
+ private:
+  struct Mesh {
+    std::vector<dReal> vertices;
+    std::vector<dTriIndex> triangles;
+    dTriMeshDataID data;
+  };
+
+  void findContacts();
+  void touch(dGeomID a, dGeomID b);
+  dGeomID meshGeom(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
+
+  const Pairing pairing_;
+  const Setting setting_;
+  const double step_;
+  const dWorldID world_;
+  const dSpaceID space_;
+  const dJointGroupID contact_joints_;
+  std::vector<dGeomID> geoms_;
+  std::vector<dBodyID> bodies_;
+  std::vector<dJointID> joints_;
+  std::deque<Mesh> meshes_;
+  std::vector<std::shared_ptr<void>> owned_;
+  Vec origin_;
+  unsigned long steps_ = 0;
+};
+
+// Every bit of every body's state, added to a digest of those before.
+std::uint64_t digest(const Stage& stage, std::uint64_t before);
+// Whether all of it is finite.
+bool isFinite(const Stage& stage);
+
+}  // namespace physics
+}  // namespace sap_test

@@ -1,0 +1,89 @@
+// At every extreme of physics our pairs lead to what dSimpleSpace's lead to.
+#include <algorithm>
+#include <string>
+
+#include "physics/rescue.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+
+using namespace sap_test;
+using namespace sap_test::physics;
+
+namespace {
+
+// All extremes take minutes; physics-table plays them to their end.
+Limits firstSteps(const Extreme& extreme) {
+  Limits limits;
+  limits.length = std::min(1.0, double(scaled(120)) / extreme.steps);
+  return limits;
+}
+
+const Extreme& named(const std::string& name) {
+  for (const Extreme& extreme : extremes()) {
+    if (extreme.name == name) return extreme;
+  }
+  FAIL("no extreme is called " << name);
+  return extremes()[0];
+}
+
+std::string outcomeOf(const std::string& name, const Setting& setting = {}) {
+  return play(named(name), Pairing::ours, setting, {}).outcome;
+}
+
+}  // namespace
+
+TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleSpace's") {
+  CHECK(extremes().size() >= 40);
+  for (const Extreme& extreme : extremes()) {
+    const Limits limits = firstSteps(extreme);
+    const Result simple = play(extreme, Pairing::simple_in_our_order, {}, limits);
+    const Result ours = play(extreme, Pairing::ours, {}, limits);
+    INFO(extreme.theme << ": " << extreme.name << ": " << simple.outcome << " at step "
+                       << simple.steps << ", with ours " << ours.outcome << " at step "
+                       << ours.steps);
+    CHECK(same(ours, simple));
+    CHECK(ours.outcome != "crashes");
+    CHECK(ours.outcome != "too slow");
+  }
+}
+
+TEST_CASE("Some physical extremes lead to the same bits to their end") {
+  int played = 0;
+  for (const Extreme& extreme : extremes()) {
+    if (!extreme.quick) continue;
+    ++played;
+    INFO(extreme.theme << ": " << extreme.name);
+    CHECK(same(play(extreme, Pairing::ours, {}, {}),
+               play(extreme, Pairing::simple_in_our_order, {}, {})));
+  }
+  CHECK(played >= 8);
+}
+
+TEST_CASE("Outcomes are told apart by what is measured") {
+  // In both precisions.
+  CHECK(outcomeOf("a box on one as large, 1:10^6 of its mass") == "collapses");
+  CHECK(!isWhatItOwes(outcomeOf("a stack of 5, steps of 0.1 s")));
+  CHECK(outcomeOf("a stack of 5, steps of 0.001 s") == "stands");
+  CHECK(outcomeOf("a chain of 20 links with a load of 1000 links") == "breaks");
+  CHECK(outcomeOf("a pendulum of 1 m, steps of 0.001 s") == "holds");
+  CHECK(outcomeOf("27 boxes in one place") == "explodes");
+  CHECK(outcomeOf("a box on a mesh of one sheet") == "settles");
+  Setting fine;
+  fine.divide = 100;
+  CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s") == "tunnels");
+  CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s", fine) == "stops");
+}
+
+TEST_CASE("A rescue is one of the ways, and rescues") {
+  const Extreme& extreme = named("boxes of 0.2 m at a plate of 0.1 m, 100 m/s");
+  Limits limits;
+  limits.seconds = 1;
+  const Rescue found = rescue(extreme, limits);
+  CHECK(found.cost > 0);
+  bool rescues = false;
+  for (const Way& way : ways()) {
+    if (way.name != found.name) continue;
+    rescues = isWhatItOwes(play(extreme, Pairing::simple_in_our_order, way.setting, {}).outcome);
+  }
+  CHECK(rescues);
+}
