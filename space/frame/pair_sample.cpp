@@ -63,7 +63,16 @@ void PairSample::endFrame(unsigned long long pairs, double ms) {
   if (!on_) return;
   pairs_ += static_cast<double>(pairs);
   ms_ += ms;
-  if (ms_ > 0) one_in_ = std::clamp(pairs_ * ms_between_picks / ms_, 1.0, 1e6);
+  // What was picked too often or too rarely so far is made up for.
+  constexpr double slack = 20;  // fixed: picks, of which chance may be the cause
+  const double wanted = ms_ / ms_between_picks;
+  if (wanted <= 0) return;
+  const double excess =
+      std::clamp((static_cast<double>(seen_.all.pairs) + slack) / (wanted + slack), 0.5, 2.0);
+  const double one_in = std::clamp(pairs_ / wanted * excess, 1.0, 1e6);
+  // Or the first pairs of frames would be picked too often where fewer are to be, and too rarely.
+  next_ = static_cast<std::size_t>(static_cast<double>(next_) * one_in / one_in_);
+  one_in_ = one_in;
 }
 
 }  // namespace ode_parallel_sap
