@@ -103,6 +103,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
+  rays_.changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -111,6 +112,7 @@ void ParallelSAPSpace::closeSlots() {
   pipeline_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
+  rays_.reset();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
@@ -136,17 +138,26 @@ void ParallelSAPSpace::cleanNoted() {
   pipeline_.clean(scene(), settings);
 }
 
+// What a query does before it asks: where few geoms changed since the last one, these are known.
+void ParallelSAPSpace::cleanFew() {
+  if (needs_clean_ && (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms())))
+    needs_clean_ = false;
+  cleanNoted();
+}
+
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame() {
   if (lock_count == 1) {
     if (pipeline_.holdsTooMuch(count)) {
       pipeline_.release();
       queries_.release();
+      rays_.release();
       slots_.shrink();
     }
     closeSlots();
   }
   queries_.noteFrame();
+  rays_.noteFrame();
   askSilent();
 }
 
@@ -185,8 +196,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   if (IS_SPACE(geom))
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->askSilent();
-  if (needs_clean_ && queries_.clean(slots_.geoms())) needs_clean_ = false;
-  cleanNoted();
+  cleanFew();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
   // A query within the callback has hits of its own.
@@ -207,9 +217,17 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   queries_.giveBack(std::move(hits));
 }
 
+std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
+  const Lock lock(*this);
+  askSilent();
+  cleanFew();
+  return rays_.cast(slots_.geoms(), request,
+                    {pipeline_.threadsForRays(request.count, settings), getManualCleanup() != 0});
+}
+
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().read(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                     queries_.bytes() + pipeline_.bytes());
+                                     queries_.bytes() + rays_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

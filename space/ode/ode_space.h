@@ -12,6 +12,7 @@
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
 #include "space/queries/geom_queries.h"
+#include "space/rays/ray_caster.h"
 
 namespace ode_parallel_sap {
 
@@ -34,6 +35,7 @@ class ParallelSAPSpace : public dxSpace {
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
   void collideContacts(const ContactRequest& request);
   void collidePairs(const PairsRequest& request);
+  std::size_t castRays(const RayRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
   // Adds all meshes in it, at any depth.
@@ -63,6 +65,7 @@ class ParallelSAPSpace : public dxSpace {
   void closeSlots();
   void askSilent();
   void cleanNoted();
+  void cleanFew();
   void noteChange(Slot slot);
   void printTotals() const;
 
@@ -71,6 +74,7 @@ class ParallelSAPSpace : public dxSpace {
   bool needs_clean_ = false;
   SilentGeoms silent_;
   GeomQueries queries_;
+  RayCaster rays_;
   Pipeline pipeline_;
 };
 
