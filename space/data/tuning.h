@@ -181,10 +181,9 @@ constexpr Grain collided_pairs = {256, Grain::whole};
 // Doubled: not measured. Halved: not measured.
 constexpr Grain heavy_pairs = {8, Grain::whole};
 
-// Rays that are cast for their nearest hit: 1 to 2 us each among 100,000 boxes, 0.1 ms.
-// Unit: rays. From: query-benchmark, lidar.
-// Doubled: not measured. Halved: not measured.
-constexpr Grain cast_rays = {64, Grain::whole};
+// Rays that are cast for their nearest hit: 0.5 to 2 us each among 100,000 boxes (ray-benchmark),
+// 30 us to 0.1 ms.
+constexpr Grain cast_rays = {collided_pairs.work / 4, Grain::whole};
 
 }  // namespace grains
 
