@@ -261,6 +261,12 @@ TEST_CASE("Of geoms that a ray hits at one distance the earlier added one is the
   CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
   CHECK(world.geoms()[0] != first);
   CHECK(allHits(space, rays, 0)[0].back().geom == first);
+  // Those of a space within stand in its order.
+  const dSpaceID inner = dSimpleSpaceCreate(space);
+  world.take(reinterpret_cast<dGeomID>(inner));
+  for (int i = 0; i < 100; ++i)
+    dGeomSetPosition(i % 2 ? dCreateBox(inner, 2, 2, 2) : dCreateSphere(inner, 1), 5, 0, 0);
+  CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
 }
 
 TEST_CASE("What is no ray hits nothing", "[rays]") {
