@@ -3,6 +3,7 @@
 #include <new>
 #include <utility>
 
+#include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
 #include "space/ode/environment.h"
@@ -219,6 +220,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Lock lock(*this);
+  const StageRange range(Stage::rays);
   askSilent();
   cleanFew();
   return rays_.cast(slots_.geoms(), request,
