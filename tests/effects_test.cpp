@@ -297,20 +297,27 @@ TEST_CASE("A number of threads that is not set is OpenMP's", "[effects]") {
 }
 
 #if !defined(THREAD_SANITIZER)  // which does not know what becomes of OpenMP's threads
-TEST_CASE("After a fork the child goes on with one thread", "[effects]") {
+TEST_CASE("After a fork the child goes on alone, whatever number of threads is set", "[effects]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 2);
   World world(space);
   world.addBoxes(denseCube(20000, 8));
   const Pairs pairs = collide(space);
+  CHECK(statsOf(space).threads == 2);
   const pid_t child = fork();
   if (child == 0) {
     alarm(60);
-    dParallelSAPSpaceSetNumThreads(space, 1);
     world.jitter(0.1, 8);
     const Pairs moved = collide(space);
+    const bool alone = statsOf(space).threads == 1;
+    Space other;
+    dParallelSAPSpaceSetNumThreads(other, 3);
+    World fresh(other);
+    fresh.addBoxes(denseCube(20000, 8));
+    const bool same = collide(other).size() == pairs.size();
     for (const dGeomID geom : world.geoms()) dGeomDisable(geom);
-    _exit(!moved.empty() && moved != pairs && collide(space).empty() ? 0 : 1);
+    const bool other_pairs = !moved.empty() && moved != pairs;
+    _exit(other_pairs && alone && same && collide(space).empty() ? 0 : 1);
   }
   REQUIRE(child > 0);
   int status = -1;

@@ -37,16 +37,17 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
   return range;
 }
 
-// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer)
-// and returns when all are done. All run in the calling thread's floating-point mode: OpenMP's
-// threads would otherwise keep the one they were born with. The first exception of any thread is
-// thrown again on the caller's.
+// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer,
+// one in the child of a process that had teams) and returns when all are done. All run in the
+// calling thread's floating-point mode: OpenMP's threads would otherwise keep the one they were
+// born with. The first exception of any thread is thrown again on the caller's.
 template <class Work>
 void runTeam(Region& region, int threads, Work&& work) {
-  if (threads <= 1) {
+  if (threads <= 1 || teamsAreLost()) {
     work(0, 1);
     return;
   }
+  expectChildren();
   const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;

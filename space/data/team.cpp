@@ -1,5 +1,7 @@
 #include "space/data/team.h"
 
+#include <pthread.h>
+
 #include <chrono>
 #include <thread>
 
@@ -10,6 +12,12 @@ namespace {
 thread_local TeamWatch::Member* own = nullptr;
 
 }  // namespace
+
+void expectChildren() {
+  static std::atomic<bool> expected{false};
+  if (expected.load(std::memory_order_relaxed) || expected.exchange(true)) return;
+  pthread_atfork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+}
 
 void TeamWatch::Member::enter(int team) {
   team_ = team;

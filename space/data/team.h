@@ -44,6 +44,17 @@ inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
   return static_cast<int>(std::min<std::uint64_t>(most, threads));
 }
 
+// The child of a process that had started a team has none of its threads, and OpenMP would wait for
+// them for ever: everything is done alone there.
+inline std::atomic<bool> teams_are_lost{false};
+
+inline bool teamsAreLost() {
+  return teams_are_lost.load(std::memory_order_relaxed);
+}
+
+// To be called before a team is started: children born from then on know of it.
+void expectChildren();
+
 // What a thread of a team takes at a time of `work`: `usual`, but in tests a quarter of its share
 // where that is less.
 inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "space/data/team.h"
 #include "space/geom/pack_rules.h"
 
 namespace ode_parallel_sap {
@@ -33,6 +34,7 @@ struct Settings {
 
 // The threads a collide may use: 1 to most_threads.
 inline int threadsFor(const Settings& settings) {
+  if (teamsAreLost()) return 1;
   return std::max(
       1, std::min(settings.threads ? settings.threads : omp_get_max_threads(), most_threads));
 }

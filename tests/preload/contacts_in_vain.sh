@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # contacts_in_vain.sh PRELOAD PROGRAM
 #
-# Contacts are found beforehand where PROGRAM (shapes_scene.cpp) asks for them, and hardly ever where it
-# does not: pairs are counted, as in every run alike.
+# Contacts are found beforehand where PROGRAM (shapes_scene.cpp) asks for them, but for the pairs with the
+# ground plane, one in thirteen, and hardly ever where it does not: pairs are counted, as in every run
+# alike.
 set -euo pipefail
 . "$(dirname "$0")/with_preload.sh"
 preload=$1 program=$2
@@ -24,7 +25,7 @@ for mode in all some flags gone; do
   cmp "$folder/off" "$folder/auto"
   echo "$mode: $told of $pairs pairs collided beforehand, $used used"
   if [ $mode = all ]; then
-    [ $((100 * used)) -gt $((95 * pairs)) ] || { echo "too few"; exit 1; }
+    [ $((100 * used)) -gt $((90 * pairs)) ] || { echo "too few"; exit 1; }
   else
     [ $((100 * (told - used))) -lt $((3 * pairs)) ] || { echo "too many"; exit 1; }
   fi
