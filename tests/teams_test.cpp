@@ -16,6 +16,7 @@
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/random.h"
+#include "support/ray_oracle.h"
 #include "support/scenes.h"
 #include "support/teams.h"
 
@@ -152,6 +153,8 @@ const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs",
                                                       "contacts: heavy pairs",
                                                       "contacts: pairs on images"};
 
+const std::vector<std::string> regions_of_rays = {"rays: rays", "rays: geoms on images"};
+
 const std::vector<std::string> regions_of_bulk = {
     "pairs in blocks: blocks", "pair events: comparison", "pair events: pairs and numbers"};
 
@@ -255,10 +258,36 @@ TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which 
   }
 }
 
+TEST_CASE("With a grain of 1 two threads and more cast rays") {
+  const std::uint64_t seed = seedOr(94);
+  const ScopedGrain grain(1);
+  for (const int threads : kTeams) {
+    const Space space;
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    ContactScene scene(space);
+    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
+    for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+    std::vector<dGeomID> geoms;
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+    Random random(seed);
+    const auto before = timesShared();
+    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    for (int batch = 0; batch < 3; ++batch)
+      REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
+    const auto after = timesShared();
+    for (const std::string& region : regions_of_rays) {
+      INFO(region);
+      REQUIRE(after.count(region) == 1);
+      CHECK(after.at(region) > before.at(region));
+    }
+  }
+}
+
 // Those of a device are looked at by device_test.
 TEST_CASE("There is no region that these tests leave out") {
   std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
   covered.insert(regions_of_bulk.begin(), regions_of_bulk.end());
+  covered.insert(regions_of_rays.begin(), regions_of_rays.end());
   for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);

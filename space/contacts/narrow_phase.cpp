@@ -6,6 +6,7 @@
 #include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/ode_collide.h"
+#include "space/contacts/thread_data.h"
 #include "space/contacts/tuning.h"
 #include "space/contacts/written_numbers.h"
 #include "space/data/parallel.h"
@@ -46,27 +47,6 @@ void prefetchPose(const dxGeom* geom) {
   if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
   if (geom->body) prefetchObject(geom->body, 128);
 }
-
-// ODE's data for a thread of the team, the calling thread apart: that one's is its own business.
-// Without manual cleanup ODE frees it when the thread ends or ODE is closed.
-class ThreadData {
- public:
-  ThreadData(int thread, bool manual_cleanup) : release_(thread != 0 && manual_cleanup) {
-    ready_ = thread == 0 || dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
-  }
-  ~ThreadData() {
-    if (release_) dCleanupODEAllDataForThread();
-  }
-  ThreadData(const ThreadData&) = delete;
-  ThreadData& operator=(const ThreadData&) = delete;
-
-  // Where there is no memory for it the others do this thread's work.
-  bool ready() const { return ready_; }
-
- private:
-  const bool release_;
-  bool ready_;
-};
 
 // Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
 // are.

@@ -22,6 +22,7 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
         reportWatched(frame, settings, data, callback);
       } else {
         policy_.learnOfForetelling(frame.plan, facts, settings, {}, false);
+        frame.clock.begin(Stage::report);
         report(frame, data, callback);
       }
       frame.result.report_ms = frame.clock.lap();
@@ -29,6 +30,7 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
       complaints_.ofNoMemory();
       updateWithoutMemory(scene, frame.result);
       note(frame.result);
+      frame.clock.begin(Stage::report);
       collideWithoutMemory(scene, settings.rules, frame.result, data, callback);
       frame.clock.lap();
     }
@@ -43,10 +45,12 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   const bool were_apart = std::exchange(candidates_apart_, false);
   if (were_apart) std::swap(frame.pairs, candidates_);
   if (!findChanges(frame)) findAnew(frame);
+  frame.clock.begin(Stage::filter);
   select(frame);
   frame.result.filter_ms += frame.clock.lap();
   tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew() &&
                         store_.coherence.unchanged());
+  frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
   frame.found = true;
   learn(frame, settings);
@@ -63,14 +67,17 @@ bool Pipeline::findChanges(Frame& frame) {
   FrameResult& result = frame.result;
   PairKeeper& coherence = store_.coherence;
   if (!plan.keep) return false;
+  frame.clock.begin(Stage::update);
   result.coherence = coherence.update(frame.geoms(), frame.slots(), plan.rules, plan.threads,
                                       geom_update_, boxes_);
   if (result.coherence != PairKeeper::Outcome::kept) return false;
   frame.scene.needs_clean = false;
   result.update_ms = frame.clock.lap();
+  frame.clock.begin(Stage::synchronise);
   frame.updated = &geom_update_.facts();
   takeNotice(frame);
   result.synchronise_ms = frame.clock.lap();
+  frame.clock.begin(Stage::extract);
   result.threads = coherence.find(frame.geoms(), geom_update_, boxes_, plan.threads,
                                   {extraction_.finders(), pair_filter_}, frame.pairs);
   result.found.method = dParallelSAPMethodSweep;
@@ -85,6 +92,7 @@ void Pipeline::findAnew(Frame& frame) {
   const Plan& plan = frame.plan;
   FrameResult& result = frame.result;
   PairKeeper& coherence = store_.coherence;
+  frame.clock.begin(Stage::update);
   coherence.stop();
   result.threads =
       geom_update_.pack(frame.geoms(), frame.slots(), plan.rules, plan.threads, boxes_);
@@ -92,18 +100,21 @@ void Pipeline::findAnew(Frame& frame) {
   frame.scene.needs_clean = false;
   result.update_ms = frame.clock.lap();
 
+  frame.clock.begin(Stage::synchronise);
   frame.updated = &geom_update_.synchronise(frame.geoms(), boxes_);
   takeNotice(frame);
   if (plan.keep) result.moved += coherence.movedInVain();
   result.wide = boxes_.wide;
   result.synchronise_ms = frame.clock.lap();
 
+  frame.clock.begin(Stage::extract);
   result.found = extraction_.find(boxes_, plan.extraction, frame.pairs);
   if (result.found.too_long) complaints_.ofTooLong(*result.found.too_long);
   result.threads = std::max(result.threads, result.found.threads);
   result.candidates = frame.pairs.size();
   result.extract_ms = frame.clock.lap();
 
+  frame.clock.begin(Stage::filter);
   pair_filter_.run(frame.geoms(), *frame.updated, plan.rules, boxes_, plan.threads, frame.pairs);
   result.filter_ms = frame.clock.lap();
   if (plan.keep) coherence.start(result.found.devices > 0, result.found.method);

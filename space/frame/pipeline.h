@@ -41,6 +41,9 @@ class Pipeline {
   int teamFor(std::size_t slots, const Settings& settings) const {
     return policy_.teamFor(slots, settings);
   }
+  int threadsForRays(std::size_t rays, const Settings& settings) const {
+    return policy_.threadsForRays(rays, settings);
+  }
 
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {

@@ -17,6 +17,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   FrameResult result;
   const Plan plan = collectPairs(scene, settings, pairs, result);
   clock.lap();
+  clock.begin(Stage::narrow);
   bool found = true;
   try {
     const int used = narrow_phase.run(pairs.list(), request,
@@ -39,6 +40,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     result.narrow_threads = 1;
     result.narrow_ms = clock.lap();
   }
+  clock.begin(Stage::report);
   note(result);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs.list(), request);
@@ -59,6 +61,7 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
   const Plan plan = policy_.decide(facts, settings);
   if (Policy::isSmall(facts.slots, settings)) {
     StageClock clock;
+    clock.begin(Stage::extract);
     SmallReport report = {&pairs, &dParallelSAPAddPair};
     report.sampled = false;  // but from the list
     result = resultOf(collideSmall(scene, settings, report));

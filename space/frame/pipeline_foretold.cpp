@@ -28,6 +28,7 @@ void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_clea
   constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
   const NarrowPhase::Way way = {plan.contact_threads, manual_cleanup, plan.leave_out, true,
                                 plan.foretell.in_full ? 1 : sample};
+  frame.clock.begin(Stage::narrow);
   const int used = foretold_.foretell(frame.pairs, {frame.geoms(), frame.slots()},
                                       plan.foretell.least_share, way);
   result.narrow_ms = frame.clock.lap();
@@ -46,6 +47,7 @@ void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_clea
 void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
                              dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
+  frame.clock.begin(Stage::report);
   ForetoldContacts::Report report(foretold_);
   const AtEnd learning([&] {
     const bool more = foretold_.wouldTellAny(frame.plan.foretell.least_share);

@@ -19,6 +19,7 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
     facts.for_blocks = request.concurrent();
     Frame frame(store_, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
+      frame.clock.begin(Stage::report);
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
@@ -58,6 +59,7 @@ void Pipeline::tellEvents(Frame& frame, bool unchanged) {
     events_.passOver();
     return;
   }
+  frame.clock.begin(Stage::events);
   constexpr PairEvents::Source source = PairEvents::Source::frame;
   const int threads = frame.plan.threads;
   if (!(unchanged && events_.tellSame(source)) &&

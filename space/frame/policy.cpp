@@ -43,6 +43,11 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) const {
   return settings.threads == 0 ? team_.threads(threads) : threads;
 }
 
+int Policy::threadsForRays(std::size_t rays, const Settings& settings) const {
+  const int most = ode_parallel_sap::teamFor(rays, grains::cast_rays, threadsFor(settings));
+  return settings.threads == 0 ? team_.threads(most) : most;
+}
+
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;

@@ -26,6 +26,7 @@ class Policy {
   Plan decide(const SceneFacts& facts, const Settings& settings) const;
   // The threads for anything that looks at so many slots.
   int teamFor(std::size_t slots, const Settings& settings) const;
+  int threadsForRays(std::size_t rays, const Settings& settings) const;
 
   // Takes notice of a frame that went by `plan` to its end, its pairs at least.
   void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,

@@ -1,8 +1,10 @@
-// Times of stages.
+// Times of stages, and their ranges for profilers.
 #ifndef ODE_PARALLEL_SAP_STAGE_CLOCK_H
 #define ODE_PARALLEL_SAP_STAGE_CLOCK_H
 
 #include <chrono>
+
+#include "space/frame/stage_ranges.h"
 
 namespace ode_parallel_sap {
 
@@ -15,6 +17,8 @@ inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
 // Hands out the time since it was last asked.
 class StageClock {
  public:
+  // The stage that runs from now on, until the next one or the end of the clock.
+  void begin(Stage stage) { range_.begin(stage); }
   double lap() {
     const Clock::time_point before = lap_;
     lap_ = Clock::now();
@@ -25,6 +29,7 @@ class StageClock {
 
  private:
   Clock::time_point begin_ = Clock::now(), lap_ = begin_;
+  StageRange range_;
 };
 
 }  // namespace ode_parallel_sap

@@ -35,6 +35,13 @@ std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
   return events.size();
 }
 
+void checkRays(const dParallelSAPRay* rays, std::size_t count, int flags) {
+  constexpr int known = 0xffff | dParallelSAPRayFirstContact | dParallelSAPRayBackfaceCull |
+                        dParallelSAPRayClosestHit;
+  dAASSERT(rays || count == 0);
+  dUASSERT((flags & ~known) == 0, "unknown flags for rays");
+}
+
 void checkContacts(const dContactGeom* contacts, int count, int most) {
   dUASSERT(count >= 0 && most >= 0, "negative number of contacts");
   dAASSERT(contacts || count == 0);
@@ -102,6 +109,22 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
   dAASSERT(callback);
   dUASSERT((flags & ~dParallelSAPPairsConcurrent) == 0, "unknown flags for pairs");
   own.collidePairs({data, flags, callback});
+}
+
+size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays, size_t count, int flags,
+                             dParallelSAPRayHit* nearest) {
+  ParallelSAPSpace& own = checked(space);
+  checkRays(rays, count, flags);
+  dAASSERT(nearest || count == 0);
+  return own.castRays({rays, count, flags, nearest, nullptr, nullptr});
+}
+
+size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays, size_t count,
+                                int flags, void* data, dParallelSAPRayCallback* callback) {
+  ParallelSAPSpace& own = checked(space);
+  checkRays(rays, count, flags);
+  dAASSERT(callback);
+  return own.castRays({rays, count, flags, nullptr, data, callback});
 }
 
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "space/frame/hints.h"
+#include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
 #include "space/ode/environment.h"
@@ -120,6 +121,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
+  rays_.changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -130,6 +132,7 @@ void ParallelSAPSpace::closeSlots() {
   slots_.close();
   queries_.reset();
   swept_.clear();
+  rays_.reset();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
@@ -189,18 +192,27 @@ void ParallelSAPSpace::cleanNoted() {
   pipeline_.clean(scene(), settings);
 }
 
+// What a query does before it asks: where few geoms changed since the last one, these are known.
+void ParallelSAPSpace::cleanFew() {
+  if (needs_clean_ && (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms())))
+    needs_clean_ = false;
+  cleanNoted();
+}
+
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame() {
   if (lock_count == 1) {
     if (pipeline_.noteMemory(count)) {
       pipeline_.release();
       queries_.release();
+      rays_.release();
       slots_.shrink();
       swept_.shrink();
     }
     closeSlots();
   }
   queries_.noteFrame();
+  rays_.noteFrame();
   askSilent();
 }
 
@@ -263,8 +275,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
       other->askSilent();
   if (any_swept.load(std::memory_order_relaxed) && geom->parent_space)
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
-  if (needs_clean_ && queries_.clean(slots_.geoms())) needs_clean_ = false;
-  cleanNoted();
+  cleanFew();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
   // A query within the callback has hits of its own.
@@ -285,9 +296,19 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   queries_.giveBack(std::move(hits));
 }
 
+std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
+  const Lock lock(*this);
+  const StageRange range(Stage::rays);
+  askSilent();
+  cleanFew();
+  return rays_.cast(slots_.geoms(), request,
+                    {pipeline_.threadsForRays(request.count, settings), getManualCleanup() != 0});
+}
+
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          swept_.bytes() + queries_.bytes() + pipeline_.bytes());
+                                          swept_.bytes() + queries_.bytes() + rays_.bytes() +
+                                          pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

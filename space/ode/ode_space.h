@@ -14,6 +14,7 @@
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
 #include "space/queries/geom_queries.h"
+#include "space/rays/ray_caster.h"
 #include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
@@ -37,6 +38,7 @@ class ParallelSAPSpace : public dxSpace {
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
   void collideContacts(const ContactRequest& request);
   void collidePairs(const PairsRequest& request);
+  std::size_t castRays(const RayRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
   // Adds all meshes in it, at any depth.
@@ -82,6 +84,7 @@ class ParallelSAPSpace : public dxSpace {
   void sweep(dxGeom* geom);
   static void sweepWithin(dxSpace* space);
   void cleanNoted();
+  void cleanFew();
   void noteChange(Slot slot);
   void printTotals() const;
 
@@ -92,6 +95,7 @@ class ParallelSAPSpace : public dxSpace {
   SweptBounds swept_;
   dReal swept_step_ = 0;
   GeomQueries queries_;
+  RayCaster rays_;
   Pipeline pipeline_;
   std::unique_ptr<Trace> trace_;  // null: there is none
 };

@@ -38,6 +38,13 @@ class QueryTree {
   std::size_t find(const BasicBox<Real>& box, Slot* found) const;
   static constexpr std::size_t spare = group_size;
 
+  // Calls visit(slot) for all boxes that the ray meets for a t from 0 to `limit`, each once, and
+  // perhaps for others; nearer ones mostly come first. Boxes beyond a limit that visit() has
+  // lowered are left out. Needs exactMode().
+  template <class Visit>
+  void visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const;
+
+  bool holdsNone() const { return cells() == 0 && strayRows() == 0; }
   // Rows of sixteen strays that each query goes through.
   std::size_t strayRows() const { return stray_boxes_.size(); }
   // Gives back what only build() needs.
@@ -55,6 +62,9 @@ class QueryTree {
   std::size_t classOf(std::size_t cell) const;
   void setStray(std::uint32_t place, const BasicBox<Real>& box);
   void addStray(Slot slot, const BasicBox<Real>& box);
+  template <class Visit>
+  void visitInTree(const TreeView<Real>& tree, const RayQuery<Real>& ray, Real& limit,
+                   Visit visit) const;
 
   CellOrder<Real> order_;
   std::vector<CellTree<Real>> trees_;     // one a class
@@ -64,6 +74,62 @@ class QueryTree {
   Buffer<GroupIds> stray_ids_;
   Buffer<std::uint32_t> free_strays_;  // places among the strays
 };
+
+// The lanes of sixteen boxes that a ray meets, the nearest first.
+template <class Real>
+struct RayRow {
+  alignas(64) Real entry[group_size];
+  std::uint8_t lanes[group_size];
+  int count = 0;
+
+  RayRow(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit) {
+    unsigned mask = kernels<Real>().meetRay(boxes, ray, limit, entry);
+    for (; mask; mask &= mask - 1) {
+      const int lane = __builtin_ctz(mask);
+      int place = count++;
+      for (; place > 0 && entry[lanes[place - 1]] > entry[lane]; --place)
+        lanes[place] = lanes[place - 1];
+      lanes[place] = static_cast<std::uint8_t>(lane);
+    }
+  }
+};
+
+template <class Real>
+template <class Visit>
+void QueryTree<Real>::visitInTree(const TreeView<Real>& tree, const RayQuery<Real>& ray,
+                                  Real& limit, Visit visit) const {
+  struct Node {
+    std::uint32_t group;
+    int level;
+    Real entry;
+  };
+  Node nodes[TreeView<Real>::max_levels * group_size];
+  nodes[0] = {0, tree.depth - 1, 0};
+  for (int waiting = 1; waiting > 0;) {
+    const Node node = nodes[--waiting];
+    if (node.entry > limit) continue;
+    const RayRow<Real> row(tree.levels[node.level][node.group], ray, limit);
+    if (node.level == 0)
+      for (int i = 0; i < row.count && row.entry[row.lanes[i]] <= limit; ++i)
+        visit(tree.ids[node.group].slot[row.lanes[i]]);
+    else
+      for (int i = row.count - 1; i >= 0; --i)
+        nodes[waiting++] = {node.group * group_size + row.lanes[i], node.level - 1,
+                            row.entry[row.lanes[i]]};
+  }
+}
+
+template <class Real>
+template <class Visit>
+void QueryTree<Real>::visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const {
+  for (std::size_t i = 0; i + 1 < first_cells_.size(); ++i)
+    if (trees_[i].cells()) visitInTree(trees_[i].view(), ray, limit, visit);
+  for (std::size_t stray = 0; stray < stray_boxes_.size(); ++stray) {
+    const RayRow<Real> row(stray_boxes_[stray], ray, limit);
+    for (int i = 0; i < row.count && row.entry[row.lanes[i]] <= limit; ++i)
+      visit(stray_ids_[stray].slot[row.lanes[i]]);
+  }
+}
 
 }  // namespace ode_parallel_sap
 

@@ -98,6 +98,15 @@ struct BoxPairs {
   const Real* sides[2][group_size];
 };
 
+// The line origin + t * direction, t >= 0, and by how much boxes are widened before they meet it:
+// `rounding` times the distance from the origin to their farthest bound on any axis, and `slack`.
+template <class Real>
+struct RayQuery {
+  Real origin[3];
+  Real inverse[3];  // of the direction; finite
+  Real rounding, slack;
+};
+
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
@@ -144,6 +153,10 @@ struct Kernels {
   // Bit i: a collider of ODE's that computes with this type certainly finds no contact of pair i,
   // unless CONTACTS_UNIMPORTANT is set. See kernel_box_pairs.h.
   unsigned (*boxesApart)(const BoxPairs<Real>& pairs);
+  // Which of sixteen boxes the ray meets for a t from 0 to `limit`, and in entry[i], aligned like
+  // `boxes`, the least such t. Rounding may make it meet a box too many, but none too few, and a t
+  // too large by 2^-20 of it at most.
+  unsigned (*meetRay)(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit, Real* entry);
 };
 
 // All that one instruction set has.

@@ -8,6 +8,7 @@
 
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
+#include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
 #include "space/simd/tuning.h"
@@ -172,7 +173,7 @@ template <class Real>
 constexpr Kernels<Real> kernelsFor() {
   return {packCells<Real>,   packBounds<Real>,     selfPairs<Real>,     crossPairs<Real>,
           boxPairs<Real>,    reachPairs<Real>,     trianglePairs<Real>, findInTree<Real>,
-          findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>};
+          findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),

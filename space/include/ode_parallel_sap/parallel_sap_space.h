@@ -37,7 +37,8 @@
  * Which call when: dSpaceCollide is always right. dParallelSAPSpaceCollideContacts is for callbacks
  * that would call dCollide and make joints: it calls dCollide on all threads.
  * dParallelSAPSpaceCollidePairs is for so many pairs that calling counts, and for callbacks of any
- * kind that may run on many threads. dParallelSAPSpaceSetEvents, with any of them, tells which
+ * kind that may run on many threads. dParallelSAPSpaceRays is for many rays at once.
+ * dParallelSAPSpaceSetEvents, with any of them, tells which
  * pairs began and ended, and numbers each for data that are kept of it.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
@@ -324,6 +325,85 @@ enum { dParallelSAPPairsConcurrent = 1 };
  * calling thread. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
+
+/* Batches of rays, for lidars, pickers and lines of sight, on the threads of the space.
+ *
+ *     dParallelSAPRay rays[n] = {...};
+ *     dParallelSAPRayHit hits[n];
+ *     dParallelSAPSpaceRays(space, rays, n, 0, hits);
+ *     for (size_t i = 0; i < n; ++i) if (hits[i].geom) ...hits[i].distance...
+ *
+ * does what n calls of dSpaceCollide2 do with a ray (dCreateRay, dGeomRaySet) and a near callback
+ * that calls dCollide (ray, geom, ...) and keeps the nearest contact: the same hits, bit for bit,
+ * whatever the number of threads. Rays go through the geoms in the order of distance and stop at
+ * their nearest hit, as far as that cannot be another by errors of rounding. */
+typedef struct dParallelSAPRay {
+  dVector3 origin;
+  dVector3 direction; /* of any length but 0: dGeomRaySet makes it 1 */
+  dReal length;       /* 0 or more */
+  unsigned long category_bits;
+  unsigned long collide_bits;
+} dParallelSAPRay;
+
+typedef struct dParallelSAPRayHit {
+  dGeomID geom;    /* 0: the ray hits nothing */
+  dReal distance;  /* from the origin: the contact's depth */
+  dVector3 pos;    /* the contact's, as dCollide (ray, geom, ...) tells it */
+  dVector3 normal; /* likewise */
+  int side;        /* likewise, the geom's side: a mesh's triangle, or -1 */
+} dParallelSAPRayHit;
+
+/* In the flags, as dGeomRaySetFirstContact, dGeomRaySetBackfaceCull and dGeomRaySetClosestHit, for
+ * all rays of the batch. The lower 16 bits are the most contacts that dCollide is asked for of each
+ * geom, 0 for one. */
+enum {
+  dParallelSAPRayFirstContact = 0x10000,
+  dParallelSAPRayBackfaceCull = 0x20000,
+  dParallelSAPRayClosestHit = 0x40000
+};
+
+/* Writes the nearest hit of rays[i] to nearest[i], and returns how many rays hit something.
+ * ClosestHit is always set. Of hits at the same distance that of the geom counts which was added to
+ * the space earlier, and of contacts of one geom the first; a distance that is NaN is farther than
+ * all others.
+ *
+ * A ray meets the geoms of the space that dSpaceCollide2 would report for it: those whose bounding
+ * box its own overlaps, with a category/collide match, enabled. Sub-spaces are gone through like
+ * dSpaceCollide2 of the ray and the sub-space would, at any depth, and their geoms stand where the
+ * sub-space stands, in the order of dSpaceGetGeom. What skips or adds pairs (SetSkipStatic and the
+ * others) does not hold for rays.
+ *
+ * A ray hits nothing if a number of its origin or direction is infinite or NaN, its direction is
+ * (0, 0, 0), its length negative or NaN, or a bound of its box NaN (ODE makes one of an infinite
+ * length across an axis).
+ *
+ * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer for few rays; each gets its data
+ * as in dParallelSAPSpaceCollideContacts. The same geoms as there are collided by the calling
+ * thread only, or in images of ODE. The space is locked meanwhile.
+ *
+ * A collider that dSetColliderOverride has put in the place of ODE's for rays with spheres, boxes,
+ * capsules or cylinders may be called from any thread, and is not called for geoms that the ray
+ * passes or that are behind its nearest hit; if it finds hits there, they are not found. Rotation
+ * matrices that dGeomSetRotation was given need not be exact: geoms of which they are not one cost
+ * more, not hits.
+ *
+ * Memory: trees over the geoms, kept by the space while rays come. Where there is not enough, rays
+ * are cast one by one. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays,
+                                                  size_t count, int flags,
+                                                  dParallelSAPRayHit* nearest);
+
+/* The hits of a ray, the nearest first, equal ones in the order above; `ray` is its place among all
+ * rays. They last until the callback returns. It may do what a near callback may do, throw too. */
+typedef void dParallelSAPRayCallback(void* data, size_t ray, const dParallelSAPRayHit* hits,
+                                     size_t count);
+
+/* All hits instead of the nearest: calls the callback for each ray that has any, in the order of
+ * the rays, on the calling thread, with the space locked, when all hits have been found. Returns
+ * their number. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays,
+                                                     size_t count, int flags, void* data,
+                                                     dParallelSAPRayCallback* callback);
 
 /* Which pairs began and which ended, and a number for each pair while it lasts.
  *

@@ -1,0 +1,32 @@
+// ODE's data for the threads of a team.
+#ifndef ODE_PARALLEL_SAP_THREAD_DATA_H
+#define ODE_PARALLEL_SAP_THREAD_DATA_H
+
+#include <ode/ode.h>
+
+namespace ode_parallel_sap {
+
+// ODE's data for a thread of the team, the calling thread apart: that one's is its own business.
+// Without manual cleanup ODE frees it when the thread ends or ODE is closed.
+class ThreadData {
+ public:
+  ThreadData(int thread, bool manual_cleanup) : release_(thread != 0 && manual_cleanup) {
+    ready_ = thread == 0 || dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
+  }
+  ~ThreadData() {
+    if (release_) dCleanupODEAllDataForThread();
+  }
+  ThreadData(const ThreadData&) = delete;
+  ThreadData& operator=(const ThreadData&) = delete;
+
+  // Where there is no memory for it the others do this thread's work.
+  bool ready() const { return ready_; }
+
+ private:
+  const bool release_;
+  bool ready_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

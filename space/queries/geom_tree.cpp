@@ -1,0 +1,209 @@
+#include "space/queries/geom_tree.h"
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+
+#include "space/data/mechanisms.h"
+#include "space/data/round_outward.h"
+#include "space/geom/geom_tests.h"
+#include "space/queries/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Up to this number dirty geoms are cleaned by one thread on the way.
+constexpr std::size_t most_cleaned_alone = grains::packed_slots.work;
+
+dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
+  return slot < geoms.size() ? geoms[slot] : nullptr;
+}
+
+void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
+  const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance);
+  if (!geom) return;
+  __builtin_prefetch(&geom->gflags);
+  __builtin_prefetch(geom->aabb);
+}
+
+template <class Tree>
+using RealOf = typename std::remove_reference<Tree>::type::RealType;
+
+// Of what a tree holds.
+template <class Real>
+BasicBox<Real> boxIn(const dxGeom* geom, GeomTree::Takes takes, bool& coarse) {
+  return boxOf<Real>(geom && takes && !takes(geom) ? nullptr : geom, coarse);
+}
+
+}  // namespace
+
+template <class Real>
+BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+  constexpr BasicBox<Real> none = {{nan, nan, nan}, {nan, nan, nan}};
+  if (!geom) return none;
+  if constexpr (sizeof(Real) == sizeof(float)) {
+    Box box;
+    const BoundsFacts facts = roundOutward(geom->aabb, box);
+    coarse = facts.coarse;
+    return facts.nan ? none : box;
+  } else {
+    if (hasNaN(geom)) return none;
+    BasicBox<Real> box;
+    for (int axis = 0; axis < 3; ++axis) {
+      box.lower[axis] = geom->aabb[2 * axis];
+      box.upper[axis] = geom->aabb[2 * axis + 1];
+    }
+    return box;
+  }
+}
+
+template BasicBox<float> boxOf<float>(const dxGeom* geom, bool& coarse);
+template BasicBox<double> boxOf<double>(const dxGeom* geom, bool& coarse);
+
+// Returns how many boxes floats make clearly larger.
+template <class Real>
+std::size_t GeomTree::Tree::pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into) {
+  std::size_t count = 0;
+  into.resizeDiscarding(geoms.size());
+  for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
+    prefetchAhead(geoms, slot);
+    bool coarse = false;
+    into[slot] = boxIn<Real>(geoms[slot], takes, coarse);
+    count += coarse;
+  }
+  return count;
+}
+
+void GeomTree::Tree::build(const Geoms& geoms, Takes takes, int threads) {
+  built = false;
+  boxes.size = geoms.size();
+  const std::size_t coarse = pack(geoms, takes, boxes.boxes);
+  // A small part of them will do as floats.
+  is_wide = sizeof(dReal) > sizeof(float) && coarse > geoms.size() / 8;
+  if (is_wide) pack(geoms, takes, boxes.wide_boxes);
+  boxes.wide = is_wide;
+  (is_wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+  if (is_wide)
+    narrow.release();
+  else
+    wide.release();
+  withTree([&](auto& tree) { tree.build(boxes, threads); });
+  // Of use again where building comes again.
+  if (++builds == 1) {
+    withTree([](auto& tree) { tree.releaseScratch(); });
+    boxes = BoxSet();
+  }
+  setUpToDate(geoms.size());
+  built = true;
+}
+
+void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
+  slots = slots_now;
+  changed.resizeDiscarding(0);
+  changed.reserve(static_cast<std::size_t>(static_cast<double>(slots) / refresh_cost) + 1);
+  all_changed = false;
+}
+
+void GeomTree::Tree::refresh(const Geoms& geoms, Takes takes) {
+  withTree([&](auto& tree) {
+    const auto place = [&](std::size_t slot) {
+      bool coarse;
+      tree.place(static_cast<Slot>(slot),
+                 boxIn<RealOf<decltype(tree)>>(geomAt(geoms, slot), takes, coarse));
+    };
+    if (all_changed)
+      for (std::size_t slot = 0; slot < std::max(geoms.size(), slots); ++slot) {
+        prefetchAhead(geoms, slot);
+        place(slot);
+      }
+    else
+      for (const Slot slot : changed) place(slot);
+  });
+  setUpToDate(geoms.size());
+}
+
+// Of all geoms, by a sample: the part that will not fit where the tree has it.
+double GeomTree::Tree::strayingPart(const Geoms& geoms, Takes takes) {
+  constexpr std::size_t most_samples = 64;  // fixed: within some percent
+  const std::size_t samples = std::min(most_samples, geoms.size());
+  std::size_t strays = 0;
+  for (std::size_t i = 0; i < samples; ++i) {
+    const std::size_t slot = geoms.size() / samples * i;
+    strays += withTree([&](auto& tree) {
+      bool coarse;
+      return !tree.fits(static_cast<Slot>(slot),
+                        boxIn<RealOf<decltype(tree)>>(geoms[slot], takes, coarse));
+    });
+  }
+  return static_cast<double>(strays) / static_cast<double>(samples);
+}
+
+void GeomTree::note(std::size_t slot) {
+  if (tree_->all_changed) return;
+  if (tree_->changed.size() < tree_->changed.capacity())
+    tree_->changed.push_back(static_cast<Slot>(slot));
+  else
+    tree_->all_changed = true;
+}
+
+void GeomTree::reset() {
+  if (tree_) tree_->built = false;
+}
+
+bool GeomTree::clean(const Geoms& geoms) {
+  if (!tree_ || !tree_->built || tree_->all_changed) return false;
+  if (tree_->changed.size() > most_cleaned_alone) return false;
+  for (const Slot slot : tree_->changed) {
+    dxGeom* const geom = geomAt(geoms, slot);
+    if (geom && geom->gflags & GEOM_DIRTY) cleanGeom(geom);
+  }
+  return true;
+}
+
+// Brings the tree up to date once that costs no more than the queries without it since a great
+// change, or as there were between the two great changes before. So queries cost, in all, a small
+// multiple of what they would if their number were known beforehand.
+bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
+  const double slots = static_cast<double>(geoms.size());
+  if (changes_ * refresh_cost > slots) {
+    last_queries_ = queries_;
+    queries_ = 0;
+  }
+  asked_ = true;
+  idle_frames_ = 0;
+  changes_ = 0;
+  queries_ += queries;
+  if (!mechanisms::query_trees || geoms.size() <= smallest_scene) return false;
+
+  const double expected = std::max(queries_, last_queries_);
+  bool build = !tree_ || !tree_->built;
+  if (!build) {
+    const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
+    const double cost = static_cast<double>(changed) * refresh_cost;
+    if (cost > expected * slots) return false;
+    const double straying = cost > slots ? tree_->strayingPart(geoms, takes_) : 0;
+    const double rows = straying * slots / group_size;
+    build = rows * expected > slots * build_cost || stray_rows_ > slots * build_cost ||
+            (!mechanisms::kept_query_tree && changed > 0);
+    if (!build && changed) tree_->refresh(geoms, takes_);
+  }
+  if (build) {
+    if (slots * build_cost > expected * slots) return false;
+    if (!tree_) tree_ = std::make_unique<Tree>();
+    tree_->build(geoms, takes_, threads);
+    stray_rows_ = 0;
+  }
+  stray_rows_ += queries * static_cast<double>(
+                               tree_->withTree([](const auto& tree) { return tree.strayRows(); }));
+  return true;
+}
+
+std::size_t GeomTree::bytes() const {
+  if (!tree_) return 0;
+  return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
+         tree_->wide.bytes();
+}
+
+}  // namespace ode_parallel_sap

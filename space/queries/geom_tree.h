@@ -1,0 +1,108 @@
+// A QueryTree over geoms of a space that is kept where queries come often enough to pay for it.
+// Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_GEOM_TREE_H
+#define ODE_PARALLEL_SAP_GEOM_TREE_H
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "space/data/buffer.h"
+#include "space/data/tuning.h"
+#include "space/queries/query_tree.h"
+
+struct dxGeom;
+
+namespace ode_parallel_sap {
+
+// Whether there is a tree only counts decide, of geoms that changed and of queries, never times.
+//
+// What is kept is valid because the space says which slots have changed: changed() for every geom
+// that is added, is removed or becomes dirty, reset() where slots are numbered anew. Nothing else
+// changes the AABB of a geom that ODE does not call dirty. Bits, bodies and enabled states change
+// without notice, so they are not kept but read from the geoms that a query finds.
+//
+// A space without queries pays a test of a flag for each call of changed().
+class GeomTree {
+ public:
+  using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
+  using Takes = bool (*)(const dxGeom*);
+
+  // Holds the geoms that `takes` says yes to, whose answer changes with a geom's AABB only, or all.
+  explicit GeomTree(Takes takes = nullptr) : takes_(takes) {}
+
+  void changed(std::size_t slot) {
+    if (!asked_) return;
+    ++changes_;
+    if (tree_) note(slot);
+  }
+  void reset();
+
+  // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
+  // that is left to the space.
+  bool clean(const Geoms& geoms);
+  // Makes the tree ready for so many queries more. False where they cost less without one. All
+  // AABBs are up to date. Needs exactMode(). Throws std::bad_alloc.
+  bool bringUpToDate(const Geoms& geoms, int threads, double queries = 1);
+
+  // Calls work(tree) with the QueryTree, of floats or doubles, that is up to date.
+  template <class Work>
+  auto withTree(Work work) const {
+    return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
+  }
+
+  // A frame went by: what no query asked for in many of them is given back. Whether it was.
+  bool noteFrame() {
+    if (!tree_ || ++idle_frames_ != idle_frames) return false;
+    release();
+    return true;
+  }
+
+  // Gives back all that is held.
+  void release() { tree_.reset(); }
+  std::size_t bytes() const;
+
+ private:
+  struct Tree {
+    bool built = false;
+    bool is_wide = false;  // boxes of doubles; of floats where these are fine enough
+    bool all_changed = false;
+    Buffer<Slot> changed;   // since the tree was up to date, unless all_changed; some twice
+    std::size_t slots = 0;  // when the tree was up to date
+    unsigned builds = 0;
+    BoxSet boxes;  // of the last build
+    QueryTree<float> narrow;
+    QueryTree<double> wide;
+
+    template <class Work>
+    auto withTree(Work work) {
+      return is_wide ? work(wide) : work(narrow);
+    }
+    template <class Real>
+    std::size_t pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into);
+    void build(const Geoms& geoms, Takes takes, int threads);
+    void refresh(const Geoms& geoms, Takes takes);
+    double strayingPart(const Geoms& geoms, Takes takes);
+    void setUpToDate(std::size_t slots);
+  };
+
+  void note(std::size_t slot);
+
+  const Takes takes_;
+  std::unique_ptr<Tree> tree_;
+  int idle_frames_ = 0;
+  bool asked_ = false;       // there was a query
+  double changes_ = 0;       // since the last query
+  double queries_ = 0;       // since a great part of the geoms changed
+  double last_queries_ = 0;  // between the two great changes before
+  double stray_rows_ = 0;    // gone through by all queries since the tree was built
+};
+
+// The box of a geom's AABB, all NaN where it takes part in nothing. `coarse`: floats make it
+// clearly larger.
+template <class Real>
+BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse);
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -1,0 +1,86 @@
+// Batches of rays against a space: dParallelSAPSpaceRays and dParallelSAPSpaceRayHits. Sees ODE's
+// private headers.
+#ifndef ODE_PARALLEL_SAP_RAY_CASTER_H
+#define ODE_PARALLEL_SAP_RAY_CASTER_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "space/data/buffer.h"
+#include "space/queries/geom_tree.h"
+#include "space/rays/ray_bounds.h"
+#include "space/rays/ray_hits.h"
+
+namespace ode_parallel_sap {
+
+struct RayRequest {
+  const dParallelSAPRay* rays;
+  std::size_t count;
+  int flags;
+  dParallelSAPRayHit* nearest;  // of each ray, or null:
+  void* data;
+  dParallelSAPRayCallback* all;
+  std::size_t first = 0;  // the number of rays[0]
+};
+
+// Where rays come often enough, keeps a tree of the geoms whose colliders are known to find hits
+// near their boxes only (ray_bounds.h), through which each ray goes in the order of distance, no
+// farther than its nearest hit so far; and one of all others, of which each ray meets those that
+// its own box overlaps, whatever it has hit. Where there are no trees, rays meet geom by geom.
+//
+// Rays go to a team's threads. What not every thread may collide waits until all are done: then
+// for threads with an image of ODE, and at last for the calling thread (collider_threads.h). Hits
+// are put in order, so that who found them does not matter.
+class RayCaster {
+ public:
+  using Geoms = GeomTree::Geoms;
+  struct Way {
+    int threads;          // the most
+    bool manual_cleanup;  // the threads leave no data in ODE
+  };
+
+  RayCaster();
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  void changed(std::size_t slot) {
+    straight_.changed(slot);
+    others_.changed(slot);
+  }
+  void reset() {
+    straight_.reset();
+    others_.reset();
+  }
+  // As of the trees.
+  bool clean(const Geoms& geoms) { return straight_.clean(geoms); }
+  void noteFrame() {
+    const bool given_back = straight_.noteFrame();
+    if (others_.noteFrame() || given_back) release();
+  }
+
+  // Casts the rays and reports what they hit. All AABBs are up to date. Returns the number of rays
+  // that hit something, or of all hits.
+  std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way);
+
+  // Gives back all that is held.
+  void release();
+  std::size_t bytes() const;
+
+ private:
+  class Pass;
+  struct Store;
+
+  bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
+  std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request);
+
+  GeomTree straight_{isStraight}, others_{isNotStraight};
+  std::unique_ptr<Store> store_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

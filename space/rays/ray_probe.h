@@ -1,0 +1,79 @@
+// A ray of ODE's that a thread casts one ray after the other with. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_RAY_PROBE_H
+#define ODE_PARALLEL_SAP_RAY_PROBE_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cmath>
+#include <limits>
+
+#include "space/contacts/collider_images.h"
+#include "space/contacts/ode_collide.h"
+#include "space/data/buffer.h"
+#include "space/geom/geom_tests.h"
+
+namespace ode_parallel_sap {
+
+class RayProbe {
+ public:
+  // As the flags of dParallelSAPSpaceRays. To be made and destroyed by the calling thread.
+  explicit RayProbe(int flags)
+      : most_contacts_(flags & most_contacts_mask), ray_(dCreateRay(nullptr, 1)) {
+    if (most_contacts_ == 0) most_contacts_ = 1;
+    dGeomRaySetFirstContact(ray_, flags & dParallelSAPRayFirstContact);
+    dGeomRaySetBackfaceCull(ray_, flags & dParallelSAPRayBackfaceCull);
+    dGeomRaySetClosestHit(ray_, flags & dParallelSAPRayClosestHit);
+  }
+  ~RayProbe() { dGeomDestroy(ray_); }
+  RayProbe(const RayProbe&) = delete;
+  RayProbe& operator=(const RayProbe&) = delete;
+
+  // False where it can hit nothing.
+  bool aim(const dParallelSAPRay& ray) {
+    if (!isRay(ray)) return false;
+    const dReal *const at = ray.origin, *const to = ray.direction;
+    dGeomRaySet(ray_, at[0], at[1], at[2], to[0], to[1], to[2]);
+    dGeomRaySetLength(ray_, ray.length);
+    ray_->category_bits = ray.category_bits;
+    ray_->collide_bits = ray.collide_bits;
+    ray_->recomputeAABB();
+    return !hasNaN(ray_);
+  }
+  dxGeom* geom() const { return ray_; }
+  const dReal* origin() const { return ray_->final_posr->pos; }
+  // As ODE has made it of length 1.
+  void direction(dReal* direction) const {
+    for (int axis = 0; axis < 3; ++axis) direction[axis] = ray_->final_posr->R[4 * axis + 2];
+  }
+
+  // dCollide of the ray and a geom: the number of contacts.
+  int collide(dxGeom* geom, ColliderImage* image) {
+    constexpr int skip = sizeof(dContactGeom);
+    contacts_.resizeDiscarding(static_cast<std::size_t>(most_contacts_));
+    dContactGeom* const found = contacts_.data();
+    return image ? image->collide(ray_, geom, most_contacts_, found, skip)
+                 : ode_collide.load(std::memory_order_relaxed)(ray_, geom, most_contacts_, found,
+                                                               skip);
+  }
+  const dContactGeom& contact(int i) const { return contacts_[static_cast<std::size_t>(i)]; }
+
+ private:
+  static constexpr int most_contacts_mask = 0xffff;  // as of dCollide
+
+  static bool isRay(const dParallelSAPRay& ray) {
+    bool finite = true, directed = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      finite = finite && std::isfinite(ray.origin[axis]) && std::isfinite(ray.direction[axis]);
+      directed = directed || ray.direction[axis] != 0;
+    }
+    return finite && directed && ray.length >= 0;
+  }
+
+  int most_contacts_;
+  dxGeom* const ray_;
+  Buffer<dContactGeom> contacts_;
+};
+
+}  // namespace ode_parallel_sap
+
+#endif

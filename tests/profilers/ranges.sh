@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# ranges.sh <program> <variable> <recorder>
+# Runs the program with the recorder as the profiler that the variable names, and without one: the ranges of all stages
+# come in their order, and all that begin end.
+set -euo pipefail
+program=$1 variable=$2 recorder=$3
+
+stages() { for stage in "$@"; do printf '+ %s\n-\n' "$stage"; done; }
+found() { stages update synchronise extract filter "$@"; }
+expected=$(
+  echo collide
+  echo "domain ode-parallel-sap"
+  found report
+  echo contacts
+  found narrow report
+  echo "pairs with events"
+  found events report
+  echo nested
+  found
+  echo "+ report"
+  found report
+  echo "-"
+  echo thrown
+  found
+  printf '+ report\n-\ncaught\nrays\n'
+  stages rays
+  echo end)
+got=$(env "$variable=$recorder" "$program" 2>&1)
+diff <(echo "$expected") <(echo "$got")
+diff <(echo "$expected" | grep -v -e '^[-+]' -e '^domain') <("$program" 2>&1)
+echo "ranges as expected"

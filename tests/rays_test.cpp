@@ -1,0 +1,425 @@
+// Batches of rays: the hits of a loop over dCollide, bit for bit, whoever finds them and however
+// near to what rounding could hide.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/contact_scene.h"
+#include "support/floating_point.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/random.h"
+#include "support/ray_oracle.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+#include "support/user_box.h"
+
+using namespace sap_test;
+
+namespace {
+
+const int kTeams[] = {1, 2, 3, 7, 16};
+constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
+constexpr dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
+
+std::size_t hitsOf(const RayHits& hits) {
+  std::size_t count = 0;
+  for (const dParallelSAPRayHit& hit : hits) count += hit.geom != nullptr;
+  return count;
+}
+
+int someFlags(Random& random) {
+  int flags = static_cast<int>(random.below(4));
+  if (random.chance(0.3)) flags |= dParallelSAPRayFirstContact;
+  if (random.chance(0.3)) flags |= dParallelSAPRayBackfaceCull;
+  if (random.chance(0.5)) flags |= dParallelSAPRayClosestHit;
+  return flags;
+}
+
+}  // namespace
+
+TEST_CASE("Rays hit what a loop over dCollide hits, in every scene and as it moves", "[rays]") {
+  const std::uint64_t seed = seedOr(401);
+  for (const WorldScene& scene : worldScenes())
+    for (const std::size_t n : {1, 100, 700}) {
+      if (n > scene.most) continue;
+      const Space space;
+      World world(space);
+      scene.populate(world, n, seed);
+      Random random(seed);
+      std::size_t hits = 0;
+      for (const double distance : {0.0, 0.01, 3.0}) {
+        if (distance > 0) world.jitter(distance, random.bits());
+        const Rays rays = raysAt(world.geoms(), 80, random);
+        const int flags = someFlags(random);
+        (void)nearestHits(space, rays, flags);  // before the oracle asks for bounds
+        const OwedRays owed = owedRays(world.geoms(), rays, flags);
+        for (const int threads : kTeams) {
+          INFO(scene.name << ", " << n << " geoms, moved by " << distance << ", " << threads
+                          << " threads, flags " << flags
+                          << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+          dParallelSAPSpaceSetNumThreads(space, threads);
+          REQUIRE(wrongRays(space, rays, flags, owed) == "");
+        }
+        hits += hitsOf(nearestHits(space, rays, flags));
+      }
+      CHECK(hits > (scene.name == "mixed bits" || n == 1 ? 0 : 40));
+    }
+}
+
+TEST_CASE("Meshes, heightfields and users' classes are hit alike by any number of threads",
+          "[rays]") {
+  const std::uint64_t seed = seedOr(411);
+  const Space space;
+  ContactScene scene(space);
+  std::vector<Kind> kinds;
+  for (int kind = 0; kind < static_cast<int>(Kind::Plane); ++kind)
+    kinds.push_back(static_cast<Kind>(kind));
+  scene.fill(kinds, 300, seed);
+  scene.add(Kind::Plane, 1, seed);
+  Random random(seed);
+  for (int frame = 0; frame < 4; ++frame) {
+    scene.move(random.bits());
+    std::vector<dGeomID> geoms;
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+    const Rays rays = raysAt(geoms, 50, random);
+    const int flags = someFlags(random);
+    (void)nearestHits(space, rays, flags);  // before the oracle asks for bounds
+    const OwedRays owed = owedRays(geoms, rays, flags);
+    userCodeKeptToThisThread();
+    for (const int threads : kTeams) {
+      INFO(threads << " threads, flags " << flags << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      REQUIRE(wrongRays(space, rays, flags, owed) == "");
+      CHECK(userCodeKeptToThisThread());
+    }
+    CHECK(userCodeCalls() > 0);
+  }
+}
+
+namespace {
+
+// Shapes of like sizes around a place, turned anyhow.
+void populateRound(World& world, std::size_t n, double size, const double (&at)[3], double spread,
+                   Random& random) {
+  const auto real = [](double value) { return static_cast<dReal>(value); };
+  for (std::size_t i = 0; i < n; ++i) {
+    const double s = size * random.between(0.5, 2);
+    const dSpaceID space = world.space();
+    const std::size_t kind = random.below(4);
+    const dGeomID geom =
+        world.take(kind == 0   ? dCreateSphere(space, real(s))
+                   : kind == 1 ? dCreateBox(space, real(s), real(2 * s), real(s / 3))
+                   : kind == 2 ? dCreateCapsule(space, real(s / 3), real(s))
+                               : dCreateCylinder(space, real(s / 3), real(s)));
+    dMatrix3 turned;
+    dRFromEulerAngles(turned, real(random.between(-3, 3)), real(random.between(-3, 3)),
+                      real(random.between(-3, 3)));
+    // Also of so few digits as files have.
+    if (random.chance(0.3))
+      for (dReal& number : turned) number = static_cast<float>(number);
+    // And what is no rotation at all.
+    if (random.chance(0.05))
+      for (dReal& number : turned) number *= real(random.between(0.5, 2));
+    dGeomSetRotation(geom, turned);
+    dGeomSetPosition(geom, real(at[0] + spread * random.gauss()),
+                     real(at[1] + spread * random.gauss()), real(at[2] + spread * random.gauss()));
+  }
+}
+
+// At the rim of a sphere or the round side of what is about as thick, from far away: where rounding
+// decides.
+dParallelSAPRay grazing(dGeomID geom, double size, Random& random) {
+  const dReal* const at = dGeomGetPosition(geom);
+  double along[3], aside[3], from[3], dot = 0, square = 0, length = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    along[axis] = random.gauss();
+    aside[axis] = random.gauss();
+    square += along[axis] * along[axis];
+    dot += along[axis] * aside[axis];
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    aside[axis] -= dot / square * along[axis];
+    length += aside[axis] * aside[axis];
+  }
+  const double far = size * std::pow(10, random.between(0, 8));
+  const double rim = dGeomGetClass(geom) == dSphereClass ? dGeomSphereGetRadius(geom) : size / 3;
+  const double off =
+      rim * (1 + std::pow(10, random.between(-9, -0.5)) * (random.chance(0.3) ? -1 : 1));
+  for (int axis = 0; axis < 3; ++axis)
+    from[axis] =
+        at[axis] + aside[axis] / std::sqrt(length) * off - along[axis] / std::sqrt(square) * far;
+  return rayOf(from, along, far * random.between(0.9, 2));
+}
+
+}  // namespace
+
+TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCollide find",
+          "[rays]") {
+  const std::uint64_t seed = seedOr(421);
+  std::size_t beyond = 0;
+  for (const double size : {1e-3, 1.0, 50.0})
+    for (const double away : {0.0, 1e3, 1e7}) {
+      const Space space;
+      World world(space);
+      Random random(seed);
+      populateRound(world, 200, size, {away, -away / 3, away}, 4 * size, random);
+      Rays rays;
+      for (int i = 0; i < scaled(3000); ++i)
+        rays.push_back(grazing(world.geoms()[random.below(200)], size, random));
+      INFO("size " << size << ", " << away << " away, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+      for (const auto& hits : expectedHits(world.geoms(), rays, 0))
+        for (const dParallelSAPRayHit& hit : hits) {
+          dReal bounds[6];
+          dGeomGetAABB(hit.geom, bounds);
+          bool inside = true;
+          for (int axis = 0; axis < 3; ++axis)
+            inside = inside && hit.pos[axis] >= bounds[2 * axis] &&
+                     hit.pos[axis] <= bounds[2 * axis + 1];
+          beyond += !inside;
+        }
+    }
+  // Otherwise this would have tested nothing that exact numbers would not show.
+  CHECK(beyond > 20);
+}
+
+TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hits", "[rays]") {
+  const std::uint64_t seed = seedOr(431);
+  for (const double size : {1e-310, 1e-160, 1e-40, 1e-6, 1e6, 1e14, 1e20, 1e40, 1e100})
+    for (const double away : {0.0, 1e6, 1e16}) {
+      if (static_cast<dReal>(size) == 0 || static_cast<dReal>(size * 1e6) == kInfinity) continue;
+      const Space space;
+      World world(space);
+      Random random(seed);
+      populateRound(world, 150, size, {size * away, 0, -size * away}, 5 * size, random);
+      const Rays rays = raysAt(world.geoms(), 200, random);
+      INFO("size " << size << ", " << away << " away, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+    }
+}
+
+TEST_CASE("Rays see the geoms of spaces within the space, at any depth", "[rays]") {
+  const std::uint64_t seed = seedOr(441);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  std::vector<dSpaceID> spaces;
+  for (int i = 0; i < 60; ++i) {
+    const dSpaceID parent = i >= 30 ? spaces[random.below(spaces.size())] : dSpaceID(space);
+    spaces.push_back(i % 3 == 0   ? dSimpleSpaceCreate(parent)
+                     : i % 3 == 1 ? dHashSpaceCreate(parent)
+                                  : dParallelSAPSpaceCreate(parent));
+    const dGeomID geom = reinterpret_cast<dGeomID>(spaces.back());
+    if (i < 30) world.take(geom);
+    if (random.chance(0.1)) dGeomSetCategoryBits(geom, 1);
+    if (random.chance(0.1)) dGeomDisable(geom);
+  }
+  world.addBoxes(denseCube(200, seed));
+  std::vector<dGeomID> inside;
+  for (int i = 0; i < 300; ++i) {
+    const dSpaceID parent = spaces[random.below(spaces.size() - 1)];  // one stays empty
+    const Shape& shape = shapes()[random.below(shapes().size())];
+    if (!shape.placeable) continue;
+    inside.push_back(shape.create(parent));
+  }
+  for (int frame = 0; frame < 5; ++frame) {
+    for (const dGeomID geom : inside)
+      if (frame == 0 || random.chance(0.1))
+        dGeomSetPosition(geom, static_cast<dReal>(random.between(0, 8)),
+                         static_cast<dReal>(random.between(0, 8)),
+                         static_cast<dReal>(random.between(0, 8)));
+    dSpaceClean(space);
+    const Rays rays = raysAt(inside, 100, random);
+    for (const int threads : kTeams) {
+      INFO("frame " << frame << ", " << threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      REQUIRE(wrongRays(space, world.geoms(), rays, 2) == "");
+    }
+  }
+}
+
+TEST_CASE("Of geoms that a ray hits at one distance the earlier added one is the nearest",
+          "[rays]") {
+  const Space space;
+  World world(space);
+  // All the same, of two classes, in turns.
+  for (int i = 0; i < 200; ++i)
+    dGeomSetPosition(world.take(i % 2 ? dCreateBox(space, 2, 2, 2) : dCreateSphere(space, 1)), 5, 0,
+                     0);
+  const Rays rays(40, rayOf({0, 0, 0}, {1, 0, 0}, 9));
+  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+  CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
+  const dGeomID first = world.geoms()[0];
+  world.remove(first);
+  world.addAgain(first);
+  CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
+  CHECK(world.geoms()[0] != first);
+  CHECK(allHits(space, rays, 0)[0].back().geom == first);
+  // Those of a space within stand in its order.
+  const dSpaceID inner = dSimpleSpaceCreate(space);
+  world.take(reinterpret_cast<dGeomID>(inner));
+  for (int i = 0; i < 100; ++i)
+    dGeomSetPosition(i % 2 ? dCreateBox(inner, 2, 2, 2) : dCreateSphere(inner, 1), 5, 0, 0);
+  CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
+}
+
+TEST_CASE("What is no ray hits nothing", "[rays]") {
+  const Space space;
+  World world(space);
+  for (int i = 0; i < 150; ++i) world.take(dCreateSphere(space, 2));
+  world.take(dCreatePlane(space, 1, 0, 0, 0));
+  const dParallelSAPRay usual = rayOf({-5, 0.1, 0.2}, {1, 0.01, 0.02}, 20);
+  Rays rays(30, usual);
+  for (const dReal bad : {kNaN, kInfinity, -kInfinity})
+    for (int axis = 0; axis < 3; ++axis) {
+      rays.push_back(usual);
+      rays.back().origin[axis] = bad;
+      rays.push_back(usual);
+      rays.back().direction[axis] = bad;
+    }
+  for (const dReal length : {kNaN, -kInfinity, dReal(-1)}) {
+    rays.push_back(usual);
+    rays.back().length = length;
+  }
+  rays.push_back(rayOf({-5, 0, 0}, {0, 0, 0}, 20));
+  rays.push_back(rayOf({-5, 0, 0}, {1, 0, 0}, kInfinity));  // the bound of its box across is NaN
+  const RayHits hits = nearestHits(space, rays, 0);
+  REQUIRE(hitsOf(hits) == 30);
+  for (std::size_t i = 0; i < hits.size(); ++i) CHECK((hits[i].geom != nullptr) == (i < 30));
+  CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
+  // These are rays, though.
+  const Rays more = {rayOf({-5, 0.1, 0.2}, {1, 0.01, 0.02}, kInfinity),
+                     rayOf({1, 0, 0}, {1, 1, 1}, 0), rayOf({0, 0, 0}, {0, 0, 1}, 0),
+                     rayOf({-5, 0, 0}, {1e300, 0, 0}, 20)};
+  CHECK(wrongRays(space, world.geoms(), more, 0) == "");
+  CHECK(hitsOf(nearestHits(space, more, 0)) >= 2);
+  CHECK(dParallelSAPSpaceRays(space, nullptr, 0, 0, nullptr) == 0);
+}
+
+TEST_CASE("Rays keep up with a space that is edited between them", "[rays]") {
+  const std::uint64_t seed = seedOr(451);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  populateRound(world, 300, 1, {0, 0, 0}, 5, random);
+  for (int step = 0; step < scaled(300); ++step) {
+    const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
+    const std::size_t what = random.below(8);
+    if (what == 0) {
+      world.remove(geom);
+      random.chance(0.5) ? world.addAgain(geom) : dGeomDestroy(geom);
+    } else if (what == 1) {
+      populateRound(world, 1, 1, {0, 0, 0}, 5, random);
+    } else if (what == 2) {
+      dGeomIsEnabled(geom) ? dGeomDisable(geom) : dGeomEnable(geom);
+    } else if (what == 3) {
+      dGeomSetCategoryBits(geom, random.below(16));
+    } else if (what == 4) {
+      dMatrix3 turned;
+      dRFromAxisAndAngle(turned, 1, 2, 3, static_cast<dReal>(random.gauss()));
+      if (random.chance(0.2)) turned[0] *= 2;
+      dGeomSetRotation(geom, turned);
+    } else if (what == 5) {
+      world.jitter(0.01, random.bits());
+    } else if (what == 6) {
+      collide(space);
+    } else {
+      dGeomSetPosition(geom, static_cast<dReal>(4 * random.gauss()), 0, 0);
+    }
+    INFO("step " << step << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    REQUIRE(wrongRays(space, world.geoms(), raysAt(world.geoms(), 15, random), 0) == "");
+  }
+}
+
+TEST_CASE("Rays are cast in the program's floating-point mode, on every thread", "[rays]") {
+  if (!FloatingPointMode::kCanBeSet) return;
+  const std::uint64_t seed = seedOr(461);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  populateRound(world, 200, 1, {0, 0, 0}, 5, random);
+  Rays rays = raysAt(world.geoms(), 200, random);
+  for (int i = 0; i < 200; ++i)
+    rays.push_back(grazing(world.geoms()[random.below(200)], 1, random));
+  for (const unsigned mode : {FloatingPointMode::kUpward, FloatingPointMode::kDownward,
+                              FloatingPointMode::kTowardZero, FloatingPointMode::kFlushing})
+    for (const int threads : kTeams) {
+      INFO("mode " << mode << ", " << threads << " threads");
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      const FloatingPointMode scoped(mode);
+      REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+    }
+}
+
+TEST_CASE("The callback of all hits may throw and cast rays again", "[rays]") {
+  const std::uint64_t seed = seedOr(471);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  populateRound(world, 300, 1, {0, 0, 0}, 4, random);
+  const Rays rays = raysAt(world.geoms(), 60, random);
+  struct Nest {
+    const Space& space;
+    const World& world;
+    const Rays& rays;
+    std::string problem;
+    std::size_t calls;
+  } nest{space, world, rays, "", 0};
+  dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, &nest,
+                           [](void* data, std::size_t, const dParallelSAPRayHit*, std::size_t) {
+                             Nest& n = *static_cast<Nest*>(data);
+                             if (++n.calls % 8 == 1)
+                               n.problem += wrongRays(n.space, n.world.geoms(), n.rays, 0);
+                           });
+  CHECK(nest.calls > 20);
+  CHECK(nest.problem == "");
+  REQUIRE_THROWS_AS(dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, nullptr,
+                                             [](void*, std::size_t, const dParallelSAPRayHit*,
+                                                std::size_t) { throw 1; }),
+                    int);
+  CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
+  dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
+}
+
+TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms", "[rays]") {
+  // A row of spheres along the ray: those behind the first are not asked, so that their hits would
+  // be found at no cost. Told from the time, of which a small part is left.
+  const Space space;
+  World world(space);
+  for (int i = 0; i < 20000; ++i)
+    dGeomSetPosition(world.take(dCreateSphere(space, 1)), static_cast<dReal>(3 * i), 0, 0);
+  dParallelSAPSpaceSetNumThreads(space, 1);
+  const Rays rays(2000, rayOf({-5, 0, 0}, {1, 0, 0}, 1e6));
+  const auto ms = [&](auto cast) {
+    const auto begin = std::chrono::steady_clock::now();
+    cast();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+        .count();
+  };
+  REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
+  const double nearest = ms([&] { nearestHits(space, rays, 0); });
+  const Rays few(20, rays[0]);
+  const double all = ms([&] { allHits(space, few, 0); });
+  CHECK(nearest < all);  // a hundred times as many rays
+}
+
+TEST_CASE("Wrong arguments for rays are assertions", "[rays]") {
+  if (!odeHasAssertions()) return;
+  const Space space;
+  const dSpaceID other = dSimpleSpaceCreate(nullptr);
+  const Rays rays(1, rayOf({0, 0, 0}, {1, 0, 0}, 1));
+  dParallelSAPRayHit hit;
+  CHECK_THROWS_AS(dParallelSAPSpaceRays(other, rays.data(), 1, 0, &hit), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceRays(space, rays.data(), 1, 1 << 20, &hit), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceRays(space, nullptr, 1, 0, &hit), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceRays(space, rays.data(), 1, 0, nullptr), OdeAssertion);
+  CHECK_THROWS_AS(dParallelSAPSpaceRayHits(space, rays.data(), 1, 0, nullptr, nullptr),
+                  OdeAssertion);
+  dSpaceDestroy(other);
+}

@@ -1,0 +1,204 @@
+#include "ray_oracle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "oracle.h"
+
+namespace sap_test {
+namespace {
+
+constexpr int kNumberBits = 0xffff;
+
+// Stably by distance, NaN last.
+bool isNearer(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
+  if (std::isnan(a.distance) || std::isnan(b.distance))
+    return !std::isnan(a.distance) && std::isnan(b.distance);
+  return a.distance < b.distance;
+}
+
+void collectHits(dGeomID ray, dGeomID geom, int flags, RayHits& hits) {
+  if (!takesPart(geom) || !mayTouch(geom, ray)) return;
+  if (dGeomIsSpace(geom)) {
+    const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+      collectHits(ray, dSpaceGetGeom(space, i), flags, hits);
+    return;
+  }
+  const int most = std::max(flags & kNumberBits, 1);
+  std::vector<dContactGeom> found(static_cast<std::size_t>(most));
+  const int count = dCollide(ray, geom, most, found.data(), sizeof(dContactGeom));
+  for (int i = 0; i < count; ++i) {
+    const dContactGeom& contact = found[static_cast<std::size_t>(i)];
+    dParallelSAPRayHit hit = {};
+    hit.geom = geom;
+    hit.distance = contact.depth;
+    std::copy_n(contact.pos, 3, hit.pos);
+    std::copy_n(contact.normal, 3, hit.normal);
+    hit.side = contact.side2;
+    hits.push_back(hit);
+  }
+}
+
+bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
+  return a.geom == b.geom && a.side == b.side &&
+         std::memcmp(&a.distance, &b.distance, sizeof a.distance) == 0 &&
+         std::memcmp(a.pos, b.pos, 3 * sizeof(dReal)) == 0 &&
+         std::memcmp(a.normal, b.normal, 3 * sizeof(dReal)) == 0;
+}
+
+std::string describe(const dParallelSAPRayHit& hit) {
+  if (!hit.geom) return "nothing";
+  return "class " + std::to_string(dGeomGetClass(hit.geom)) + " at " + std::to_string(hit.distance);
+}
+
+bool isRay(const dParallelSAPRay& ray) {
+  bool finite = true, directed = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    finite = finite && std::isfinite(ray.origin[axis]) && std::isfinite(ray.direction[axis]);
+    directed = directed || ray.direction[axis] != 0;
+  }
+  return finite && directed && ray.length >= 0;
+}
+
+}  // namespace
+
+dParallelSAPRay rayOf(const double (&from)[3], const double (&along)[3], double length) {
+  dParallelSAPRay ray = {};
+  for (int axis = 0; axis < 3; ++axis) {
+    ray.origin[axis] = static_cast<dReal>(from[axis]);
+    ray.direction[axis] = static_cast<dReal>(along[axis]);
+  }
+  ray.length = static_cast<dReal>(length);
+  ray.category_bits = ray.collide_bits = ~0ul;
+  return ray;
+}
+
+Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random) {
+  Rays rays;
+  while (rays.size() < n) {
+    dReal bounds[6];
+    dGeomGetAABB(geoms[random.below(geoms.size())], bounds);
+    double middle[3], half[3], from[3], along[3], distance = 0;
+    const double far = std::pow(10, random.between(-1, 6));
+    const std::size_t how = random.below(4);
+    for (int axis = 0; axis < 3; ++axis) {
+      middle[axis] = (static_cast<double>(bounds[2 * axis]) + bounds[2 * axis + 1]) / 2;
+      half[axis] = (static_cast<double>(bounds[2 * axis + 1]) - bounds[2 * axis]) / 2;
+      if (!std::isfinite(middle[axis])) middle[axis] = random.gauss();
+      if (!std::isfinite(half[axis])) half[axis] = 1;
+      along[axis] = how == 3 && random.chance(0.5) ? 0 : random.gauss();
+    }
+    // At the middle, at a corner or a point of the surface, or at a sphere's rim.
+    for (int axis = 0; axis < 3; ++axis) {
+      const double side = how == 0   ? 0
+                          : how == 1 ? (random.chance(0.5) ? 1 : -1)
+                                     : random.between(-1, 1);
+      from[axis] = middle[axis] + side * half[axis] - far * half[axis] * along[axis];
+      distance += std::pow(far * half[axis] * along[axis], 2);
+      along[axis] *= half[axis];
+    }
+    const double length = std::sqrt(distance) * random.between(0.5, 3);
+    rays.push_back(rayOf(from, along, random.chance(0.1) ? std::sqrt(distance) : length));
+    if (random.chance(0.1)) rays.back().category_bits = random.below(16);
+    if (random.chance(0.1)) rays.back().collide_bits = random.below(16);
+  }
+  return rays;
+}
+
+std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
+                                  int flags) {
+  std::vector<RayHits> all;
+  const dGeomID ray = dCreateRay(nullptr, 1);
+  dGeomRaySetFirstContact(ray, flags & dParallelSAPRayFirstContact);
+  dGeomRaySetBackfaceCull(ray, flags & dParallelSAPRayBackfaceCull);
+  dGeomRaySetClosestHit(ray, flags & dParallelSAPRayClosestHit);
+  for (const dParallelSAPRay& asked : rays) {
+    all.emplace_back();
+    if (!isRay(asked)) continue;
+    dGeomRaySet(ray, asked.origin[0], asked.origin[1], asked.origin[2], asked.direction[0],
+                asked.direction[1], asked.direction[2]);
+    dGeomRaySetLength(ray, asked.length);
+    dGeomSetCategoryBits(ray, asked.category_bits);
+    dGeomSetCollideBits(ray, asked.collide_bits);
+    if (!takesPart(ray)) continue;
+    for (const dGeomID geom : in_add_order) collectHits(ray, geom, flags, all.back());
+    std::stable_sort(all.back().begin(), all.back().end(), isNearer);
+  }
+  dGeomDestroy(ray);
+  return all;
+}
+
+RayHits nearestHits(dSpaceID space, const Rays& rays, int flags) {
+  dParallelSAPRayHit unwritten = {};
+  unwritten.side = -77;
+  RayHits hits(rays.size(), unwritten);
+  const std::size_t count =
+      dParallelSAPSpaceRays(space, rays.data(), rays.size(), flags, hits.data());
+  const auto isHit = [](const dParallelSAPRayHit& hit) { return hit.geom != nullptr; };
+  if (count != static_cast<std::size_t>(std::count_if(hits.begin(), hits.end(), isHit)))
+    hits.clear();
+  return hits;
+}
+
+std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags) {
+  struct Told {
+    std::vector<RayHits> hits;
+    std::size_t next = 0, count = 0;
+    bool in_order = true;
+  } told;
+  told.hits.resize(rays.size());
+  const std::size_t count = dParallelSAPSpaceRayHits(
+      space, rays.data(), rays.size(), flags, &told,
+      [](void* data, std::size_t ray, const dParallelSAPRayHit* hits, std::size_t n) {
+        Told& all = *static_cast<Told*>(data);
+        all.in_order = all.in_order && ray >= all.next && n > 0;
+        all.next = ray + 1;
+        all.count += n;
+        all.hits.at(ray).assign(hits, hits + n);
+      });
+  if (count != told.count || !told.in_order) told.hits.clear();
+  return told.hits;
+}
+
+OwedRays owedRays(const std::vector<dGeomID>& in_add_order, const Rays& rays, int flags) {
+  return {expectedHits(in_add_order, rays, flags | dParallelSAPRayClosestHit),
+          expectedHits(in_add_order, rays, flags)};
+}
+
+std::string wrongRays(dSpaceID space, const std::vector<dGeomID>& in_add_order, const Rays& rays,
+                      int flags) {
+  // The space goes first: the oracle asks geoms for their bounds, after which they are not dirty.
+  const RayHits first = nearestHits(space, rays, flags);
+  const OwedRays owed = owedRays(in_add_order, rays, flags);
+  const RayHits again = nearestHits(space, rays, flags);
+  if (first.size() != again.size() ||
+      !std::equal(first.begin(), first.end(), again.begin(), sameBits))
+    return "other hits once the oracle has asked";
+  return wrongRays(space, rays, flags, owed);
+}
+
+std::string wrongRays(dSpaceID space, const Rays& rays, int flags, const OwedRays& owed) {
+  const RayHits nearest = nearestHits(space, rays, flags);
+  const std::vector<RayHits> all = allHits(space, rays, flags);
+  if (nearest.size() != rays.size() || all.size() != rays.size())
+    return "another number of hits than there are, or not in their order";
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const std::string name = "ray " + std::to_string(i) + ": ";
+    const dParallelSAPRayHit first =
+        owed.nearest[i].empty() ? dParallelSAPRayHit{} : owed.nearest[i][0];
+    if (!sameBits(nearest[i], first))
+      return name + describe(nearest[i]) + " instead of " + describe(first);
+    if (all[i].size() != owed.all[i].size())
+      return name + std::to_string(all[i].size()) + " hits instead of " +
+             std::to_string(owed.all[i].size());
+    for (std::size_t hit = 0; hit < all[i].size(); ++hit)
+      if (!sameBits(all[i][hit], owed.all[i][hit]))
+        return name + "hit " + std::to_string(hit) + ": " + describe(all[i][hit]) + " instead of " +
+               describe(owed.all[i][hit]);
+  }
+  return "";
+}
+
+}  // namespace sap_test
