@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 #include <mutex>
-#include <new>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -299,24 +298,18 @@ TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]
 }
 
 TEST_CASE("Where there is no memory for the list of pairs, blocks come all the same", "[blocks]") {
-  static bool failing;
-  failing = false;
-  const auto fails = [](dGeomID, dGeomID, dReal[6]) {
-    if (std::exchange(failing, false)) throw std::bad_alloc();
-    return 1;
-  };
   const Space space;
   World world(space);
   world.addBoxes(denseCube(700, seedOr(78)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, fails));
+  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
   const Pairs expected = expectedPairs(world.geoms());
   const Messages messages;
   for (const int flags : kFlags) {
     Blocks usual, blocks;
     usual.collide(space, flags);
-    failing = true;
+    memory_fails = true;
     blocks.collide(space, flags);
-    CHECK(!failing);
+    CHECK(!memory_fails);
     CHECK(difference(blocks.joined(), expected) == "");
     CHECK(blocks.areWhole());
     CHECK(blocks.at == usual.at);

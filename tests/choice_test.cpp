@@ -41,7 +41,7 @@ Run run(DeviceChoice& choice, const Machine& machine, double boxes, int availabl
     if (devices > ready) FAIL(devices << " devices chosen, " << ready << " are ready");
     const double ms = machine(devices, boxes) * (used[devices]++ < 2 ? 10 : 1);
     choice.learn(decision, devices, n, static_cast<std::size_t>(boxes * pairs_a_box), ms);
-    const int wanted = choice.wanted(n, Candidates::upTo(true, available), ready);
+    const int wanted = choice.learnMissed(n, Candidates::upTo(true, available), ready);
     if (wanted > made.wanted) ready_at = frame + 5;
     made.wanted = std::max(made.wanted, wanted);
     if (frame < frames - counted) {

@@ -1,12 +1,7 @@
 // Which pairs began and ended, and their numbers, held against a map of all pairs.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
-#include <mutex>
-#include <new>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +9,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/events_oracle.h"
+#include "support/events_scene.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
@@ -25,182 +21,6 @@
 using namespace sap_test;
 
 namespace {
-
-struct Stop : std::runtime_error {
-  Stop() : std::runtime_error("stop") {}
-};
-
-// A space whose geoms come, go and change, and the frames in which it is told.
-class Scene {
- public:
-  Scene(const Configuration& configuration, std::size_t geoms, std::uint64_t seed)
-      : random_(seed), space_(configuration), most_(geoms + geoms / 2) {
-    dParallelSAPSpaceSetEvents(space_, 1);
-    side_ = std::cbrt(static_cast<double>(geoms)) * 1.2;
-    for (std::size_t i = 0; i < geoms; ++i) create();
-  }
-  ~Scene() {
-    for (const dGeomID geom : outside_) dGeomDestroy(geom);
-  }
-
-  // Some edits, often none.
-  void edit() {
-    const std::size_t kind = random_.below(12);
-    const std::size_t count = random_.chance(0.7) ? 1 + random_.below(5) : in_.size() / 3;
-    log_ = "edit " + std::to_string(kind) + " of " + std::to_string(count);
-    for (std::size_t i = 0; i < count && kind < 9; ++i) {
-      if (kind < 3 && !in_.empty()) place(any());
-      if (kind == 3 || kind == 8) create();
-      if (kind == 4 || kind == 8) destroy();
-      if (kind == 5) remove();
-      if (kind == 6 && !outside_.empty()) addAgain();
-      if (kind == 7 && !in_.empty()) (random_.chance(0.5) ? dGeomDisable : dGeomEnable)(any());
-    }
-    if (kind == 9) settle();
-    // The last ones make room for others that get their slots.
-    if (kind == 10)
-      for (std::size_t i = 0; i < count && !in_.empty(); ++i) {
-        destroyIt(std::prev(in_.end()));
-        if (random_.chance(0.7)) create();
-      }
-  }
-
-  // A frame of one of the kinds that there are; returns what is wrong of it.
-  std::string collideAndCheck() {
-    Pairs pairs;
-    const std::size_t kind = random_.below(8);
-    log_ += ", collide " + std::to_string(kind);
-    if (kind == 0) {
-      collideThrowing();
-      pairs = expected();
-    } else if (kind == 1) {
-      pairs = collideWithin();
-    } else if (kind == 2) {
-      pairs = pairsOfContacts();
-    } else if (kind == 3) {
-      dParallelSAPSpaceCollidePairs(
-          space_, &pairs, 0,
-          [](void* all, const dParallelSAPPair* some, std::size_t count, std::size_t) {
-            for (std::size_t i = 0; i < count; ++i) record(all, some[i].o1, some[i].o2);
-          });
-    } else {
-      pairs = collide(space_);
-    }
-    return oracle.check(space_, pairs, in_);
-  }
-
-  dSpaceID space() const { return space_; }
-  const std::string& log() const { return log_; }
-  std::size_t size() const { return in_.size(); }
-  EventsOracle oracle;
-
- private:
-  dGeomID any() {
-    auto at = in_.lower_bound(random_.below(next_));
-    return at == in_.end() ? in_.begin()->second : at->second;
-  }
-  void place(dGeomID geom) { dGeomSetPosition(geom, coordinate(), coordinate(), coordinate()); }
-  dReal coordinate() { return static_cast<dReal>(random_.between(0, side_)); }
-  void create() {
-    if (in_.size() >= most_) return;
-    const dGeomID geom =
-        random_.chance(0.9) ? dCreateBox(nullptr, 1, 1, 1) : dCreateSphere(nullptr, dReal(0.7));
-    place(geom);
-    add(geom);
-  }
-  void add(dGeomID geom) {
-    setNumber(geom, next_);
-    dSpaceAdd(space_, geom);
-    in_[next_++] = geom;
-  }
-  void destroyIt(std::map<std::size_t, dGeomID>::iterator it) {
-    dGeomDestroy(it->second);
-    in_.erase(it);
-  }
-  void destroy() {
-    if (in_.size() < 3) return;
-    const auto at = in_.lower_bound(random_.below(next_));
-    destroyIt(at == in_.end() ? in_.begin() : at);
-  }
-  void remove() {
-    if (in_.size() < 3) return;
-    const dGeomID geom = any();
-    in_.erase(number(geom));
-    dSpaceRemove(space_, geom);
-    if (random_.chance(0.3))
-      add(geom);
-    else
-      outside_.push_back(geom);
-  }
-  void addAgain() {
-    add(outside_.back());
-    outside_.pop_back();
-  }
-  // Other ways to find the same pairs, and rules by which there are others.
-  void settle() {
-    const int threads[] = {1, 2, 3, 7};
-    dParallelSAPSpaceSetNumThreads(space_, threads[random_.below(4)]);
-    dParallelSAPSpaceSetSkipStatic(space_, random_.chance(0.1));
-    dParallelSAPSpaceSetMethod(space_, static_cast<int>(random_.below(3)));
-  }
-  Pairs expected() const {
-    std::vector<dGeomID> geoms;
-    if (!dParallelSAPSpaceGetSkipStatic(space_))
-      for (const auto& [number, geom] : in_) geoms.push_back(geom);
-    return expectedPairs(geoms);  // none of them has a body
-  }
-  void collideThrowing() {
-    try {
-      dSpaceCollide(space_, nullptr, [](void*, dGeomID, dGeomID) { throw Stop(); });
-    } catch (const Stop&) {
-    }
-  }
-  // What is found within is another matter: a geom is disabled there, some of them for good.
-  Pairs collideWithin() {
-    struct Within {
-      dSpaceID space;
-      Pairs pairs;
-      static void call(void* data, dGeomID a, dGeomID b) {
-        Within& self = *static_cast<Within*>(data);
-        record(&self.pairs, a, b);
-        if (self.pairs.size() > 3) return;
-        const Events before = begunOf(self.space);
-        const bool enabled = dGeomIsEnabled(a);
-        dGeomDisable(a);
-        for (int i = 0; i < 3; ++i) (void)collide(self.space);
-        if (enabled && number(a) % 2) dGeomEnable(a);
-        if (begunOf(self.space) != before) throw std::logic_error("events of a collide within");
-      }
-    } within{space_, {}};
-    dSpaceCollide(space_, &within, Within::call);
-    return within.pairs;
-  }
-  Pairs pairsOfContacts() {
-    struct Asked {
-      std::mutex lock;
-      Pairs pairs;
-    } asked;
-    dParallelSAPContactCallbacks callbacks = {};
-    callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-    callbacks.flags = [](void* data, dGeomID a, dGeomID b) {
-      Asked& self = *static_cast<Asked*>(data);
-      const std::lock_guard<std::mutex> guard(self.lock);
-      record(&self.pairs, a, b);
-      return 0;
-    };
-    dParallelSAPSpaceCollideContacts(space_, &asked, 1, &callbacks);
-    return sorted(asked.pairs);
-  }
-
-  Random random_;
-  const Space space_;
-  const std::size_t most_;
-  double side_;
-  std::map<std::size_t, dGeomID> in_;
-  std::size_t next_ = 0;
-  std::vector<dGeomID> outside_;
-  std::string log_;
-};
 
 Pairs asPairs(const Events& events) {
   Pairs pairs;
@@ -215,7 +35,7 @@ TEST_CASE("Begun and ended pairs and their numbers are those of a map of all pai
   for (const Configuration& configuration : configurations())
     for (const std::size_t geoms : {10, 100, 130, 700}) {
       const std::uint64_t seed = seedOr(401);
-      Scene scene(configuration, geoms, seed);
+      EventsScene scene(configuration, geoms, seed);
       const int frames = scaled(geoms > 500 ? 150 : 400);
       for (int frame = 0; frame < frames; ++frame) {
         scene.edit();
@@ -368,16 +188,10 @@ TEST_CASE("Events are told before the first pair is, and stay when the callback 
 }
 
 TEST_CASE("A frame without memory for its pairs tells nothing, and the next one all", "[events]") {
-  static bool failing;
-  failing = false;
-  const auto fails = [](dGeomID, dGeomID, dReal[6]) {
-    if (std::exchange(failing, false)) throw std::bad_alloc();
-    return 1;
-  };
   const Space space;
   World world(space);
   world.addBoxes(denseCube(300, seedOr(405)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, fails));
+  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
   dParallelSAPSpaceSetEvents(space, 1);
   const Messages messages;
   EventsOracle oracle;
@@ -390,9 +204,9 @@ TEST_CASE("A frame without memory for its pairs tells nothing, and the next one 
   REQUIRE(check() == "");
   for (std::uint64_t frame = 0; frame < 4; ++frame) {
     world.jitter(0.5, frame);
-    failing = true;
+    memory_fails = true;
     (void)collide(space);
-    CHECK(!failing);
+    CHECK(!memory_fails);
     CHECK(numbersOf(space).empty());
     CHECK(begunOf(space).empty());
     CHECK(endedOf(space).empty());

@@ -79,11 +79,12 @@ TEST_CASE("Contacts of every two classes are those of the serial loop", "[narrow
 TEST_CASE("Contacts of a heap of everything are those of the serial loop while all moves",
           "[narrow]") {
   const std::uint64_t seed = seedOr(82);
+  unsigned long long pairs = 0;
   for (const Configuration& configuration : configurations()) {
     const Space space(configuration);
     ContactScene scene(space);
     fillWithAll(scene, 600, seed);
-    for (std::uint64_t frame = 0; frame < 2; ++frame)
+    for (std::uint64_t frame = 0; frame < static_cast<std::uint64_t>(scaled(2)); ++frame)
       for (const int threads : kThreads) {
         scene.move(seed + 10 * frame);
         dParallelSAPSpaceSetNumThreads(space, threads);
@@ -93,8 +94,10 @@ TEST_CASE("Contacts of a heap of everything are those of the serial loop while a
         REQUIRE(got.size() > 1000);
         REQUIRE(statsOf(space).contacts == got.size());
         REQUIRE(difference(got, serialContacts(space, {20})) == "");
+        pairs += statsOf(space).pairs;
       }
   }
+  CHECK(pairs > 10000);  // -s tells how many they were
 }
 
 TEST_CASE("The program's own colliders and callbacks run on the calling thread", "[narrow]") {

@@ -8,6 +8,7 @@
 
 #include "broad_point.h"
 #include "pile_point.h"
+#include "trace_point.h"
 
 namespace {
 
@@ -34,17 +35,33 @@ void addPile(CLI::App& app, tradeoff::PileSettings& settings) {
   app.add_option("--seed", settings.seed);
 }
 
+void addTrace(CLI::App& app, tradeoff::TraceSettings& settings) {
+  app.add_option("--file", settings.file)->required();
+  app.add_option("--space", settings.space)->check(CLI::IsMember({"parallel", "hash", "sap"}));
+  app.add_option("--work", settings.work)->check(CLI::IsMember({"pairs", "loop", "contacts"}));
+  app.add_option("--skip", settings.skip)
+      ->check(CLI::IsMember({"nothing", "static", "asleep", "planes", "all"}));
+  app.add_option("--threads", settings.threads)->check(CLI::Range(1, 256));
+  app.add_option("--devices", settings.devices)->check(CLI::Range(0, 1024));
+  app.add_option("--tolerance", settings.tolerance)->check(CLI::Range(0.0, 100.0));
+  app.add_option("--contacts", settings.contacts)->check(CLI::Range(1, 1000));
+  app.add_option("--turns", settings.turns)->check(CLI::Range(1, 100000));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{"Measures one point of the trade-off study"};
   tradeoff::BroadSettings broad;
   tradeoff::PileSettings pile;
+  tradeoff::TraceSettings trace;
   CLI::App* broad_command = app.add_subcommand("broad", "The broad phase alone");
   CLI::App* pile_command = app.add_subcommand("pile", "A heap of boxes in a pit");
+  CLI::App* trace_command = app.add_subcommand("trace", "The frames of another program");
   CLI::App* precision_command = app.add_subcommand("precision", "Of this build's ODE");
   addBroad(*broad_command, broad);
   addPile(*pile_command, pile);
+  addTrace(*trace_command, trace);
   app.require_subcommand(1);
   CLI11_PARSE(app, argc, argv);
   if (*precision_command) {
@@ -61,7 +78,9 @@ int main(int argc, char** argv) {
     } else {
       dInitODE2(0);
       dAllocateODEDataForThread(dAllocateMaskAll);
-      std::fputs(tradeoff::measureBroadPhase(broad).text().c_str(), stdout);
+      const tradeoff::Row row =
+          *trace_command ? tradeoff::measureTrace(trace) : tradeoff::measureBroadPhase(broad);
+      std::fputs(row.text().c_str(), stdout);
       dCloseODE();
     }
     return 0;

@@ -19,6 +19,7 @@ try:
     from matplotlib.image import imread
 
     import study
+    import traced
     import words
 except ImportError as error:
     print("Skipped: %s (Debian: python3-matplotlib python3-tqdm)" % error)
@@ -283,6 +284,68 @@ class Sources(unittest.TestCase):
             result = call("--report", PYTHONPATH=folder)
             self.assertNotEqual(result.returncode, 0)
             self.assertIn("apt-get install python3-matplotlib python3-tqdm", result.stdout)
+
+
+class Traced(unittest.TestCase):
+    """A trace of the study's own boxes, which have no bodies."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.trace = os.path.join(cls.folder.name, "boxes.trace")
+        written = output_of(program, "broad", "--boxes", "300", "--frames", "4", ODE_PARALLEL_SAP_TRACE=cls.trace)
+        if written.returncode != 0:
+            raise AssertionError(written.stdout)
+        cls.output = run_study(cls.folder.name, "--trace", cls.trace)
+        cls.rows = read(cls.folder.name, "trace")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def pairs(self, work, **setting):
+        base = dict(space="parallel", skip="nothing", tolerance=0, threads=1, devices=0, work=work)
+        found = [row for row in self.rows if all(row[name] == value if isinstance(value, str) else
+                                                 float(row[name]) == value for name, value in dict(base, **setting).items())]
+        self.assertEqual(len(found), 1, setting)
+        return float(found[0]["pairs"])
+
+    def test_measures_every_point_once_and_not_again(self):
+        self.assertEqual({row["status"] for row in self.rows}, {"ok"})
+        has_cuda = any(row["devices"] == "1" for row in self.rows)
+        points = traced.points(self.trace, len(os.sched_getaffinity(0)), has_cuda)
+        self.assertEqual(sorted(study.key(row, traced.KEY) for row in self.rows),
+                         sorted(study.key(point, traced.KEY) for point in points))
+        run_study(self.folder.name, "--trace", self.trace)
+        self.assertEqual(read(self.folder.name, "trace"), self.rows)
+
+    def test_settings_have_the_pairs_that_they_say(self):
+        for work, _ in traced.WORKS:
+            pairs = self.pairs(work)
+            self.assertGreater(pairs, 0)
+            self.assertEqual(self.pairs(work, skip="asleep"), pairs)
+            self.assertEqual(self.pairs(work, skip="static"), 0)
+            self.assertEqual(self.pairs(work, skip="all"), 0)
+            self.assertGreater(self.pairs(work, tolerance=0.3), pairs)
+            if work != "contacts":
+                self.assertEqual(self.pairs(work, space="hash"), pairs)
+        self.assertEqual(len({row["contacts"] for row in self.rows if row["skip"] == "nothing" and
+                              row["work"] != "pairs"}), 1)
+
+    def test_the_table_has_every_setting(self):
+        with open(os.path.join(self.folder.name, "trace.md")) as file:
+            text = file.read()
+        self.assertEqual(text.count("| as traced |"), 3)
+        self.assertEqual(len(re.findall("^\\| [a-zA-Z0-9]", text, re.M)), len(self.rows) + 3)
+        self.assertEqual(text.count("Quickest for certain: "), 3)
+        self.assertIn(text, self.output)
+
+    def test_refuses_what_is_no_trace(self):
+        result = call("--trace", os.path.join(self.folder.name, "trace.csv"), "--double", program)
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("it is no trace", result.stdout)
+        result = call("--trace", os.path.join(self.folder.name, "none"))
+        self.assertIn("there is no file", result.stdout)
 
 
 class Analysis(unittest.TestCase):

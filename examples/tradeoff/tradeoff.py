@@ -25,6 +25,7 @@ try:
 
     import figures
     import study
+    import traced
     import words
 except ImportError as error:
     lacking = error
@@ -206,12 +207,19 @@ def parse():
     parser.add_argument("--report", action="store_true",
                         help="measure nothing: draw and conclude from the rows that there are, from whatever machine; "
                         "a setting that lacks a seed is left out")
+    parser.add_argument("--trace", metavar="FILE", help="study the program of this trace instead: see examples/trace")
     parser.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     options = parser.parse_args()
     options.mode = options.mode or "full"
     if not 1 <= options.at_once <= len(all_cores()):
         parser.error("--at-once must be from 1 to the number of cores, %d" % len(all_cores()))
     name = re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-")
+    if options.trace and not os.path.isfile(options.trace):
+        parser.error("--trace: there is no file %s" % options.trace)
+    if options.trace and (options.only or options.write or options.report):
+        parser.error("--trace goes with --out, --smoke and the programs only")
+    if options.trace:
+        options.out = options.out or options.trace + ".study"
     options.out = options.out or os.path.join(HERE, "results", "%s-%s-cores%s" % (
         name, len(all_cores()), "" if options.mode == "full" else "-" + options.mode))
     return options
@@ -267,6 +275,28 @@ def study_pile(options, programs):
     return advice, words.pile_limits(settings) + "\n" + words.pile_table(settings, reference)
 
 
+def study_trace(options, programs):
+    """Measures the frames of another program, one setting at a time, and says what each gives."""
+    table = Table(os.path.join(options.out, "trace.csv"), traced.KEY, len(all_cores()))
+    table.check_machine()
+    probe = measure(programs["double"], "trace", dict(file=options.trace, devices=1, turns=1))
+    if probe[0] != "ok" and "GPU" not in probe[0]:
+        sys.exit("tradeoff.py: " + probe[0])
+    points = list(traced.points(options.trace, len(all_cores()), probe[0] == "ok"))
+    todo = table.missing(points)
+    turns = 1 if options.mode == "smoke" else 5
+    for point in tqdm(todo, desc="trace", unit="point", disable=None if todo else True):
+        status, values = measure(programs["double"], "trace", dict(traced.command_line(point), turns=turns))
+        table.add(dict(point, status=status, **values), traced.COLUMNS)
+    rows = table.of(points)
+    text = "%s, %d frames, %s:\n\n%s" % (options.trace, max((row["frames"] or 0 for row in rows), default=0),
+                                        note(rows, points), traced.table(rows))
+    path = os.path.join(options.out, "trace.md")
+    with open(path, "w") as file:
+        file.write(text)
+    print(path + "\n\n" + text)
+
+
 def write_between(path, text):
     """Replaces what stands between the two marks in a document."""
     begin, end = "<!-- tradeoff -->\n", "<!-- end -->"
@@ -282,6 +312,8 @@ def main():
         sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % lacking)
     programs = {} if options.report else find_programs(options)
     os.makedirs(options.out, exist_ok=True)
+    if options.trace:
+        return study_trace(options, programs)
     said = [part(options, programs) for name, part in (("broad", study_broad), ("pile", study_pile))
             if options.only in (None, name)]
     text = "\n".join(advice + "\n" + tables for advice, tables in said)

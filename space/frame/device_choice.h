@@ -104,9 +104,9 @@ class DeviceChoice {
     option.last_frame = frame_;
   }
 
-  // How many devices should be made ready, of the `candidates`; `ready` are. Asked once a frame, of
-  // the size just learnt.
-  int wanted(std::size_t boxes, const Candidates& candidates, int ready) {
+  // Adds what the frame just learnt, of so many boxes, would have saved on more devices than are
+  // `ready`. Returns how many of the `candidates` are worth making ready by now.
+  int learnMissed(std::size_t boxes, const Candidates& candidates, int ready) {
     if (!isKnown(choice_) || trial_ > 0) return wanted_;
     const double pairs = pairs_a_box_ * static_cast<double>(boxes);
     const double now = foretell(choice_, boxes, pairs);

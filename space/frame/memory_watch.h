@@ -16,7 +16,7 @@ class MemoryWatch {
  public:
   // A frame had so many geoms and pairs. True if all that is kept is better given back, and grown
   // again by the next frame to the size of the last ones.
-  bool isTooMuchAfter(std::size_t geoms, std::size_t pairs) {
+  bool noteFrame(std::size_t geoms, std::size_t pairs) {
     // A geom takes about ten times the storage of a pair.
     const std::size_t need = 10 * geoms + pairs;
     if (need >= largest_ / 4) {

@@ -63,8 +63,8 @@ class Pipeline {
     if (events_.on()) events_.forget(slot);
   }
 
-  // Whether what is held is far more than the last frames needed. To be asked once a frame.
-  bool holdsTooMuch(std::size_t geoms) { return memory_watch_.isTooMuchAfter(geoms, last_pairs_); }
+  // Counts a frame of so many geoms. True: what is held is far more than the last frames needed.
+  bool noteMemory(std::size_t geoms) { return memory_watch_.noteFrame(geoms, last_pairs_); }
   // Gives back what is held, but for the devices.
   void release();
   std::size_t bytes() const;

@@ -16,7 +16,7 @@ void Pipeline::learn(const Frame& frame, const Settings& settings) {
   DeviceBackend& devices = extraction_.devices();
   devices.reportLeftOut();
   if (devices.takeLoss()) policy_.learnOfLoss(devices.devices().usable);
-  const int wanted = policy_.wantedDevices(frame.plan, factsOf(frame.scene, false), settings);
+  const int wanted = policy_.learnMissedDevices(frame.plan, factsOf(frame.scene, false), settings);
   if (wanted > 0) devices.prepare(wanted);
 }
 

@@ -206,7 +206,8 @@ bool Policy::learnOfForetelling(const Plan& plan, const SceneFacts& facts, const
   return false;
 }
 
-int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings) {
+int Policy::learnMissedDevices(const Plan& plan, const SceneFacts& facts,
+                               const Settings& settings) {
   if (!plan.weighs_devices) return 0;
   const bool processor = settings.backend == dParallelSAPBackendAuto;
   const int usable = facts.devices.usable;
@@ -214,7 +215,7 @@ int Policy::wantedDevices(const Plan& plan, const SceneFacts& facts, const Setti
       settings.devices == 0
           ? DeviceChoice::Candidates::upTo(processor, usable)
           : DeviceChoice::Candidates::only(processor, std::min(settings.devices, usable));
-  return device_choice_.wanted(facts.slots, all, facts.devices.ready);
+  return device_choice_.learnMissed(facts.slots, all, facts.devices.ready);
 }
 
 }  // namespace ode_parallel_sap

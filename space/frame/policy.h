@@ -44,7 +44,7 @@ class Policy {
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
-  int wantedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings);
+  int learnMissedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings);
 
  private:
   static int mostThreads(std::size_t slots, const Settings& settings);

@@ -92,7 +92,7 @@ void test(SmallScene& found) {
 
 SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                                  Statistics& statistics, const SmallReport& report) {
-  const bool timed = statistics.timesSmallFrame();
+  const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   SmallScene found;
   if (is_still_ && still_scene_->holds(scene.first, rules)) {

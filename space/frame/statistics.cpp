@@ -65,7 +65,7 @@ void Statistics::noteTimes(double found_ms, double report_ms) {
   last_.total_ms = found_ms + report_ms;
 }
 
-bool Statistics::timesSmallFrame() {
+bool Statistics::beginSmallFrame() {
   constexpr unsigned interval = 16;  // fixed: frames, as the header says
   return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
 }

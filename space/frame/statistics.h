@@ -45,13 +45,14 @@ class Statistics {
     if (sums_wanted_) sums_.add(last_);
   }
 
-  // Reading the clock takes longer than colliding a few geoms: whether this small frame is timed.
-  bool timesSmallFrame();
+  // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
+  // few geoms.
+  bool beginSmallFrame();
 
   unsigned long long frames() const { return last_.frames; }
   const FrameSums& sums() const { return sums_; }
-  // Of the last frame. Small frames are timed from now on.
-  const dParallelSAPStats& read(std::size_t memory_bytes) {
+  // A program asked for those of the last frame: small frames are timed from now on.
+  const dParallelSAPStats& onRequest(std::size_t memory_bytes) {
     times_wanted_ = true;
     if (last_.frames) last_.memory_bytes = memory_bytes;
     return last_;

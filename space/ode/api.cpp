@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
+#include <new>
+#include <utility>
 
 #include "space/contacts/reducers.h"
 #include "space/ode/environment.h"
@@ -99,6 +102,24 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
   dAASSERT(callback);
   dUASSERT((flags & ~dParallelSAPPairsConcurrent) == 0, "unknown flags for pairs");
   own.collidePairs({data, flags, callback});
+}
+
+int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
+  own.setTrace(nullptr);
+  if (!path || every < 1) return !path;
+  auto trace = std::make_unique<ode_parallel_sap::Trace>(every);
+  if (!trace->open(path)) return 0;
+  own.setTrace(std::move(trace));
+  return 1;
+} catch (const std::bad_alloc&) {
+  return 0;
+}
+
+int dParallelSAPSpaceGetTrace(dSpaceID space) {
+  const ode_parallel_sap::Trace* const trace = checked(space).trace();
+  return trace ? trace->every() : 0;
 }
 
 void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {

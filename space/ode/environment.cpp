@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <string>
 
 #include "space/contacts/library_copy.h"
 #include "space/data/team.h"
@@ -146,6 +147,29 @@ Foretell foretellFromEnvironment() {
   readName(
       "ODE_PARALLEL_SAP_CONTACTS", foretell_modes, [](int) { return true; }, value);
   return static_cast<Foretell>(value);
+}
+
+// path[:every]. A colon that no number follows is part of the path.
+std::unique_ptr<Trace> traceFromEnvironment() {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
+  if (!text || !*text) return nullptr;
+  std::string path = text;
+  int every = 1;
+  const std::size_t colon = path.rfind(':');
+  if (colon != std::string::npos && colon + 1 < path.size() &&
+      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
+    errno = 0;
+    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
+    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
+    path.resize(colon);
+  }
+  if (every < 1 || path.empty()) {
+    dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
+    return nullptr;
+  }
+  auto trace = std::make_unique<Trace>(every);
+  trace->openLater(path);
+  return trace;
 }
 
 const char* backendName(int backend) {

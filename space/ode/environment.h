@@ -2,7 +2,10 @@
 #ifndef ODE_PARALLEL_SAP_ENVIRONMENT_H
 #define ODE_PARALLEL_SAP_ENVIRONMENT_H
 
+#include <memory>
+
 #include "space/frame/settings.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -16,6 +19,9 @@ Settings settingsFromEnvironment();
 
 // ODE_PARALLEL_SAP_CONTACTS, for spaces under the preload library, which answers dCollide.
 Foretell foretellFromEnvironment();
+
+// What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
+std::unique_ptr<Trace> traceFromEnvironment();
 
 const char* backendName(int backend);
 const char* methodName(int method);

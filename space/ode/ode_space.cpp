@@ -7,6 +7,7 @@
 #include "space/geom/geom_tests.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
+#include "space/trace/pair_tally.h"
 
 namespace ode_parallel_sap {
 
@@ -25,6 +26,7 @@ class ParallelSAPSpace::Lock {
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings(settingsFromEnvironment()), pipeline_(settings.print_stats) {
   type = space_class;
+  trace_ = traceFromEnvironment();
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -89,6 +91,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   pipeline_.noteNewcomer();
   pipeline_.forget(geom, slot);
   silent_.remove(slot);
+  if (trace_) trace_->forget(slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
   slots_.remove(geom, [&] { dxSpace::remove(geom); });
 }
@@ -107,6 +110,7 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
+  if (trace_) trace_->closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
   silent_.clear();
@@ -137,7 +141,7 @@ void ParallelSAPSpace::cleanNoted() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame() {
   if (lock_count == 1) {
-    if (pipeline_.holdsTooMuch(count)) {
+    if (pipeline_.noteMemory(count)) {
       pipeline_.release();
       queries_.release();
       slots_.shrink();
@@ -148,23 +152,45 @@ void ParallelSAPSpace::beginFrame() {
   askSilent();
 }
 
+void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
+  CHECK_NOT_LOCKED(this);
+  trace_ = std::move(trace);
+}
+
+// Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
+// up, too: with a tolerance they depend on the frames before.
+bool ParallelSAPSpace::writeTrace() {
+  if (lock_count > 1 || !trace_->isDue()) return false;
+  if (needs_clean_) pipeline_.clean(scene(), settings);
+  trace_->write(scene(), settings.rules);
+  return settings.rules.tolerance == 0;
+}
+
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
   beginFrame();
-  pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
+  if (!trace_ || !writeTrace())
+    return pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
+  PairTally tally(*trace_, data, callback);
+  pipeline_.collide(scene(), settings, &tally, PairTally::passPair, getManualCleanup() != 0);
+  tally.writeTo(*trace_);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
   beginFrame();
+  if (trace_) writeTrace();
   pipeline_.collideContacts(scene(), settings, request, getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Lock lock(*this);
   beginFrame();
-  pipeline_.collidePairs(scene(), settings, request);
+  if (!trace_ || !writeTrace()) return pipeline_.collidePairs(scene(), settings, request);
+  PairTally tally(*trace_, request.data, request.callback);
+  pipeline_.collidePairs(scene(), settings, {&tally, request.flags, PairTally::passBlock});
+  tally.writeTo(*trace_);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
@@ -206,8 +232,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
-  return pipeline_.statistics().read(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                     queries_.bytes() + pipeline_.bytes());
+  return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
+                                          queries_.bytes() + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -4,6 +4,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <memory>
 #include <vector>
 
 #include "space/frame/pipeline.h"
@@ -12,6 +13,7 @@
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
 #include "space/queries/geom_queries.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -42,6 +44,10 @@ class ParallelSAPSpace : public dxSpace {
   // Which pairs begin and end, if that is asked for.
   PairEvents& events() { return pipeline_.events(); }
 
+  // Ends the trace that there is and begins this one, if any. The space is not locked.
+  void setTrace(std::unique_ptr<Trace> trace);
+  const Trace* trace() const { return trace_.get(); }
+
   Settings settings;
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
@@ -60,6 +66,7 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), lock_count > 1, needs_clean_};
   }
   void beginFrame();
+  bool writeTrace();
   void closeSlots();
   void askSilent();
   void cleanNoted();
@@ -72,6 +79,7 @@ class ParallelSAPSpace : public dxSpace {
   SilentGeoms silent_;
   GeomQueries queries_;
   Pipeline pipeline_;
+  std::unique_ptr<Trace> trace_;  // null: there is none
 };
 
 // The space behind an id, or null if it is not one of ours.

@@ -19,7 +19,7 @@ command -v qemu-aarch64 >/dev/null || without qemu-aarch64 qemu-user
 echo '#include <catch2/catch.hpp>' | "$compiler" -E -x c++ - >/dev/null 2>&1 ||
   [ -e "$("$compiler" -print-file-name=libCatch2.a)" ] || without "Catch2 for aarch64" "catch2, or from version 3 on catch2:arm64"
 
-cmake -S "$source" -B "$build" --preset aarch64 "$@"
+cmake -S "$source" -B "$build" --preset aarch64 "-DODE_PARALLEL_SAP_PROPERTY_TESTS=pairs;order;kept" "$@"
 cmake --build "$build" --parallel "$jobs" --target minimal core-tests c-library-modes property-tests
 export OMP_THREAD_LIMIT=1 ODE_PARALLEL_SAP_TEST_SCALE=0.1
 exec ctest --test-dir "$build" --parallel "$jobs" --output-on-failure --no-tests=error --timeout 900 \

@@ -12,4 +12,5 @@ add_test(
     "${CMAKE_CURRENT_LIST_DIR}/build_and_run.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/aarch64"
     -DODE_PARALLEL_SAP_ODE=SOURCE "-DODE_SOURCE_DIR=${ode_source_dir}"
     "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}")
-set_tests_properties(aarch64 PROPERTIES LABELS "cpu;qemu" RUN_SERIAL ON SKIP_RETURN_CODE 77 TIMEOUT 3600)
+# The longest of all: begun first.
+set_tests_properties(aarch64 PROPERTIES LABELS "cpu;qemu" COST 1000 SKIP_RETURN_CODE 77 TIMEOUT 3600)

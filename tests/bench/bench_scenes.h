@@ -29,6 +29,7 @@ struct SceneKind {
   std::string about;
   std::size_t most;  // boxes up to which the number of pairs is sensible
   std::function<std::unique_ptr<MovingScene>(std::size_t n, std::uint64_t seed)> make;
+  std::size_t always = 0;  // boxes, whatever is asked for; 0: as many as that
 };
 
 // The distributions of the tests, more of them, and frames recorded from piles where `piles` names

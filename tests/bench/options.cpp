@@ -26,6 +26,7 @@ const char usage[] =
   --seed=s
   --csv=file          one row a cell; --append to add to it
   --piles=directory   where recorded piles (*.pile) are; default: beside the program
+  --trace=file        the scene "trace": what dParallelSAPSpaceSetTrace wrote
   --list              names of scenes and peers, and what they are
   --quick             the same as --budget=0.1 --rounds=1
 
@@ -72,6 +73,7 @@ Setters setters(Options& o) {
        [&](const std::string& v) { o.seed = static_cast<std::uint64_t>(numberIn(v, 0)); }},
       {"--csv", [&](const std::string& v) { o.csv = v; }},
       {"--piles", [&](const std::string& v) { o.piles = v; }},
+      {"--trace", [&](const std::string& v) { o.trace = v; }},
   };
 }
 

@@ -22,6 +22,7 @@ struct Options {
   std::string csv;
   bool append = false;
   std::string piles;  // the directory of recorded piles
+  std::string trace;  // a file that dParallelSAPSpaceSetTrace wrote
   bool list = false;
 };
 

@@ -19,6 +19,7 @@
 #include "peer.h"
 #include "random.h"
 #include "stopwatch.h"
+#include "trace_scene.h"
 
 namespace bench {
 namespace {
@@ -357,8 +358,14 @@ class Reporter : public benchmark::ConsoleReporter {
   Runner& runner_;
 };
 
+std::vector<SceneKind> allScenes() {
+  std::vector<SceneKind> all = sceneKinds(options().piles);
+  if (!options().trace.empty()) all.push_back(traceScene(options().trace));
+  return all;
+}
+
 std::vector<SceneKind> chosenScenes() {
-  std::vector<SceneKind> all = sceneKinds(options().piles), chosen;
+  std::vector<SceneKind> all = allScenes(), chosen;
   for (const std::string& name : options().scenes) {
     if (name == "all") return all;
     const auto found =
@@ -391,7 +398,7 @@ std::vector<PeerKind> chosenPeers() {
 
 void printList() {
   std::printf("Scenes\n");
-  for (const SceneKind& scene : sceneKinds(options().piles))
+  for (const SceneKind& scene : allScenes())
     std::printf("  %-22s %s\n", scene.name.c_str(), scene.about.c_str());
   std::printf("Peers\n");
   for (const PeerKind& kind : peerKinds())
@@ -409,7 +416,7 @@ int run(int argc, char** argv) {
   std::vector<std::unique_ptr<Cell>> cells;
   std::sort(options().sizes.begin(), options().sizes.end());
   for (const SceneKind& scene : scenes) {
-    for (std::size_t n : options().sizes) {
+    for (std::size_t n : scene.always ? std::vector<std::size_t>{scene.always} : options().sizes) {
       if (n > scene.most) continue;
       for (int threads : options().threads) {
         stages.push_back(std::make_unique<Stage>(Stage{scene, n, threads}));

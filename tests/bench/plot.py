@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
 
-COLOURS = {name: "C%d" % (i % 10) for i, name in enumerate(LIBRARIES + ODE_SPACES)}
+COLOURS = dict(zip(LIBRARIES + ODE_SPACES, ["C%d" % i for i in range(10)] + ["#003c30", "#7f3b08"]))
 
 
 def style(peer):
@@ -40,6 +40,8 @@ def line(axes, rows, x, y, label, **look):
 def peers(directory):
     rows = read(directory, "peers")
     for threads in values(rows, "threads"):
+        if len(values(timed(rows, scene="dense-cube", threads=threads), "n")) < 2:
+            continue  # no lines
         figure, axes = plt.subplots(figsize=(8, 6))
         for peer in values(rows, "peer"):
             some = timed(rows, scene="dense-cube", peer=peer, threads=threads)
@@ -164,7 +166,8 @@ def percent(directory, stage, figure_name, title):
         axes.set_xticks([k + 0.4 - 0.4 / len(threads) for k in range(len(scenes))])
         axes.set_xticklabels(scenes)
         axes.set(ylabel="% of one thread", title="%s, %s" % (title, method))
-        axes.legend(fontsize=8)
+        axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
+        axes.legend(fontsize=8, ncol=(len(threads) + 1) // 2, loc="upper center")
     save(figure, directory, figure_name, rows)
 
 

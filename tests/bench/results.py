@@ -29,7 +29,7 @@ def read(directory, study):
 def timed(rows, **wanted):
     """Rows that were timed and have these values."""
     return [row for row in rows if row.get("status", "ok") == "ok" and
-            (row.get("median_ms") is not None or row.get("total_ms") is not None) and
+            any(row.get(name) is not None for name in ("median_ms", "total_ms", "step_ms")) and
             all(row[key] == value for key, value in wanted.items())]
 
 
@@ -73,6 +73,6 @@ def on_devices(rows):
 
 def machine(rows):
     row = rows[0]
-    gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row["gpu"] else ""
-    return "%s, %d cores%s; %s %s; commit %s, %s" % (
-        row["cpu"], row["cores"], gpu, row["compiler"], row["flags"], row["commit"], row["date"])
+    gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row.get("gpu") else ""
+    compiler = "; %s %s" % (row["compiler"], row["flags"]) if "compiler" in row else ""
+    return "%s, %d cores%s%s; commit %s, %s" % (row["cpu"], row["cores"], gpu, compiler, row["commit"], row["date"])

@@ -292,7 +292,20 @@ def devices(directory):
     return markdown(["boxes"] + names + ["Auto", "by the best"], table, [machine(rows)])
 
 
-TABLES = {"peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
+def step(directory):
+    """The pairs of a frame, and the whole step with them."""
+    rows = read(directory, "step")
+    spaces = ("dHashSpace", "dSweepAndPruneSpace", "ours, parallel contacts")
+    lines = []
+    for bodies in sorted(set(values(rows, "bodies"))):
+        cells = [one(rows, bodies=bodies, space=space) for space in spaces]
+        lines.append([count(bodies)] + [shown(cell and cell[column]) for column in ("broad_ms", "step_ms")
+                                        for cell in cells])
+    heads = ["%s: %s" % (part, name) for part in ("pairs, ms", "step, ms") for name in spaces[:2] + ("ours",)]
+    return markdown(["boxes"] + heads, lines, [machine(rows)])
+
+
+TABLES = {"step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),

@@ -4,7 +4,8 @@ check program) that is so built is timed in turn with the whole one.
 
     cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON
     cmake --build build/release
-    tests/bench/tuning.py measure build/release tests/bench/results/<machine>/tuning.csv
+    tests/bench/tuning.py build build/release variants
+    tests/bench/tuning.py measure build/release variants tests/bench/results/<machine>/tuning.csv
 
     cmake -S cuda -B build/check -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
     tests/bench/tuning.py build-devices build/check variants    where there is nvcc; no device is needed
@@ -31,7 +32,6 @@ import subprocess
 import sys
 import tempfile
 import textwrap
-import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import variants
@@ -83,9 +83,24 @@ def constants(source):
     return found
 
 
-# What is timed for a room's constants: all of it for those that all rooms share.
-def cells_of(room, quick):
-    scale = ["--budget=%g" % (0.02 if quick else 0.06), "--rounds=1"]
+# What is timed for a room's constants, and for those that all rooms share.
+SETS_OF_ROOM = {
+    "space/axes": "paper", "space/cells": "pairs sizes many", "space/coherence": "rest", "space/extract/paper": "paper",
+    "space/frame": "small pairs", "space/queries": "queries", "space/simd": "pairs many queries",
+    "space/sort": "pairs many rest planes", "space/update": "pairs many rest far",
+}
+SETS_OF_CONSTANT = {
+    "smallest_scene": "small", "tasks_a_thread": "pairs sizes many", "chunk_pairs": "pairs many", "chunk_cells": "pairs many",
+    "prefetch_distance": "pairs many", "retry_frames": "small pairs rest", "back_off_range": "small pairs rest",
+    "class_octaves": "pairs sizes", "fewer_larger": "pairs sizes", "shape_octaves": "pairs sizes",
+    "least_shape_share": "pairs sizes", "coarse_growth": "far", "least_mapped": "pairs many", "swept_alone": "small pairs",
+    "scene": "pairs many", "packed_slots": "rest", "looked_up": "far rest", "box_rows": "pairs", "sorted_records": "pairs many",
+    "box_tests": "paper small", "changed_boxes": "rest", "geom_tests": "far planes", "passed_pairs": "rest many",
+}
+
+
+def cells_of(constant, quick):
+    scale = ["--budget=%g" % (0.02 if quick else 0.05), "--rounds=1"]
     pairs = ("scene", "n", "threads", "moving")
 
     def pair(scenes, sizes, threads="1,2", peer="parallel-sap", *more):
@@ -94,37 +109,32 @@ def cells_of(room, quick):
 
     seconds = ["--seconds=%g" % (0.02 if quick else 0.1), "--rounds=1"]
     sets = {
-        "pairs": [pair("dense-cube,log-sizes-4,heap,long-bars,giant-among-dust", "300,10000,100000"),
-                  pair("brownian,jumps,trembling", "300,10000,100000"), pair("dense-cube", "1000000", "2")],
-        "small": [pair("dense-cube,heap", "4,16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
-                  pair("dense-cube,heap", "4,16,64,120", "1", "parallel-sap", "--batch=64", "--still"),
-                  pair("jumps,crowd-and-cube", "250,500,1000,4000", "1,2")],
+        "pairs": [pair("dense-cube,log-sizes-4,giant-among-dust,brownian", "10000"),
+                  pair("dense-cube,heap,long-bars,jumps,trembling", "300", "1"),
+                  pair("dense-cube,long-bars,brownian", "100000")],
+        "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars", "10000,100000", "1")],
+        "far": [pair("far-clusters,two-decades-of-size", "10000,100000")],
+        "many": [pair("dense-cube", "1000000", "2")],
+        "small": [pair("dense-cube,heap", "16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
+                  pair("dense-cube,heap", "4,64,120", "1", "parallel-sap", "--batch=64", "--still"),
+                  pair("jumps,crowd-and-cube", "500,4000", "1")],
         "paper": [pair("dense-cube,heap", "300,10000", "1,2", "parallel-sap:axis-lists"),
-                  pair("one-place,crowd-and-cube", "500,2000,5000")],
+                  pair("one-place,crowd-and-cube", "500,2000")],
         "rest": [("rest-benchmark", ["--sizes=" + ("2000" if quick else "10000,100000"), "--threads=%d" % threads] +
                   seconds, ("setting", "n", "threads")) for threads in (1, 2)],
-        "queries": [("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "150,3000,32000"),
-                                         "--queries=10,100"] + seconds, ("kind", "n", "queries", "moving"))],
-        "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,10000,100000"),
-                                        "--threads=1,2"] + seconds, ("variant", "bodies", "threads"))],
+        "queries": [("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "3000,32000"),
+                                         "--queries=100"] + seconds, ("kind", "n", "queries", "moving"))],
+        "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
+                                        "--threads=2"] + seconds, ("variant", "bodies", "threads"))],
     }
-    rooms = {
-        "space/axes": ("paper",),
-        "space/cells": ("pairs",),
-        "space/coherence": ("rest",),
-        "space/extract/paper": ("paper",),
-        "space/frame": ("small", "pairs"),
-        "space/queries": ("queries",),
-        "space/simd": ("pairs", "queries"),
-        "space/sort": ("pairs", "rest", "planes"),
-        "space/update": ("pairs", "rest"),
-    }
-    return [run for name in rooms.get(room, sets) for run in sets[name]]
+    names = SETS_OF_CONSTANT.get(constant.name) or SETS_OF_ROOM.get(constant.room) or "pairs small rest"
+    return [run for name in names.split() for run in sets[name]]
 
 
 # No program here collides geoms: the study of parts does, with the piles of the example.
 COLLIDING = "not among the cells"
 UNMEASURABLE = {("space/contacts", None): COLLIDING, ("space/data", "collided_pairs"): COLLIDING,
+                ("space/data", "block_pairs"): "not among the cells",
                 ("space/data", "heavy_pairs"): COLLIDING}
 
 
@@ -132,7 +142,7 @@ class Table:
     """The recorded rows, to which others are added one by one."""
 
     def __init__(self, path):
-        self.path, self.rows, self.lock = path, [], threading.Lock()
+        self.path, self.rows = path, []
         if os.path.exists(path):
             with open(path) as file:
                 self.rows = list(csv.DictReader(file))
@@ -154,14 +164,13 @@ class Table:
             mean = math.exp(sum(math.log(ratio) for ratio, _ in cells) / len(cells))
             row.update(cells=len(cells), mean="%.4g" % mean, least="%.4g" % cells[0][0], least_cell=cells[0][1],
                        greatest="%.4g" % cells[-1][0], greatest_cell=cells[-1][1])
-        with self.lock:
-            new = not os.path.exists(self.path)
-            with open(self.path, "a", newline="") as file:
-                writer = csv.DictWriter(file, COLUMNS)
-                if new:
-                    writer.writeheader()
-                writer.writerow(row)
-            self.rows.append(row)
+        new = not os.path.exists(self.path)
+        with open(self.path, "a", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS)
+            if new:
+                writer.writeheader()
+            writer.writerow(row)
+        self.rows.append(row)
 
 
 def wanted_of(options, rooms, table):
@@ -200,51 +209,80 @@ def in_turn(libraries, rounds, measure):
     return least
 
 
-def measure(options):
-    table = Table(options.csv)
-    project = variants.Project(options.source, options.build, options.programs, options.database)
-    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+def build(options):
+    """A library a variant, by constants. What is there already is not made again."""
+    project = variants.Project(options.source, options.build)
+    make_missing(project, options, "space", options.jobs, lambda made, name: os.rename(made, name))
+
+
+def make_missing(project, options, rooms, at_once, keep):
+    """Makes `whole` and a variant a constant and factor in options.variants, where it is missing: `keep(made, place)`
+    takes it from the directory it was made in. A variant that cannot be made is a file NAME.note that says why."""
+    os.makedirs(options.variants, exist_ok=True)
+    missing = [(name_of(constant, factor), constant, factor) for constant in constants(options.source)
+               for factor in FACTORS if constant.room.startswith(rooms) and not unmeasurable(constant)
+               and (not options.only or constant.name in options.only)]
+    missing = [variant for variant in missing if not glob.glob(os.path.join(options.variants, variant[0] + "*"))]
+    with tempfile.TemporaryDirectory(dir=options.temporary or options.variants) as directory:
         project.prepare(directory, options.jobs)
         whole = project.make(os.path.join(directory, "whole"), None, options.jobs)
-        tasks = []
-        for constant, factors in wanted_of(options, "space", table):
-            note = UNMEASURABLE.get((constant.room, constant.name), UNMEASURABLE.get((constant.room, None)))
+        if not glob.glob(os.path.join(options.variants, "whole*")):
+            keep(whole, os.path.join(options.variants, "whole"))
+
+        def one(variant):
+            name, constant, factor = variant
+            made, note = make(project, directory, constant, factor, options.jobs // at_once)
+            place = os.path.join(options.variants, name)
+            if made:
+                keep(made, place)
+            else:
+                with open(place + ".note", "w") as file:
+                    file.write(note)
+            print(name, note or "built", flush=True)
+
+        with ThreadPoolExecutor(at_once) as pool:
+            list(pool.map(one, missing))
+
+
+def name_of(constant, factor):
+    return "whole" if constant.name == NOTHING else "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor)
+
+
+def unmeasurable(constant):
+    return UNMEASURABLE.get((constant.room, constant.name), UNMEASURABLE.get((constant.room, None)))
+
+
+def measure(options):
+    project = variants.Project(options.source, options.build)
+
+    def times_of(constant):
+        runs = cells_of(constant, options.quick)
+        return lambda library: variants.measure(project, library, options.quick, options.core, runs)
+
+    compare_all(options, "space", times_of, lambda name: os.path.join(options.variants, name))
+
+
+def compare_all(options, rooms, times_of, place_of):
+    """Adds to the table what is missing there. `times_of(constant)`: what gives the times of a variant."""
+    table = Table(options.csv)
+    for constant, factors in wanted_of(options, rooms, table):
+        compared = {"whole": place_of("whole")}
+        for factor in factors:
+            note = unmeasurable(constant)
+            path = os.path.join(options.variants, name_of(constant, factor) + ".note")
+            if os.path.exists(path):
+                with open(path) as file:
+                    note = file.read()
             if note:
-                for factor in factors:
-                    table.add(constant.room, constant.name, factor, note=note)
-                continue
-            tasks.append((constant, factors))
-
-        # Built first, with all processors: a compiler beside them would disturb the times.
-        def build(task):
-            return {factor: make(project, directory, task[0], factor, 1) for factor in task[1]}
-
-        with ThreadPoolExecutor(options.jobs) as pool:
-            built = list(pool.map(build, tasks))
-        print("built variants of %d constants" % len(tasks), flush=True)
-        free, lock = list(options.cores or [None]), threading.Lock()
-
-        def compare(task, made):
-            constant = task[0]
-            with lock:
-                core = free.pop()
-            try:
-                libraries = {"whole": whole}
-                libraries.update({factor: library for factor, (library, _) in made.items() if library})
-                runs = cells_of(constant.room, options.quick)
-                least = {} if len(libraries) == 1 else in_turn(
-                    libraries, options.rounds,
-                    lambda library: variants.measure(project, library, options.quick, core, runs))
-                for factor, (_, note) in made.items():
-                    table.add(constant.room, constant.name, factor, least.get("whole"), least.get(factor), note)
-            finally:
-                with lock:
-                    free.append(core)
-            print("timed", constant.room, constant.name, flush=True)
-
-        with ThreadPoolExecutor(len(free)) as pool:
-            for result in [pool.submit(compare, *both) for both in zip(tasks, built)]:
-                result.result()
+                table.add(constant.room, constant.name, factor, note=note)
+            else:
+                compared[factor] = place_of(name_of(constant, factor))
+        if len(compared) > 1:
+            least = in_turn(compared, options.rounds, times_of(constant))
+            for factor in compared:
+                if factor != "whole":
+                    table.add(constant.room, constant.name, factor, least["whole"], least[factor])
+        print("timed", constant.room, constant.name, flush=True)
 
 
 class DeviceProject(variants.Project):
@@ -264,37 +302,16 @@ class DeviceProject(variants.Project):
 
 def build_devices(options):
     """Packs a program a variant. What is there already is not made again."""
-    project = DeviceProject(options.source, options.build, options.build)
-    os.makedirs(options.variants, exist_ok=True)
-    missing = {}
-    for constant in constants(options.source):
-        for factor in FACTORS:
-            name = "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor)
-            if constant.room.startswith("cuda") and not glob.glob(os.path.join(options.variants, name + ".*")) and \
-                    (not options.only or constant.name in options.only):
-                missing[name] = (constant, factor)
-    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
-        project.prepare(directory, options.jobs)
-        pack(project.make(os.path.join(directory, "whole"), None, options.jobs), options.variants, "whole")
-        for name, (constant, factor) in missing.items():
-            made, note = make(project, directory, constant, factor, options.jobs)
-            if made:
-                pack(made, options.variants, name)
-                shutil.rmtree(made)
-            else:
-                with open(os.path.join(options.variants, name + ".note"), "w") as file:
-                    file.write(note)
-            print(name, note or "built", flush=True)
+    make_missing(DeviceProject(options.source, options.build, options.build), options, "cuda", 1, pack)
 
 
-def pack(made, directory, name):
-    with open(os.path.join(made, "cuda_sweep_check"), "rb") as file, \
-            lzma.open(os.path.join(directory, name + ".xz"), "wb") as packed:
+def pack(made, place):
+    with open(os.path.join(made, "cuda_sweep_check"), "rb") as file, lzma.open(place + ".xz", "wb") as packed:
         shutil.copyfileobj(file, packed)
+    shutil.rmtree(made)
 
 
 def measure_devices(options):
-    table = Table(options.csv)
     with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
 
         def unpack(name):
@@ -311,24 +328,7 @@ def measure_devices(options):
             with open(out) as file:
                 return {row["cell"]: float(row["ms"]) for row in csv.DictReader(file)}
 
-        for constant, factors in wanted_of(options, "cuda", table):
-            libraries = {"whole": unpack("whole")}
-            for factor in factors:
-                name = "%s-%s-%s" % (constant.room.replace("/", "-"), constant.name, factor)
-                if constant.name == NOTHING:
-                    name = "whole"
-                note = os.path.join(options.variants, name + ".note")
-                if os.path.exists(note):
-                    with open(note) as file:
-                        table.add(constant.room, constant.name, factor, note=file.read())
-                else:
-                    libraries[factor] = unpack(name)
-            if len(libraries) > 1:
-                least = in_turn(libraries, options.rounds, times)
-                for factor in libraries:
-                    if factor != "whole":
-                        table.add(constant.room, constant.name, factor, least["whole"], least[factor])
-            print("timed", constant.room, constant.name, flush=True)
+        compare_all(options, "cuda", lambda constant: times, unpack)
 
 
 def effect(row):
@@ -405,21 +405,20 @@ def main():
             command.add_argument(argument)
         return command
 
-    measuring = add("measure", measure, "build", "csv")
-    building = add("build-devices", build_devices, "build", "variants")
+    building = add("build", build, "build", "variants")
+    measuring = add("measure", measure, "build", "variants", "csv")
+    building_devices = add("build-devices", build_devices, "build", "variants")
     on_devices = add("measure-devices", measure_devices, "variants", "csv")
-    for command in (measuring, building, on_devices):
+    for command in (building, measuring, building_devices, on_devices):
         command.add_argument("--only", nargs="+", metavar="CONSTANT")
-        command.add_argument("--temporary", help="directory for the variants")
-    for command in (measuring, building):
+        command.add_argument("--temporary", help="directory for what is made on the way")
+    for command in (building, building_devices):
         command.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")
     for command in (measuring, on_devices):
         command.add_argument("--rounds", type=int, default=2)
     on_devices.add_argument("--threads", type=int, default=os.cpu_count())
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
-    measuring.add_argument("--cores", nargs="+", help="sets of processors, as of taskset, that measure at once")
-    measuring.add_argument("--programs", help="where the benchmarks are; default: in the build")
-    measuring.add_argument("--database", help="compile_commands.json; default: the build's")
+    measuring.add_argument("--core", help="processors to keep to, as of taskset")
     add("fill", fill, "csv")
     add("table", show, "csv")
     add("check", check)

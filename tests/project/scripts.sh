@@ -91,4 +91,4 @@ UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
 run examples/run
 run tests/run -DODE_SOURCE_DIR=/some/where -R pairs
 says "cmake: --preset release -DODE_SOURCE_DIR=/some/where"
-says "ctest: --test-dir build/release --output-on-failure --no-tests=error -R pairs"
+says "ctest: --test-dir build/release --parallel $(nproc) --output-on-failure --no-tests=error -R pairs"

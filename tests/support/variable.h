@@ -35,4 +35,11 @@ class Variable {
   bool was_set_ = false;
 };
 
+// What the person who runs the tests has set must not get into them.
+struct BareEnvironment {
+  Variable backend{"ODE_PARALLEL_SAP_BACKEND", nullptr}, method{"ODE_PARALLEL_SAP_METHOD", nullptr},
+      threads{"ODE_PARALLEL_SAP_THREADS", nullptr}, devices{"ODE_PARALLEL_SAP_DEVICES", nullptr},
+      stats{"ODE_PARALLEL_SAP_STATS", nullptr}, simd{"ODE_PARALLEL_SAP_SIMD", nullptr};
+};
+
 }  // namespace sap_test

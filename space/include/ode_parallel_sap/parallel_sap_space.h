@@ -406,6 +406,27 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
+/* A trace: every `every`-th dSpaceCollide, dParallelSAPSpaceCollideContacts and
+ * dParallelSAPSpaceCollidePairs of this space, from the next one on, writes to the file `path` what
+ * geoms there are, at any depth, with their classes, sizes, bits, bodies, poses and bounding boxes,
+ * and how many pairs it found; later frames only what changed. The file can be replayed without the
+ * program: with any settings its pairs are those that the program had. Its format is public
+ * (space/trace/README.md in the sources).
+ *
+ * Returns 1, or 0 where the file cannot be made; a file of that name is written over. `path` 0 ends
+ * the trace (1), as do another one and the end of the space. What is written is in the file when the
+ * collide returns. Where writing fails later, a full disk say, dMessage says so once, the file ends
+ * with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no trace
+ * is being written.
+ *
+ * The geoms of a frame that is written are brought up to date before it begins, as by dSpaceClean:
+ * its statistics count none of them as moved and do not count the time it takes to write. A collide
+ * within a callback of this space is not written. Not to be called while the space is locked. The
+ * child of a fork writes nothing. Meshes, heightfields, convex hulls and user classes are written
+ * with their bounding boxes only, and of an AABBTest of a user's class nothing is known. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
+
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
  * a space did. Times are wall-clock milliseconds. */
 typedef struct dParallelSAPStats {
@@ -459,6 +480,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
  * where otherwise the best one is taken that the processor has. ODE_PARALLEL_SAP_STATS=1 names it.
  * Pairs and their order do not depend on it.
+ *
+ * ODE_PARALLEL_SAP_TRACE=path[:every], read at the same moment, is a dParallelSAPSpaceSetTrace for
+ * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and so
+ * on. %p in the path is replaced by the process's number.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)

@@ -1,0 +1,91 @@
+#include "space/trace/trace.h"
+
+#include <atomic>
+#include <new>
+
+#if defined(_WIN32)
+#include <process.h>
+#else
+#include <unistd.h>
+#endif
+
+namespace ode_parallel_sap {
+
+namespace {
+
+long processNumber() {
+#if defined(_WIN32)
+  return _getpid();
+#else
+  return getpid();
+#endif
+}
+
+// Files that were named by openLater() and are begun.
+std::atomic<int> files_begun{0};
+
+std::uint32_t wordOf(const PackRules& rules) {
+  return (rules.skip_static ? trace_format::skip_static : 0u) |
+         (rules.skip_asleep ? trace_format::skip_asleep : 0u) |
+         (rules.cull_planes ? trace_format::cull_planes : 0u);
+}
+
+}  // namespace
+
+bool Trace::open(const std::string& path) {
+  later_.clear();
+  process_ = processNumber();
+  if (!file_.open(path)) return false;
+  bytes_.clear();
+  bytes_.put32(trace_format::version);
+  bytes_.put32(trace_format::byte_order);
+  bytes_.put32(sizeof(dReal));
+  bytes_.put32(static_cast<std::uint32_t>(every_));
+  bytes_.putText(dGetConfiguration());
+  file_.write(trace_format::header_tag, bytes_);
+  return file_.isOpen();
+}
+
+std::string Trace::nameOfNext() const {
+  std::string name = later_;
+  const std::string number = std::to_string(processNumber());
+  for (std::size_t at = 0; (at = name.find("%p", at)) != std::string::npos; at += number.size())
+    name.replace(at, 2, number);
+  const int files = files_begun.fetch_add(1) + 1;
+  return files == 1 ? name : name + "." + std::to_string(files);
+}
+
+bool Trace::isDue() {
+  const bool due = frames_++ % static_cast<std::uint64_t>(every_) == 0;
+  return due && every() != 0;
+}
+
+void Trace::write(const Scene& scene, const PackRules& rules) try {
+  if (!later_.empty() && !open(nameOfNext())) return;
+  // After a fork both processes have the file; it is the first one's.
+  if (process_ != processNumber()) return;
+  bytes_.clear();
+  bytes_.put64(frames_);
+  bytes_.put32(wordOf(rules));
+  bytes_.put32(0);
+  const double tolerance = static_cast<double>(rules.tolerance);
+  bytes_.putReals(&tolerance, 1);
+  changes_.write(scene, bytes_);
+  file_.write(trace_format::frame_tag, bytes_);
+} catch (const std::bad_alloc&) {
+  later_.clear();
+  file_.giveUp("out of memory");
+}
+
+void Trace::writePairs(std::uint64_t pairs, std::uint64_t sum) try {
+  if (process_ != processNumber()) return;
+  bytes_.clear();
+  bytes_.put64(frames_);
+  bytes_.put64(pairs);
+  bytes_.put64(sum);
+  file_.write(trace_format::pairs_tag, bytes_);
+} catch (const std::bad_alloc&) {
+  file_.giveUp("out of memory");
+}
+
+}  // namespace ode_parallel_sap

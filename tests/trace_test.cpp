@@ -1,0 +1,525 @@
+// What a trace tells of a program: the very pairs of its frames.
+#include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "player.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/traced_program.h"
+#include "support/variable.h"
+#include "trace_reader.h"
+
+using namespace sap_test;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A folder of the test's own, gone with it.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "trace-test-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  fs::path path_;
+};
+
+std::string contentsOf(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+void applyRules(dSpaceID space, const trace::Frame& frame) {
+  dParallelSAPSpaceSetSkipStatic(space, (frame.rules & trace::format::skip_static) != 0);
+  dParallelSAPSpaceSetSkipAsleep(space, (frame.rules & trace::format::skip_asleep) != 0);
+  dParallelSAPSpaceSetCullPlanes(space, (frame.rules & trace::format::cull_planes) != 0);
+}
+
+// Pairs by the places of their geoms in the space, which are those of the order of the report.
+Pairs pairsByPlace(dSpaceID space) {
+  std::map<dGeomID, std::size_t> places;
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+    places[dSpaceGetGeom(space, i)] = places.size();
+  struct Found {
+    std::map<dGeomID, std::size_t>& places;
+    Pairs pairs;
+  } found = {places, {}};
+  dSpaceCollide(space, &found, [](void* data, dGeomID a, dGeomID b) {
+    Found& into = *static_cast<Found*>(data);
+    into.pairs.emplace_back(into.places.at(a), into.places.at(b));
+  });
+  return found.pairs;
+}
+
+trace::PairTotals totalsOf(dSpaceID space) {
+  trace::PairTotals totals;
+  dSpaceCollide(space, &totals, [](void* data, dGeomID a, dGeomID b) {
+    static_cast<trace::PairTotals*>(data)->add(trace::Player::numberOf(a),
+                                               trace::Player::numberOf(b));
+  });
+  return totals;
+}
+
+// Runs a program and has it traced; the pairs are those of the run.
+std::vector<Pairs> runTraced(std::uint64_t seed, int geoms, int frames, int every,
+                             const std::string& path) {
+  TracedProgram program(seed, geoms);
+  REQUIRE(dParallelSAPSpaceSetTrace(program.space(), path.c_str(), every) == 1);
+  std::vector<Pairs> pairs;
+  for (int frame = 0; frame < frames; ++frame) {
+    program.edit();
+    Pairs found = pairsByPlace(program.space());
+    if (frame % every == 0) pairs.push_back(std::move(found));
+  }
+  return pairs;
+}
+
+// What a replay shows: the pairs of each frame.
+void checkReplay(const std::string& path, const std::vector<Pairs>& expected, int every) {
+  const trace::Recording recording = trace::readRecording(path);
+  REQUIRE(recording.frames.size() == expected.size());
+  REQUIRE(recording.by_bounds.empty());  // it is the same ODE
+  REQUIRE(recording.header.every == static_cast<std::uint32_t>(every));
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  {
+    trace::Player player(recording, space);
+    for (int turn = 0; turn < 2; ++turn)
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        const trace::Frame& frame = player.advance();
+        applyRules(space, frame);
+        INFO("turn " << turn << ", frame " << i);
+        CHECK(player.otherBounds().empty());
+        REQUIRE(frame.collide == 1 + i * static_cast<std::size_t>(every));
+        REQUIRE(difference(pairsByPlace(space), expected[i]) == "");
+        REQUIRE(frame.pairs.has_value());
+        REQUIRE(frame.pairs->count == expected[i].size());
+        REQUIRE((totalsOf(space) == *frame.pairs));
+      }
+  }
+  REQUIRE(dSpaceGetNumGeoms(space) == 0);
+  dSpaceDestroy(space);
+}
+
+std::size_t framesIn(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  trace::Reader reader(file, path);
+  std::size_t frames = 0;
+  for (trace::Frame frame; reader.next(frame);) ++frames;
+  return frames;
+}
+
+// The file of a small trace of few frames.
+std::string smallTrace() {
+  const Folder folder;
+  runTraced(seedOr(5), 4, 4, 1, folder / "trace");
+  return contentsOf(folder / "trace");
+}
+
+// Reads and replays what is in a file: true, or false where it is refused.
+bool isTaken(const std::string& contents) {
+  try {
+    std::istringstream file(contents);
+    const trace::Recording recording = trace::readRecording(file, "the trace");
+    const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+    {
+      trace::Player player(recording, space);
+      for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+        applyRules(space, player.advance());
+        totalsOf(space);
+      }
+    }
+    dSpaceDestroy(space);
+    return true;
+  } catch (const trace::BadTrace& refused) {
+    REQUIRE(std::string(refused.what()).find("the trace: ") == 0);
+    return false;
+  }
+}
+
+std::uint64_t wordAt(const std::string& bytes, std::size_t at) {
+  std::uint64_t word = 0;
+  for (std::size_t i = 8; i-- > 0;) word = word << 8 | static_cast<unsigned char>(bytes[at + i]);
+  return word;
+}
+
+// Where chunks begin and the file ends.
+std::vector<std::size_t> chunksOf(const std::string& bytes) {
+  std::vector<std::size_t> begins;
+  for (std::size_t at = 8; at < bytes.size(); at += 24 + wordAt(bytes, at + 8))
+    begins.push_back(at);
+  begins.push_back(bytes.size());
+  return begins;
+}
+
+void setChecksum(std::string& bytes, std::size_t chunk) {
+  namespace format = trace::format;
+  const std::uint64_t size = wordAt(bytes, chunk + 8);
+  std::uint64_t checksum = format::addToChecksum(format::checksum_begin, wordAt(bytes, chunk));
+  checksum = format::addToChecksum(checksum, size);
+  for (std::size_t i = 0; i < size; i += 8)
+    checksum = format::addToChecksum(checksum, wordAt(bytes, chunk + 24 + i));
+  for (std::size_t i = 0; i < 8; ++i) bytes[chunk + 16 + i] = static_cast<char>(checksum >> 8 * i);
+}
+
+dSpaceID boxes(int count) {
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  for (int i = 0; i < count; ++i)
+    dGeomSetPosition(dCreateBox(space, 1, 1, 1), static_cast<dReal>(0.75 * i), 0, 0);
+  return space;
+}
+
+}  // namespace
+
+TEST_CASE("A replay has the pairs of every frame of the program, in their order", "[trace]") {
+  const Folder folder;
+  for (const int geoms : {20, 300})
+    for (int run = 0; run < scaled(geoms == 20 ? 20 : 6); ++run)
+      for (const int every : {1, 3}) {
+        const std::uint64_t seed = seedOr(geoms, run);
+        INFO("geoms " << geoms << ", every " << every << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        const std::vector<Pairs> pairs = runTraced(seed, geoms, 60, every, folder / "trace");
+        std::size_t all = 0;
+        for (const Pairs& frame : pairs) all += frame.size();
+        REQUIRE(all > pairs.size());
+        checkReplay(folder / "trace", pairs, every);
+      }
+}
+
+TEST_CASE("A trace changes none of the program's pairs", "[trace]") {
+  const Folder folder;
+  const std::uint64_t seed = seedOr(77);
+  const auto pairsOf = [&](bool traced) {
+    TracedProgram program(seed, 200);
+    if (traced) dParallelSAPSpaceSetTrace(program.space(), (folder / "trace").c_str(), 2);
+    std::vector<Pairs> pairs;
+    for (int frame = 0; frame < 60; ++frame) {
+      program.edit();
+      pairs.push_back(pairsByPlace(program.space()));
+    }
+    return pairs;
+  };
+  REQUIRE((pairsOf(true) == pairsOf(false)));
+}
+
+TEST_CASE("Frames in which nothing changes are a few bytes in a trace", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(500);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  const auto first = fs::file_size(folder / "trace");
+  REQUIRE(first > 500 * 100);
+  for (int i = 0; i < 10; ++i) collide(space);
+  REQUIRE(fs::file_size(folder / "trace") - first < 10 * 150);
+  dGeomSetPosition(dSpaceGetGeom(space, 7), 0, 0, 0);
+  collide(space);
+  REQUIRE(fs::file_size(folder / "trace") - first < 10 * 150 + 400);
+  REQUIRE(framesIn(folder / "trace") == 12);
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("Pairs in blocks are counted in a trace, and those of contacts are not known",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(300);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  const auto ignore = [](void*, const dParallelSAPPair*, size_t, size_t) {};
+  dParallelSAPSpaceCollidePairs(space, nullptr, 0, ignore);
+  dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, ignore);
+  dParallelSAPContactCallbacks callbacks = {};
+  callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+  dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+  REQUIRE(collideUntil(space, 3).size() == 3);
+  dParallelSAPSpaceSetTolerance(space, 1);
+  collide(space);
+  dSpaceDestroy(space);
+
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  REQUIRE(recording.frames.size() == 6);
+  REQUIRE(recording.frames[0].pairs->count == 299);
+  REQUIRE((recording.frames[1].pairs == recording.frames[0].pairs));
+  REQUIRE((recording.frames[2].pairs == recording.frames[0].pairs));
+  for (const int unknown : {3, 4, 5}) REQUIRE(!recording.frames[unknown].pairs.has_value());
+  REQUIRE(recording.frames[4].tolerance == 0);
+  REQUIRE(recording.frames[5].tolerance == 1);
+}
+
+TEST_CASE("A collide within a callback is not in the trace, which goes on after it", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(200);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  for (int i = 0; i < 3; ++i)
+    dSpaceCollide(space, space, [](void* data, dGeomID, dGeomID) {
+      std::size_t inner = 0;
+      dSpaceCollide(static_cast<dSpaceID>(data), &inner,
+                    [](void* count, dGeomID, dGeomID) { ++*static_cast<std::size_t*>(count); });
+      REQUIRE(inner == 199);
+    });
+  dSpaceDestroy(space);
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  REQUIRE(recording.frames.size() == 3);
+  for (const trace::Frame& frame : recording.frames) REQUIRE(frame.pairs->count == 199);
+}
+
+TEST_CASE("A trace ends when it is told to, and another one begins with all geoms", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(20);
+  REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
+  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "a").c_str(), 2) == 1);
+  REQUIRE(dParallelSAPSpaceGetTrace(space) == 2);
+  for (int i = 0; i < 4; ++i) collide(space);
+  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "b").c_str(), 1) == 1);
+  collide(space);
+  REQUIRE(dParallelSAPSpaceSetTrace(space, nullptr, 0) == 1);
+  REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
+  collide(space);
+  REQUIRE(framesIn(folder / "a") == 2);
+  REQUIRE(framesIn(folder / "b") == 1);
+  REQUIRE(trace::readRecording(folder / "b").frames[0].geoms.size() == 20);
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("Where a trace cannot be written, one message says so and the program goes on",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(20);
+  {
+    const Messages messages;
+    REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "none/trace").c_str(), 1) == 0);
+    REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
+    REQUIRE(collide(space).size() == 19);
+    REQUIRE(messages.all().size() == 1);
+    REQUIRE(messages.all()[0].find("none/trace cannot be written: No such file") !=
+            std::string::npos);
+  }
+  if (fs::exists("/dev/full")) {
+    const Messages messages;
+    const Variable variable("ODE_PARALLEL_SAP_TRACE", "/dev/full");
+    const dSpaceID other = boxes(20);
+    for (int i = 0; i < 3; ++i) REQUIRE(collide(other).size() == 19);
+    REQUIRE(dParallelSAPSpaceGetTrace(other) == 0);
+    REQUIRE(messages.all().size() == 1);
+    REQUIRE(messages.all()[0].find("No space left on device") != std::string::npos);
+    dSpaceDestroy(other);
+  }
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("A geom that is added again, or at another one's address, is a new one in a trace",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(3);
+  const dGeomID last = dSpaceGetGeom(space, 2);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  dSpaceRemove(space, last);
+  dSpaceAdd(space, last);
+  collide(space);
+  dGeomDestroy(last);
+  dCreateSphere(space, 1);
+  collide(space);
+  dSpaceDestroy(space);
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  REQUIRE(recording.frames.size() == 3);
+  for (const std::uint32_t frame : {1u, 2u}) {
+    REQUIRE((recording.frames[frame].removed == std::vector<std::uint32_t>{2 + frame}));
+    REQUIRE(recording.frames[frame].geoms.size() == 1);
+    REQUIRE(recording.frames[frame].geoms[0].number == 3 + frame);
+  }
+}
+
+TEST_CASE("Geoms of no size, a class's whose shape is not in the trace too, are in no pair",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(2);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  dCreateSphere(space, 0);
+  REQUIRE(collide(space).size() == 1);
+  dSpaceDestroy(space);
+  trace::Recording recording = trace::readRecording(folder / "trace");
+  for (const bool by_bounds : {false, true}) {
+    if (by_bounds) recording.by_bounds.insert(3);
+    const dSpaceID replayed = dParallelSAPSpaceCreate(nullptr);
+    {
+      trace::Player player(recording, replayed);
+      player.advance();
+      REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
+    }
+    dSpaceDestroy(replayed);
+  }
+}
+
+TEST_CASE("A body with several geoms is written once a frame", "[trace]") {
+  const Folder folder;
+  const dWorldID world = dWorldCreate();
+  const dBodyID body = dBodyCreate(world);
+  const dSpaceID space = boxes(5);
+  for (int i = 0; i < 5; ++i) dGeomSetBody(dSpaceGetGeom(space, i), body);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  dBodySetPosition(body, 1, 2, 3);
+  collide(space);
+  dSpaceDestroy(space);
+  dWorldDestroy(world);
+  const trace::Recording recording = trace::readRecording(folder / "trace");
+  for (const trace::Frame& frame : recording.frames) REQUIRE(frame.bodies.size() == 1);
+  REQUIRE(recording.frames[1].bodies[0].pose[2] == 3);
+  REQUIRE(recording.frames[1].bounds.size() == 5);
+}
+
+TEST_CASE("The child of a fork writes nothing into its parent's trace", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(20);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  collide(space);
+  const pid_t child = fork();
+  if (child == 0) {
+    std::size_t pairs = collide(space).size();
+    _exit(pairs == 19 ? 0 : 1);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
+  collide(space);
+  REQUIRE(framesIn(folder / "trace") == 2);
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("The environment has a file for each space that collides", "[trace]") {
+  const Folder folder;
+  {
+    const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "t%p:2").c_str());
+    const dSpaceID first = boxes(3), silent = boxes(4), second = boxes(5);
+    for (int i = 0; i < 3; ++i) collide(second);
+    for (int i = 0; i < 5; ++i) collide(first);
+    for (const dSpaceID space : {first, silent, second}) dSpaceDestroy(space);
+  }
+  std::vector<std::size_t> geoms;
+  std::vector<std::size_t> frames;
+  for (const auto& entry : fs::directory_iterator(folder / "")) {
+    REQUIRE(entry.path().filename().string().find("t" + std::to_string(getpid())) == 0);
+    const trace::Recording recording = trace::readRecording(entry.path().string());
+    geoms.push_back(recording.frames[0].geoms.size());
+    frames.push_back(recording.frames.size());
+  }
+  REQUIRE(asSet({{geoms.at(0), frames.at(0)}, {geoms.at(1), frames.at(1)}}) ==
+          asSet({{3, 3}, {5, 2}}));
+  REQUIRE(geoms.size() == 2);
+
+  const Messages messages;
+  for (const char* wrong : {"trace:0", ":3"}) {
+    const Variable variable("ODE_PARALLEL_SAP_TRACE", wrong);
+    const dSpaceID space = boxes(2);
+    REQUIRE(dParallelSAPSpaceGetTrace(space) == 0);
+    dSpaceDestroy(space);
+  }
+  REQUIRE(messages.all().size() == 2);
+  for (const char* right : {"trace:x:7", "trace:7", "a:b"}) {
+    const Variable variable("ODE_PARALLEL_SAP_TRACE", right);
+    const dSpaceID space = boxes(2);
+    REQUIRE(dParallelSAPSpaceGetTrace(space) == (right == std::string("a:b") ? 1 : 7));
+    dSpaceDestroy(space);
+  }
+  REQUIRE(messages.all().size() == 2);
+}
+
+TEST_CASE("A geom to which this ODE gives another bounding box is shown by the one written",
+          "[trace]") {
+  const Folder folder;
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  for (const int x : {0, 10, 20}) dGeomSetPosition(dCreateBox(space, 1, 1, 1), dReal(x), 0, 0);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  REQUIRE(collide(space).empty());
+  dSpaceDestroy(space);
+  std::string contents = contentsOf(folder / "trace");
+  // The greatest x of the first geom, up to which the second one lies.
+  const std::size_t frame = chunksOf(contents)[1];
+  const std::size_t at = frame + 24 + 48 + 40 + (4 + 12 + 1) * sizeof(dReal);
+  const dReal greater = 15;
+  std::memcpy(&contents[at], &greater, sizeof greater);
+  setChecksum(contents, frame);
+  std::istringstream file(contents);
+  const trace::Recording recording = trace::readRecording(file, "the trace");
+  REQUIRE((recording.by_bounds == std::set<std::uint32_t>{1}));
+  const dSpaceID replayed = dParallelSAPSpaceCreate(nullptr);
+  {
+    trace::Player player(recording, replayed);
+    player.advance();
+    REQUIRE((pairsByPlace(replayed) == Pairs{{0, 1}}));
+  }
+  dSpaceDestroy(replayed);
+}
+
+TEST_CASE("A trace that ends anywhere is refused, or ends with a whole frame", "[trace]") {
+  const std::string whole = smallTrace();
+  const std::vector<std::size_t> chunks = chunksOf(whole);
+  REQUIRE(chunks.size() == 1 + 4 * 2 + 1);
+  int taken = 0;
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    const bool whole_chunks =
+        length > chunks[1] && std::find(chunks.begin(), chunks.end(), length) != chunks.end();
+    INFO("length " << length);
+    REQUIRE(isTaken(whole.substr(0, length)) == whole_chunks);
+    taken += whole_chunks;
+  }
+  REQUIRE(taken == 4 * 2 - 1);
+}
+
+TEST_CASE("A trace in which any byte was changed is refused", "[trace]") {
+  const std::string whole = smallTrace();
+  Random random(seedOr(6));
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string changed = whole;
+    changed[at] = static_cast<char>(changed[at] ^ (1 + random.below(255)));
+    INFO("byte " << at);
+    REQUIRE(!isTaken(changed));
+  }
+}
+
+TEST_CASE("A trace that lies, with checksums that are right, is refused or replayed", "[trace]") {
+  const std::string whole = smallTrace();
+  const std::vector<std::size_t> chunks = chunksOf(whole);
+  Random random(seedOr(7));
+  const Messages messages;  // of NaN bounds
+  int taken = 0, refused = 0;
+  for (int run = 0; run < scaled(20000); ++run) {
+    std::string changed = whole;
+    const std::size_t chunk = random.below(chunks.size() - 1);
+    const std::size_t size = wordAt(whole, chunks[chunk] + 8);
+    for (std::size_t bytes = 1 + random.below(3); bytes > 0; --bytes) {
+      // Mostly in the counts and numbers at the front.
+      const std::size_t at =
+          random.below(random.chance(0.5) ? std::min<std::size_t>(size, 64) : size);
+      changed[chunks[chunk] + 24 + at] =
+          static_cast<char>(random.chance(0.5) ? random.below(256) : random.below(16));
+    }
+    setChecksum(changed, chunks[chunk]);
+    INFO("run " << run << ", ODE_PARALLEL_SAP_TEST_SEED=" << seedOr(7));
+    ++(isTaken(changed) ? taken : refused);
+  }
+  REQUIRE(taken > 0);
+  REQUIRE(refused > 0);
+}
