@@ -2,7 +2,11 @@
 # whether the private headers describe it.
 include_guard(GLOBAL)
 
-if(ODE_PARALLEL_SAP_ODE STREQUAL "SOURCE")
+if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
+  string(CONCAT ode_remedies "Remedy: name headers and library of one build with -DODE_PARALLEL_SAP_ODE_INCLUDE_DIRS, "
+                   "-DODE_PARALLEL_SAP_ODE_PRIVATE_DIRS, -DODE_PARALLEL_SAP_ODE_LIBRARY and what it was compiled with in "
+                   "-DODE_PARALLEL_SAP_ODE_DEFINITIONS.")
+elseif(ODE_PARALLEL_SAP_ODE STREQUAL "SOURCE")
   string(CONCAT ode_remedies "Remedy: remove ${ODE_PARALLEL_SAP_ODE_PREFIX} and configure again, or name an unmodified source "
                    "tree with -DODE_SOURCE_DIR=<directory>.")
 else()
@@ -11,9 +15,12 @@ else()
                    "-DODE_PARALLEL_SAP_ODE=SOURCE.")
 endif()
 
+set(ode_private_headers ${ODE_PRIVATE_INCLUDE_DIRS})
+list(REMOVE_ITEM ode_private_headers "${ode_private_dir}")
+
 # The private headers as a target, for the check only: the library itself shows them to one file.
 add_library(ode-private-headers INTERFACE IMPORTED)
-target_include_directories(ode-private-headers INTERFACE ${ODE_PRIVATE_INCLUDE_DIRS})
+target_include_directories(ode-private-headers INTERFACE ${ODE_PRIVATE_INCLUDE_DIRS} "${PROJECT_SOURCE_DIR}")
 
 # Compiles a program of this directory with the given targets, runs it and sets `result` to what it
 # printed. Any failure is an error that begins with `complaint`. Where programs cannot be run because
@@ -48,7 +55,13 @@ endfunction()
 # Nothing is run again until something that could change the outcome has changed.
 set(fingerprint "${ODE_PARALLEL_SAP_LIBODE_LINK_LIBRARIES} ${ODE_PARALLEL_SAP_LIBODE_CFLAGS} ${CMAKE_CXX_FLAGS}")
 string(APPEND fingerprint "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_COMPILER_VERSION} ${ODE_PARALLEL_SAP_PRECISION}")
-file(GLOB inputs "${ode_cmake_dir}/*ode*" "${ode_cmake_dir}/config.h.in" "${ode_source_dir}/ode/src/*.h")
+file(GLOB inputs "${ode_cmake_dir}/*ode*" "${ode_cmake_dir}/config.h.in" "${PROJECT_SOURCE_DIR}/space/geom/slot_home.h")
+foreach(directory IN LISTS ODE_PRIVATE_INCLUDE_DIRS)
+  if(NOT directory STREQUAL ode_private_dir)
+    file(GLOB headers "${directory}/*.h")
+    list(APPEND inputs ${headers})
+  endif()
+endforeach()
 foreach(input IN LISTS inputs ODE_PARALLEL_SAP_LIBODE_LINK_LIBRARIES)
   if(EXISTS "${input}" AND NOT IS_DIRECTORY "${input}")
     file(SHA256 "${input}" hash)
@@ -61,17 +74,20 @@ if("${fingerprint}" STREQUAL "${ODE_PARALLEL_SAP_CHECKED}" AND EXISTS "${ode_pri
 endif()
 unset(ODE_PARALLEL_SAP_CHECKED CACHE)
 
-run_with_ode(probe_ode "The ODE ${ODE_PARALLEL_SAP_ODE_VERSION} that pkg-config names cannot be used" ode_says
+run_with_ode(probe_ode "The ODE ${ODE_PARALLEL_SAP_ODE_VERSION} that was found cannot be used" ode_says
              PkgConfig::ODE_PARALLEL_SAP_LIBODE)
 set(ODE_HAS_TLS OFF)
+set(ODE_PARALLEL_SAP_BODY_FLAGS 0 CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
 if(ode_says)
   list(GET ode_says 0 header_version)
   list(GET ode_says 1 header_precision)
   list(GET ode_says 2 library_precision)
   list(GET ode_says 3 ODE_HAS_TLS)
+  list(GET ode_says 4 body_flags)
+  set(ODE_PARALLEL_SAP_BODY_FLAGS ${body_flags} CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
   if(NOT header_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
-    message(FATAL_ERROR "pkg-config says that ODE is version ${ODE_PARALLEL_SAP_ODE_VERSION}, its header <ode/version.h> "
-                        "says ${header_version}. ${ode_remedies}")
+    message(FATAL_ERROR "ODE is said to be version ${ODE_PARALLEL_SAP_ODE_VERSION}, by its header <ode/version.h> "
+                        "it is ${header_version}. ${ode_remedies}")
   endif()
   if(NOT header_precision STREQUAL library_precision)
     message(FATAL_ERROR "ODE's headers, as compiled here, are for ${header_precision} precision, its library has "
@@ -87,17 +103,17 @@ if(ode_says)
 endif()
 
 configure_file("${ode_cmake_dir}/config.h.in" "${ode_private_dir}/config.h")
-run_with_ode(check_ode "The library of ODE ${ODE_PARALLEL_SAP_ODE_VERSION} and the private headers in ${ode_source_dir} do not fit together"
+run_with_ode(check_ode "The library of ODE ${ODE_PARALLEL_SAP_ODE_VERSION} and the private headers in ${ode_private_headers} do not fit together"
              check_says ode-private-headers PkgConfig::ODE_PARALLEL_SAP_LIBODE)
 
 set(details "${ODE_PARALLEL_SAP_PRECISION} precision")
 if(NOT ode_says)
   string(APPEND details ", not checked: cross-compiling")
 elseif(ODE_HAS_TLS)
-  string(APPEND details ", with thread-local collider caches, layout checked")
+  string(APPEND details ", with thread-local collider caches, ${check_says}")
 else()
-  string(APPEND details ", without thread-local collider caches, layout checked")
+  string(APPEND details ", without thread-local collider caches, ${check_says}")
 endif()
 message(STATUS "ODE ${ODE_PARALLEL_SAP_ODE_VERSION}: ${ODE_PARALLEL_SAP_LIBODE_LINK_LIBRARIES} (${details})")
-message(STATUS "ODE's private headers: ${ode_source_dir}")
+message(STATUS "ODE's private headers: ${ode_private_headers}")
 set(ODE_PARALLEL_SAP_CHECKED "${fingerprint}" CACHE INTERNAL "What the check of ODE last passed for")

@@ -8,6 +8,8 @@
 
 #include "collision_kernel.h"
 #include "collision_std.h"
+//
+#include "space/geom/slot_home.h"
 
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +18,8 @@
 #define CHECK(condition) check((condition), #condition, __LINE__)
 
 namespace {
+
+using ode_parallel_sap::SlotHome;
 
 void check(bool holds, const char* condition, int line) {
   if (holds) return;
@@ -155,7 +159,7 @@ void checkGeomLayout() {
   CHECK(sphere->gflags == (GEOM_DIRTY | GEOM_AABB_BAD | GEOM_ENABLED | GEOM_PLACEABLE));
   CHECK(static_cast<dxSphere*>(sphere)->radius == dReal(0.75));
   CHECK(sphere->data == nullptr && sphere->body == nullptr && sphere->offset_posr == nullptr);
-  CHECK(sphere->next_ex == nullptr && sphere->tome_ex == nullptr);
+  CHECK(SlotHome::takes_tome || SlotHome::get(sphere) == 0);
   CHECK(sphere->category_bits == ~0ul && sphere->collide_bits == ~0ul);
   CHECK(sphere->parent_space == space);
   CHECK(sphere->next == earlier && earlier->next == nullptr);
@@ -318,5 +322,7 @@ int main() {
   checkDerivedSpace();
   checkNestedSpaces();
   dCloseODE();
+  std::printf("dxGeom %zu bytes, dxSpace %zu bytes, %s tome_ex", sizeof(dxGeom), sizeof(dxSpace),
+              SlotHome::takes_tome ? "without" : "with");
   return 0;
 }

@@ -73,6 +73,20 @@ if(is_static)
   set(private_libraries "")
 endif()
 
+# pkg-config does not know an ODE whose headers and library were named.
+set(pc_requires "ode >= 0.16, ode < 0.17")
+set(pc_cflags "")
+if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
+  set(pc_requires "")
+  foreach(directory IN LISTS ODE_PARALLEL_SAP_ODE_INCLUDE_DIRS)
+    string(APPEND pc_cflags " -I\"${directory}\"")
+  endforeach()
+  foreach(definition IN LISTS ODE_PARALLEL_SAP_ODE_DEFINITIONS)
+    string(APPEND pc_cflags " -D${definition}")
+  endforeach()
+  string(APPEND libs " \"${ODE_PARALLEL_SAP_ODE_LIBRARY}\"")
+endif()
+
 # A directory of the installation, in terms of the pkg-config file's own.
 function(relate_to_pkgconfig_dir directory result)
   if(IS_ABSOLUTE "${directory}" OR IS_ABSOLUTE "${pkgconfig_dir}")

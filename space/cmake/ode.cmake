@@ -1,5 +1,6 @@
-# Finds ODE, and the private headers of exactly its version for the one source file that derives
-# from dxSpace; then checks that library and headers agree. Sets
+# Finds ODE, and the private headers of exactly its version for the source files that derive from dxSpace;
+# or takes those that the user names, of whatever version or fork; then checks that library and headers
+# agree. Sets
 #
 #   PkgConfig::ODE_PARALLEL_SAP_LIBODE   the library and its public headers
 #   ODE_PRIVATE_INCLUDE_DIRS             for #include "config.h", then "collision_kernel.h"
@@ -22,10 +23,10 @@ if(NOT DEFINED ODE_PARALLEL_SAP_ODE)
   if(ode_of_system_FOUND)
     set(choice SYSTEM)
   endif()
-  set(ODE_PARALLEL_SAP_ODE ${choice} CACHE STRING "SYSTEM: the installed ODE; SOURCE: built from its source")
+  set(ODE_PARALLEL_SAP_ODE ${choice} CACHE STRING "SYSTEM: the installed ODE; SOURCE: built from its source; HEADERS: a fork")
 endif()
-set_property(CACHE ODE_PARALLEL_SAP_ODE PROPERTY STRINGS SYSTEM SOURCE)
-check_choice(ODE_PARALLEL_SAP_ODE SYSTEM SOURCE)
+set_property(CACHE ODE_PARALLEL_SAP_ODE PROPERTY STRINGS SYSTEM SOURCE HEADERS)
+check_choice(ODE_PARALLEL_SAP_ODE SYSTEM SOURCE HEADERS)
 
 # The source tree: the one the user named, or one of the given version.
 function(choose_ode_source version result)
@@ -59,6 +60,12 @@ macro(find_libode)
 endmacro()
 
 set(ODE_PARALLEL_SAP_ODE_PREFIX "")
+set(ode_private_dir "${PROJECT_BINARY_DIR}/ode-private")
+if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
+  include("${CMAKE_CURRENT_LIST_DIR}/ode_headers.cmake")
+  include("${CMAKE_CURRENT_LIST_DIR}/check_ode.cmake")
+  return()
+endif()
 if(ODE_PARALLEL_SAP_ODE STREQUAL "SOURCE")
   choose_ode_source(${ode_default_version} ode_source_dir)
   build_ode("${ode_source_dir}" ${ODE_PARALLEL_SAP_PRECISION} ODE_PARALLEL_SAP_ODE_PREFIX)
@@ -92,6 +99,5 @@ if(NOT ode_source_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
                       "-DODE_PARALLEL_SAP_ODE=SOURCE.")
 endif()
 
-set(ode_private_dir "${PROJECT_BINARY_DIR}/ode-private")
 set(ODE_PRIVATE_INCLUDE_DIRS "${ode_private_dir}" "${ode_source_dir}/ode/src" "${ode_source_dir}/ou/include")
 include("${CMAKE_CURRENT_LIST_DIR}/check_ode.cmake")

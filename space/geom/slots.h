@@ -8,19 +8,18 @@
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/geom/ode_private.h"
+#include "space/geom/slot_home.h"
 
 namespace ode_parallel_sap {
 
 // Geoms sit in slots in the order in which they were added; a removed one leaves its slot empty
-// until the slots are closed up. A geom knows its slot: slot + 1 is kept in dxGeom::tome_ex, a
-// field that ODE leaves to spaces for this.
+// until the slots are closed up. A geom knows its slot: slot + 1 is kept in it (SlotHome). Where
+// that takes the place of dxGeom::tome, the pointers back are kept here, by slot.
 class Slots {
  public:
   static constexpr std::size_t most = std::size_t{1} << 28;  // fixed: bits of a slot in pairs
 
-  static Slot slotOf(const dxGeom* geom) {
-    return static_cast<Slot>(reinterpret_cast<std::size_t>(geom->tome_ex) - 1);
-  }
+  static Slot slotOf(const dxGeom* geom) { return static_cast<Slot>(SlotHome::get(geom) - 1); }
   // By slot, null where there is none.
   const Buffer<dxGeom*>& geoms() const { return geoms_; }
   std::size_t size() const { return geoms_.size(); }
@@ -28,14 +27,36 @@ class Slots {
 
   // The slot of the next geom that is added.
   Slot next() const { return static_cast<Slot>(size()); }
-  void add(dxGeom* geom) {
+  // The geom comes to the end of the list of the base class, whose last pointer is `tome`.
+  void add(dxGeom* geom, dxGeom** tome) {
+    if (SlotHome::takes_tome) tomes_.resize(size() + 1);  // what may throw comes first
     geoms_.push_back(geom);
+    if (SlotHome::takes_tome)
+      tomes_[size() - 1] = tome;
+    else
+      geom->tome = tome;
     place(geom, size() - 1);
   }
-  void remove(dxGeom* geom) {
-    geoms_[slotOf(geom)] = nullptr;
+  dxGeom** tomeOf(const dxGeom* geom) const {
+    return SlotHome::takes_tome ? tomes_[slotOf(geom)] : geom->tome;
+  }
+  // `unlink` takes the geom out of that list, as ODE does it.
+  template <class Unlink>
+  void remove(dxGeom* geom, Unlink unlink) {
+    const Slot slot = slotOf(geom);
+    dxGeom** const tome = tomeOf(geom);
+    dxGeom* const next = geom->next;
+    const Slot next_slot = next ? slotOf(next) : slot;
+    SlotHome::put(geom, 0);
+    geom->tome = tome;
+    unlink();
+    geoms_[slot] = nullptr;
+    if (SlotHome::takes_tome && next) {  // ODE has written the pointer where the number was
+      tomes_[next_slot] = tome;
+      place(next, next_slot);
+    }
     while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
-    geom->tome_ex = nullptr;
+    if (SlotHome::takes_tome) tomes_.resize(size());
   }
   // Whether the gaps are a quarter of all slots. `count`: of geoms.
   bool worthClosing(std::size_t count) const {
@@ -52,20 +73,24 @@ class Slots {
     std::size_t slot = 0;
     for (dxGeom* const geom : geoms_) {
       if (!geom) continue;
+      if (SlotHome::takes_tome) tomes_[slot] = tomes_[slotOf(geom)];
       geoms_[slot] = geom;
       place(geom, slot++);
     }
     geoms_.resize(slot);
+    if (SlotHome::takes_tome) tomes_.resize(slot);
   }
-  void shrink() { geoms_.shrink(); }
-  std::size_t bytes() const { return geoms_.bytes(); }
+  void shrink() {
+    geoms_.shrink();
+    tomes_.shrink();
+  }
+  std::size_t bytes() const { return geoms_.bytes() + tomes_.bytes(); }
 
  private:
-  static void place(dxGeom* geom, std::size_t slot) {
-    geom->tome_ex = reinterpret_cast<dxGeom**>(slot + 1);
-  }
+  static void place(dxGeom* geom, std::size_t slot) { SlotHome::put(geom, slot + 1); }
 
   Buffer<dxGeom*> geoms_;
+  Buffer<dxGeom**> tomes_;  // empty where dxGeom::tome is itself
 };
 
 }  // namespace ode_parallel_sap

@@ -20,8 +20,8 @@ const char* misfitOfGeom(dxGeom* geom) {
   EXPECT(geom->gflags == (GEOM_DIRTY | GEOM_AABB_BAD | GEOM_ENABLED | GEOM_PLACEABLE));
   EXPECT(geom->data == &mark && geom->body == nullptr);
   EXPECT(geom->final_posr->pos == dGeomGetPosition(geom));
-  EXPECT(geom->next == nullptr && geom->tome == nullptr);
-  EXPECT(geom->next_ex == nullptr && geom->tome_ex == nullptr && geom->parent_space == nullptr);
+  EXPECT(geom->next == nullptr && geom->tome == nullptr && geom->parent_space == nullptr);
+  EXPECT(SlotHome::get(geom) == 0);
   EXPECT(geom->category_bits == 0x12345678ul && geom->collide_bits == 0x07654321ul);
   dReal box[6];
   dGeomGetAABB(geom, box);

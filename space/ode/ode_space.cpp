@@ -79,11 +79,10 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   const Slot slot = slots_.next();
   pipeline_.noteChange(slot);
   silent_.growTo(slot + std::size_t{1});
-  slots_.add(geom);
+  slots_.add(geom, tail_);
   silent_.add(slot);
   pipeline_.noteNewcomer();
   geom->next = nullptr;
-  geom->tome = tail_;
   *tail_ = geom;
   tail_ = &geom->next;
   geom->parent_space = this;
@@ -108,9 +107,8 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   silent_.remove(slot);
   if (trace_) trace_->forget(slot);
   swept_.remove(geom, slot);
-  slots_.remove(geom);
-  if (!geom->next) tail_ = geom->tome;
-  dxSpace::remove(geom);
+  if (!geom->next) tail_ = slots_.tomeOf(geom);
+  slots_.remove(geom, [&] { dxSpace::remove(geom); });
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {

@@ -51,7 +51,8 @@ void prefetchStatus(const dxGeom* geom, bool resting) {
   __builtin_prefetch(&geom->collide_bits);
 }
 void prefetchStatus(const dxBody* body) {
-  constexpr std::size_t flags = 56;  // fixed: in ODE 0.16; elsewhere a prefetch in vain
+  // The configure-time probe has found them: the private header of bodies is not for us.
+  constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
   __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
 }
 

@@ -43,6 +43,11 @@ else()
   message(STATUS "Test of the header's pages: none, there is no target docs (Debian: doxygen)")
 endif()
 
+if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
+  message(STATUS "Tests of a static build and of packages: not with an ODE of which only headers and library are known")
+  return()
+endif()
+
 # add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the
 # prefix /usr. It is what the tests that name it as a fixture work on.
 function(add_build name directory)

@@ -29,7 +29,7 @@ else()
   add_project_test(tuning ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
   set_property(TEST project.tuning PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
 endif()
-if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
     -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}"
