@@ -209,9 +209,83 @@ def in_turn(libraries, rounds, measure):
     return least
 
 
+# What stands in front of a tuning.h in which constants are variables: ODE_PARALLEL_SAP_TUNED=NAME=FACTOR in the
+# environment changes one of them.
+TUNED = """
+#include <cstdlib>
+#include <cstring>
+#ifndef ODE_PARALLEL_SAP_TUNED
+#define ODE_PARALLEL_SAP_TUNED
+template <class Number>
+Number tuned(const char* name, Number number) {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TUNED");
+  const std::size_t length = std::strlen(name);
+  if (!text || std::strncmp(text, name, length) != 0 || text[length] != '=') return number;
+  return static_cast<Number>(static_cast<double>(number) * std::atof(text + length + 1));
+}
+#endif
+"""
+
+
+def with_variables(source, copy, names):
+    """Copies the sources, with those of the constants that have these names, and what is computed of them, variables."""
+    for room in ("space", "cuda"):
+        shutil.copytree(os.path.join(source, room), os.path.join(copy, room))
+    for path in glob.glob(os.path.join(copy, "space", "**", "tuning.h"), recursive=True):
+        with open(path) as file:
+            text = file.read()
+        for name in names:
+            text = re.sub(r"constexpr ([\w:]+) %s = \{([^,]*)," % name,
+                          r'inline const \1 %s = {tuned<std::uint64_t>("%s", \2),' % (name, name), text)
+            text = re.sub(r"constexpr ([\w:]+) %s =\s*([^;{]+);" % name,
+                          r'inline const \1 %s = tuned<\1>("%s", \2);' % (name, name), text)
+        variables = set(names)
+        for kind, name, value in re.findall(r"constexpr ([\w:]+) (\w+) =\s*([^;]+);", text):
+            if variables & set(re.findall(r"\w+", value)):
+                variables.add(name)
+                text = re.sub(r"constexpr ([\w:]+ %s =)" % name, r"inline const \1", text)
+        text = re.sub(r"(#define ODE_PARALLEL_SAP_\w+\n)", lambda match: match.group(1) + TUNED, text, count=1)
+        with open(path, "w") as file:
+            file.write(text)
+
+
+def constant_expressions(project, copy, names, jobs):
+    """Those of the names that the compiler must know the values of."""
+    def errors(number):
+        words = [word for word in project.command(number, copy) if word not in ("-c", "-o")]
+        words = [word for word in words if not word.endswith(".o")] + ["-fsyntax-only", "-fno-diagnostics-color"]
+        done = subprocess.run(words, cwd=project.commands[number]["directory"], stderr=subprocess.PIPE,
+                              universal_newlines=True)
+        return done.stderr if done.returncode else ""
+
+    with ThreadPoolExecutor(jobs) as pool:
+        text = "".join(pool.map(errors, range(len(project.commands))))
+    named = set(re.findall(r"\w+", " ".join(line for line in text.splitlines() if "constant" in line or "variab" in line)))
+    if text and not named & set(names):
+        sys.exit(text)
+    return named & set(names)
+
+
 def build(options):
-    """A library a variant, by constants. What is there already is not made again."""
+    """The library with variables for constants, and a variant each of those that it cannot have as variables."""
     project = variants.Project(options.source, options.build)
+    names = {constant.name for constant in constants(options.source)
+             if constant.room.startswith("space") and not unmeasurable(constant)}
+    needed = set()
+    while True:
+        with tempfile.TemporaryDirectory(dir=options.temporary) as copy:
+            with_variables(options.source, copy, names - needed)
+            found = constant_expressions(project, copy, names - needed, options.jobs)
+            needed |= found
+            if not found:
+                library = os.path.join(options.variants, "variables")
+                os.makedirs(library)
+                with ThreadPoolExecutor(options.jobs) as pool:
+                    list(pool.map(lambda number: project.compile(number, copy, library), range(len(project.commands))))
+                project.link([os.path.join(library, "%d.o" % number) for number in range(len(project.commands))], library)
+                break
+    print("variables: all but", " ".join(sorted(needed)), flush=True)
+    options.only = sorted(needed)
     make_missing(project, options, "space", options.jobs, lambda made, name: os.rename(made, name))
 
 
@@ -253,20 +327,32 @@ def unmeasurable(constant):
 
 
 def measure(options):
+    """A variant that was not built is the library with variables."""
     project = variants.Project(options.source, options.build)
+    variables = os.path.join(options.variants, "variables")
+
+    def place_of(name, constant):
+        built = os.path.join(options.variants, name)
+        if os.path.exists(built):
+            return built, None
+        factor = name.rsplit("-", 1)[1] if "-" in name else None
+        return variables, factor and "%s=%s" % (constant.name, factor)
 
     def times_of(constant):
         runs = cells_of(constant, options.quick)
-        return lambda library: variants.measure(project, library, options.quick, options.core, runs)
+        is_variant = os.path.exists(os.path.join(options.variants, name_of(constant, "2")))
+        return lambda place: variants.measure(
+            project, place[0] if is_variant else variables, options.quick, options.core, runs, place[1])
 
-    compare_all(options, "space", times_of, lambda name: os.path.join(options.variants, name))
+    compare_all(options, "space", times_of, place_of)
 
 
 def compare_all(options, rooms, times_of, place_of):
-    """Adds to the table what is missing there. `times_of(constant)`: what gives the times of a variant."""
+    """Adds to the table what is missing there. `times_of(constant)`: what gives the times of a variant,
+    `place_of(name, constant)` that variant."""
     table = Table(options.csv)
     for constant, factors in wanted_of(options, rooms, table):
-        compared = {"whole": place_of("whole")}
+        compared = {"whole": place_of("whole", constant)}
         for factor in factors:
             note = unmeasurable(constant)
             path = os.path.join(options.variants, name_of(constant, factor) + ".note")
@@ -276,7 +362,7 @@ def compare_all(options, rooms, times_of, place_of):
             if note:
                 table.add(constant.room, constant.name, factor, note=note)
             else:
-                compared[factor] = place_of(name_of(constant, factor))
+                compared[factor] = place_of(name_of(constant, factor), constant)
         if len(compared) > 1:
             least = in_turn(compared, options.rounds, times_of(constant))
             for factor in compared:
@@ -328,7 +414,7 @@ def measure_devices(options):
             with open(out) as file:
                 return {row["cell"]: float(row["ms"]) for row in csv.DictReader(file)}
 
-        compare_all(options, "cuda", lambda constant: times, unpack)
+        compare_all(options, "cuda", lambda constant: times, lambda name, constant: unpack(name))
 
 
 def effect(row):
