@@ -10,7 +10,9 @@ if(NOT AWK)
 endif()
 set(DOXYGEN_PROJECT_NAME "${PROJECT_NAME}")
 set(DOXYGEN_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/docs")
-set(DOXYGEN_INPUT_FILTER "${AWK} -f ${CMAKE_CURRENT_LIST_DIR}/docs.awk")
+set(DOXYGEN_FILTER_PATTERNS "\"*.h=${AWK} -f ${CMAKE_CURRENT_LIST_DIR}/docs.awk\""
+                            "\"*.md=${AWK} -f ${CMAKE_CURRENT_LIST_DIR}/docs_page.awk\"")
+set(DOXYGEN_USE_MDFILE_AS_MAINPAGE "${PROJECT_SOURCE_DIR}/space/include/README.md")
 set(DOXYGEN_OPTIMIZE_OUTPUT_FOR_C YES)
 set(DOXYGEN_JAVADOC_AUTOBRIEF YES)
 set(DOXYGEN_FULL_PATH_NAMES NO)
@@ -24,4 +26,5 @@ set(DOXYGEN_HAVE_DOT NO)
 set(DOXYGEN_QUIET YES)
 set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
 doxygen_add_docs(docs "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
+                 "${DOXYGEN_USE_MDFILE_AS_MAINPAGE}"
                  COMMENT "The header's pages, in ${DOXYGEN_OUTPUT_DIRECTORY}/html/index.html")

@@ -338,13 +338,14 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* da
  * whatever the number of threads. Rays go through the geoms in the order of distance and stop at
  * their nearest hit, as far as that cannot be another by errors of rounding. */
 typedef struct dParallelSAPRay {
-  dVector3 origin;
-  dVector3 direction; /* of any length but 0: dGeomRaySet makes it 1 */
-  dReal length;       /* 0 or more */
-  unsigned long category_bits;
-  unsigned long collide_bits;
+  dVector3 origin;             /* where it begins */
+  dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
+  dReal length;                /* 0 or more */
+  unsigned long category_bits; /* as dGeomSetCategoryBits */
+  unsigned long collide_bits;  /* as dGeomSetCollideBits */
 } dParallelSAPRay;
 
+/* Where a ray hits a geom. */
 typedef struct dParallelSAPRayHit {
   dGeomID geom;    /* 0: the ray hits nothing */
   dReal distance;  /* from the origin: the contact's depth */
@@ -494,10 +495,10 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
  * (space/trace/README.md in the sources).
  *
  * Returns 1, or 0 where the file cannot be made; a file of that name is written over. `path` 0 ends
- * the trace (1), as do another one and the end of the space. What is written is in the file when the
- * collide returns. Where writing fails later, a full disk say, dMessage says so once, the file ends
- * with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no trace
- * is being written.
+ * the trace (1), as do another one and the end of the space. What is written is in the file when
+ * the collide returns. Where writing fails later, a full disk say, dMessage says so once, the file
+ * ends with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no
+ * trace is being written.
  *
  * The geoms of a frame that is written are brought up to date before it begins, as by dSpaceClean:
  * its statistics count none of them as moved and do not count the time it takes to write. A collide
@@ -615,8 +616,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * Pairs and their order do not depend on it.
  *
  * ODE_PARALLEL_SAP_TRACE=path[:every], read at the same moment, is a dParallelSAPSpaceSetTrace for
- * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and so
- * on. %p in the path is replaced by the process's number.
+ * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and
+ * so on. %p in the path is replaced by the process's number.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
