@@ -15,7 +15,7 @@
 #include "space/extract/sweep.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
-#include "space/update/coarse_crowds.h"
+#include "space/update/coarse_clusters.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -44,14 +44,14 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
           PairList swept, tested;
           const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
           check(pairs, wanted);
-          checkUnsureStretches(swept);
+          checkBorderlineSegments(swept);
           check(found(second, wanted.boxes, 3, tested), wanted);
-          checkUnsureStretches(tested);
+          checkBorderlineSegments(tested);
           AxisLists<float> axis_lists;
           AxisLists<double> wide_axis_lists;
           PairFinder& third = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
           REQUIRE(found(third, wanted.boxes, 3, tested) == pairs);
-          checkUnsureStretches(tested);
+          checkBorderlineSegments(tested);
         }
   }
   chooseKernelSet(best);
@@ -79,7 +79,7 @@ TEST_CASE("A crowd is tested to its end, and what turns out to be none is given 
       const Case crowd = makeCase(boxesIn(n, 2), false, true);
       REQUIRE(brute_force.findCrowd(crowd.boxes, threads, places_of_a_pair, list) > 0);
       check(joined(list), crowd);
-      checkUnsureStretches(list);
+      checkBorderlineSegments(list);
       if (n < 1234) continue;  // less than what may be tested in vain
       const Case spread = makeCase(boxesIn(n, 40), false, true);
       CHECK(brute_force.findCrowd(spread.boxes, threads, places_of_a_pair, list) == 0);
@@ -136,7 +136,7 @@ void checkChanged(const Case& wanted, const Buffer<Slot>& changed) {
   for (const Pair pair : wanted.exact)
     if (isChanged(earlierOf(pair)) || isChanged(laterOf(pair))) part.exact.push_back(pair);
   check({list.parts[0].begin(), list.parts[0].end()}, part);
-  checkUnsureStretches(list);
+  checkBorderlineSegments(list);
 }
 
 }  // namespace

@@ -99,9 +99,10 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
   }
 }
 
-TEST_CASE("A device takes boxes to overlap, and pairs for unsure, as the CPU does", "[elements]") {
+TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU does",
+          "[elements]") {
   Random random(sap_test::seedOr(92));
-  int overlapping = 0, unsure = 0, clear = 0;
+  int overlapping = 0, borderline = 0, clear = 0;
   for (int i = 0; i < 200000; ++i) {
     const Box a = anyBox(random), b = random.chance(0.8) ? boxBeside(a, random) : anyBox(random);
     const device::Record of_a = recordOf(a), of_b = recordOf(b);
@@ -109,16 +110,16 @@ TEST_CASE("A device takes boxes to overlap, and pairs for unsure, as the CPU doe
     REQUIRE(found == overlapByFormula(a, b));
     if (!found) continue;
     ++overlapping;
-    const bool is_unsure = device::isUnsure(of_a.low, of_a.high, of_b.low, of_b.high);
-    REQUIRE(is_unsure == isUnsure(a, b));
-    unsure += is_unsure;
+    const bool is_borderline = device::isBorderline(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE(is_borderline == isBorderline(a, b));
+    borderline += is_borderline;
     // The quick answer may be "ask", but never wrong.
     if (!device::isClear(of_a.low, of_a.high, of_b.low, of_b.high)) continue;
     ++clear;
-    REQUIRE(!is_unsure);
+    REQUIRE(!is_borderline);
   }
   CHECK(overlapping > 1000);
-  CHECK(unsure > 100);
+  CHECK(borderline > 100);
   CHECK(clear > 100);
 }
 

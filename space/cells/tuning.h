@@ -18,7 +18,7 @@ constexpr double most_growth = 0.2;
 // Doubled: not measured. Halved: not measured.
 constexpr int longest_service = 32;
 
-// Up to this length a crowd with equal keys is halved along its widest axis, beyond it another
+// Up to this length a cluster with equal keys is halved along its widest axis, beyond it another
 // curve is laid.
 // Unit: boxes. From: peers, one-place and log-sizes-4.
 // Doubled: not measured. Halved: not measured.
@@ -31,10 +31,10 @@ constexpr std::size_t longest_halved = 512;
 constexpr std::size_t most_piece_boxes = 8192;
 
 // Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these tell
-// the boxes of a place apart that is thirty times as crowded.
+// the boxes of a place apart that is thirty times as clustered.
 // Unit: digits. From: peers, heap and flat-layer.
 // Doubled: not measured. Halved: not measured.
-constexpr int digits_for_crowds = 5;
+constexpr int digits_for_clusters = 5;
 
 }  // namespace ode_parallel_sap
 

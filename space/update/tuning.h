@@ -12,7 +12,7 @@ namespace ode_parallel_sap {
 // Doubled: not measured. Halved: not measured.
 constexpr std::size_t prefetched_block = 32;
 
-// Counters of crowds, so that boxes all far from each other seem to make a pair for sixteen boxes
+// Counters of clusters, so that boxes all far from each other seem to make a pair for sixteen boxes
 // at most.
 // Unit: counters. From: peers, far from the origin.
 // Doubled: not measured. Halved: not measured.
