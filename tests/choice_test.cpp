@@ -252,8 +252,8 @@ TEST_CASE("All pairs are tested where so many overlap that sorting them would ta
   MethodChoice choice;
   CHECK(choice.sweeps(500, 2500));
   CHECK_FALSE(choice.sweeps(500, 10000));
-  CHECK_FALSE(MethodChoice::isCrowd(1000, 10000));
-  CHECK(MethodChoice::isCrowd(1000, 30000));
-  CHECK_FALSE(MethodChoice::isCrowd(100000, 30000000));
-  CHECK(MethodChoice::isCrowd(5000, 1500000));
+  CHECK_FALSE(MethodChoice::isDense(1000, 10000));
+  CHECK(MethodChoice::isDense(1000, 30000));
+  CHECK_FALSE(MethodChoice::isDense(100000, 30000000));
+  CHECK(MethodChoice::isDense(5000, 1500000));
 }

@@ -17,7 +17,7 @@ namespace {
 // Lists of pairs, and the words a device would send for them (scene_plan.h).
 struct Lists {
   std::vector<Pair> pairs;
-  Buffer<std::uint32_t> stretches;
+  Buffer<std::uint32_t> segments;
   std::vector<std::uint32_t> has_list;
 
   Lists(std::size_t count, std::size_t longest, std::size_t widest_gap, Random& random) {
@@ -42,12 +42,12 @@ struct Lists {
     }
     has_list.push_back(0);
     const std::size_t parts = (count + device::segment_words - 1) / device::segment_words;
-    stretches.resize(parts * device::segment_size);
+    segments.resize(parts * device::segment_size);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t part = i / device::segment_words, place = i % device::segment_words;
-      std::uint32_t* const stretch = stretches.data() + part * device::segment_size;
-      if (place == 0) stretch[0] = earlier[i];
-      stretch[device::header_words + place] = words[i];
+      std::uint32_t* const segment = segments.data() + part * device::segment_size;
+      if (place == 0) segment[0] = earlier[i];
+      segment[device::header_words + place] = words[i];
     }
   }
 };
@@ -69,11 +69,11 @@ TEST_CASE("Words of a device become the pairs they stand for", "[expand]") {
         std::fill(pairs.begin(), pairs.end(), untouched);
         for (std::size_t begin = 0; begin < count; begin += device::segment_words) {
           const std::size_t words = std::min(count - begin, device::segment_words);
-          const std::uint32_t* const stretch =
-              lists.stretches.data() + begin / device::segment_words * device::segment_size;
-          const bool borderline = std::any_of(lists.pairs.begin() + begin,
-                                              lists.pairs.begin() + begin + words, isBorderline);
-          REQUIRE(expandSegment(stretch, words, lists.has_list.data(), pairs.data() + begin) ==
+          const std::uint32_t* const segment =
+              lists.segments.data() + begin / device::segment_words * device::segment_size;
+          const bool borderline = std::any_of(
+              lists.pairs.begin() + begin, lists.pairs.begin() + begin + words, isMarkedBorderline);
+          REQUIRE(expandSegment(segment, words, lists.has_list.data(), pairs.data() + begin) ==
                   borderline);
         }
         REQUIRE(std::equal(lists.pairs.begin(), lists.pairs.end(), pairs.begin()));

@@ -199,9 +199,9 @@ namespace {
 
 // Lists as a device would send them.
 struct Sent {
-  std::vector<std::uint32_t> stretches, has_list;
+  std::vector<std::uint32_t> segments, has_list;
   std::vector<unsigned long long> begins;
-  ShareLists lists() const { return {stretches.data(), begins.data(), has_list.data()}; }
+  ShareLists lists() const { return {segments.data(), begins.data(), has_list.data()}; }
 };
 
 Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
@@ -210,7 +210,7 @@ Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
   const std::size_t blocks = (slots + list_block - 1) / list_block;
   made.has_list.assign((slots + 31) / 32, 0);
   made.begins.assign(blocks + 1, pairs.size());
-  made.stretches.assign((pairs.size() + segment_words - 1) / segment_words * segment_size, 0);
+  made.segments.assign((pairs.size() + segment_words - 1) / segment_words * segment_size, 0);
   std::size_t block = 0;
   Slot before = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -223,10 +223,10 @@ Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
         i > 0 && earlier / list_block == before / list_block && earlier - before < far_ahead;
     const std::uint32_t ahead = !head ? 0 : near ? earlier - before : far_ahead;
     before = earlier;
-    std::uint32_t* const stretch = made.stretches.data() + i / segment_words * segment_size;
-    if (i % segment_words == 0) stretch[0] = earlier;
-    stretch[header_words + i % segment_words] =
-        ahead << ahead_shift | laterOf(pairs[i]) << 1 | (isBorderline(pairs[i]) ? 1 : 0);
+    std::uint32_t* const segment = made.segments.data() + i / segment_words * segment_size;
+    if (i % segment_words == 0) segment[0] = earlier;
+    segment[header_words + i % segment_words] =
+        ahead << ahead_shift | laterOf(pairs[i]) << 1 | (isMarkedBorderline(pairs[i]) ? 1 : 0);
   }
   return made;
 }
@@ -289,10 +289,11 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
         joined.resize(all.size());
         CHECK(joined == all);
         CHECK(std::is_sorted(joined.begin(), joined.end(), inOrder));
-        for (const PairList::Segment& stretch : borderline)
-          for (std::size_t i = stretch.begin; i < stretch.end; ++i) covered += isBorderline(all[i]);
+        for (const PairList::Segment& segment : borderline)
+          for (std::size_t i = segment.begin; i < segment.end; ++i)
+            covered += isMarkedBorderline(all[i]);
         CHECK(covered ==
-              static_cast<std::size_t>(std::count_if(all.begin(), all.end(), isBorderline)));
+              static_cast<std::size_t>(std::count_if(all.begin(), all.end(), isMarkedBorderline)));
       }
 }
 
@@ -347,7 +348,7 @@ TEST_CASE("Slices have the pairs wanted, and no block more", "[shares]") {
   }
 }
 
-TEST_CASE("A stretch of words becomes its pairs", "[shares]") {
+TEST_CASE("A segment of words becomes its pairs", "[shares]") {
   sap_test::Random random(sap_test::seedOr(13));
   for (int round = 0; round < 60; ++round) {
     const std::vector<Pair> all = randomPairs(2 + random.below(4000), random.unit(), random);
@@ -356,11 +357,11 @@ TEST_CASE("A stretch of words becomes its pairs", "[shares]") {
     Pair* const to = pairs.data() + (reinterpret_cast<std::uintptr_t>(pairs.data()) % 16 ? 1 : 0);
     for (std::size_t begin = 0; begin < all.size(); begin += device::segment_words) {
       const std::size_t count = std::min(device::segment_words, all.size() - begin);
-      const std::uint32_t* const stretch =
-          made.stretches.data() + begin / device::segment_words * device::segment_size;
-      const bool borderline = expandSegment(stretch, count, made.has_list.data(), to);
+      const std::uint32_t* const segment =
+          made.segments.data() + begin / device::segment_words * device::segment_size;
+      const bool borderline = expandSegment(segment, count, made.has_list.data(), to);
       CHECK(std::equal(to, to + count, all.begin() + static_cast<std::ptrdiff_t>(begin)));
-      CHECK(borderline == std::any_of(to, to + count, isBorderline));
+      CHECK(borderline == std::any_of(to, to + count, isMarkedBorderline));
     }
   }
 }

@@ -22,10 +22,10 @@ std::vector<Pair> joined(const PairList& pairs) {
 bool segmentsCover(const PairList& pairs) {
   std::size_t borderline = 0, covered = 0;
   for (const Buffer<Pair>& part : pairs.parts)
-    borderline += std::count_if(part.begin(), part.end(), isBorderline);
+    borderline += std::count_if(part.begin(), part.end(), isMarkedBorderline);
   for (const PairList::Segment& segment : pairs.borderline)
     covered += std::count_if(pairs.parts[segment.part].begin() + segment.begin,
-                             pairs.parts[segment.part].begin() + segment.end, isBorderline);
+                             pairs.parts[segment.part].begin() + segment.end, isMarkedBorderline);
   return borderline == covered;
 }
 
@@ -48,10 +48,10 @@ bool samePairs(const std::string& what, const PairList& expected_list, const Pai
   for (std::size_t i = at; i < at + 3; ++i) {
     if (i < expected.size())
       std::printf(" expected %u-%u%s", earlierOf(expected[i]), laterOf(expected[i]),
-                  isBorderline(expected[i]) ? "?" : "");
+                  isMarkedBorderline(expected[i]) ? "?" : "");
     if (i < found.size())
       std::printf(" found %u-%u%s", earlierOf(found[i]), laterOf(found[i]),
-                  isBorderline(found[i]) ? "?" : "");
+                  isMarkedBorderline(found[i]) ? "?" : "");
   }
   std::printf("\n");
   return false;
@@ -99,7 +99,7 @@ bool compareAll(std::size_t most, int threads, int devices, const std::string& o
         }
         pairs += expected.size();
         for (const Buffer<Pair>& part : expected.parts)
-          borderline += std::count_if(part.begin(), part.end(), isBorderline);
+          borderline += std::count_if(part.begin(), part.end(), isMarkedBorderline);
         ++checked;
       }
     }

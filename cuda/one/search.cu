@@ -106,7 +106,7 @@ struct Search {
       const float4 query_low = space.query_low[q], query_high = space.query_high[q];
       const std::uint32_t other = __float_as_uint(query_low.w);
       const bool borderline = !exact && !isClear(query_low, query_high, low, high) &&
-                              isBorderline(query_low, query_high, low, high);
+                              overlapIsBorderline(query_low, query_high, low, high);
       const std::uint32_t earlier = min(slot, other), later = max(slot, other);
       (k < places.left ? places.at : fresh)[k] = Found{earlier} << 32 | later << 1 | borderline;
       if (earlier == slot)

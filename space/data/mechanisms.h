@@ -32,9 +32,9 @@ constexpr bool tests_of_all = true;
 // So are up to 650 where cells cannot be kept.
 constexpr bool learned_method = true;
 // So are those of which every 45th place in the table of all with all is a pair.
-constexpr bool tests_of_clusters = true;
-// Those tests end early where it turns out that they are none (BruteForce::findCluster).
-constexpr bool clusters_given_up = true;
+constexpr bool tests_of_dense_scenes = true;
+// Those tests end early where it turns out that they are none (BruteForce::findDense).
+constexpr bool dense_scenes_given_up = true;
 // One thread works while a team is slower (TeamChoice).
 constexpr bool learned_teams = true;
 

@@ -28,7 +28,7 @@ constexpr Slot laterOf(Pair pair) {
   return static_cast<Slot>(pair);
 }
 // Whether only the exact bounds can tell if the two boxes overlap.
-constexpr bool isBorderline(Pair pair) {
+constexpr bool isMarkedBorderline(Pair pair) {
   return (pair & borderline_bit) != 0;
 }
 
@@ -76,7 +76,7 @@ inline void noteBorderline(const Pair* part_pairs, const PairList::Segment& writ
       for (std::size_t i = 0; i < step; ++i) all_bits |= pairs[i];
     else
       for (std::size_t i = 0; at + i < written.end; ++i) all_bits |= pairs[i];
-    if (!isBorderline(all_bits)) continue;
+    if (!isMarkedBorderline(all_bits)) continue;
     const std::size_t end = std::min(at + step, written.end);
     if (!borderline.empty() && borderline.back().part == written.part &&
         borderline.back().end == at && at - borderline.back().begin < longest)

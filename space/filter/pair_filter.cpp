@@ -25,10 +25,10 @@ struct PairFilter::ExactTest {
     if (asleep_on_static &&
         ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
       return true;
-    if (!isBorderline(pair) && !every_filter) return false;
+    if (!isMarkedBorderline(pair) && !every_filter) return false;
     const dxGeom *const a = geoms[earlier], *const b = geoms[later];
     // The bits of geoms at rest are a matter of verify().
-    return (isBorderline(pair) && !boxesOverlap(a, b)) ||
+    return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
            (every_filter && !atRest(earlier) && !atRest(later) && !filtersMatch(a, b));
   }
 

@@ -72,8 +72,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
               (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
-  extraction.cluster = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
-                       MethodChoice::isCluster(facts.slots, facts.last_pairs);
+  extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
+                     MethodChoice::isDense(facts.slots, facts.last_pairs);
   extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;

@@ -50,13 +50,13 @@ bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratc
   if (count <= few) {
     std::sort(pairs, pairs + count,
               [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
-    return isBorderline(all);
+    return isMarkedBorderline(all);
   }
   int earlier_bits = 0;
   while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
   radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
   if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
-  return isBorderline(all);
+  return isMarkedBorderline(all);
 }
 
 // From `found` to `pairs`, which may be the same.
@@ -90,7 +90,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
     std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
   else
     kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
-  return isBorderline(all);
+  return isMarkedBorderline(all);
 }
 
 // Small enough for the cache, and enough of them for all threads.

@@ -68,7 +68,7 @@ void check(const std::vector<Pair>& got, const Case& wanted) {
   std::vector<Pair> plain, sure;
   for (const Pair pair : got) {
     plain.push_back(pair & ~borderline_bit);
-    if (!isBorderline(pair)) sure.push_back(pair);
+    if (!isMarkedBorderline(pair)) sure.push_back(pair);
   }
   REQUIRE(std::adjacent_find(plain.begin(), plain.end(), std::greater_equal<Pair>()) ==
           plain.end());
@@ -78,13 +78,13 @@ void check(const std::vector<Pair>& got, const Case& wanted) {
 
 void checkBorderlineSegments(const PairList& list) {
   std::size_t covered = 0, all = 0, length = 0;
-  for (const PairList::Segment& stretch : list.borderline) {
-    length += stretch.end - stretch.begin;
-    covered += std::count_if(list.parts[stretch.part].begin() + stretch.begin,
-                             list.parts[stretch.part].begin() + stretch.end, isBorderline);
+  for (const PairList::Segment& segment : list.borderline) {
+    length += segment.end - segment.begin;
+    covered += std::count_if(list.parts[segment.part].begin() + segment.begin,
+                             list.parts[segment.part].begin() + segment.end, isMarkedBorderline);
   }
   for (const Buffer<Pair>& part : list.parts)
-    all += std::count_if(part.begin(), part.end(), isBorderline);
+    all += std::count_if(part.begin(), part.end(), isMarkedBorderline);
   REQUIRE(covered == all);
   REQUIRE(length <= 8 * all);
 }

@@ -118,13 +118,13 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 // Each round tests a part of each stripe, since the geoms that a program makes first are often
 // unlike the others.
 template <class Real>
-int BruteForce<Real>::findCluster(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
-                                  PairList& pairs) {
+int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
+                                PairList& pairs) {
   constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;
-  // No cluster is told apart by half of all tests.
-  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::clusters_given_up)
+  // No dense scene is told apart by half of all tests.
+  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::dense_scenes_given_up)
     return find(boxes, threads, pairs);
   const ScopedMode mode(exactMode());
   int rounds = 1;

@@ -24,8 +24,7 @@ class BruteForce : public PairFinder {
   // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
   // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
   // square.
-  int findCluster(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
-                  PairList& pairs);
+  int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
   std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
 
  private:
