@@ -9,8 +9,8 @@ namespace ode_parallel_sap {
 namespace device {
 
 // More boxes than this with one key are a cluster: its cells would have no order, and each would
-// meet all others. Unit: boxes. From: cuda/check time, one place and log sizes. Doubled: not
-// measured. Halved: not measured.
+// meet all others. Unit: boxes. From: cuda/check time, one place and log sizes.
+// Doubled: not measured. Halved: not measured.
 constexpr std::uint32_t cluster_size = 1024;
 
 // Up to this number of boxes the sort is spared the last eight digits of keys, which leaves some
