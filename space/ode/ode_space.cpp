@@ -140,10 +140,11 @@ void ParallelSAPSpace::closeSlots() {
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
 }
 
-// Asks the geoms that may be dirty without having said so.
+// Asks the geoms that may be dirty without having said so, before the sweep makes some dirty of
+// which spaces around this one are not to know.
 void ParallelSAPSpace::askSilent() {
-  if (any_swept.load(std::memory_order_relaxed)) sweep();
   silent_.ask(*this, slots_.geoms().data());
+  if (any_swept.load(std::memory_order_relaxed)) sweep();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
