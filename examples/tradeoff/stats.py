@@ -21,14 +21,14 @@ class Interval(NamedTuple):
         return "within" if self.high <= limit else "beyond" if self.low > limit else "open"
 
 
-def interval(values, level=LEVEL, most=1.0):
+def interval(values, level=LEVEL, most=1.0, least=0.0):
     """Where the mean is, by the bootstrap's t (Efron, Tibshirani: An Introduction to the Bootstrap, 12.5): of a dozen
     skewed values its intervals hold as often as they say, where those of plain percentiles are too short.
-    The same values always get the same interval. Values are from 0 to `most`."""
+    The same values always get the same interval. Values are from `least` to `most`."""
     values = numpy.asarray(values, dtype=float)
     count, mean = len(values), float(numpy.mean(values))
     if count < 2:
-        return Interval(mean, 0.0, most, count)
+        return Interval(mean, least, most, count)
     if numpy.all(values == values[0]):
         return Interval(float(values[0]), float(values[0]), float(values[0]), count)
     error = numpy.std(values, ddof=1) / numpy.sqrt(count)
@@ -41,7 +41,7 @@ def interval(values, level=LEVEL, most=1.0):
     t = numpy.sort(t)
     tail = int(numpy.floor(RESAMPLES * (1 - level) / 2))
     low, high = mean - float(t[-1 - tail] * error), mean - float(t[tail] * error)
-    return Interval(mean, max(0.0, low), min(most, high), count)
+    return Interval(mean, max(least, low), min(most, high), count)
 
 
 def rate_at_most(count, level=LEVEL):
