@@ -78,7 +78,7 @@ TEST_CASE("Lists kept from frame to frame give what new ones give, whatever chan
       CAPTURE(wide, frame);
       const Case wanted = makeCase(scene, wide, frame % 2);
       check(found(finder, wanted.boxes, 1 + frame % 4, list), wanted);
-      checkUnsureStretches(list);
+      checkBorderlineSegments(list);
       changeScene(scene, frame, random);
     }
   }

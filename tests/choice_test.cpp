@@ -81,7 +81,7 @@ const struct {
     {"two slow cores", [](int d, double n) { return d ? h200(d, n) : 0.01 + 2e-4 * n; }},
     {"more devices never pay",
      [](int d, double n) { return d ? h200(1, n) * (1 + 0.3 * (d - 1)) : cores16(n); }},
-    {"two devices that pay a little sooner than foretold",
+    {"two devices that pay a little sooner than precomputed",
      [](int d, double n) {
        return d ? (d == 1 ? 0.1 + 1.7e-6 * n : 0.4 + 1.84e-6 * n / d) : cores16(n);
      }},
@@ -252,8 +252,8 @@ TEST_CASE("All pairs are tested where so many overlap that sorting them would ta
   MethodChoice choice;
   CHECK(choice.sweeps(500, 2500));
   CHECK_FALSE(choice.sweeps(500, 10000));
-  CHECK_FALSE(MethodChoice::isCrowd(1000, 10000));
-  CHECK(MethodChoice::isCrowd(1000, 30000));
-  CHECK_FALSE(MethodChoice::isCrowd(100000, 30000000));
-  CHECK(MethodChoice::isCrowd(5000, 1500000));
+  CHECK_FALSE(MethodChoice::isDense(1000, 10000));
+  CHECK(MethodChoice::isDense(1000, 30000));
+  CHECK_FALSE(MethodChoice::isDense(100000, 30000000));
+  CHECK(MethodChoice::isDense(5000, 1500000));
 }

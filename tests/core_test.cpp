@@ -15,7 +15,7 @@
 #include "space/extract/sweep.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
-#include "space/update/coarse_crowds.h"
+#include "space/update/coarse_clusters.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -44,20 +44,20 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
           PairList swept, tested;
           const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
           check(pairs, wanted);
-          checkUnsureStretches(swept);
+          checkBorderlineSegments(swept);
           check(found(second, wanted.boxes, 3, tested), wanted);
-          checkUnsureStretches(tested);
+          checkBorderlineSegments(tested);
           AxisLists<float> axis_lists;
           AxisLists<double> wide_axis_lists;
           PairFinder& third = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
           REQUIRE(found(third, wanted.boxes, 3, tested) == pairs);
-          checkUnsureStretches(tested);
+          checkBorderlineSegments(tested);
         }
   }
   chooseKernelSet(best);
 }
 
-TEST_CASE("A crowd is tested to its end, and what turns out to be none is given up") {
+TEST_CASE("A dense scene is tested to its end, and what turns out to be none is given up") {
   constexpr std::uint64_t places_of_a_pair = 45;
   const std::uint64_t seed = sap_test::seedOr(3);
   INFO("seed " << seed);
@@ -76,13 +76,13 @@ TEST_CASE("A crowd is tested to its end, and what turns out to be none is given 
   for (const std::size_t n : {0, 1, 2, 31, 33, 1000, 1001, 1234, 4000})
     for (const int threads : {1, 2, 3, 7}) {
       INFO(n << " boxes, " << threads << " threads");
-      const Case crowd = makeCase(boxesIn(n, 2), false, true);
-      REQUIRE(brute_force.findCrowd(crowd.boxes, threads, places_of_a_pair, list) > 0);
-      check(joined(list), crowd);
-      checkUnsureStretches(list);
+      const Case cluster = makeCase(boxesIn(n, 2), false, true);
+      REQUIRE(brute_force.findDense(cluster.boxes, threads, places_of_a_pair, list) > 0);
+      check(joined(list), cluster);
+      checkBorderlineSegments(list);
       if (n < 1234) continue;  // less than what may be tested in vain
       const Case spread = makeCase(boxesIn(n, 40), false, true);
-      CHECK(brute_force.findCrowd(spread.boxes, threads, places_of_a_pair, list) == 0);
+      CHECK(brute_force.findDense(spread.boxes, threads, places_of_a_pair, list) == 0);
     }
   // A few that are unlike all others do not decide, whether they came first or last.
   for (const bool first : {true, false}) {
@@ -95,7 +95,7 @@ TEST_CASE("A crowd is tested to its end, and what turns out to be none is given 
       }
     }
     const Case mixed = makeCase(boxes, false, true);
-    REQUIRE(brute_force.findCrowd(mixed.boxes, 2, places_of_a_pair, list) > 0);
+    REQUIRE(brute_force.findDense(mixed.boxes, 2, places_of_a_pair, list) > 0);
     check(joined(list), mixed);
   }
 }
@@ -136,7 +136,7 @@ void checkChanged(const Case& wanted, const Buffer<Slot>& changed) {
   for (const Pair pair : wanted.exact)
     if (isChanged(earlierOf(pair)) || isChanged(laterOf(pair))) part.exact.push_back(pair);
   check({list.parts[0].begin(), list.parts[0].end()}, part);
-  checkUnsureStretches(list);
+  checkBorderlineSegments(list);
 }
 
 }  // namespace
@@ -169,8 +169,8 @@ TEST_CASE("A few boxes, some of which reach all others, find their pairs in the 
   chooseKernelSet(best);
 }
 
-TEST_CASE("Crowds that no key tells apart are still cut into cells") {
-  // Exponentially nested crowds: each a millionth of the last one's size.
+TEST_CASE("Clusters that no key tells apart are still cut into cells") {
+  // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
   sap_test::Random random(seed);
@@ -296,7 +296,7 @@ TEST_CASE("An exception of any thread reaches the caller, once all are done") {
                       std::bad_alloc);
 }
 
-TEST_CASE("Coarse boxes are a crowd where they are close together, not where they are many") {
+TEST_CASE("Coarse boxes are a cluster where they are close together, not where they are many") {
   constexpr std::size_t count = 20000;
   sap_test::Random random(71);
   BoxSet boxes;
@@ -305,11 +305,11 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
   boxes.wide_boxes.resize(count);
   Buffer<Slot> coarse;
   for (Slot slot = 0; slot < count; ++slot) coarse.push_back(slot);
-  CoarseCrowds crowds;
+  CoarseClusters clusters;
   int threads = 1;
   const auto pairs = [&](bool wide, std::size_t most) {
     boxes.wide = wide;
-    return crowds.count(boxes, coarse, most, threads);
+    return clusters.count(boxes, coarse, most, threads);
   };
   const auto place = [&](double distance, double spread) {
     for (std::size_t i = 0; i < count; ++i)
@@ -330,13 +330,13 @@ TEST_CASE("Coarse boxes are a crowd where they are close together, not where the
     // What moves is counted where it is now, and goes on counting where it was.
     Buffer<Slot> moved;
     for (Slot slot = 0; slot < 100; ++slot) moved.push_back(slot * 7);
-    const auto counted = [&] { return crowds.countMoved(boxes, moved, count * count, threads); };
-    CHECK(crowds.counted());
+    const auto counted = [&] { return clusters.countMoved(boxes, moved, count * count, threads); };
+    CHECK(clusters.counted());
     CHECK(counted() >= few + 100);
     place(1e9, 10);
     CHECK(counted() > few + 100 + 100 * 99 / 40);
-    crowds.forget();
-    CHECK_FALSE(crowds.counted());
+    clusters.forget();
+    CHECK_FALSE(clusters.counted());
     CHECK(pairs(wide, count) > count);
     CHECK(pairs(wide, count * count) > count * count / 20);
     // The largest of all, and the smallest.

@@ -99,9 +99,10 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
   }
 }
 
-TEST_CASE("A device takes boxes to overlap, and pairs for unsure, as the CPU does", "[elements]") {
+TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU does",
+          "[elements]") {
   Random random(sap_test::seedOr(92));
-  int overlapping = 0, unsure = 0, clear = 0;
+  int overlapping = 0, borderline = 0, clear = 0;
   for (int i = 0; i < 200000; ++i) {
     const Box a = anyBox(random), b = random.chance(0.8) ? boxBeside(a, random) : anyBox(random);
     const device::Record of_a = recordOf(a), of_b = recordOf(b);
@@ -109,16 +110,17 @@ TEST_CASE("A device takes boxes to overlap, and pairs for unsure, as the CPU doe
     REQUIRE(found == overlapByFormula(a, b));
     if (!found) continue;
     ++overlapping;
-    const bool is_unsure = device::isUnsure(of_a.low, of_a.high, of_b.low, of_b.high);
-    REQUIRE(is_unsure == isUnsure(a, b));
-    unsure += is_unsure;
+    const bool is_borderline =
+        device::overlapIsBorderline(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE(is_borderline == isBorderline(a, b));
+    borderline += is_borderline;
     // The quick answer may be "ask", but never wrong.
     if (!device::isClear(of_a.low, of_a.high, of_b.low, of_b.high)) continue;
     ++clear;
-    REQUIRE(!is_unsure);
+    REQUIRE(!is_borderline);
   }
   CHECK(overlapping > 1000);
-  CHECK(unsure > 100);
+  CHECK(borderline > 100);
   CHECK(clear > 100);
 }
 
@@ -292,16 +294,16 @@ void checkCuts(std::vector<Key> keys) {
   constexpr int class_shift = sizeof(Key) * 8 - device::class_digits;
   std::sort(keys.begin(), keys.end());
   std::size_t begin = 0, equal_from = 0;
-  bool crowded = false, crowd = false;
+  bool clustered = false, cluster = false;
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const device::CellCut cut = device::cellCutAt(keys.data(), keys.size(), i);
-    crowded = crowded || cut.crowd;
+    clustered = clustered || cut.cluster;
     if (i == 0) {
       REQUIRE(cut.begins);
       continue;
     }
     if (keys[i] != keys[i - 1]) equal_from = i;
-    crowd = crowd || i - equal_from == device::crowd_size;
+    cluster = cluster || i - equal_from == device::cluster_size;
     const Key differ = keys[i] ^ keys[i - 1];
     bool expected;
     if (differ >> class_shift)
@@ -318,22 +320,22 @@ void checkCuts(std::vector<Key> keys) {
     }
   }
   REQUIRE(keys.size() - begin <= device::cell_size);
-  REQUIRE(crowded == crowd);
+  REQUIRE(clustered == cluster);
 }
 
 }  // namespace
 
-TEST_CASE("More boxes with one key than a search can bear are a crowd", "[elements]") {
+TEST_CASE("More boxes with one key than a search can bear are a cluster", "[elements]") {
   for (const std::size_t before : {0, 1, 700})
     for (const std::size_t count : {1, 33, 1024, 1025, 5000}) {
       std::vector<std::uint32_t> keys(before, 6);
       keys.insert(keys.end(), count, 7);
       keys.push_back(8);
-      int crowds = 0;
+      int clusters = 0;
       for (std::size_t i = 0; i < keys.size(); ++i)
-        crowds += device::cellCutAt(keys.data(), keys.size(), i).crowd;
+        clusters += device::cellCutAt(keys.data(), keys.size(), i).cluster;
       INFO(count << " boxes behind " << before);
-      CHECK(crowds == (count > device::crowd_size ? 1 : 0));
+      CHECK(clusters == (count > device::cluster_size ? 1 : 0));
     }
 }
 
@@ -344,13 +346,13 @@ TEST_CASE("Cells are whole blocks of space, of 32 boxes at most", "[elements]") 
     const std::size_t count = 1 + random.below(round % 10 == 0 ? 2500 : 600);
     // Few keys that differ anywhere, or many in one place.
     const int digits = 1 + static_cast<int>(random.below(32));
-    const double crowded = random.chance(0.3) ? random.unit() : 0;
+    const double clustered = random.chance(0.3) ? random.unit() : 0;
     std::vector<std::uint32_t> keys;
     std::vector<std::uint64_t> long_keys;
     const std::uint32_t place = static_cast<std::uint32_t>(random.bits());
     for (std::size_t i = 0; i < count; ++i) {
       const auto any = static_cast<std::uint32_t>(random.bits() >> 32);
-      keys.push_back(random.chance(crowded) ? place : any >> (32 - digits) << random.below(2));
+      keys.push_back(random.chance(clustered) ? place : any >> (32 - digits) << random.below(2));
       long_keys.push_back(std::uint64_t{keys.back()} << 32 | (random.chance(0.5) ? any & 3 : 0));
     }
     checkCuts(keys);

@@ -17,7 +17,7 @@ namespace {
 // Lists of pairs, and the words a device would send for them (scene_plan.h).
 struct Lists {
   std::vector<Pair> pairs;
-  Buffer<std::uint32_t> stretches;
+  Buffer<std::uint32_t> segments;
   std::vector<std::uint32_t> has_list;
 
   Lists(std::size_t count, std::size_t longest, std::size_t widest_gap, Random& random) {
@@ -28,12 +28,12 @@ struct Lists {
       const std::size_t length = 1 + random.below(longest);
       for (std::size_t i = 0; i < length && words.size() < count; ++i) {
         const Slot later = slot + 1 + static_cast<Slot>(random.below(1000));
-        const bool unsure = random.chance(0.1);
+        const bool borderline = random.chance(0.1);
         std::uint32_t ahead = i > 0 ? 0 : words.empty() ? 0 : slot - before;
         ahead = std::min(ahead, device::far_ahead);
-        words.push_back(ahead << device::ahead_shift | later << 1 | std::uint32_t{unsure});
+        words.push_back(ahead << device::ahead_shift | later << 1 | std::uint32_t{borderline});
         earlier.push_back(slot);
-        pairs.push_back(makePair(slot, later) | (unsure ? unsure_bit : 0));
+        pairs.push_back(makePair(slot, later) | (borderline ? borderline_bit : 0));
       }
       has_list.resize(slot / 32 + 1);
       has_list[slot / 32] |= 1u << slot % 32;
@@ -41,13 +41,13 @@ struct Lists {
       slot += 1 + static_cast<Slot>(random.below(widest_gap));
     }
     has_list.push_back(0);
-    const std::size_t parts = (count + device::stretch_words - 1) / device::stretch_words;
-    stretches.resize(parts * device::stretch_size);
+    const std::size_t parts = (count + device::segment_words - 1) / device::segment_words;
+    segments.resize(parts * device::segment_size);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t part = i / device::stretch_words, place = i % device::stretch_words;
-      std::uint32_t* const stretch = stretches.data() + part * device::stretch_size;
-      if (place == 0) stretch[0] = earlier[i];
-      stretch[device::header_words + place] = words[i];
+      const std::size_t part = i / device::segment_words, place = i % device::segment_words;
+      std::uint32_t* const segment = segments.data() + part * device::segment_size;
+      if (place == 0) segment[0] = earlier[i];
+      segment[device::header_words + place] = words[i];
     }
   }
 };
@@ -67,14 +67,14 @@ TEST_CASE("Words of a device become the pairs they stand for", "[expand]") {
         Buffer<Pair> pairs;
         pairs.resize(count + 2);
         std::fill(pairs.begin(), pairs.end(), untouched);
-        for (std::size_t begin = 0; begin < count; begin += device::stretch_words) {
-          const std::size_t words = std::min(count - begin, device::stretch_words);
-          const std::uint32_t* const stretch =
-              lists.stretches.data() + begin / device::stretch_words * device::stretch_size;
-          const bool unsure = std::any_of(lists.pairs.begin() + begin,
-                                          lists.pairs.begin() + begin + words, isUnsure);
-          REQUIRE(expandStretch(stretch, words, lists.has_list.data(), pairs.data() + begin) ==
-                  unsure);
+        for (std::size_t begin = 0; begin < count; begin += device::segment_words) {
+          const std::size_t words = std::min(count - begin, device::segment_words);
+          const std::uint32_t* const segment =
+              lists.segments.data() + begin / device::segment_words * device::segment_size;
+          const bool borderline = std::any_of(
+              lists.pairs.begin() + begin, lists.pairs.begin() + begin + words, isMarkedBorderline);
+          REQUIRE(expandSegment(segment, words, lists.has_list.data(), pairs.data() + begin) ==
+                  borderline);
         }
         REQUIRE(std::equal(lists.pairs.begin(), lists.pairs.end(), pairs.begin()));
         REQUIRE(pairs[count] == untouched);

@@ -16,7 +16,7 @@ namespace {
 // Some parts, some of them empty, of ascending pairs; and which pairs of them are dropped.
 struct Gapped {
   PairList list;
-  std::vector<PairList::Stretch> gaps;
+  std::vector<PairList::Segment> gaps;
   std::vector<std::vector<Pair>> expected;  // by part
 };
 

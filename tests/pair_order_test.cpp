@@ -14,8 +14,8 @@ using namespace ode_parallel_sap;
 
 namespace {
 
-// Different pairs of slots below `slots`, of which every tenth is unsure, dealt to some buffers.
-// The earlier slots are `spread` apart.
+// Different pairs of slots below `slots`, of which every tenth is borderline, dealt to some
+// buffers. The earlier slots are `spread` apart.
 std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::size_t spread,
                                     sap_test::Random& random) {
   std::set<Pair> pairs;
@@ -30,7 +30,7 @@ std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::s
     std::swap(shuffled[i - 1], shuffled[random.below(i)]);
   std::vector<Buffer<Pair>> found(random.chance(0.5) ? 1 : 1 + random.below(4));
   for (const Pair pair : shuffled)
-    found[random.below(found.size())].push_back(random.chance(0.1) ? pair | unsure_bit : pair);
+    found[random.below(found.size())].push_back(random.chance(0.1) ? pair | borderline_bit : pair);
   return found;
 }
 
@@ -39,13 +39,13 @@ void checkSorted(const std::vector<Buffer<Pair>>& found, std::size_t slots, int 
   std::vector<Pair> wanted;
   for (const Buffer<Pair>& part : found) wanted.insert(wanted.end(), part.begin(), part.end());
   std::sort(wanted.begin(), wanted.end(),
-            [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
+            [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
   PairList pairs;
   order.sort(found, slots, threads, pairs);
   std::vector<Pair> got;
   for (const Buffer<Pair>& part : pairs.parts) got.insert(got.end(), part.begin(), part.end());
   REQUIRE(got == wanted);
-  checkUnsureStretches(pairs);
+  checkBorderlineSegments(pairs);
 }
 
 struct Shape {

@@ -45,10 +45,10 @@ void checkQuery(QueryTree<Real>& tree, const std::vector<BasicBox<Real>>& boxes,
   std::vector<Slot> got(boxes.size() + tree.spare);
   got.resize(tree.find(query, got.data()));
   for (Slot& slot : got) {
-    const bool unsure = slot & unsure_slot;
-    slot &= ~unsure_slot;
+    const bool borderline = slot & borderline_slot;
+    slot &= ~borderline_slot;
     REQUIRE(slot < boxes.size());
-    if (unsure)
+    if (borderline)
       REQUIRE(!overlapShrunk(query, boxes[slot], 2));
     else
       REQUIRE(overlapShrunk(query, boxes[slot], 1));

@@ -199,9 +199,9 @@ namespace {
 
 // Lists as a device would send them.
 struct Sent {
-  std::vector<std::uint32_t> stretches, has_list;
+  std::vector<std::uint32_t> segments, has_list;
   std::vector<unsigned long long> begins;
-  ShareLists lists() const { return {stretches.data(), begins.data(), has_list.data()}; }
+  ShareLists lists() const { return {segments.data(), begins.data(), has_list.data()}; }
 };
 
 Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
@@ -210,7 +210,7 @@ Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
   const std::size_t blocks = (slots + list_block - 1) / list_block;
   made.has_list.assign((slots + 31) / 32, 0);
   made.begins.assign(blocks + 1, pairs.size());
-  made.stretches.assign((pairs.size() + stretch_words - 1) / stretch_words * stretch_size, 0);
+  made.segments.assign((pairs.size() + segment_words - 1) / segment_words * segment_size, 0);
   std::size_t block = 0;
   Slot before = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -223,16 +223,16 @@ Sent sent(const std::vector<Pair>& pairs, std::size_t slots) {
         i > 0 && earlier / list_block == before / list_block && earlier - before < far_ahead;
     const std::uint32_t ahead = !head ? 0 : near ? earlier - before : far_ahead;
     before = earlier;
-    std::uint32_t* const stretch = made.stretches.data() + i / stretch_words * stretch_size;
-    if (i % stretch_words == 0) stretch[0] = earlier;
-    stretch[header_words + i % stretch_words] =
-        ahead << ahead_shift | laterOf(pairs[i]) << 1 | (isUnsure(pairs[i]) ? 1 : 0);
+    std::uint32_t* const segment = made.segments.data() + i / segment_words * segment_size;
+    if (i % segment_words == 0) segment[0] = earlier;
+    segment[header_words + i % segment_words] =
+        ahead << ahead_shift | laterOf(pairs[i]) << 1 | (isMarkedBorderline(pairs[i]) ? 1 : 0);
   }
   return made;
 }
 
 bool inOrder(Pair a, Pair b) {
-  return (a & ~unsure_bit) < (b & ~unsure_bit);
+  return (a & ~borderline_bit) < (b & ~borderline_bit);
 }
 
 // Ascending pairs with lists of all lengths: none, a few, now and then a very long one.
@@ -247,7 +247,7 @@ std::vector<Pair> randomPairs(std::size_t slots, double lists, sap_test::Random&
   }
   std::vector<Pair> all(pairs.begin(), pairs.end());
   for (Pair& pair : all)
-    if (random.chance(0.001)) pair |= unsure_bit;
+    if (random.chance(0.001)) pair |= borderline_bit;
   return all;
 }
 
@@ -275,7 +275,7 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
         INFO(slots << " slots, " << shares << " shares, " << all.size() << " pairs");
         // A guard behind the pairs: nothing is written past them.
         std::vector<Pair> joined(all.size() + 16, 42);
-        std::vector<PairList::Stretch> unsure;
+        std::vector<PairList::Segment> borderline;
         Joiner joiner;
         std::size_t covered = 0;
         std::vector<unsigned long long> words(count, 0);
@@ -284,14 +284,16 @@ TEST_CASE("Lists of several shares become the pairs in order", "[shares]") {
         if (random.chance(0.5)) std::reverse(slices.begin(), slices.end());
         for (const Slice& slice : slices)
           joiner.join({lists.data(), shares, slots, false, past_caches, joined.data()}, slice,
-                      unsure);
+                      borderline);
         CHECK(std::all_of(joined.end() - 16, joined.end(), [](Pair p) { return p == 42; }));
         joined.resize(all.size());
         CHECK(joined == all);
         CHECK(std::is_sorted(joined.begin(), joined.end(), inOrder));
-        for (const PairList::Stretch& stretch : unsure)
-          for (std::size_t i = stretch.begin; i < stretch.end; ++i) covered += isUnsure(all[i]);
-        CHECK(covered == static_cast<std::size_t>(std::count_if(all.begin(), all.end(), isUnsure)));
+        for (const PairList::Segment& segment : borderline)
+          for (std::size_t i = segment.begin; i < segment.end; ++i)
+            covered += isMarkedBorderline(all[i]);
+        CHECK(covered ==
+              static_cast<std::size_t>(std::count_if(all.begin(), all.end(), isMarkedBorderline)));
       }
 }
 
@@ -346,20 +348,20 @@ TEST_CASE("Slices have the pairs wanted, and no block more", "[shares]") {
   }
 }
 
-TEST_CASE("A stretch of words becomes its pairs", "[shares]") {
+TEST_CASE("A segment of words becomes its pairs", "[shares]") {
   sap_test::Random random(sap_test::seedOr(13));
   for (int round = 0; round < 60; ++round) {
     const std::vector<Pair> all = randomPairs(2 + random.below(4000), random.unit(), random);
     const Sent made = sent(all, 4100);
-    std::vector<Pair> pairs(device::stretch_words + 2);
+    std::vector<Pair> pairs(device::segment_words + 2);
     Pair* const to = pairs.data() + (reinterpret_cast<std::uintptr_t>(pairs.data()) % 16 ? 1 : 0);
-    for (std::size_t begin = 0; begin < all.size(); begin += device::stretch_words) {
-      const std::size_t count = std::min(device::stretch_words, all.size() - begin);
-      const std::uint32_t* const stretch =
-          made.stretches.data() + begin / device::stretch_words * device::stretch_size;
-      const bool unsure = expandStretch(stretch, count, made.has_list.data(), to);
+    for (std::size_t begin = 0; begin < all.size(); begin += device::segment_words) {
+      const std::size_t count = std::min(device::segment_words, all.size() - begin);
+      const std::uint32_t* const segment =
+          made.segments.data() + begin / device::segment_words * device::segment_size;
+      const bool borderline = expandSegment(segment, count, made.has_list.data(), to);
       CHECK(std::equal(to, to + count, all.begin() + static_cast<std::ptrdiff_t>(begin)));
-      CHECK(unsure == std::any_of(to, to + count, isUnsure));
+      CHECK(borderline == std::any_of(to, to + count, isMarkedBorderline));
     }
   }
 }

@@ -115,7 +115,7 @@ const std::vector<Play>& plays() {
        dParallelSAPMethodSweep,
        populateWithCrowds,
        moveSome,
-       {"cell order: a crowd's curve", "radix sort: counts", "radix sort: scatter",
+       {"cell order: a cluster's curve", "radix sort: counts", "radix sort: scatter",
         "radix sort: copy"}},
       {"brute force",
        dParallelSAPMethodBruteForce,
@@ -144,7 +144,7 @@ const std::vector<Play>& plays() {
        moveAll,
        {"filter: verified pairs"}},
       {"planes apart", dParallelSAPMethodSweep, populateWithPlanes, moveAll, {"planes: cells"}},
-      {"far away", dParallelSAPMethodSweep, populateFarAway, moveAll, {"coarse crowds: boxes"}},
+      {"far away", dParallelSAPMethodSweep, populateFarAway, moveAll, {"coarse clusters: boxes"}},
   };
   return all;
 }

@@ -19,14 +19,14 @@ std::vector<Pair> joined(const PairList& pairs) {
   return all;
 }
 
-bool stretchesCover(const PairList& pairs) {
-  std::size_t unsure = 0, covered = 0;
+bool segmentsCover(const PairList& pairs) {
+  std::size_t borderline = 0, covered = 0;
   for (const Buffer<Pair>& part : pairs.parts)
-    unsure += std::count_if(part.begin(), part.end(), isUnsure);
-  for (const PairList::Stretch& stretch : pairs.unsure)
-    covered += std::count_if(pairs.parts[stretch.part].begin() + stretch.begin,
-                             pairs.parts[stretch.part].begin() + stretch.end, isUnsure);
-  return unsure == covered;
+    borderline += std::count_if(part.begin(), part.end(), isMarkedBorderline);
+  for (const PairList::Segment& segment : pairs.borderline)
+    covered += std::count_if(pairs.parts[segment.part].begin() + segment.begin,
+                             pairs.parts[segment.part].begin() + segment.end, isMarkedBorderline);
+  return borderline == covered;
 }
 
 }  // namespace
@@ -34,8 +34,8 @@ bool stretchesCover(const PairList& pairs) {
 bool samePairs(const std::string& what, const PairList& expected_list, const PairList& found_list) {
   const std::vector<Pair> expected = joined(expected_list), found = joined(found_list);
   if (expected == found) {
-    if (stretchesCover(found_list)) return true;
-    std::printf("FAILED %s: an unsure pair is in no stretch, or in two\n", what.c_str());
+    if (segmentsCover(found_list)) return true;
+    std::printf("FAILED %s: a borderline pair is in no segment, or in two\n", what.c_str());
     return false;
   }
   const std::size_t at =
@@ -48,10 +48,10 @@ bool samePairs(const std::string& what, const PairList& expected_list, const Pai
   for (std::size_t i = at; i < at + 3; ++i) {
     if (i < expected.size())
       std::printf(" expected %u-%u%s", earlierOf(expected[i]), laterOf(expected[i]),
-                  isUnsure(expected[i]) ? "?" : "");
+                  isMarkedBorderline(expected[i]) ? "?" : "");
     if (i < found.size())
       std::printf(" found %u-%u%s", earlierOf(found[i]), laterOf(found[i]),
-                  isUnsure(found[i]) ? "?" : "");
+                  isMarkedBorderline(found[i]) ? "?" : "");
   }
   std::printf("\n");
   return false;
@@ -74,7 +74,7 @@ bool compareAll(std::size_t most, int threads, int devices, const std::string& o
   bool good = true;
   for (const Scene& scene : scenes()) {
     if (!only.empty() && scene.name != only) continue;
-    std::size_t pairs = 0, unsure = 0, checked = 0;
+    std::size_t pairs = 0, borderline = 0, checked = 0;
     for (const std::size_t size : sizes) {
       if (size > std::min(most, scene.most)) continue;
       for (const std::uint64_t seed : {1, 2}) {
@@ -99,12 +99,12 @@ bool compareAll(std::size_t most, int threads, int devices, const std::string& o
         }
         pairs += expected.size();
         for (const Buffer<Pair>& part : expected.parts)
-          unsure += std::count_if(part.begin(), part.end(), isUnsure);
+          borderline += std::count_if(part.begin(), part.end(), isMarkedBorderline);
         ++checked;
       }
     }
-    std::printf("%-10s %2zu runs, %zu pairs, %zu of them unsure: %s\n", scene.name.c_str(), checked,
-                pairs, unsure, good ? "same" : "DIFFERENT");
+    std::printf("%-10s %2zu runs, %zu pairs, %zu of them borderline: %s\n", scene.name.c_str(),
+                checked, pairs, borderline, good ? "same" : "DIFFERENT");
     std::fflush(stdout);
   }
   return good;

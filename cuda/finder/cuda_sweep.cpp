@@ -177,7 +177,7 @@ void CudaSweep::fetchPairs(DeviceSweep& sweep, const BoxSet& boxes, int threads,
   Context& c = *sweep.context();
   const std::size_t total = sweep.pairs();
   sweep.sortLists(Download::pieceWords(total));
-  const Download::Lists lists = {c.stretches.data(), total, c.ready, c.host_has_list.data(),
+  const Download::Lists lists = {c.segments.data(), total, c.ready, c.host_has_list.data(),
                                  boxes.exact};
   threads_used_ = std::max(threads_used_, c.download.run(lists, threads, c.down, pairs));
 }

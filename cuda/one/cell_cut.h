@@ -52,8 +52,8 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline std::size_t firstAlike(const Key* keys, std::
 }
 
 struct CellCut {
-  bool begins;  // a cell begins there
-  bool crowd;   // and so many boxes with its key lie behind that they are a crowd
+  bool begins;   // a cell begins there
+  bool cluster;  // and so many boxes with its key lie behind that they are a cluster
 };
 
 // Place i of `count` sorted keys, the class in the top class_digits.
@@ -75,7 +75,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline CellCut cellCutAt(const Key* keys, std::size_
     return {false, false};
   if (differ) return {true, false};
   const std::size_t before = i - firstAlike(keys, i);
-  return {before % cell_size == 0, before == crowd_size};
+  return {before % cell_size == 0, before == cluster_size};
 }
 
 }  // namespace device

@@ -23,7 +23,7 @@ __global__ void __launch_bounds__(block_threads)
   const std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x;
   if (i >= count) return;
   const CellCut cut = i < plan->active ? cellCutAt(keys, plan->active, i) : CellCut{false, false};
-  if (cut.crowd) plan->counters.crowded = 1;
+  if (cut.cluster) plan->counters.clustered = 1;
   flags[i] = cut.begins;
 }
 
@@ -100,8 +100,8 @@ __global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* pl
 }
 
 template <class Key>
-void sortPairs(Pong<Key>& keys, Pong<std::uint32_t>& slots, std::size_t count, int first_bit,
-               const ScratchQueue& queue) {
+void sortPairs(DoubleBuffer<Key>& keys, DoubleBuffer<std::uint32_t>& slots, std::size_t count,
+               int first_bit, const ScratchQueue& queue) {
   constexpr int bits = sizeof(Key) * 8;
   cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
   cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
@@ -127,13 +127,13 @@ TreeLayout::TreeLayout(std::size_t most) : records(0) {
   }
 }
 
-void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               const ScratchQueue& queue) {
+void sortByKey(DoubleBuffer<std::uint32_t>& keys, DoubleBuffer<std::uint32_t>& slots,
+               std::size_t count, const ScratchQueue& queue) {
   sortPairs(keys, slots, count, 32 - keyDigitsFor(count), queue);
 }
 
-void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               const ScratchQueue& queue) {
+void sortByKey(DoubleBuffer<std::uint64_t>& keys, DoubleBuffer<std::uint32_t>& slots,
+               std::size_t count, const ScratchQueue& queue) {
   sortPairs(keys, slots, count, 0, queue);
 }
 

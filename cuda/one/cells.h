@@ -25,21 +25,21 @@ struct TreeLayout {
 
 // Two arrays that a sort uses in turn.
 template <class T>
-struct Pong {
+struct DoubleBuffer {
   T* current;
   T* other;
   void swap() { std::swap(current, other); }
 };
 
 // Sorts slots by keys, both `count` long; stable.
-void sortByKey(Pong<std::uint32_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               const ScratchQueue& queue);
-void sortByKey(Pong<std::uint64_t>& keys, Pong<std::uint32_t>& slots, std::size_t count,
-               const ScratchQueue& queue);
+void sortByKey(DoubleBuffer<std::uint32_t>& keys, DoubleBuffer<std::uint32_t>& slots,
+               std::size_t count, const ScratchQueue& queue);
+void sortByKey(DoubleBuffer<std::uint64_t>& keys, DoubleBuffer<std::uint32_t>& slots,
+               std::size_t count, const ScratchQueue& queue);
 
 // Cuts the order where digits of the keys change until no cell has more than cell_size boxes, and
-// within crowds of equal keys. starts[0..plan->cells) become the cells' first places. `flags` has
-// room for `count`. Says in the plan whether a crowd is larger than a search can bear.
+// within clusters of equal keys. starts[0..plan->cells) become the cells' first places. `flags` has
+// room for `count`. Says in the plan whether a cluster is larger than a search can bear.
 template <class Key>
 void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
               std::uint32_t* starts, const ScratchQueue& queue);

@@ -58,7 +58,7 @@ struct Context {
   DeviceBuffer<std::uint32_t> has_list, long_slots;
   device::LongListStore long_store;
   DeviceBuffer<device::Found> found;
-  DeviceBuffer<std::uint32_t> lists, stretches;
+  DeviceBuffer<std::uint32_t> lists, segments;
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
@@ -83,7 +83,7 @@ struct Context {
            starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
            sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
            has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
-           lists.bytes() + stretches.bytes() + scratch.bytes();
+           lists.bytes() + segments.bytes() + scratch.bytes();
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs that may be found.

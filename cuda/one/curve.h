@@ -10,7 +10,7 @@ namespace device {
 
 // How the centres of one class become keys (Quantizer on the CPU).
 struct Curve : CurveDigits {
-  float origin[3], stretch[3], scale[3], last_step[3];
+  float origin[3], prescale[3], scale[3], last_step[3];
 
   // From the centres' range, as ordered integers, and the sums of the boxes' extents.
   ODE_PARALLEL_SAP_BOTH_SIDES void choose(const int* low, const int* high,
@@ -28,15 +28,15 @@ struct Curve : CurveDigits {
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = static_cast<double>(1u << bits[axis]);
       // In two factors: ranges near the denormals need one beyond the floats.
-      stretch[axis] = range[axis] < 1e-30 ? 0x1p100f : 1.0f;
-      const double factor = range[axis] > 0 ? steps / (range[axis] * stretch[axis]) : 0;
+      prescale[axis] = range[axis] < 1e-30 ? 0x1p100f : 1.0f;
+      const double factor = range[axis] > 0 ? steps / (range[axis] * prescale[axis]) : 0;
       scale[axis] = static_cast<float>(factor);
       last_step[axis] = static_cast<float>(steps * (1 - 1.0 / (1 << 24)));  // the greatest below
     }
   }
   // Comparisons that are false for NaN, which inverted boxes around infinity could give.
   ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t stepOf(float low, float high, int axis) const {
-    const float step = (centreOf(low, high) - origin[axis]) * stretch[axis] * scale[axis];
+    const float step = (centreOf(low, high) - origin[axis]) * prescale[axis] * scale[axis];
     return step > 0 ? static_cast<std::uint32_t>(step < last_step[axis] ? step : last_step[axis])
                     : 0;
   }

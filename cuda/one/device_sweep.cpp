@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "cuda/one/classify.h"
-#include "cuda/one/crowds.h"
+#include "cuda/one/clusters.h"
 
 namespace ode_parallel_sap {
 
@@ -15,8 +15,8 @@ namespace {
 // needs.
 constexpr std::size_t first_pairs_a_box = 8;
 
-// fixed: each round divides crowds by their own range, and boxes differ by next to nothing where it
-// takes more than a few; any bound will do.
+// fixed: each round divides clusters by their own range, and boxes differ by next to nothing where
+// it takes more than a few; any bound will do.
 constexpr int most_rounds = 16;
 
 }  // namespace
@@ -76,7 +76,7 @@ void DeviceSweep::reservePairs(std::size_t pairs) {
   Context& c = *context_;
   c.found.reserve(pairs + overflow_places);
   c.lists.reserve(c.pairPlaces());
-  c.stretches.reserve(stretchedSize(c.pairPlaces()));
+  c.segments.reserve(segmentedSize(c.pairPlaces()));
 }
 
 void DeviceSweep::startRecorded() {
@@ -126,7 +126,7 @@ void DeviceSweep::buildCells() {
 }
 
 // Returns whether the order has become any better.
-bool DeviceSweep::divideCrowds(int round) {
+bool DeviceSweep::divideClusters(int round) {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
   for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(boxes);
@@ -136,10 +136,11 @@ bool DeviceSweep::divideCrowds(int round) {
     long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
   }
   const OrderedBoxes ordered = {c.boxes.data(), slots_.current, boxes};
-  const bool divided = round == 0 ? device::divideCrowds(ordered, keys_.current, c.plan.data(),
-                                                         long_keys_.current, c.queue())
-                                  : device::divideCrowds(ordered, long_keys_.current, c.plan.data(),
-                                                         long_keys_.other, c.queue());
+  const bool divided = round == 0
+                           ? device::divideClusters(ordered, keys_.current, c.plan.data(),
+                                                    long_keys_.current, c.queue())
+                           : device::divideClusters(ordered, long_keys_.current, c.plan.data(),
+                                                    long_keys_.other, c.queue());
   if (!divided) return false;
   if (round > 0) long_keys_.swap();
   sortByKey(long_keys_, slots_, boxes, c.queue());
@@ -149,14 +150,14 @@ bool DeviceSweep::divideCrowds(int round) {
 }
 
 // Finds the pairs, and where their lists will be.
-void DeviceSweep::search(bool ignore_crowds) {
+void DeviceSweep::search(bool ignore_clusters) {
   Context& c = *context_;
   const std::size_t slots = frame_.slots;
   CHECK_CUDA(cudaMemsetAsync(c.counts.data(), 0, (slots + 1) * sizeof(std::uint32_t), c.compute));
   const SearchFilter filter = {
       frame_.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
       frame_.filter_bodies ? c.bodies.data() : nullptr};
-  findPairs(cellStore(), {filter, frame_.exact, ignore_crowds}, c.plan.data(), foundPairs(),
+  findPairs(cellStore(), {filter, frame_.exact, ignore_clusters}, c.plan.data(), foundPairs(),
             c.counts.data(), c.queue());
   mark(Searched);
   scanCounts(c.counts.data(), c.ends.data(), slots, c.queue());
@@ -185,11 +186,11 @@ void DeviceSweep::collect() {
 }
 
 void DeviceSweep::finish() {
-  bool ignore_crowds = false;
+  bool ignore_clusters = false;
   for (int round = 0; !findAll();) {
-    if (context_->host_counters[0].crowded && !ignore_crowds)
-      ignore_crowds = round == most_rounds || !divideCrowds(round++);
-    search(ignore_crowds);
+    if (context_->host_counters[0].clustered && !ignore_clusters)
+      ignore_clusters = round == most_rounds || !divideClusters(round++);
+    search(ignore_clusters);
     collect();
   }
 }
@@ -199,7 +200,7 @@ std::size_t DeviceSweep::pairs() const {
 }
 
 // Waits for the number of pairs. False if the search has to be made again: for want of places, of
-// which there are enough then, or in a crowd.
+// which there are enough then, or in a cluster.
 bool DeviceSweep::findAll() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
@@ -212,7 +213,7 @@ bool DeviceSweep::findAll() {
     pairs_expected_ = std::max<std::size_t>(pairs_expected_, counters.found + counters.found / 16);
     reservePairs(pairs_expected_);
   }
-  const bool done = fits && !counters.crowded;
+  const bool done = fits && !counters.clustered;
   if (!done) clearSearch(c.plan.data(), c.compute);
   return done;
 }
@@ -220,7 +221,7 @@ bool DeviceSweep::findAll() {
 void DeviceSweep::sortLists(std::size_t piece_words) {
   Context& c = *context_;
   const std::size_t total = pairs();
-  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, c.stretches.data()};
+  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, c.segments.data()};
   const std::size_t pieces = (total + piece_words - 1) / piece_words;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
   const unsigned long long* const begins = c.host_begins.data();

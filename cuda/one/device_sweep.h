@@ -76,8 +76,8 @@ class DeviceSweep {
   void reservePairs(std::size_t pairs);
   void order();
   void buildCells();
-  bool divideCrowds(int round);
-  void search(bool ignore_crowds);
+  bool divideClusters(int round);
+  void search(bool ignore_clusters);
   void startRecorded();
   void collect();
   device::CellStore cellStore();
@@ -92,12 +92,12 @@ class DeviceSweep {
   std::unique_ptr<Context> context_;
   Frame frame_;
   std::size_t pairs_expected_ = 0;
-  device::Pong<std::uint32_t> keys_ = {}, slots_ = {};
+  device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
   // The same after the sort, which leaves its result in either array; and after the sort that is
   // replayed.
-  device::Pong<std::uint32_t> sorted_keys_ = {}, sorted_slots_ = {};
-  device::Pong<std::uint32_t> recorded_keys_ = {}, recorded_slots_ = {};
-  device::Pong<std::uint64_t> long_keys_ = {};
+  device::DoubleBuffer<std::uint32_t> sorted_keys_ = {}, sorted_slots_ = {};
+  device::DoubleBuffer<std::uint32_t> recorded_keys_ = {}, recorded_slots_ = {};
+  device::DoubleBuffer<std::uint64_t> long_keys_ = {};
 };
 
 }  // namespace ode_parallel_sap

@@ -19,14 +19,14 @@ namespace {
 Region expanding("device: download");
 
 // Words that are expanded to pairs: half of the smallest piece that is asked for at once.
-constexpr Grain grain_words = {piece_stretches * stretch_words / pieces_wanted / 2, Grain::whole};
+constexpr Grain grain_words = {piece_segments * segment_words / pieces_wanted / 2, Grain::whole};
 
 }  // namespace
 
 std::size_t Download::pieceWords(std::size_t total) {
-  return std::clamp(total / stretch_words / pieces_wanted, piece_stretches / pieces_wanted,
-                    piece_stretches) *
-         stretch_words;
+  return std::clamp(total / segment_words / pieces_wanted, piece_segments / pieces_wanted,
+                    piece_segments) *
+         segment_words;
 }
 
 Download::Download() {
@@ -79,27 +79,27 @@ class Download::Transfer {
     return std::min(piece_words_, lists_.words - piece * piece_words_);
   }
   std::uint32_t* ringOf(std::size_t piece) {
-    return download_.ring_.data() + piece % ring_pieces * stretchedSize(piece_words_);
+    return download_.ring_.data() + piece % ring_pieces * segmentedSize(piece_words_);
   }
 
   void ask(std::size_t piece) {
     CHECK_CUDA(cudaStreamWaitEvent(stream_, *lists_.ready[piece], 0));
-    CHECK_CUDA(cudaMemcpyAsync(
-        ringOf(piece), lists_.stretches + piece * stretchedSize(piece_words_),
-        stretchedEnd(wordsOf(piece)) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, stream_));
+    CHECK_CUDA(cudaMemcpyAsync(ringOf(piece), lists_.segments + piece * segmentedSize(piece_words_),
+                               segmentedEnd(wordsOf(piece)) * sizeof(std::uint32_t),
+                               cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaEventRecord(*download_.here_[piece % ring_pieces], stream_));
   }
   void expand(std::size_t piece, int thread, int team) {
     const std::size_t base = piece * piece_words_, words = wordsOf(piece);
-    const Range part = ownPart((words + stretch_words - 1) / stretch_words, thread, team);
+    const Range part = ownPart((words + segment_words - 1) / segment_words, thread, team);
     const std::uint32_t* const here = ringOf(piece);
-    for (std::size_t stretch = part.begin; stretch < part.end; ++stretch) {
-      const std::size_t begin = stretch * stretch_words;
-      const std::size_t end = std::min(begin + stretch_words, words);
-      if (expandStretch(here + stretch * stretch_size, end - begin, lists_.has_list,
+    for (std::size_t segment = part.begin; segment < part.end; ++segment) {
+      const std::size_t begin = segment * segment_words;
+      const std::size_t end = std::min(begin + segment_words, words);
+      if (expandSegment(here + segment * segment_size, end - begin, lists_.has_list,
                         to_ + base + begin) &&
           !lists_.exact)
-        noteUnsure(to_, {0, base + begin, base + end}, download_.unsure_[thread]);
+        noteBorderline(to_, {0, base + begin, base + end}, download_.borderline_[thread]);
     }
     expanded_[piece].fetch_add(1, std::memory_order_release);
   }
@@ -118,10 +118,10 @@ int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList
   pairs.clear(1);
   pairs.parts[0].resizeDiscarding(lists.words);
   if (lists.words == 0) return 1;
-  ring_.reserve(piece_stretches * stretch_size * ring_pieces);
+  ring_.reserve(piece_segments * segment_size * ring_pieces);
   threads = teamFor(lists.words, grain_words, threads);
-  if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
-  for (auto& stretches : unsure_) stretches.clear();
+  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
+  for (auto& segments : borderline_) segments.clear();
   Transfer transfer(*this, lists, stream, pairs.parts[0].data());
   int used = 1;
   runTeam(expanding, threads, [&](int thread, int team) {
@@ -136,8 +136,8 @@ int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList
       throw;
     }
   });
-  for (const auto& stretches : unsure_)
-    pairs.unsure.insert(pairs.unsure.end(), stretches.begin(), stretches.end());
+  for (const auto& segments : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
   return used;
 }
 

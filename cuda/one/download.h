@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 
 class Download {
  public:
-  // `total` words travel in pieces of this many, whole stretches: as large as in Upload.
+  // `total` words travel in pieces of this many, whole segments: as large as in Upload.
   static std::size_t pieceWords(std::size_t total);
   static std::size_t piecesFor(std::size_t total) {
     return (total + pieceWords(total) - 1) / pieceWords(total);
@@ -25,11 +25,11 @@ class Download {
   Download();
   // Sorted lists on the device.
   struct Lists {
-    const std::uint32_t* stretches;
+    const std::uint32_t* segments;
     std::size_t words;
     const std::vector<std::unique_ptr<Event>>& ready;  // piece i may be copied after the i-th
     const std::uint32_t* has_list;  // (expand.h) there by then if it was asked for on the stream
-    bool exact;                     // no pair is unsure
+    bool exact;                     // no pair is borderline
   };
 
   // Fills `pairs` with one part. Returns the number of threads used.
@@ -40,8 +40,8 @@ class Download {
   class Transfer;
 
   PinnedBuffer<std::uint32_t> ring_;
-  std::vector<std::unique_ptr<Event>> here_;            // one a piece of the ring
-  std::vector<std::vector<PairList::Stretch>> unsure_;  // one a thread
+  std::vector<std::unique_ptr<Event>> here_;                // one a piece of the ring
+  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap

@@ -37,16 +37,18 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlap(const float4& low_a, const float
 }
 
 // Whether only the exact boxes can tell that two overlap whose float bounds do.
-ODE_PARALLEL_SAP_BOTH_SIDES inline bool isUnsure(const float4& low_a, const float4& high_a,
-                                                 const float4& low_b, const float4& high_b) {
+ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlapIsBorderline(const float4& low_a,
+                                                            const float4& high_a,
+                                                            const float4& low_b,
+                                                            const float4& high_b) {
   return isBorderline(low_a.x, high_b.x) | isBorderline(low_b.x, high_a.x) |
          isBorderline(low_a.y, high_b.y) | isBorderline(low_b.y, high_a.y) |
          isBorderline(low_a.z, high_b.z) | isBorderline(low_b.z, high_a.z);
 }
 
-// Whether two boxes overlap by so much more than two steps that isUnsure need not be asked. The
-// size of each high.w is the greatest magnitude of its bounds: a step is at most 2^-22 of it, a
-// quarter of the distance wanted, or the smallest number there is.
+// Whether two boxes overlap by so much more than two steps that overlapIsBorderline need not be
+// asked. The size of each high.w is the greatest magnitude of its bounds: a step is at most 2^-22
+// of it, a quarter of the distance wanted, or the smallest number there is.
 ODE_PARALLEL_SAP_BOTH_SIDES inline bool isClear(const float4& low_a, const float4& high_a,
                                                 const float4& low_b, const float4& high_b) {
   const float x = fminf(high_b.x - low_a.x, high_a.x - low_b.x);

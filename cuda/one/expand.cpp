@@ -36,7 +36,7 @@ void expandSlowly(const std::uint32_t* words, std::size_t count, const std::uint
 
 #if defined(__SSE2__)
 // Four words at a time: their slots are a running sum. Nothing here branches on how long lists are,
-// which nobody could foretell.
+// which nobody could precompute.
 void expandFours(const std::uint32_t* words, std::size_t count, const std::uint32_t* has_list,
                  std::uint32_t slot, Pair* pairs) {
   const __m128i far = _mm_set1_epi32(far_ahead);
@@ -65,12 +65,12 @@ void expandFours(const std::uint32_t* words, std::size_t count, const std::uint3
 
 }  // namespace
 
-bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
+bool expandSegment(const std::uint32_t* segment, std::size_t words, const std::uint32_t* has_list,
                    Pair* pairs) {
-  const std::uint32_t* const first = stretch + header_words;
+  const std::uint32_t* const first = segment + header_words;
   std::uint32_t all = 0;
   for (std::size_t i = 0; i < words; ++i) all |= first[i];
-  std::uint32_t slot = stretch[0];
+  std::uint32_t slot = segment[0];
   pairs[0] = pairOf(slot, first[0]);  // whatever it says of the word before
 #if defined(__SSE2__)
   if (words >= 8) {

@@ -10,10 +10,10 @@
 
 namespace ode_parallel_sap {
 
-// Writes the pairs of the first `words` words of a stretch (scene_plan.h), at most stretch_words.
+// Writes the pairs of the first `words` words of a segment (scene_plan.h), at most segment_words.
 // Bit i of has_list: slot i has a list. `pairs` is aligned to 16 bytes. Returns whether one
-// is unsure.
-bool expandStretch(const std::uint32_t* stretch, std::size_t words, const std::uint32_t* has_list,
+// is borderline.
+bool expandSegment(const std::uint32_t* segment, std::size_t words, const std::uint32_t* has_list,
                    Pair* pairs);
 
 }  // namespace ode_parallel_sap

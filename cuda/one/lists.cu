@@ -16,17 +16,17 @@ struct Add {
   }
 };
 
-// Where word `i` of all lists lies in the stretches.
+// Where word `i` of all lists lies in the segments.
 __device__ inline std::size_t placeOf(unsigned long long i) {
-  return i + (i / stretch_words + 1) * header_words;
+  return i + (i / segment_words + 1) * header_words;
 }
 
-// Writes word `i` of all lists, and the header if it is a stretch's first.
-__device__ inline void writeWord(std::uint32_t* stretches, unsigned long long i, std::uint32_t word,
+// Writes word `i` of all lists, and the header if it is a segment's first.
+__device__ inline void writeWord(std::uint32_t* segments, unsigned long long i, std::uint32_t word,
                                  std::uint32_t ahead, std::uint32_t slot) {
-  stretches[placeOf(i)] = word | ahead << ahead_shift;
-  if (i % stretch_words == 0)
-    *reinterpret_cast<uint4*>(stretches + i / stretch_words * stretch_size) =
+  segments[placeOf(i)] = word | ahead << ahead_shift;
+  if (i % segment_words == 0)
+    *reinterpret_cast<uint4*>(segments + i / segment_words * segment_size) =
         make_uint4(slot, 0, 0, 0);
 }
 
@@ -88,7 +88,7 @@ struct BlockLists {
 // of the list at place `low` is wordOf(low, k).
 template <class WordOf>
 __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t first_slot,
-                          std::uint32_t* stretches) {
+                          std::uint32_t* segments) {
   const std::uint32_t count = block.short_begins[list_block];
   for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
     int low = 0, high = list_block - 1;  // the last list that begins at or before i
@@ -103,7 +103,7 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
     const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
     std::uint32_t rank = 0;
     for (std::uint32_t k = 0; k < length; ++k) rank += wordOf(low, k) < own;
-    writeWord(stretches, block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
+    writeWord(segments, block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
               static_cast<std::uint32_t>(first_slot + low));
   }
 }
@@ -113,7 +113,7 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
 // have at most list_block * long_list words.
 __global__ void __launch_bounds__(list_block)
     sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
-               std::size_t slots, std::size_t first_block, std::uint32_t* stretches) {
+               std::size_t slots, std::size_t first_block, std::uint32_t* segments) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
@@ -150,10 +150,10 @@ __global__ void __launch_bounds__(list_block)
     for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
     __syncthreads();
     rankWords([&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
-              block, first, stretches);
+              block, first, segments);
   } else {
     rankWords([&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
-              first, stretches);
+              first, segments);
   }
 }
 
@@ -200,14 +200,14 @@ __global__ void __launch_bounds__(block_threads)
 
 // The way back, once the keys are sorted: list follows list as before.
 __global__ void __launch_bounds__(block_threads)
-    spreadKernel(const std::uint64_t* keys, LongWords from, std::uint32_t* stretches) {
+    spreadKernel(const std::uint64_t* keys, LongWords from, std::uint32_t* segments) {
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
     const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
     const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
     const unsigned long long rank = i - from.offsets[list];
-    writeWord(stretches, from.begins[list] + rank, word, rank == 0 ? far_ahead : 0,
+    writeWord(segments, from.begins[list] + rank, word, rank == 0 ? far_ahead : 0,
               from.slots[list]);
   }
 }
@@ -265,7 +265,7 @@ void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
   if (begin < end)
     launch("sort lists", sortKernel, end - begin, list_block, queue.stream, lists.words, lists.ends,
-           lists.slots, begin, lists.stretches);
+           lists.slots, begin, lists.segments);
 }
 
 void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
@@ -287,7 +287,7 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
   const std::uint64_t* const sorted =
       sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
   launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
-         lists.stretches);
+         lists.segments);
 }
 
 }  // namespace device

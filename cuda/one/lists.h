@@ -35,25 +35,25 @@ void summariseLists(const std::uint32_t* counts, const unsigned long long* ends,
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
                   std::uint32_t* lists, const KernelQueue& queue);
 
-// Words of the stretches that hold `words` words, headers included.
-constexpr std::size_t stretchedSize(std::size_t words) {
-  return (words + stretch_words - 1) / stretch_words * stretch_size;
+// Words of the segments that hold `words` words, headers included.
+constexpr std::size_t segmentedSize(std::size_t words) {
+  return (words + segment_words - 1) / segment_words * segment_size;
 }
 
 // The same up to the last word: what there is to send.
-constexpr std::size_t stretchedEnd(std::size_t words) {
-  return words + (words + stretch_words - 1) / stretch_words * header_words;
+constexpr std::size_t segmentedEnd(std::size_t words) {
+  return words + (words + segment_words - 1) / segment_words * header_words;
 }
 
 // What travels at a time, at most.
-constexpr std::size_t piece_stretches = piece_bytes / (stretch_size * sizeof(std::uint32_t));
+constexpr std::size_t piece_segments = piece_bytes / (segment_size * sizeof(std::uint32_t));
 
 // The lists after scatter, and where they go when they are sorted.
 struct Lists {
   const std::uint32_t* words;
   const unsigned long long* ends;
   std::size_t slots;
-  std::uint32_t* stretches;
+  std::uint32_t* segments;
 };
 
 // Sorts the lists of blocks [begin, end) but the long ones.

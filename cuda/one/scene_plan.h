@@ -36,18 +36,18 @@ constexpr int most_levels = 6;
 constexpr int list_block = block_threads;
 
 // How the lists travel. The words of all lists follow each other: the later slot above the lowest
-// bit, which tells that the pair is unsure. The top digits of a word tell by how many slots its
+// bit, which tells that the pair is borderline. The top digits of a word tell by how many slots its
 // earlier slot is ahead of the word's before: none within a list, one or a few at its beginning, or
-// `far_ahead`: the next slot that has a list at all. Every stretch of words has a header that gives
+// `far_ahead`: the next slot that has a list at all. Every segment of words has a header that gives
 // the earlier slot of its first word.
-// fixed: 29 bits hold a slot and a mark; a header keeps stretches aligned to 16 bytes, and takes
+// fixed: 29 bits hold a slot and a mark; a header keeps segments aligned to 16 bytes, and takes
 // 0.4 % of them.
 constexpr int ahead_shift = 29;
 constexpr std::uint32_t far_ahead = 7;
 constexpr std::uint32_t word_mask = (1u << ahead_shift) - 1;
-constexpr std::size_t stretch_words = 1024;
+constexpr std::size_t segment_words = 1024;
 constexpr std::size_t header_words = 4;
-constexpr std::size_t stretch_size = header_words + stretch_words;
+constexpr std::size_t segment_size = header_words + segment_words;
 
 // Centre ranges as ordered integers (see ordered()), extents as sums of fixed-point numbers in
 // units of the class's largest extent.
@@ -66,7 +66,7 @@ struct Counters {
 
   std::uint32_t inactive;  // boxes
   std::uint32_t cells;
-  std::uint32_t crowded;  // whether more boxes share a key than a search can bear
+  std::uint32_t clustered;  // whether more boxes share a key than a search can bear
 };
 
 // Written on the device only. Cleared up to `table` before each frame.

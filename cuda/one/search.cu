@@ -105,10 +105,10 @@ struct Search {
       hits &= hits - 1;
       const float4 query_low = space.query_low[q], query_high = space.query_high[q];
       const std::uint32_t other = __float_as_uint(query_low.w);
-      const bool unsure = !exact && !isClear(query_low, query_high, low, high) &&
-                          isUnsure(query_low, query_high, low, high);
+      const bool borderline = !exact && !isClear(query_low, query_high, low, high) &&
+                              overlapIsBorderline(query_low, query_high, low, high);
       const std::uint32_t earlier = min(slot, other), later = max(slot, other);
-      (k < places.left ? places.at : fresh)[k] = Found{earlier} << 32 | later << 1 | unsure;
+      (k < places.left ? places.at : fresh)[k] = Found{earlier} << 32 | later << 1 | borderline;
       if (earlier == slot)
         ++earlier_here;
       else
@@ -215,7 +215,7 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
   __shared__ WarpSpace spaces[search_warps];
   __shared__ LevelTable levels;
   __shared__ int top_level;  // the lowest one of at most fan_out records
-  if (plan->counters.crowded && !rules.ignore_crowds) return;
+  if (plan->counters.clustered && !rules.ignore_clusters) return;
   const int lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   const std::uint32_t cell_count = plan->counters.cells;
   if (threadIdx.x == 0) {

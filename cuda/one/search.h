@@ -26,8 +26,8 @@ struct SearchFilter {
 
 struct SearchRules {
   SearchFilter filter;
-  bool exact;          // no pair is unsure
-  bool ignore_crowds;  // or else nothing is done in a crowded scene
+  bool exact;            // no pair is borderline
+  bool ignore_clusters;  // or else nothing is done in a clustered scene
 };
 
 // Room for pairs as they are found.

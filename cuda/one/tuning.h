@@ -8,11 +8,10 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// More boxes than this with one key are a crowd: its cells would have no order, and each would meet
-// all others.
-// Unit: boxes. From: cuda/check time, one place and log sizes.
+// More boxes than this with one key are a cluster: its cells would have no order, and each would
+// meet all others. Unit: boxes. From: cuda/check time, one place and log sizes.
 // Doubled: not measured. Halved: not measured.
-constexpr std::uint32_t crowd_size = 1024;
+constexpr std::uint32_t cluster_size = 1024;
 
 // Up to this number of boxes the sort is spared the last eight digits of keys, which leaves some
 // keys to a cell.

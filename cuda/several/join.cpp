@@ -17,13 +17,13 @@ constexpr std::size_t write_step = PairStage::beyond;
 constexpr std::uint32_t first_head = 1u << ahead_shift;  // words from here on begin a list
 
 // Words [begin, end) of the lists without the headers between them.
-void copyWords(const std::uint32_t* stretches, unsigned long long begin, unsigned long long end,
+void copyWords(const std::uint32_t* segments, unsigned long long begin, unsigned long long end,
                std::uint32_t* to) {
   while (begin < end) {
-    const unsigned long long stretch = begin / stretch_words, within = begin % stretch_words;
+    const unsigned long long segment = begin / segment_words, within = begin % segment_words;
     const std::size_t count =
-        static_cast<std::size_t>(std::min<unsigned long long>(end - begin, stretch_words - within));
-    std::memcpy(to, stretches + stretch * stretch_size + header_words + within, count * sizeof *to);
+        static_cast<std::size_t>(std::min<unsigned long long>(end - begin, segment_words - within));
+    std::memcpy(to, segments + segment * segment_size + header_words + within, count * sizeof *to);
     to += count;
     begin += count;
   }
@@ -51,7 +51,7 @@ std::uint64_t headsOf(const std::uint32_t* words) {
   return heads;
 }
 
-bool anyUnsure(const std::uint32_t* words) {
+bool anyBorderline(const std::uint32_t* words) {
   std::uint32_t all = 0;
   for (int i = 0; i < 64; ++i) all |= words[i];
   return all & 1;
@@ -187,11 +187,11 @@ void Joiner::gather(const Joining& joining, const Slice& slice) {
   for (int s = 0; s < count; ++s) {
     std::uint32_t* const words = words_.data() + at;
     Summary* const summaries = summaries_.data() + at / 64;
-    copyWords(shares[s].stretches, shares[s].begins[slice.begin], shares[s].begins[slice.end],
+    copyWords(shares[s].segments, shares[s].begins[slice.begin], shares[s].begins[slice.end],
               words);
     std::fill(words + wordsOf(s), words + sizeOf(s), first_head);
     for (std::size_t i = 0; i < sizeOf(s); i += 64)
-      summaries[i / 64] = {headsOf(words + i), anyUnsure(words + i)};
+      summaries[i / 64] = {headsOf(words + i), anyBorderline(words + i)};
     cursors_[s] = {words, summaries, summaries[0].heads & ~std::uint64_t{1}, 0, 0};
     at += sizeOf(s);
   }
@@ -248,13 +248,13 @@ Joiner::List Joiner::merged(int bit) {
   return {merged_.data(), count};
 }
 
-// False if no pair of the block is unsure.
-bool Joiner::hasUnsure(const Joining& joining, const Slice& slice, std::size_t block) const {
+// False if no pair of the block is borderline.
+bool Joiner::hasBorderline(const Joining& joining, const Slice& slice, std::size_t block) const {
   for (int s = 0; s < joining.count; ++s) {
     const unsigned long long* const begins = joining.shares[s].begins;
     const unsigned long long end = begins[block + 1] - begins[slice.begin];
     for (unsigned long long i = (begins[block] - begins[slice.begin]) / 64; i * 64 < end; ++i)
-      if (cursors_[s].summaries[i].unsure) return true;
+      if (cursors_[s].summaries[i].borderline) return true;
   }
   return false;
 }
@@ -282,7 +282,7 @@ void Joiner::put(std::size_t first, std::uint64_t any, std::size_t pairs) {
 }
 
 void Joiner::join(const Joining& joining, const Slice& slice,
-                  std::vector<PairList::Stretch>& unsure) {
+                  std::vector<PairList::Segment>& borderline) {
   static_assert(list_block % group == 0, "a block has whole groups");
   gather(joining, slice);
   stage_.begin(joining.to + slice.pairs, joining.past_caches);
@@ -295,7 +295,8 @@ void Joiner::join(const Joining& joining, const Slice& slice,
       put(first, any, pairs);
       at += pairs;
     }
-    if (!joining.exact && hasUnsure(joining, slice, block)) unsure.push_back({0, block_begin, at});
+    if (!joining.exact && hasBorderline(joining, slice, block))
+      borderline.push_back({0, block_begin, at});
   }
   stage_.end();
 }

@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 
 // One device's sorted lists as they travel (scene_plan.h), by the slots of the whole scene.
 struct ShareLists {
-  const std::uint32_t* stretches = nullptr;
+  const std::uint32_t* segments = nullptr;
   const unsigned long long* begins = nullptr;  // words before each block of slots, and of all
   const std::uint32_t* has_list = nullptr;     // bit i: slot i has a list
 };
@@ -66,7 +66,7 @@ struct Joining {
   const ShareLists* shares;
   int count;  // of shares
   std::size_t slots;
-  bool exact;        // no pair is unsure
+  bool exact;        // no pair is borderline
   bool past_caches;  // is how pairs are written
   Pair* to;          // the first of all
 };
@@ -74,8 +74,9 @@ struct Joining {
 // Joins slices. One for each thread.
 class Joiner {
  public:
-  // Writes the slice's pairs to their places. Stretches with unsure pairs are added to `unsure`.
-  void join(const Joining& joining, const Slice& slice, std::vector<PairList::Stretch>& unsure);
+  // Writes the slice's pairs to their places. Segments with borderline pairs are added to
+  // `borderline`.
+  void join(const Joining& joining, const Slice& slice, std::vector<PairList::Segment>& borderline);
 
  private:
   static constexpr int group = 64;  // fixed: slots looked at together, a bit of a word each
@@ -87,7 +88,7 @@ class Joiner {
   // What 64 words in a row are like.
   struct Summary {
     std::uint64_t heads;  // bit i: word i begins a list
-    bool unsure;          // whether a pair of theirs is
+    bool borderline;      // whether a pair of theirs is
   };
   // One share's words of a slice, and how far they are taken.
   struct Cursor {
@@ -107,7 +108,7 @@ class Joiner {
   std::uint64_t takeLists(const Joining& joining, std::size_t first, std::size_t& pairs);
   void put(std::size_t first, std::uint64_t any, std::size_t pairs);
   List merged(int bit);
-  bool hasUnsure(const Joining& joining, const Slice& slice, std::size_t block) const;
+  bool hasBorderline(const Joining& joining, const Slice& slice, std::size_t block) const;
 
   Buffer<std::uint32_t> words_;  // the slice's, share after share
   Buffer<Summary> summaries_;

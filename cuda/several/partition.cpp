@@ -64,7 +64,7 @@ void DealtRow::add(int share, std::size_t word, std::uint32_t bits) {
   count[share] = static_cast<std::size_t>(to - at[share]);
 }
 
-// As spanOf, but 32 boxes at a time against each cut: where a box is, no branch could foretell.
+// As spanOf, but 32 boxes at a time against each cut: where a box is, no branch could precompute.
 void DealtRow::sort(const BoxSet& boxes, std::size_t row, const Cuts& cuts) {
   const std::size_t begin = row * slots, size = std::min(boxes.size - begin, slots);
   const Box* const from = boxes.boxes.data() + begin;

@@ -11,13 +11,13 @@
 namespace ode_parallel_sap {
 
 using device::list_block;
-using device::stretch_words;
+using device::segment_words;
 
 namespace {
 
 // fixed: rows that a thread takes at a time: few takers meet at the counter.
 constexpr std::size_t rows_at_once = 8;
-constexpr std::size_t piece_words = device::piece_stretches * stretch_words;
+constexpr std::size_t piece_words = device::piece_segments * segment_words;
 
 Region dealing("device: rows of shares"), joining("device: lists of shares");
 
@@ -137,17 +137,17 @@ void ShareTeam::fetch(Member& member) {
   if (member.pairs == 0) return;
   Context& c = *member.sweep->context();
   CHECK_CUDA(cudaEventRecord(c.has_list_here, c.down));
-  member.landing.reserve(device::stretchedSize(member.pairs));
+  member.landing.reserve(device::segmentedSize(member.pairs));
   member.sweep->sortLists(piece_words);
   member.pieces = (member.pairs + piece_words - 1) / piece_words;
   while (member.here.size() < member.pieces) member.here.push_back(std::make_unique<Event>());
-  const std::size_t piece_size = device::stretchedSize(piece_words);
+  const std::size_t piece_size = device::segmentedSize(piece_words);
   for (std::size_t piece = 0; piece < member.pieces; ++piece) {
     const std::size_t words = std::min(piece_words, member.pairs - piece * piece_words);
     CHECK_CUDA(cudaStreamWaitEvent(c.down, *c.ready[piece], 0));
     CHECK_CUDA(cudaMemcpyAsync(
-        member.landing.data() + piece * piece_size, c.stretches.data() + piece * piece_size,
-        device::stretchedEnd(words) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, c.down));
+        member.landing.data() + piece * piece_size, c.segments.data() + piece * piece_size,
+        device::segmentedEnd(words) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, c.down));
     CHECK_CUDA(cudaEventRecord(*member.here[piece], c.down));
   }
   CHECK_CUDA(cudaEventSynchronize(c.has_list_here));
@@ -190,7 +190,7 @@ void ShareTeam::collect(const BoxSet& boxes, int thread, int team, PairList& pai
       for (std::size_t s; (s = next_slice_.fetch_add(1)) < slices_.size();) {
         if (!waitFor(slices_[s], thread, team)) return;
         TeamWatch::noteWork();
-        joiners_[thread].join(joining, slices_[s], unsure_[thread]);
+        joiners_[thread].join(joining, slices_[s], borderline_[thread]);
       }
   } catch (...) {
     for (std::size_t i = 0; i < count_; ++i) members_[i]->stream.giveUp();
@@ -257,9 +257,9 @@ int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps
   next_row_ = rows_put_ = next_slice_ = 0;
   threads = std::max(threads, 1);
   if (joiners_.size() < static_cast<std::size_t>(threads)) joiners_.resize(threads);
-  unsure_.resize(joiners_.size());
+  borderline_.resize(joiners_.size());
   while (rows_.size() < joiners_.size()) rows_.push_back(std::make_unique<DealtRow>());
-  for (auto& stretches : unsure_) stretches.clear();
+  for (auto& segments : borderline_) segments.clear();
 
   int used = 1;
   runTeam(dealing, threads, [&](int thread, int team) {
@@ -282,8 +282,8 @@ int ShareTeam::find(const BoxSet& boxes, const std::vector<DeviceSweep*>& sweeps
     }
     return used;
   }
-  for (const auto& stretches : unsure_)
-    pairs.unsure.insert(pairs.unsure.end(), stretches.begin(), stretches.end());
+  for (const auto& segments : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
   return used;
 }
 

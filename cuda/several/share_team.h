@@ -48,7 +48,7 @@ class ShareTeam {
     DeviceSweep* sweep = nullptr;
     DriverContext driver_context = nullptr;
     DealStream stream;
-    PinnedBuffer<std::uint32_t> landing;  // the stretches that have come
+    PinnedBuffer<std::uint32_t> landing;  // the segments that have come
     std::vector<std::unique_ptr<Event>> here;
     std::size_t pairs = 0, pieces = 0, pieces_here = 0;
     std::exception_ptr failure;
@@ -78,7 +78,7 @@ class ShareTeam {
   // One a thread.
   std::vector<std::unique_ptr<DealtRow>> rows_;
   std::vector<Joiner> joiners_;
-  std::vector<std::vector<PairList::Stretch>> unsure_;
+  std::vector<std::vector<PairList::Segment>> borderline_;
   std::atomic<std::size_t> next_row_{0}, rows_put_{0}, next_slice_{0};
   std::size_t count_ = 0;
   Times times_;

@@ -10,7 +10,7 @@
 
 namespace ode_parallel_sap {
 
-// What one device is in charge of: a stretch of the pairs of the fullest axis, and the boxes that
+// What one device is in charge of: a segment of the pairs of the fullest axis, and the boxes that
 // occur in them. These are numbered anew, by their order on that axis; the rows of all three axes
 // are those of these boxes alone. Boxes near a cut belong to both sides, a pair to one.
 class AxisPart {

@@ -13,12 +13,12 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region laying_curves("cell order: a crowd's curve"), keying("cell order: keys");
+Region laying_curves("cell order: a cluster's curve"), keying("cell order: keys");
 Region dealing("cell order: buckets"), cutting("cell order: pieces");
 
 constexpr std::uint32_t no_key = ~std::uint32_t{0};
 
-// fixed: a curve laid anew tells apart what lies within some decades. Crowds within crowds are
+// fixed: a curve laid anew tells apart what lies within some decades. Clusters within clusters are
 // halved in the end, which no distribution can defeat.
 constexpr int most_rounds = 2;
 
@@ -26,10 +26,10 @@ std::uint32_t slotOf(std::uint64_t record) {
   return static_cast<std::uint32_t>(record);
 }
 // Digits for a number of boxes: about two boxes a key where the boxes are spread evenly, and five
-// digits more, which tell the boxes of a place apart that is thirty times as crowded.
+// digits more, which tell the boxes of a place apart that is thirty times as clustered.
 int digitsFor(std::size_t boxes) {
   int digits = 0;
-  while (digits < Quantizer<float>::max_bits && (boxes << digits_for_crowds >> digits) > 2)
+  while (digits < Quantizer<float>::max_bits && (boxes << digits_for_clusters >> digits) > 2)
     ++digits;
   return digits;
 }
@@ -101,7 +101,7 @@ struct CellOrder<Real>::Cutter {
     } else if (count <= longest_halved) {
       halve(piece.begin, piece.end, starts);
     } else {
-      const int digits = mechanisms::curves_of_crowds && round < most_rounds
+      const int digits = mechanisms::curves_of_clusters && round < most_rounds
                              ? sortAnew(piece.begin, piece.end, 1)
                              : 0;
       if (digits)
@@ -220,7 +220,7 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
 }
 
 // Divides a piece into pieces of `most` boxes for single threads, as far as the digits go that are
-// sorted already. Crowds that are longer than that are sorted by all threads.
+// sorted already. Clusters that are longer than that are sorted by all threads.
 template <class Real>
 void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits,
                                  std::size_t most, int threads, int round) {
@@ -238,7 +238,7 @@ void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int so
     radixSort(records_ + piece.begin, scratch_ + piece.begin, count, 32, piece.digits, threads);
     planPieces(boxes, piece, piece.digits, most, threads, round);
   } else {
-    const int digits = mechanisms::curves_of_crowds && round < most_rounds
+    const int digits = mechanisms::curves_of_clusters && round < most_rounds
                            ? cutter.sortAnew(piece.begin, piece.end, threads)
                            : 0;
     if (digits)
@@ -275,7 +275,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   pieces_.clear();
   classes_.clear();
   std::vector<std::size_t> first_pieces;
-  // No piece is shorter than what ends as cells of one crowd.
+  // No piece is shorter than what ends as cells of one cluster.
   const std::size_t least =
       std::max<std::size_t>(chunkOf(count_, longest_halved, threads), group_size);
   const std::size_t most =

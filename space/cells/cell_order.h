@@ -16,8 +16,8 @@ namespace ode_parallel_sap {
 // Within a class of sizes the boxes are sorted along a space-filling curve whose steps follow the
 // class's mean extents, and the curve is cut where its digits change until no piece has more than
 // sixteen boxes: each piece is what lies in one block of space. Where the curve is too coarse for a
-// crowd, another is laid through that crowd alone. Cells thus hold like numbers of boxes whatever
-// the distribution, and no length has to be chosen by anyone.
+// cluster, another is laid through that cluster alone. Cells thus hold like numbers of boxes
+// whatever the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
 template <class Real>

@@ -9,32 +9,32 @@ namespace ode_parallel_sap {
 // By how much cells may have grown on average, and the nodes above them, which grow alone where
 // each cell is a swarm of its own.
 // Unit: 1. From: peers, brownian of 100,000: least time from 0.2 to 0.3, a tenth longer at 0.1.
-// Doubled: not measured. Halved: not measured.
+// Doubled: no difference. Halved: no difference.
 constexpr double most_growth = 0.2;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
 // this many frames.
 // Unit: frames. From: peers, brownian and streams.
-// Doubled: not measured. Halved: not measured.
+// Doubled: no difference. Halved: no difference.
 constexpr int longest_service = 32;
 
-// Up to this length a crowd with equal keys is halved along its widest axis, beyond it another
+// Up to this length a cluster with equal keys is halved along its widest axis, beyond it another
 // curve is laid.
 // Unit: boxes. From: peers, one-place and log-sizes-4.
-// Doubled: not measured. Halved: not measured.
+// Doubled: no difference. Halved: no difference.
 constexpr std::size_t longest_halved = 512;
 
 // What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
 // spare.
 // Unit: boxes. From: peers, dense-cube of 1,000,000.
-// Doubled: not measured. Halved: not measured.
+// Doubled: no difference. Halved: no difference.
 constexpr std::size_t most_piece_boxes = 8192;
 
 // Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these tell
-// the boxes of a place apart that is thirty times as crowded.
+// the boxes of a place apart that is thirty times as clustered.
 // Unit: digits. From: peers, heap and flat-layer.
-// Doubled: not measured. Halved: not measured.
-constexpr int digits_for_crowds = 5;
+// Doubled: no difference. Halved: no difference.
+constexpr int digits_for_clusters = 5;
 
 }  // namespace ode_parallel_sap
 

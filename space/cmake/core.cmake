@@ -13,7 +13,7 @@ add_library(
   ${core}/coherence/incremental.cpp
   ${core}/coherence/kept_pairs.cpp
   ${core}/data/free_memory.cpp
-  ${core}/cells/cell_drift.cpp
+  ${core}/cells/cell_coherence.cpp
   ${core}/cells/cell_order.cpp
   ${core}/cells/cell_tree.cpp
   ${core}/extract/paper/axis_lists.cpp
@@ -27,7 +27,7 @@ add_library(
   ${core}/simd/kernels_portable.cpp
   ${core}/sort/pair_order.cpp
   ${core}/sort/radix_sort.cpp
-  ${core}/update/coarse_crowds.cpp)
+  ${core}/update/coarse_clusters.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")

@@ -13,7 +13,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-constexpr std::uint8_t no_home = 0xff;
+constexpr std::uint8_t no_tree = 0xff;
 
 Region meeting("incremental: cells");
 
@@ -22,7 +22,7 @@ Region meeting("incremental: cells");
 template <class Real>
 void Incremental<Real>::start(Sweep<Real>& base, std::size_t base_slots, const BoxSet& boxes) {
   base_ = &base;
-  homes_.resize(std::max(homes_.size(), base_slots));
+  tree_of_slot_.resize(std::max(tree_of_slot_.size(), base_slots));
   startBase(boxes);
 }
 
@@ -33,13 +33,13 @@ void Incremental<Real>::startBase(const BoxSet& boxes) {
   spare_levels_.reserve(spare_levels_.size() + levels_.size());
   for (std::unique_ptr<Level>& level : levels_) spare_levels_.push_back(std::move(level));
   levels_.clear();
-  homes_.resize(std::max(homes_.size(), boxes.size));
-  std::fill(homes_.begin() + boxes.size, homes_.end(), no_home);
+  tree_of_slot_.resize(std::max(tree_of_slot_.size(), boxes.size));
+  std::fill(tree_of_slot_.begin() + boxes.size, tree_of_slot_.end(), no_tree);
   base_live_ = 0;
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   for (std::size_t slot = 0; slot < boxes.size; ++slot) {
     const bool active = isActive(box[slot]);
-    homes_[slot] = active ? 0 : no_home;
+    tree_of_slot_[slot] = active ? 0 : no_tree;
     base_live_ += active;
   }
 }
@@ -54,19 +54,19 @@ std::unique_ptr<typename Incremental<Real>::Level> Incremental<Real>::newLevel()
 
 // Slots that changed live nowhere for now, nor do those that are no more.
 template <class Real>
-void Incremental<Real>::leaveHomes(const BoxSet& boxes, const Buffer<Slot>& changed) {
-  const std::size_t before = homes_.size();
+void Incremental<Real>::leaveTrees(const BoxSet& boxes, const Buffer<Slot>& changed) {
+  const std::size_t before = tree_of_slot_.size();
   const auto leave = [this](std::size_t slot) {
-    Home& home = homes_[slot];
-    if (home == 0)
+    TreeNumber& tree = tree_of_slot_[slot];
+    if (tree == 0)
       --base_live_;
-    else if (home != no_home)
-      --levels_[home - 1]->live;
-    home = no_home;
+    else if (tree != no_tree)
+      --levels_[tree - 1]->live;
+    tree = no_tree;
   };
   for (std::size_t slot = boxes.size; slot < before; ++slot) leave(slot);
-  homes_.resize(std::max(before, boxes.size));  // trees may still name slots that are gone
-  std::fill(homes_.begin() + before, homes_.end(), no_home);
+  tree_of_slot_.resize(std::max(before, boxes.size));  // trees may still name slots that are gone
+  std::fill(tree_of_slot_.begin() + before, tree_of_slot_.end(), no_tree);
   for (const Slot slot : changed) leave(slot);
 }
 
@@ -94,7 +94,7 @@ template <class Real>
 int Incremental<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, int threads,
                             PairList& found) {
   const ScopedMode mode(exactMode());
-  leaveHomes(boxes, changed);
+  leaveTrees(boxes, changed);
   std::unique_ptr<Level> newest = newLevel();
   newest->slots.resizeDiscarding(0);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
@@ -117,22 +117,22 @@ int Incremental<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, in
   if (base_live_) used = meetLevel(newest->sweep, *base_, 0, boxes.exact, threads);
   for (std::size_t i = 0; i < levels_.size(); ++i)
     if (levels_[i]->live)
-      used = std::max(used, meetLevel(newest->sweep, levels_[i]->sweep, static_cast<Home>(i + 1),
-                                      boxes.exact, threads));
+      used = std::max(used, meetLevel(newest->sweep, levels_[i]->sweep,
+                                      static_cast<TreeNumber>(i + 1), boxes.exact, threads));
   for (const Buffer<Pair>& part : own_pairs_.parts)
     for (const Pair pair : part)
       found_[0].push_back(makePair(slots[earlierOf(pair)], slots[laterOf(pair)]) |
-                          (pair & unsure_bit));
+                          (pair & borderline_bit));
   pair_order_.sort(found_, boxes.size, threads, found);
   settle(boxes, std::move(newest), threads);
   return used;
 }
 
 // Pairs of the newest level's boxes with those that live in another one. Of the two slots the
-// newest level's has no home yet.
+// newest level's has no tree yet.
 template <class Real>
-int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level, Home home,
-                                 bool exact, int threads) {
+int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level,
+                                 TreeNumber tree, bool exact, int threads) {
   tasks_.clear();
   for (std::size_t i = 0; i < newest.trees(); ++i) {
     const std::size_t task_cells = chunkOf(newest.cells(i), changed_chunk_cells, threads);
@@ -158,7 +158,7 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
       }
     }
     const auto gone = [&](Pair pair) {
-      return homes_[earlierOf(pair)] != home && homes_[laterOf(pair)] != home;
+      return tree_of_slot_[earlierOf(pair)] != tree && tree_of_slot_[laterOf(pair)] != tree;
     };
     pairs.resize(std::remove_if(pairs.begin() + before, pairs.end(), gone) - pairs.begin());
   });
@@ -179,11 +179,11 @@ void Incremental<Real>::settle(const BoxSet& boxes, std::unique_ptr<Level> newes
   }
   while (!levels_.empty() &&
          (!mechanisms::tree_levels || levels_.back()->live <= level_ratio * newest->slots.size())) {
-    const Home home = static_cast<Home>(levels_.size());
+    const TreeNumber tree = static_cast<TreeNumber>(levels_.size());
     const Level& level = *levels_.back();
     if (level.live)
       for (const Slot slot : level.slots)
-        if (homes_[slot] == home) newest->slots.push_back(slot);
+        if (tree_of_slot_[slot] == tree) newest->slots.push_back(slot);
     merged += level.live;
     spare_levels_.push_back(std::move(levels_.back()));
     levels_.pop_back();
@@ -195,14 +195,15 @@ void Incremental<Real>::settle(const BoxSet& boxes, std::unique_ptr<Level> newes
     newest->sweep.renumber(newest->slots.data());
   }
   newest->live = newest->slots.size();
-  const Home home = static_cast<Home>(levels_.size() + 1);
-  for (const Slot slot : newest->slots) homes_[slot] = home;
+  const TreeNumber tree = static_cast<TreeNumber>(levels_.size() + 1);
+  for (const Slot slot : newest->slots) tree_of_slot_[slot] = tree;
   levels_.push_back(std::move(newest));
 }
 
 template <class Real>
 std::size_t Incremental<Real>::bytes() const {
-  std::size_t bytes = homes_.bytes() + gathered_.bytes() + own_pairs_.bytes() + pair_order_.bytes();
+  std::size_t bytes =
+      tree_of_slot_.bytes() + gathered_.bytes() + own_pairs_.bytes() + pair_order_.bytes();
   for (const std::unique_ptr<Level>& level : levels_)
     bytes += level->sweep.bytes() + level->slots.bytes();
   for (const std::unique_ptr<Level>& level : spare_levels_)

@@ -43,11 +43,11 @@ class Incremental {
   struct Task {
     std::size_t queries, begin, end;  // a tree of the newest level, and cells of it
   };
-  using Home = std::uint8_t;  // 0: the base; i: levels_[i - 1]
+  using TreeNumber = std::uint8_t;  // 0: the base; i: levels_[i - 1]
 
-  void leaveHomes(const BoxSet& boxes, const Buffer<Slot>& changed);
+  void leaveTrees(const BoxSet& boxes, const Buffer<Slot>& changed);
   void gather(const BoxSet& boxes, const Buffer<Slot>& slots);
-  int meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level, Home home, bool exact,
+  int meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level, TreeNumber tree, bool exact,
                 int threads);
   void settle(const BoxSet& boxes, std::unique_ptr<Level> newest, int threads);
   void startBase(const BoxSet& boxes);
@@ -55,7 +55,7 @@ class Incremental {
 
   Sweep<Real>* base_ = nullptr;
   std::size_t base_live_ = 0;                   // boxes that are still in the base
-  Buffer<Home> homes_;                          // by slot
+  Buffer<TreeNumber> tree_of_slot_;             // by slot
   std::vector<std::unique_ptr<Level>> levels_;  // large ones first
   std::vector<std::unique_ptr<Level>> spare_levels_;
   BoxSet gathered_;  // the boxes of the newest level, one after the other

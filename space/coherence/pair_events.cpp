@@ -81,7 +81,7 @@ void PairEvents::turn(bool on) {
 }
 
 void PairEvents::forget(Slot slot) {
-  const std::size_t known = closed_ ? was_.size() : told_slots_;
+  const std::size_t known = closed_ ? was_.size() : last_slots_;
   if (slot >= known) return;
   gone_.insert(closed_ ? was_[slot] : slot);
   any_gone_ = true;
@@ -90,7 +90,7 @@ void PairEvents::forget(Slot slot) {
 // All that stay have lower slots than any that came since, but for those that sit in slots of geoms
 // that are gone, and are marked so. There is room: see reserve().
 void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
-  const std::size_t known = std::min(closed_ ? was_.size() : told_slots_, geoms.size());
+  const std::size_t known = std::min(closed_ ? was_.size() : last_slots_, geoms.size());
   if (!closed_) was_.resizeDiscarding(known);
   std::size_t stay = 0;
   for (Slot slot = 0; slot < known; ++slot)
@@ -101,12 +101,12 @@ void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
 
 // A slot's name among the old ones; above all of these if its geom came later.
 Slot PairEvents::oldOf(Slot slot) const {
-  const std::size_t known = closed_ ? was_.size() : told_slots_;
+  const std::size_t known = closed_ ? was_.size() : last_slots_;
   if (slot < known) {
     const Slot old = closed_ ? was_[slot] : slot;
     if (!gone_.contains(old)) return old;
   }
-  return static_cast<Slot>(told_slots_ + slot);
+  return static_cast<Slot>(last_slots_ + slot);
 }
 
 // Null if it has left.
@@ -136,7 +136,7 @@ void PairEvents::retire() {
 
 void PairEvents::tellNothing() {
   retire();
-  told_now_ = false;
+  is_known_ = false;
   source_ = Source::none;
 }
 
@@ -158,15 +158,15 @@ bool PairEvents::tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Sourc
     return false;
   }
   source_ = source;
-  told_now_ = true;
+  is_known_ = true;
   return true;
 }
 
 // Nothing that lasts is changed before all memory is there.
 void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) {
-  const Comparison comparison(told_, nameOldSlots(geoms));
+  const Comparison comparison(last_pairs_, nameOldSlots(geoms));
   const std::size_t count = pairs.size();
-  const int team = teamFor(count + told_.size(), grains::passed_pairs, threads);
+  const int team = teamFor(count + last_pairs_.size(), grains::passed_pairs, threads);
   planPieces(pairs, comparison, team);
   findChanges(comparison, team);
   addUp();
@@ -174,10 +174,10 @@ void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms
   for (Event& event : begun_) event.number = free_.take();
   if (begun_.size() || ended_.size() || closed_) {
     write(geoms, team);
-    told_.swap(next_told_);
+    last_pairs_.swap(next_pairs_);
     numbers_.swap(next_numbers_);
   }
-  told_slots_ = geoms.size();
+  last_slots_ = geoms.size();
   if (any_gone_) gone_.clear();
   any_gone_ = closed_ = false;
 }
@@ -238,10 +238,10 @@ void PairEvents::addUp() {
 // For what is to be written now, and for what may happen to so many slots until the next frame.
 void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
   if (begun_.size() || ended_.size() || closed_) {
-    next_told_.resizeDiscarding(pairs);
+    next_pairs_.resizeDiscarding(pairs);
     next_numbers_.resizeDiscarding(pairs);
   }
-  free_.reserve(told_.size() + begun_.size());
+  free_.reserve(last_pairs_.size() + begun_.size());
   gone_.growTo(slots);
   was_.reserve(slots);
 }
@@ -253,7 +253,7 @@ void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
     while (queue.next(range)) {
       const Piece& piece = pieces_[range.begin];
       writeEvents(piece, geoms);
-      std::copy(piece.begin, piece.end, next_told_.data() + piece.place);
+      std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
       writeNumbers(piece);
     }
   });
@@ -271,8 +271,8 @@ void PairEvents::writeEvents(const Piece& piece, const Buffer<dxGeom*>& geoms) {
   for (std::size_t i = 0; i < piece.ended; ++i) {
     Event& event = ended_[piece.ended_before + i];
     event.place = findings.ended[piece.first_ended + i];
-    event.o1 = geomOf(earlierOf(told_[event.place]), geoms);
-    event.o2 = geomOf(laterOf(told_[event.place]), geoms);
+    event.o1 = geomOf(earlierOf(last_pairs_[event.place]), geoms);
+    event.o2 = geomOf(laterOf(last_pairs_[event.place]), geoms);
     event.number = numbers_[event.place];
   }
 }
@@ -302,29 +302,30 @@ void PairEvents::writeNumbers(const Piece& piece) {
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {
   const Slot p = oldOf(a), q = oldOf(b);
   const Pair pair = makePair(std::min(p, q), std::max(p, q));
-  const Pair* const found = std::lower_bound(told_.begin(), told_.end(), pair);
-  return told_now_ && found < told_.end() && *found == pair ? found - told_.begin() : pairs();
+  const Pair* const found = std::lower_bound(last_pairs_.begin(), last_pairs_.end(), pair);
+  return is_known_ && found < last_pairs_.end() && *found == pair ? found - last_pairs_.begin()
+                                                                  : pairs();
 }
 
 void PairEvents::release() {
   retire();
   begun_.release();
   ended_.release();
-  next_told_.release();
+  next_pairs_.release();
   next_numbers_.release();
   old_slots_.release();
   pieces_ = std::vector<Piece>();
   findings_ = std::vector<Findings>();
   try {
-    told_.shrink();
+    last_pairs_.shrink();
     numbers_.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }
 }
 
 std::size_t PairEvents::bytes() const {
-  std::size_t bytes = told_.bytes() + numbers_.bytes() + gone_.bytes() + was_.bytes() +
-                      free_.bytes() + begun_.bytes() + ended_.bytes() + next_told_.bytes() +
+  std::size_t bytes = last_pairs_.bytes() + numbers_.bytes() + gone_.bytes() + was_.bytes() +
+                      free_.bytes() + begun_.bytes() + ended_.bytes() + next_pairs_.bytes() +
                       next_numbers_.bytes() + old_slots_.bytes() +
                       pieces_.capacity() * sizeof(Piece);
   for (const Findings& findings : findings_)

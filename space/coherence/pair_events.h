@@ -59,7 +59,7 @@ class PairEvents {
   const Buffer<Event>& ended() const { return ended_; }
   // By place; of no pair if nothing was told.
   const Number* numbers() const { return numbers_.data(); }
-  std::size_t pairs() const { return told_now_ ? told_.size() : 0; }
+  std::size_t pairs() const { return is_known_ ? last_pairs_.size() : 0; }
   // The place in the last frame of a pair of slots of now; pairs() if it has none.
   std::size_t placeOf(Slot a, Slot b) const;
 
@@ -95,11 +95,11 @@ class PairEvents {
 
   bool on_ = false;
   Source source_ = Source::none;
-  bool told_now_ = false;  // by the last frame
+  bool is_known_ = false;  // by the last frame
   // Of the last told frame.
-  Buffer<Pair> told_;
+  Buffer<Pair> last_pairs_;
   Buffer<Number> numbers_;
-  std::size_t told_slots_ = 0;
+  std::size_t last_slots_ = 0;
   // What happened to its slots since.
   SlotSet gone_;
   bool any_gone_ = false, closed_ = false;
@@ -107,7 +107,7 @@ class PairEvents {
 
   PairNumbers free_;
   Buffer<Event> begun_, ended_;
-  Buffer<Pair> next_told_;
+  Buffer<Pair> next_pairs_;
   Buffer<Number> next_numbers_;
   Buffer<Slot> old_slots_;  // by slot, where slots have other names than then
   std::vector<Piece> pieces_;

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "space/contacts/geom_stand_ins.h"
+#include "space/contacts/geom_copies.h"
 #include "space/contacts/ode_image.h"
 
 namespace ode_parallel_sap {
@@ -19,7 +19,7 @@ class ColliderImage {
   // which it does nothing. Of the pairs that colliderUse() means for images.
   bool serves(const dxGeom* a, const dxGeom* b) const {
     return image_.hasProgramsCollider(a->type, b->type) &&
-           (!hasHeightfield(a, b) || GeomStandIns::serve(image_, a, b));
+           (!hasHeightfield(a, b) || GeomCopies::serve(image_, a, b));
   }
   // As dCollide.
   int collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
@@ -33,7 +33,7 @@ class ColliderImage {
   }
 
   OdeImage image_;
-  GeomStandIns stand_ins_;
+  GeomCopies stand_ins_;
 };
 
 // Images that are lent to this object as long as it lives: one for each of up to `wanted` threads,

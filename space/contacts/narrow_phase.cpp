@@ -207,13 +207,13 @@ class NarrowPhase::Pass {
     if (way_.tells) markNext(contacts, waiting.flags);
     found.count =
         ode_parallel_sap::collide(pairs_[waiting.pair], waiting.flags, request_, contacts, image);
-    if (way_.tells && found.count > most_told_contacts) found.thread = nobody;
+    if (way_.tells && found.count > most_precomputed_contacts) found.thread = nobody;
   }
 
   // Room for the contacts of a pair, as far as they may be told.
   static void markNext(Buffer<dContactGeom>& contacts, int flags) {
     const std::size_t size = contacts.size();
-    const int most = std::min<int>(flags & most_contacts_mask, most_told_contacts);
+    const int most = std::min<int>(flags & most_contacts_mask, most_precomputed_contacts);
     contacts.resize(size + static_cast<std::size_t>(flags & most_contacts_mask));  // as collide()
     markUnwritten(contacts.data() + size, static_cast<std::size_t>(most));
     contacts.resize(size);

@@ -74,8 +74,8 @@ class NarrowPhase {
     if (found.count) __builtin_prefetch(told);
   }
   // Of how many pairs it is known.
-  std::size_t told() const;
-  void foretellNothing();
+  std::size_t precomputed() const;
+  void precomputeNothing();
   // How many contacts the pair at this place has, or -1 where that is not known.
   int contactsOf(std::size_t place) const {
     if (place >= found_.size() || found_[place].thread == nobody) return -1;

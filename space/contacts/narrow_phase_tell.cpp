@@ -7,12 +7,12 @@
 
 namespace ode_parallel_sap {
 
-void NarrowPhase::foretellNothing() {
+void NarrowPhase::precomputeNothing() {
   found_.resizeDiscarding(0);
   for (Share& share : shares_) share.contacts.resizeDiscarding(0);
 }
 
-std::size_t NarrowPhase::told() const {
+std::size_t NarrowPhase::precomputed() const {
   return static_cast<std::size_t>(std::count_if(
       found_.begin(), found_.end(), [](const Found& found) { return found.thread != nobody; }));
 }

@@ -11,13 +11,13 @@ namespace ode_parallel_sap {
 // mesh. Once they have been met images are loaded: whatever comes, it has cost no more than twice
 // what would have been best.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
-// Doubled: not measured. Halved: not measured.
+// Doubled: not among the cells. Halved: not among the cells.
 constexpr std::uint64_t pairs_worth_an_image = 1000;
 
 // Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
 // for this many pairs before they are needed.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.
-// Doubled: not measured. Halved: not measured.
+// Doubled: not among the cells. Halved: not among the cells.
 constexpr std::size_t pairs_ahead = 4;
 
 }  // namespace ode_parallel_sap

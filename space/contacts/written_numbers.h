@@ -20,7 +20,7 @@ constexpr NumberBits unwritten_number =
     static_cast<NumberBits>(sizeof(dReal) == sizeof(double) ? 0x7ff4a5c35a3ca5c3 : 0x7fa5a5c3);
 
 // A pair with more contacts is not told: room for so many is marked for every pair.
-constexpr std::uint32_t most_told_contacts = 16;  // fixed: boxes have eight, few others more
+constexpr std::uint32_t most_precomputed_contacts = 16;  // fixed: boxes have eight, few others more
 
 inline void markUnwritten(dContactGeom* contacts, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {

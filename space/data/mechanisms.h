@@ -16,7 +16,7 @@ constexpr bool incremental_trees = true;
 constexpr bool tree_levels = true;
 // After a frame on a device, trees are built for the second frame with few changes, not the first.
 constexpr bool quiet_after_device = true;
-// Cells serve while their boxes stay together (CellDrift).
+// Cells serve while their boxes stay together (CellCoherence).
 constexpr bool kept_cells = true;
 // The pairs of a small scene that stands still are remembered (StillScene).
 constexpr bool still_small_scenes = true;
@@ -32,9 +32,9 @@ constexpr bool tests_of_all = true;
 // So are up to 650 where cells cannot be kept.
 constexpr bool learned_method = true;
 // So are those of which every 45th place in the table of all with all is a pair.
-constexpr bool tests_of_crowds = true;
-// Those tests end early where it turns out that they are none (BruteForce::findCrowd).
-constexpr bool crowds_given_up = true;
+constexpr bool tests_of_dense_scenes = true;
+// Those tests end early where it turns out that they are none (BruteForce::findDense).
+constexpr bool dense_scenes_given_up = true;
 // One thread works while a team is slower (TeamChoice).
 constexpr bool learned_teams = true;
 
@@ -45,11 +45,11 @@ constexpr bool size_classes = true;
 // So has each shape.
 constexpr bool shape_classes = true;
 // Boxes that the keys do not tell apart get a curve of their own. Else they are halved.
-constexpr bool curves_of_crowds = true;
+constexpr bool curves_of_clusters = true;
 // Unbounded boxes meet all others in rows. Else by the tree.
 constexpr bool unbounded_rows = true;
-// Boxes become doubles only where many that floats make larger are close together (CoarseCrowds).
-constexpr bool counted_crowds = true;
+// Boxes become doubles only where many that floats make larger are close together (CoarseClusters).
+constexpr bool counted_clusters = true;
 // Long lists of pairs are sorted by digits (PairOrder). Else by comparison.
 constexpr bool lists_by_digits = true;
 // Large storage is on huge pages (Storage).

@@ -15,7 +15,7 @@ class PairFinder {
 
   // Puts into `pairs`, ascending and each once, every pair of slots whose boxes overlap (closed
   // intervals, NaN overlaps nothing) and which passes the filters of `boxes`. Pairs of which the
-  // float boxes alone cannot tell carry unsure_bit. Uses up to `threads` threads; returns the
+  // float boxes alone cannot tell carry borderline_bit. Uses up to `threads` threads; returns the
   // number used. Throws std::bad_alloc where memory ends.
   virtual int find(const BoxSet& boxes, int threads, PairList& pairs) = 0;
 

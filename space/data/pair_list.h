@@ -12,11 +12,11 @@
 
 namespace ode_parallel_sap {
 
-// One pair in one word: `unsure`, earlier slot, later slot from the top down. Without the top bit,
-// words in ascending order are pairs in the order of the report.
+// One pair in one word: `borderline`, earlier slot, later slot from the top down. Without the top
+// bit, words in ascending order are pairs in the order of the report.
 using Pair = std::uint64_t;
 
-constexpr Pair unsure_bit = Pair{1} << 63;
+constexpr Pair borderline_bit = Pair{1} << 63;
 
 constexpr Pair makePair(Slot earlier, Slot later) {
   return Pair{earlier} << 32 | later;
@@ -28,21 +28,21 @@ constexpr Slot laterOf(Pair pair) {
   return static_cast<Slot>(pair);
 }
 // Whether only the exact bounds can tell if the two boxes overlap.
-constexpr bool isUnsure(Pair pair) {
-  return (pair & unsure_bit) != 0;
+constexpr bool isMarkedBorderline(Pair pair) {
+  return (pair & borderline_bit) != 0;
 }
 
 // The pairs of one frame, in the order of the report when read part after part. Threads write parts
 // of their own, so that joining them moves no pair.
 struct PairList {
   // Pairs [begin, end) of a part.
-  struct Stretch {
+  struct Segment {
     std::size_t part, begin, end;
   };
 
   std::vector<Buffer<Pair>> parts;
-  // Every unsure pair is in one of these, with few others; in no particular order.
-  std::vector<Stretch> unsure;
+  // Every borderline pair is in one of these, with few others; in no particular order.
+  std::vector<Segment> borderline;
 
   std::size_t size() const {
     std::size_t pairs = 0;
@@ -58,16 +58,17 @@ struct PairList {
   void clear(std::size_t count) {
     if (parts.size() < count) parts.resize(count);
     for (Buffer<Pair>& part : parts) part.resizeDiscarding(0);
-    unsure.clear();
+    borderline.clear();
   }
 };
 
-// Adds the stretches of pairs [begin, end) of a part, whose first pair is at `part_pairs`, that
-// have unsure ones: whole eights of pairs, 64 bytes, which are read about as fast as one of them.
-inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
-                       std::vector<PairList::Stretch>& unsure) {
+// Adds the segments of pairs [begin, end) of a part, whose first pair is at `part_pairs`, that
+// have borderline ones: whole eights of pairs, 64 bytes, which are read about as fast as one of
+// them.
+inline void noteBorderline(const Pair* part_pairs, const PairList::Segment& written,
+                           std::vector<PairList::Segment>& borderline) {
   constexpr std::size_t step = 8;               // fixed: a line of the cache
-  constexpr std::size_t longest = chunk_pairs;  // of a stretch
+  constexpr std::size_t longest = chunk_pairs;  // of a segment
   for (std::size_t at = written.begin; at < written.end; at += step) {
     const Pair* const pairs = part_pairs + at;
     Pair all_bits = 0;
@@ -75,13 +76,13 @@ inline void noteUnsure(const Pair* part_pairs, const PairList::Stretch& written,
       for (std::size_t i = 0; i < step; ++i) all_bits |= pairs[i];
     else
       for (std::size_t i = 0; at + i < written.end; ++i) all_bits |= pairs[i];
-    if (!isUnsure(all_bits)) continue;
+    if (!isMarkedBorderline(all_bits)) continue;
     const std::size_t end = std::min(at + step, written.end);
-    if (!unsure.empty() && unsure.back().part == written.part && unsure.back().end == at &&
-        at - unsure.back().begin < longest)
-      unsure.back().end = end;
+    if (!borderline.empty() && borderline.back().part == written.part &&
+        borderline.back().end == at && at - borderline.back().begin < longest)
+      borderline.back().end = end;
     else
-      unsure.push_back({written.part, at, end});
+      borderline.push_back({written.part, at, end});
   }
 }
 

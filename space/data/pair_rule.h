@@ -9,14 +9,14 @@
 namespace ode_parallel_sap {
 
 // Whether only the exact boxes can tell that two overlap whose float bounds do.
-inline bool isUnsure(const BasicBox<float>& a, const BasicBox<float>& b) {
+inline bool isBorderline(const BasicBox<float>& a, const BasicBox<float>& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (isBorderline(a.lower[axis], b.upper[axis]) || isBorderline(b.lower[axis], a.upper[axis]))
       return true;
   return false;
 }
 // Doubles are the exact bounds.
-inline bool isUnsure(const BasicBox<double>&, const BasicBox<double>&) {
+inline bool isBorderline(const BasicBox<double>&, const BasicBox<double>&) {
   return false;
 }
 
@@ -33,7 +33,8 @@ template <class Real>
 inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
   if (!passesFilters(boxes, a, b)) return to;
   *to = a < b ? makePair(a, b) : makePair(b, a);
-  if (!boxes.exact && isUnsure(boxesOf<Real>(boxes)[a], boxesOf<Real>(boxes)[b])) *to |= unsure_bit;
+  if (!boxes.exact && isBorderline(boxesOf<Real>(boxes)[a], boxesOf<Real>(boxes)[b]))
+    *to |= borderline_bit;
   return to + 1;
 }
 

@@ -25,9 +25,9 @@ class CPUFinders {
   template <class Real>
   Sweep<Real>& sweep();
 
-  int findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs) {
-    return boxes.wide ? wide_brute_force_.findCrowd(boxes, threads, places_of_a_pair, pairs)
-                      : brute_force_.findCrowd(boxes, threads, places_of_a_pair, pairs);
+  int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs) {
+    return boxes.wide ? wide_brute_force_.findDense(boxes, threads, places_of_a_pair, pairs)
+                      : brute_force_.findDense(boxes, threads, places_of_a_pair, pairs);
   }
 
   // Whether the last sweep made do with the cells of an earlier one.

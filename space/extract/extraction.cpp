@@ -40,8 +40,8 @@ int Extraction::findOnDevices(int method, const BoxSet& boxes, const ExtractionP
 Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPlan& plan,
                             PairList& pairs) {
   Found found;
-  if (plan.crowd) {
-    found.threads = finders().findCrowd(boxes, plan.threads, plan.places_of_a_pair, pairs);
+  if (plan.dense) {
+    found.threads = finders().findDense(boxes, plan.threads, plan.places_of_a_pair, pairs);
     found.method = dParallelSAPMethodBruteForce;
     if (found.threads > 0) return found;
   }

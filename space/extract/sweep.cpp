@@ -41,17 +41,17 @@ void Sweep<Real>::planTasks(int threads) {
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
-  kept_cells_ = drift_.mayServe(boxes, threads);
+  kept_cells_ = cell_coherence_.mayServe(boxes, threads);
   if (kept_cells_) {
     packTrees(boxes, threads);
-    kept_cells_ = drift_.serve(trees_, trees());
+    kept_cells_ = cell_coherence_.serve(trees_, trees());
     if (kept_cells_) return;
   }
-  drift_.forget();
+  cell_coherence_.forget();
   if (found_.empty()) found_.resize(1);
   order_.build(boxes, threads, found_[0]);  // where pairs will be
   packTrees(boxes, threads);
-  drift_.restart(trees_, trees());
+  cell_coherence_.restart(trees_, trees());
 }
 
 template <class Real>
@@ -122,8 +122,8 @@ void Sweep<Real>::releaseSpare(std::size_t slots) {
 
 template <class Real>
 std::size_t Sweep<Real>::bytes() const {
-  std::size_t bytes =
-      order_.bytes() + drift_.bytes() + pair_order_.bytes() + tasks_.capacity() * sizeof(Task);
+  std::size_t bytes = order_.bytes() + cell_coherence_.bytes() + pair_order_.bytes() +
+                      tasks_.capacity() * sizeof(Task);
   for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
   for (const Buffer<Pair>& found : found_) bytes += found.bytes();
   return bytes;

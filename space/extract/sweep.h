@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "space/cells/cell_drift.h"
+#include "space/cells/cell_coherence.h"
 #include "space/cells/cell_order.h"
 #include "space/cells/cell_tree.h"
 #include "space/data/pair_finder.h"
@@ -17,7 +17,7 @@ namespace ode_parallel_sap {
 // whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
 // tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
 // pair of cells, so none is found twice. The division into cells is kept from frame to frame while
-// the boxes of a cell stay together (CellDrift).
+// the boxes of a cell stay together (CellCoherence).
 template <class Real>
 class Sweep : public PairFinder {
  public:
@@ -46,7 +46,7 @@ class Sweep : public PairFinder {
   void releaseSpare(std::size_t slots);
 
   CellOrder<Real> order_;
-  CellDrift<Real> drift_;
+  CellCoherence<Real> cell_coherence_;
   bool kept_cells_ = false;
   std::vector<CellTree<Real>> trees_;  // one a class
   std::vector<Task> tasks_;

@@ -25,10 +25,10 @@ struct PairFilter::ExactTest {
     if (asleep_on_static &&
         ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
       return true;
-    if (!isUnsure(pair) && !every_filter) return false;
+    if (!isMarkedBorderline(pair) && !every_filter) return false;
     const dxGeom *const a = geoms[earlier], *const b = geoms[later];
     // The bits of geoms at rest are a matter of verify().
-    return (isUnsure(pair) && !boxesOverlap(a, b)) ||
+    return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
            (every_filter && !atRest(earlier) && !atRest(later) && !filtersMatch(a, b));
   }
 
@@ -46,7 +46,7 @@ bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
   bool any = false;
   for (Pair* pair = begin; pair < end; ++pair) {
     const bool drop = drops(*pair);
-    *pair = drop ? dropped_pair : *pair & ~unsure_bit;
+    *pair = drop ? dropped_pair : *pair & ~borderline_bit;
     any |= drop;
   }
   return any;
@@ -57,11 +57,11 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
   const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
                           rules.skip_asleep && !rules.skip_static};
   if (test.everyPair()) {
-    pairs.unsure.clear();
+    pairs.borderline.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)
-      pairs.unsure.push_back({part, 0, pairs.parts[part].size()});
+      pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
   }
-  testStretches(test, threads, pairs);
+  testSegments(test, threads, pairs);
   if (!gaps_.empty()) pair_gaps_.close(gaps_, threads, pairs);
 }
 
@@ -109,23 +109,23 @@ void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int thre
 }
 
 std::size_t PairFilter::bytes() const {
-  std::size_t stretches = pieces_to_test_.capacity() + gaps_.capacity();
-  for (const auto& gaps : gaps_found_) stretches += gaps.capacity();
-  return stretches * sizeof(PairList::Stretch) + pair_gaps_.bytes();
+  std::size_t segments = pieces_to_test_.capacity() + gaps_.capacity();
+  for (const auto& gaps : gaps_found_) segments += gaps.capacity();
+  return segments * sizeof(PairList::Segment) + pair_gaps_.bytes();
 }
 
-// Long stretches are cut, so that what threads take as they come is of like size. Leaves in gaps_
+// Long segments are cut, so that what threads take as they come is of like size. Leaves in gaps_
 // where pairs were dropped.
-void PairFilter::testStretches(const ExactTest& test, int threads, PairList& pairs) {
+void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
   gaps_.clear();
   std::size_t count = 0;
-  for (const PairList::Stretch& stretch : pairs.unsure) count += stretch.end - stretch.begin;
+  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
   if (count == 0) return;
   const std::size_t most = chunkOf(count, chunk_pairs, threads);
   pieces_to_test_.clear();
-  for (const PairList::Stretch& stretch : pairs.unsure)
-    for (std::size_t begin = stretch.begin; begin < stretch.end; begin += most)
-      pieces_to_test_.push_back({stretch.part, begin, std::min(begin + most, stretch.end)});
+  for (const PairList::Segment& segment : pairs.borderline)
+    for (std::size_t begin = segment.begin; begin < segment.end; begin += most)
+      pieces_to_test_.push_back({segment.part, begin, std::min(begin + most, segment.end)});
   const std::size_t pieces = pieces_to_test_.size();
   const int team = teamFor(count, grains::geom_tests, threads);
   if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
@@ -136,7 +136,7 @@ void PairFilter::testStretches(const ExactTest& test, int threads, PairList& pai
     Range range;
     while (queue.next(range))
       for (std::size_t i = range.begin; i < range.end; ++i) {
-        const PairList::Stretch& piece = pieces_to_test_[i];
+        const PairList::Segment& piece = pieces_to_test_[i];
         Pair* const part = pairs.parts[piece.part].data();
         if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
       }

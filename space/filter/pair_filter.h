@@ -13,9 +13,9 @@ namespace ode_parallel_sap {
 class PairFilter {
  public:
   // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
-  // leave out and `boxes` could not; the others stay in order, unsure_bit cleared. The geoms
+  // leave out and `boxes` could not; the others stay in order, borderline_bit cleared. The geoms
   // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads, and reads
-  // no pairs but those of the unsure stretches where these are all that there is to decide.
+  // no pairs but those of the borderline segments where these are all that there is to decide.
   void run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
            const BoxSet& boxes, int threads, PairList& pairs);
 
@@ -34,11 +34,11 @@ class PairFilter {
   struct ExactTest;
   static Pair* verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
                          const Pair* end, Pair* to);
-  void testStretches(const ExactTest& test, int threads, PairList& pairs);
+  void testSegments(const ExactTest& test, int threads, PairList& pairs);
 
-  std::vector<PairList::Stretch> pieces_to_test_;
-  std::vector<std::vector<PairList::Stretch>> gaps_found_;  // one a thread
-  std::vector<PairList::Stretch> gaps_;
+  std::vector<PairList::Segment> pieces_to_test_;
+  std::vector<std::vector<PairList::Segment>> gaps_found_;  // one a thread
+  std::vector<PairList::Segment> gaps_;
   std::vector<PairGaps::Piece> pieces_;
   PairGaps pair_gaps_;
 };

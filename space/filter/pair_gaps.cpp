@@ -19,8 +19,8 @@ void movePairs(const Pair* from, std::size_t count, Pair* to) {
 
 // What is left of `range`, which the gaps from `gap` on lie in or beyond, moves to its beginning.
 // Returns how many pairs that are.
-std::size_t closeRange(const Range& range, const PairList::Stretch* gap,
-                       const PairList::Stretch* last_gap, Pair* pairs) {
+std::size_t closeRange(const Range& range, const PairList::Segment* gap,
+                       const PairList::Segment* last_gap, Pair* pairs) {
   Pair* to = pairs + range.begin;
   std::size_t at = range.begin;
   for (; gap < last_gap && gap->begin < range.end; ++gap) {
@@ -44,8 +44,8 @@ Pair* moveKept(const Pair* begin, const Pair* end, Pair* to) {
   return to;
 }
 
-void PairGaps::close(std::vector<PairList::Stretch>& gaps, int threads, PairList& pairs) {
-  std::sort(gaps.begin(), gaps.end(), [](const PairList::Stretch& a, const PairList::Stretch& b) {
+void PairGaps::close(std::vector<PairList::Segment>& gaps, int threads, PairList& pairs) {
+  std::sort(gaps.begin(), gaps.end(), [](const PairList::Segment& a, const PairList::Segment& b) {
     return a.part != b.part ? a.part < b.part : a.begin < b.begin;
   });
   const Gap last = gaps.data() + gaps.size();

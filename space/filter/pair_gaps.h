@@ -22,13 +22,13 @@ class PairGaps {
 
   // Takes the dropped pairs out of all parts. Every one of them is in one of `gaps`, whose order is
   // lost. Pairs before a part's first gap are not looked at.
-  void close(std::vector<PairList::Stretch>& gaps, int threads, PairList& pairs);
+  void close(std::vector<PairList::Segment>& gaps, int threads, PairList& pairs);
   // Makes the pieces, which follow each other to the end of the part, one.
   void join(const std::vector<Piece>& pieces, int threads, Buffer<Pair>& part);
   std::size_t bytes() const { return heads_.bytes(); }
 
  private:
-  using Gap = const PairList::Stretch*;
+  using Gap = const PairList::Segment*;
   void closePart(Gap begin, Gap end, int threads, Buffer<Pair>& part);
 
   std::vector<Piece> pieces_;

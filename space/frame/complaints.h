@@ -40,17 +40,17 @@ class Complaints {
     if (!no_memory_) dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
     no_memory_ = true;
   }
-  void ofUntoldEvents() {
-    if (!untold_events_)
+  void ofUnreportedEvents() {
+    if (!unreported_events_)
       dMessage(0,
                "parallel SAP space: out of memory, which pairs began and ended is told by a later "
                "frame");
-    untold_events_ = true;
+    unreported_events_ = true;
   }
 
  private:
   std::unordered_set<const dxGeom*> invalid_;
-  bool too_long_ = false, no_memory_ = false, untold_events_ = false;
+  bool too_long_ = false, no_memory_ = false, unreported_events_ = false;
 };
 
 }  // namespace ode_parallel_sap

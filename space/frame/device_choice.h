@@ -11,7 +11,7 @@
 namespace ode_parallel_sap {
 
 // Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
-// each, a model foretells how the time grows with boxes and pairs, and the frames that ran on it
+// each, a model predicts how the time grows with boxes and pairs, and the frames that ran on it
 // tell by how much the model is off on this machine. Every frame goes to the choice that promises
 // the least; one that was never tried gets a trial of a few frames when it promises to be
 // better, one that lost is tried again at growing intervals, in case the machine has more to give
@@ -68,11 +68,11 @@ class DeviceChoice {
     int best = *candidates.begin();
     for (const int devices : candidates)
       if (isKnown(devices) &&
-          (!isKnown(best) || foretell(devices, boxes, pairs) < foretell(best, boxes, pairs)))
+          (!isKnown(best) || predict(devices, boxes, pairs) < predict(best, boxes, pairs)))
         best = devices;
     // Stays where it is unless it clearly pays.
     if (isKnown(choice_) && candidates.has(choice_) &&
-        foretell(best, boxes, pairs) > hysteresis * foretell(choice_, boxes, pairs))
+        predict(best, boxes, pairs) > hysteresis * predict(choice_, boxes, pairs))
       best = choice_;
     if (!isKnown(best)) return {best, false};
     for (const int devices : candidates)
@@ -109,10 +109,10 @@ class DeviceChoice {
   int learnMissed(std::size_t boxes, const Candidates& candidates, int ready) {
     if (!isKnown(choice_) || trial_ > 0) return wanted_;
     const double pairs = pairs_a_box_ * static_cast<double>(boxes);
-    const double now = foretell(choice_, boxes, pairs);
+    const double now = predict(choice_, boxes, pairs);
     for (const int devices : candidates) {
       if (devices <= ready) continue;
-      const double then = foretell(devices, boxes, pairs);
+      const double then = predict(devices, boxes, pairs);
       if (then > now) continue;
       missed_ms_ += now - then;
       if (missed_ms_ > least_missed_ms) {
@@ -134,7 +134,7 @@ class DeviceChoice {
 
  private:
   struct Option {
-    double off = 0;    // time taken by time foretold; 0: not known
+    double off = 0;    // time taken by time predicted; 0: not known
     int settling = 3;  // frames until its times mean something
     long last_frame = 0;
     long interval = retry_frames;  // until it is tried again
@@ -153,7 +153,7 @@ class DeviceChoice {
     return devices == 1 ? 0.09 + shared : 0.4 + 1.1 * shared / devices;
   }
   // An option that was never tried is taken to be as far off as the nearest one with fewer devices.
-  double foretell(int devices, std::size_t boxes, double pairs) const {
+  double predict(int devices, std::size_t boxes, double pairs) const {
     int known = devices;
     while (known > 0 && !isKnown(known)) --known;
     const double off = known > 0 || devices == 0 ? options_[known].off : 1;
@@ -161,7 +161,7 @@ class DeviceChoice {
   }
   bool deservesTrial(int devices, int best, std::size_t boxes, double pairs) const {
     const Option& option = options_[devices];
-    const double promised = foretell(devices, boxes, pairs), now = foretell(best, boxes, pairs);
+    const double promised = predict(devices, boxes, pairs), now = predict(best, boxes, pairs);
     if (!isKnown(devices)) return promised < now;
     return frame_ - option.last_frame >= option.interval && promised <= worth_another_try * now;
   }

@@ -16,14 +16,14 @@ namespace ode_parallel_sap {
 class MethodChoice {
  public:
   // By the pairs of the last frame.
-  static bool isCrowd(std::size_t slots, std::size_t pairs) {
-    return mechanisms::tests_of_crowds && pairs > slots * slots / places_of_a_pair;
+  static bool isDense(std::size_t slots, std::size_t pairs) {
+    return mechanisms::tests_of_dense_scenes && pairs > slots * slots / places_of_a_pair;
   }
-  // Whether to sweep a scene, or else to test all. A crowd of more slots than most_tested is told
-  // apart by testing all, which is given up where it is none.
+  // Whether to sweep a scene, or else to test all. A dense scene of more slots than most_tested is
+  // told apart by testing all, which is given up where it is none.
   bool sweeps(std::size_t slots, std::size_t pairs) const {
     if (slots > most_tested || !mechanisms::tests_of_all) return true;
-    return slots > least_swept && !isCrowd(slots, pairs) &&
+    return slots > least_swept && !isDense(slots, pairs) &&
            !(mechanisms::learned_method && back_off_.waits());
   }
   // What became of a sweep: it made do with the cells it had, or cut them anew.

@@ -17,11 +17,11 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
     const SceneFacts facts = factsOf(scene, false);
     Frame frame(store_, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
-      if (frame.plan.foretell.watch) {
-        foretell(frame, settings, manual_cleanup);
+      if (frame.plan.precompute.watch) {
+        precompute(frame, settings, manual_cleanup);
         reportWatched(frame, settings, data, callback);
       } else {
-        policy_.learnOfForetelling(frame.plan, facts, settings, {}, false);
+        policy_.learnOfPrecomputing(frame.plan, facts, settings, {}, false);
         frame.clock.begin(Stage::report);
         report(frame, data, callback);
       }

@@ -7,8 +7,8 @@
 
 #include "space/coherence/pair_events.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/contacts/foretold_contacts.h"
 #include "space/contacts/narrow_phase.h"
+#include "space/contacts/precomputed_contacts.h"
 #include "space/extract/extraction.h"
 #include "space/filter/pair_filter.h"
 #include "space/filter/plane_pairs.h"
@@ -49,7 +49,7 @@ class Pipeline {
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
     store_.coherence.change(slot);
-    foretold_.noteChange(slot);
+    precomputed_.noteChange(slot);
   }
   // Geoms come or go.
   void noteNewcomer() { plane_pairs_.forget(); }
@@ -57,7 +57,7 @@ class Pipeline {
   void closeSlots(const Buffer<dxGeom*>& geoms) {
     store_.coherence.stop();
     plane_pairs_.forget();
-    foretold_.noteNewSlots();
+    precomputed_.noteNewSlots();
     if (events_.on()) events_.closeSlots(geoms);
   }
   // A geom leaves its slot.
@@ -72,7 +72,7 @@ class Pipeline {
   void release();
   std::size_t bytes() const;
   PairEvents& events() { return events_; }
-  const ForetoldContacts::Counts& foretold() const { return foretold_.all(); }
+  const PrecomputedContacts::Counts& precomputed() const { return precomputed_.all(); }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
 
@@ -86,7 +86,7 @@ class Pipeline {
   void tellEvents(Frame& frame, bool unchanged);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
-  void foretell(Frame& frame, const Settings& settings, bool manual_cleanup);
+  void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
@@ -107,7 +107,7 @@ class Pipeline {
   bool candidates_apart_ = false;
   PairEvents events_;
   NarrowPhase narrow_phase_;
-  ForetoldContacts foretold_;
+  PrecomputedContacts precomputed_;
   Buffer<GeomPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;

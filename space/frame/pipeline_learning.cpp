@@ -62,14 +62,14 @@ void Pipeline::release() {
   events_.release();
   contact_pairs_.release();
   narrow_phase_ = NarrowPhase();
-  foretold_.release();
+  precomputed_.release();
 }
 
 std::size_t Pipeline::bytes() const {
   return store_.pairs.bytes() + store_.coherence.bytes() + geom_update_.bytes() + boxes_.bytes() +
          extraction_.bytes() + plane_pairs_.bytes() + candidates_.bytes() + others_.bytes() +
          pair_filter_.bytes() + events_.bytes() + contact_pairs_.bytes() + narrow_phase_.bytes() +
-         foretold_.bytes() + small_scenes_.bytes();
+         precomputed_.bytes() + small_scenes_.bytes();
 }
 
 }  // namespace ode_parallel_sap

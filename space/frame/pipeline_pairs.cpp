@@ -64,7 +64,7 @@ void Pipeline::tellEvents(Frame& frame, bool unchanged) {
   const int threads = frame.plan.threads;
   if (!(unchanged && events_.tellSame(source)) &&
       !events_.tell(frame.pairs, frame.scene.slots, source, threads))
-    complaints_.ofUntoldEvents();
+    complaints_.ofUnreportedEvents();
   frame.result.events_ms = frame.clock.lap();
 }
 

@@ -23,7 +23,7 @@ struct SceneFacts {
 };
 
 // What is done about the contacts for which a near callback will ask dCollide.
-struct ForetellPlan {
+struct PrecomputePlan {
   bool watch = false;      // take notice of those calls, for the frames to come
   bool in_full = false;    // collide all pairs of kinds that pay, not a sample of them
   double least_share = 0;  // of the pairs, that must be asked for to make it pay
@@ -34,7 +34,7 @@ struct Plan {
   int threads = 1;          // of all stages up to the report
   int contact_threads = 1;  // of the narrow phase
   int block_threads = 1;    // of a report in blocks on all threads
-  ForetellPlan foretell;
+  PrecomputePlan precompute;
   ApartKinds leave_out = {};  // pairs that are certainly apart are not collided
   bool keep = false;          // boxes and pairs of the last frame serve where little has changed
   ExtractionPlan extraction;

@@ -72,34 +72,34 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
               (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
-  extraction.crowd = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
-                     MethodChoice::isCrowd(facts.slots, facts.last_pairs);
+  extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
+                     MethodChoice::isDense(facts.slots, facts.last_pairs);
   extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
-  if (settings.foretell != Foretell::never && !facts.nested && !facts.for_contacts &&
+  if (settings.precompute != Precompute::never && !facts.nested && !facts.for_contacts &&
       !facts.for_blocks)
-    planForetelling(facts, settings, plan);
+    planPrecomputing(facts, settings, plan);
   return plan;
 }
 
 // One thread gains nothing. A team that does not pay just now gets a sample of the pairs, from
 // which is learnt what they take one thread.
-void Policy::planForetelling(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
-  ForetellPlan& foretell = plan.foretell;
-  if (settings.foretell == Foretell::always) {
-    foretell.watch = foretell.in_full = true;
+void Policy::planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
+  PrecomputePlan& precompute = plan.precompute;
+  if (settings.precompute == Precompute::always) {
+    precompute.watch = precompute.in_full = true;
     return;
   }
   const int most = mostContactThreads(facts.last_pairs, settings);
-  if (most == 1 || foretell_.waits()) return;
-  foretell.watch = true;
-  foretell.in_full = plan.contact_threads > 1;
+  if (most == 1 || precompute_.waits()) return;
+  precompute.watch = true;
+  precompute.in_full = plan.contact_threads > 1;
   // More than one thread's part of the pairs: contacts are stored and copied, and threads started.
   constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
-  foretell.least_share = 1.0 / most + margin;
+  precompute.least_share = 1.0 / most + margin;
 }
 
 int Policy::methodFor(const SceneFacts& facts, const Settings& settings) const {
@@ -194,20 +194,21 @@ void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out
   learn(plan.leave_out.others, left_out.others, least_apart_others, apart_others_);
 }
 
-bool Policy::learnOfForetelling(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                                const ForetoldContacts::Counts& counts, bool more) {
-  if (settings.foretell != Foretell::where_it_pays) return true;
-  if (!plan.foretell.watch) {
-    if (mostContactThreads(facts.last_pairs, settings) > 1) foretell_.pass();
+bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,
+                                 const Settings& settings,
+                                 const PrecomputedContacts::Counts& counts, bool more) {
+  if (settings.precompute != Precompute::where_it_pays) return true;
+  if (!plan.precompute.watch) {
+    if (mostContactThreads(facts.last_pairs, settings) > 1) precompute_.pass();
     return true;
   }
   const bool enough = static_cast<double>(counts.used) >=
-                      plan.foretell.least_share * static_cast<double>(counts.told);
+                      plan.precompute.least_share * static_cast<double>(counts.precomputed);
   if (more && enough) {
-    if (counts.told) foretell_.paid();
+    if (counts.precomputed) precompute_.paid();
     return true;
   }
-  foretell_.failed();
+  precompute_.failed();
   return false;
 }
 

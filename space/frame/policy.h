@@ -4,8 +4,8 @@
 
 #include <cstddef>
 
-#include "space/contacts/foretold_contacts.h"
 #include "space/contacts/narrow_phase.h"
+#include "space/contacts/precomputed_contacts.h"
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/frame_result.h"
@@ -40,8 +40,8 @@ class Policy {
   // A near callback's calls of dCollide: of `told` pairs that were collided beforehand it asked for
   // `used`. `more`: from what was seen in this frame some would be collided in the next.
   // Returns false where what was seen is to be forgotten.
-  bool learnOfForetelling(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                          const ForetoldContacts::Counts& counts, bool more);
+  bool learnOfPrecomputing(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                           const PrecomputedContacts::Counts& counts, bool more);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -50,7 +50,7 @@ class Policy {
  private:
   static int mostThreads(std::size_t slots, const Settings& settings);
   int methodFor(const SceneFacts& facts, const Settings& settings) const;
-  void planForetelling(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
+  void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
@@ -63,7 +63,7 @@ class Policy {
   // To test pairs that touch costs a little each.
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.
-  BackOff foretell_{2 * retry_frames};
+  BackOff precompute_{2 * retry_frames};
   PackRules rules_;  // that were set in the last frame
 };
 

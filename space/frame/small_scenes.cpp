@@ -65,7 +65,7 @@ void find(const Scene& scene, const PackRules& rules, SmallScene& found) {
     dxGeom *const a = found.active[i], *const b = found.active[j];
     if (filtersMatch(a, b) && (all_wanted || !(rules.cull_planes && areClearByPlane(a, b))) &&
         (all_wanted || !isLeftOut(a, b, rules)))
-      found.couples[found.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+      found.index_pairs[found.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
   };
   if (found.actives > most_without_vectors)
     forOverlapping(found.active, found.actives, take);
@@ -75,16 +75,16 @@ void find(const Scene& scene, const PackRules& rules, SmallScene& found) {
         if (boxesOverlap(found.active[i], found.active[j])) take(i, j);
 }
 
-// Leaves the couples that pass the AABBTest functions as the pairs.
+// Leaves the index_pairs that pass the AABBTest functions as the pairs.
 void test(SmallScene& found) {
   if (!found.user_classes) {
     found.pairs = found.candidates;
     return;
   }
   for (std::size_t i = 0; i < found.candidates; ++i) {
-    const SmallScene::Couple couple = found.couples[i];
-    if (passesAABBTests(found.active[couple.earlier()], found.active[couple.later()]))
-      found.couples[found.pairs++] = couple;
+    const SmallScene::IndexPair index_pair = found.index_pairs[i];
+    if (passesAABBTests(found.active[index_pair.earlier()], found.active[index_pair.later()]))
+      found.index_pairs[found.pairs++] = index_pair;
   }
 }
 
@@ -106,18 +106,19 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
     remember(scene, rules, found);
   }
   test(found);
-  if (report.events && !tell(scene, found, *report.events)) complaints.ofUntoldEvents();
+  if (report.events && !tell(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
   const SmallResult result = found.result(scene.count);
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  std::size_t told = 0;
+  std::size_t reported = 0;
   if (statistics.sample().on() && report.sampled)
-    told = reportSampled(found, report, statistics.sample());
-  for (; told < found.pairs; ++told) {
-    const SmallScene::Couple couple = found.couples[told];
-    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
+    reported = reportSampled(found, report, statistics.sample());
+  for (; reported < found.pairs; ++reported) {
+    const SmallScene::IndexPair index_pair = found.index_pairs[reported];
+    report.callback(report.data, found.active[index_pair.earlier()],
+                    found.active[index_pair.later()]);
   }
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
@@ -131,18 +132,19 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
 __attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallScene& found,
                                                                  const SmallReport& report,
                                                                  PairSample& sample) {
-  std::size_t told = 0;
+  std::size_t reported = 0;
   const auto tell = [&] {
-    const SmallScene::Couple couple = found.couples[told++];
-    report.callback(report.data, found.active[couple.earlier()], found.active[couple.later()]);
+    const SmallScene::IndexPair index_pair = found.index_pairs[reported++];
+    report.callback(report.data, found.active[index_pair.earlier()],
+                    found.active[index_pair.later()]);
   };
   sample.pick(found.pairs, [&](std::size_t place) {
-    while (told < place) tell();
-    const SmallScene::Couple couple = found.couples[told];
-    sample.time(found.active[couple.earlier()], found.active[couple.later()], PairSample::not_asked,
-                tell);
+    while (reported < place) tell();
+    const SmallScene::IndexPair index_pair = found.index_pairs[reported];
+    sample.time(found.active[index_pair.earlier()], found.active[index_pair.later()],
+                PairSample::not_asked, tell);
   });
-  return told;
+  return reported;
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
@@ -150,17 +152,17 @@ bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& 
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
   if (found.recalled && !found.user_classes && events.tellSame(source)) return true;
   try {
-    told_pairs_.clear(1);
-    Buffer<Pair>& pairs = told_pairs_.parts[0];
+    event_pairs_.clear(1);
+    Buffer<Pair>& pairs = event_pairs_.parts[0];
     pairs.resizeDiscarding(found.pairs);
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      pairs[i] = makePair(Slots::slotOf(found.active[found.couples[i].earlier()]),
-                          Slots::slotOf(found.active[found.couples[i].later()]));
+      pairs[i] = makePair(Slots::slotOf(found.active[found.index_pairs[i].earlier()]),
+                          Slots::slotOf(found.active[found.index_pairs[i].later()]));
   } catch (const std::bad_alloc&) {
     events.tellNothing();
     return false;
   }
-  return events.tell(told_pairs_, scene.slots, source, 1);
+  return events.tell(event_pairs_, scene.slots, source, 1);
 }
 
 // The second of two frames without a move is remembered, where that says it all: not what rules

@@ -21,13 +21,13 @@ namespace ode_parallel_sap {
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallScene {
   // Places in `active`; read as they are written, in one word.
-  struct Couple {
+  struct IndexPair {
     std::uint16_t places;
     unsigned earlier() const { return places >> 8; }
     unsigned later() const { return places & 0xff; }
   };
   dxGeom* active[smallest_scene];
-  Couple couples[smallest_scene * (smallest_scene - 1) / 2];
+  IndexPair index_pairs[smallest_scene * (smallest_scene - 1) / 2];
   unsigned actives = 0, invalid = 0, unbounded = 0;
   bool user_classes = false;
   bool recalled = false;  // what was found is what was remembered
@@ -66,16 +66,16 @@ class StillScene {
     for (const dxGeom* geom = first; geom; geom = geom->next)
       seen_.push_back({geom, geom->body, geom->category_bits, geom->collide_bits, isEnabled(geom)});
     active_.assign(scene.active, scene.active + scene.actives);
-    couples_.assign(scene.couples, scene.couples + scene.candidates);
+    index_pairs_.assign(scene.index_pairs, scene.index_pairs + scene.candidates);
     invalid_ = scene.invalid;
     unbounded_ = scene.unbounded;
     user_classes_ = scene.user_classes;
   }
   void recall(SmallScene& scene) const {
     std::copy(active_.begin(), active_.end(), scene.active);
-    std::copy(couples_.begin(), couples_.end(), scene.couples);
+    std::copy(index_pairs_.begin(), index_pairs_.end(), scene.index_pairs);
     scene.actives = static_cast<unsigned>(active_.size());
-    scene.candidates = couples_.size();
+    scene.candidates = index_pairs_.size();
     scene.invalid = invalid_;
     scene.unbounded = unbounded_;
     scene.user_classes = user_classes_;
@@ -83,7 +83,7 @@ class StillScene {
   }
   std::size_t bytes() const {
     return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
-           couples_.capacity() * sizeof(SmallScene::Couple);
+           index_pairs_.capacity() * sizeof(SmallScene::IndexPair);
   }
 
  private:
@@ -103,7 +103,7 @@ class StillScene {
   PackRules rules_;
   std::vector<Seen> seen_;
   std::vector<dxGeom*> active_;
-  std::vector<SmallScene::Couple> couples_;
+  std::vector<SmallScene::IndexPair> index_pairs_;
   unsigned invalid_ = 0, unbounded_ = 0;
   bool user_classes_ = false;
 };
@@ -117,7 +117,7 @@ class SmallScenes {
   SmallResult collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                       Statistics& statistics, const SmallReport& report);
   std::size_t bytes() const {
-    return (still_scene_ ? still_scene_->bytes() : 0) + told_pairs_.bytes();
+    return (still_scene_ ? still_scene_->bytes() : 0) + event_pairs_.bytes();
   }
 
  private:
@@ -129,7 +129,7 @@ class SmallScenes {
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since
   unsigned still_frames_ = 0;  // without a move, in a row
-  PairList told_pairs_;        // by slot
+  PairList event_pairs_;       // by slot
 };
 
 }  // namespace ode_parallel_sap

@@ -34,9 +34,9 @@ constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
 constexpr Name instruction_sets[] = {
     {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
 
-constexpr Name foretell_modes[] = {{static_cast<int>(Foretell::where_it_pays), "auto"},
-                                   {static_cast<int>(Foretell::never), "off"},
-                                   {static_cast<int>(Foretell::always), "on"}};
+constexpr Name precompute_modes[] = {{static_cast<int>(Precompute::where_it_pays), "auto"},
+                                     {static_cast<int>(Precompute::never), "off"},
+                                     {static_cast<int>(Precompute::always), "on"}};
 
 constexpr Name copy_faults[] = {{static_cast<int>(CopyFault::None), "none"},
                                 {static_cast<int>(CopyFault::Static), "static"},
@@ -167,11 +167,11 @@ Settings settingsFromEnvironment() {
   return settings;
 }
 
-Foretell foretellFromEnvironment() {
-  int value = static_cast<int>(Foretell::where_it_pays);
+Precompute precomputeFromEnvironment() {
+  int value = static_cast<int>(Precompute::where_it_pays);
   readName(
-      "ODE_PARALLEL_SAP_CONTACTS", foretell_modes, [](int) { return true; }, value);
-  return static_cast<Foretell>(value);
+      "ODE_PARALLEL_SAP_CONTACTS", precompute_modes, [](int) { return true; }, value);
+  return static_cast<Precompute>(value);
 }
 
 // path[:every]. A colon that no number follows is part of the path.

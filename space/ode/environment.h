@@ -18,7 +18,7 @@ bool hasMethod(int method);
 Settings settingsFromEnvironment();
 
 // ODE_PARALLEL_SAP_CONTACTS, for spaces under the preload library, which answers dCollide.
-Foretell foretellFromEnvironment();
+Precompute precomputeFromEnvironment();
 
 // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
 std::unique_ptr<Trace> traceFromEnvironment();

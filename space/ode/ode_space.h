@@ -66,7 +66,7 @@ class ParallelSAPSpace : public dxSpace {
   // The sums of all frames, if settings.print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
   const SampledPairs& sampled() const { return pipeline_.statistics().sampled(); }
-  const ForetoldContacts::Counts& foretold() const { return pipeline_.foretold(); }
+  const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <unordered_set>
 
-#include "space/contacts/foretold_contacts.h"
 #include "space/contacts/ode_collide.h"
+#include "space/contacts/precomputed_contacts.h"
 #include "space/frame/hints.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
@@ -36,7 +36,7 @@ struct Account {
   // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
   unsigned long long collide2_geoms = 0;
   double collide2_s = 0;
-  ForetoldContacts::Counts foretold;
+  PrecomputedContacts::Counts precomputed;
 };
 
 // Never destroyed: spaces may outlive everything.
@@ -49,7 +49,7 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
-    settings.foretell = foretellFromEnvironment();
+    settings.precompute = precomputeFromEnvironment();
     counted_ = settings.print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
@@ -74,9 +74,9 @@ class StandIn final : public ParallelSAPSpace {
   void addTo(Account& sums) const {
     sums.frames.add(totals());
     sums.sampled.add(sampled());
-    sums.foretold.told += foretold().told;
-    sums.foretold.used += foretold().used;
-    sums.foretold.contacts += foretold().contacts;
+    sums.precomputed.precomputed += precomputed().precomputed;
+    sums.precomputed.used += precomputed().used;
+    sums.precomputed.contacts += precomputed().contacts;
     sums.collide2_geoms += collide2_geoms_;
     sums.collide2_s += collide2_s_;
   }
@@ -134,7 +134,7 @@ void report() {
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
-               sums.foretold.told, sums.foretold.used, sums.foretold.contacts);
+               sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
   const std::string hints = hintsOf(all, sums.sampled);
   if (!hints.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", hints.c_str());
 }
@@ -146,7 +146,7 @@ void setCollide(dParallelSAPCollideFunction* collide) {
 const int* reports() {
   static_assert(sizeof(std::atomic<int>) == sizeof(int) && std::atomic<int>::is_always_lock_free,
                 "read by a function of C");
-  return reinterpret_cast<const int*>(&ForetoldContacts::reports());
+  return reinterpret_cast<const int*>(&PrecomputedContacts::reports());
 }
 
 }  // namespace
@@ -162,7 +162,7 @@ const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
                                                  report,
                                                  setCollide,
                                                  reports(),
-                                                 ForetoldContacts::answer,
-                                                 ForetoldContacts::stop};
+                                                 PrecomputedContacts::answer,
+                                                 PrecomputedContacts::stop};
   return &stand_ins;
 }

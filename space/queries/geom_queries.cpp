@@ -46,15 +46,15 @@ void GeomQueries::search(const Geoms& geoms, const dxGeom* geom) {
     bool coarse;
     found_.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found_.data()));
   });
-  decideUnsure(geoms, geom);
+  decideBorderline(geoms, geom);
 }
 
 // Where the boxes cannot decide, the AABBs do.
-void GeomQueries::decideUnsure(const Geoms& geoms, const dxGeom* geom) {
+void GeomQueries::decideBorderline(const Geoms& geoms, const dxGeom* geom) {
   Slot* next = found_.data();
   for (Slot slot : found_) {
-    if (slot & unsure_slot) {
-      slot &= ~unsure_slot;
+    if (slot & borderline_slot) {
+      slot &= ~borderline_slot;
       if (!boxesOverlap(geoms[slot], geom)) continue;
     }
     *next++ = slot;

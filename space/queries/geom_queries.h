@@ -44,7 +44,7 @@ class GeomQueries {
 
  private:
   void search(const Geoms& geoms, const dxGeom* geom);
-  void decideUnsure(const Geoms& geoms, const dxGeom* geom);
+  void decideBorderline(const Geoms& geoms, const dxGeom* geom);
   template <class Visit>
   void forFoundInOrder(std::size_t slots, Visit visit);
 

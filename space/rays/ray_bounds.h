@@ -30,7 +30,7 @@ namespace ode_parallel_sap {
 // AABB widened by ray_rounding q + slack on each side.
 constexpr bool is_double = sizeof(dReal) > sizeof(float);
 constexpr dReal ray_rounding = is_double ? dReal(0x1p-17) : dReal(0x1p-6);  // fixed: see above
-constexpr dReal most_stretch = ray_rounding * ray_rounding / 32;            // n
+constexpr dReal most_segment = ray_rounding * ray_rounding / 32;            // n
 constexpr dReal most_shear = ray_rounding / 16;                             // m
 constexpr dReal most_coordinate =
     is_double ? dReal(1e15) : dReal(1e8);  // fixed: squares of squares fit
@@ -91,7 +91,7 @@ inline bool isUsualRay(const dReal* origin, const dReal* direction) {
     square += direction[axis] * direction[axis];
     usual = usual && std::fabs(origin[axis]) <= most_coordinate;
   }
-  return usual && std::fabs(square - 1) <= most_stretch;
+  return usual && std::fabs(square - 1) <= most_segment;
 }
 
 // A ray for which isUsualRay() says yes. Needs exactMode().

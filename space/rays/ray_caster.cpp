@@ -206,7 +206,7 @@ void RayCaster::Pass::meetOthers(Flight& flight, const GeomTree& of) const {
     Slot* const slots = flight.share.slots.data();
     const std::size_t count = tree.find(boxOf<Real>(flight.probe.geom(), coarse), slots);
     for (std::size_t i = 0; i < count; ++i) {
-      const Slot slot = slots[i] & ~unsure_slot;
+      const Slot slot = slots[i] & ~borderline_slot;
       meet(flight, geoms_[slot], {slot, 0});
     }
   });

@@ -65,11 +65,11 @@ inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
   return filter.body[lane] ? wanted & ~Lanes::equals(body, filter.body[lane]) : wanted;
 }
 
-// Sets the top bit of those words, one for each of the hits, that are unsure.
+// Sets the top bit of those words, one for each of the hits, that are borderline.
 template <class Word>
-inline void markUnsure(Word* word, unsigned hits, unsigned unsure) {
+inline void markBorderline(Word* word, unsigned hits, unsigned borderline) {
   for (; hits; hits &= hits - 1, ++word)
-    if (unsure & hits & (0u - hits)) *word |= Word{1} << (8 * sizeof(Word) - 1);
+    if (borderline & hits & (0u - hits)) *word |= Word{1} << (8 * sizeof(Word) - 1);
 }
 
 // The cell whose boxes are taken one by one.
@@ -116,8 +116,8 @@ inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits, co
   std::uint64_t* const first = sink.next;
   sink.next += Lanes::writePairs(ids.slot, query.ids->slot[lane], hits, first);
   if (sizeof(Real) > sizeof(float) || query.exact) return;
-  const unsigned unsure = hits & ~row.overlapping(query.inner, lane);
-  if (unsure) markUnsure(first, hits, unsure);
+  const unsigned borderline = hits & ~row.overlapping(query.inner, lane);
+  if (borderline) markBorderline(first, hits, borderline);
 }
 
 // Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
@@ -129,7 +129,7 @@ inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask
 }
 
 // Pairs of all boxes of `query` with those of sixteen boxes that are in maskOf(lane). A processor
-// cannot foretell which boxes have hits, so all are met before a pair is written, and it is wrong
+// cannot precompute which boxes have hits, so all are met before a pair is written, and it is wrong
 // once a row instead of once a hit.
 template <class Real, class MaskOf>
 inline void boxesAgainstRow(const Query<Real>& query, const Row<Real>& row, const RowIds& ids,

@@ -264,7 +264,7 @@ inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Fron
 }
 
 // Walks `tree` from the nodes of `level` in fronts[level] on, with all boxes at once: which nodes a
-// box overlaps, a processor cannot foretell, but it need not know the one to look at the next.
+// box overlaps, a processor cannot precompute, but it need not know the one to look at the next.
 template <class Real>
 void descend(const Query<Real>& query, const TreeView<Real>& tree, int level, Front* fronts,
              PairSink& sink) {
@@ -313,8 +313,9 @@ struct Finder {
     const Row<Real> row = rowOf(boxes);
     const unsigned hits = row.overlapping(box, 0);
     Lanes::compress(ids.slot, hits, next);
-    const unsigned unsure = sizeof(Real) > sizeof(float) ? 0 : hits & ~row.overlapping(inner, 0);
-    if (unsure) markUnsure(next, hits, unsure);
+    const unsigned borderline =
+        sizeof(Real) > sizeof(float) ? 0 : hits & ~row.overlapping(inner, 0);
+    if (borderline) markBorderline(next, hits, borderline);
     next += __builtin_popcount(hits);
   }
 };

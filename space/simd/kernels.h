@@ -44,7 +44,7 @@ struct TreeView {
 };
 
 // Set beside a slot where floats cannot decide.
-constexpr std::uint32_t unsure_slot = std::uint32_t{1} << 31;
+constexpr std::uint32_t borderline_slot = std::uint32_t{1} << 31;
 
 // Where kernels put pairs. `grow` makes room for at least `room` more and updates all three.
 struct PairSink {
@@ -137,8 +137,8 @@ struct Kernels {
   void (*trianglePairs)(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                         PairSink& sink);
   // The slots of all boxes of `tree`, which is not empty, that overlap box 0 of `box`, in no order,
-  // with unsure_slot where the exact boxes might not. Returns their number; up to sixteen places
-  // beyond are written.
+  // with borderline_slot where the exact boxes might not. Returns their number; up to sixteen
+  // places beyond are written.
   std::size_t (*findInTree)(const TreeView<Real>& tree, const Group<Real>& box,
                             std::uint32_t* found);
   // The same for cells without a tree.

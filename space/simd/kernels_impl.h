@@ -48,8 +48,8 @@ inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeVie
   }
 }
 
-// The same where there are more: a processor cannot foretell which cells have hits, so many of them
-// are met before any are written, and it is wrong once a row instead of once a hit.
+// The same where there are more: a processor cannot precompute which cells have hits, so many of
+// them are met before any are written, and it is wrong once a row instead of once a hit.
 template <class Real>
 inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
                            std::size_t begin, std::size_t end, PairSink& sink) {

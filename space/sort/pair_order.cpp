@@ -17,7 +17,7 @@ constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
 
-// Ascending order of pairs with one earlier slot: by the later slot, whatever the unsure bit.
+// Ascending order of pairs with one earlier slot: by the later slot, whatever the borderline bit.
 bool laterComesAfter(Pair a, Pair b) {
   return laterOf(a) < laterOf(b);
 }
@@ -49,14 +49,14 @@ bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratc
   constexpr std::size_t few = 64;  // fixed: two sorts by digits cost more in any case
   if (count <= few) {
     std::sort(pairs, pairs + count,
-              [](Pair a, Pair b) { return (a & ~unsure_bit) < (b & ~unsure_bit); });
-    return isUnsure(all);
+              [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
+    return isMarkedBorderline(all);
   }
   int earlier_bits = 0;
   while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
   radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
   if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
-  return isUnsure(all);
+  return isMarkedBorderline(all);
 }
 
 // From `found` to `pairs`, which may be the same.
@@ -90,7 +90,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
     std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
   else
     kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
-  return isUnsure(all);
+  return isMarkedBorderline(all);
 }
 
 // Small enough for the cache, and enough of them for all threads.
@@ -152,12 +152,12 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
   const Buckets buckets = bucketsFor(count, slots, threads);
   if (buckets.count == 1 && found[0].size() == count) {
     if (sortBucket(found[0].data(), count, buckets, 0, sorted, scratch_[0]))
-      noteUnsure(sorted, {0, 0, count}, pairs.unsure);
+      noteBorderline(sorted, {0, 0, count}, pairs.borderline);
     return;
   }
 
   deal(found, buckets, threads, sorted);
-  for (Scratch& scratch : scratch_) scratch.unsure.clear();
+  for (Scratch& scratch : scratch_) scratch.borderline.clear();
   ChunkQueue queue(buckets.count, 1);
   runTeam(sorting, threads, [&](int thread, int) {
     Range range;
@@ -165,11 +165,12 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
       const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];
       if (sortBucket(sorted + begin, end - begin, buckets, range.begin, sorted + begin,
                      scratch_[thread]))
-        noteUnsure(sorted, {0, begin, end}, scratch_[thread].unsure);
+        noteBorderline(sorted, {0, begin, end}, scratch_[thread].borderline);
     }
   });
   for (const Scratch& scratch : scratch_)
-    pairs.unsure.insert(pairs.unsure.end(), scratch.unsure.begin(), scratch.unsure.end());
+    pairs.borderline.insert(pairs.borderline.end(), scratch.borderline.begin(),
+                            scratch.borderline.end());
 }
 
 std::size_t PairOrder::bytes() const {

@@ -24,7 +24,7 @@ class PairOrder {
   struct alignas(64) Scratch {
     std::vector<std::uint32_t> ends;
     Buffer<Pair> pairs;
-    std::vector<PairList::Stretch> unsure;
+    std::vector<PairList::Segment> borderline;
   };
   // Bucket i has the pairs whose earlier slots are i << shift and following.
   struct Buckets {
@@ -35,7 +35,7 @@ class PairOrder {
   static Buckets bucketsFor(std::size_t count, std::size_t slots, int threads);
   void deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
             Pair* dealt);
-  // Return whether one of the pairs is unsure.
+  // Return whether one of the pairs is borderline.
   static bool sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                          std::size_t bucket, Pair* pairs, Scratch& scratch);
   static bool sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);

@@ -192,22 +192,23 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
   const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
   if (coarse * coarse / 2 <= most) {
-    coarse_crowds_.forget();
+    coarse_clusters_.forget();
     return false;
   }
-  if (!mechanisms::counted_crowds || (changed && boxes.wide)) return true;  // until all are packed
+  if (!mechanisms::counted_clusters || (changed && boxes.wide))
+    return true;  // until all are packed
   coarse_.resizeDiscarding(0);
   const auto list = [this](Slot slot) {
     if (states_[slot] & coarse_state) coarse_.push_back(slot);
   };
   const ScopedMode exact(exactMode());
-  if (changed && coarse_crowds_.counted()) {
+  if (changed && coarse_clusters_.counted()) {
     for (const Slot slot : *changed) list(slot);
-    if (coarse_crowds_.countMoved(boxes, coarse_, most, threads) <= most) return false;
+    if (coarse_clusters_.countMoved(boxes, coarse_, most, threads) <= most) return false;
     coarse_.resizeDiscarding(0);
   }
   for (std::size_t slot = 0; slot < boxes.size; ++slot) list(static_cast<Slot>(slot));
-  return coarse_crowds_.count(boxes, coarse_, most, threads) > most;
+  return coarse_clusters_.count(boxes, coarse_, most, threads) > most;
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -382,7 +383,7 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes)
 
 std::size_t GeomUpdate::bytes() const {
   std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
-                      coarse_crowds_.bytes();
+                      coarse_clusters_.bytes();
   for (const UpdatePart& part : parts_)
     bytes += (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
   return bytes;

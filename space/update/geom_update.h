@@ -10,7 +10,7 @@
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/slot_set.h"
-#include "space/update/coarse_crowds.h"
+#include "space/update/coarse_clusters.h"
 #include "space/update/geom_packer.h"
 
 namespace ode_parallel_sap {
@@ -71,7 +71,7 @@ class GeomUpdate {
   SlotSet watched_;           // slots that notice() looks at
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
-  CoarseCrowds coarse_crowds_;
+  CoarseClusters coarse_clusters_;
   Buffer<Slot> coarse_;
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };

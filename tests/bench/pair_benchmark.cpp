@@ -59,7 +59,7 @@ struct Cell {
   bool failed() const { return status != "ok"; }
 };
 
-// Times of one find by peer and scene, to foretell that of the next size.
+// Times of one find by peer and scene, to precompute that of the next size.
 class Forecast {
  public:
   void learn(const Cell& cell) {

@@ -17,7 +17,8 @@ check program) that is so built is timed in turn with the whole one.
 
 A row of the CSV is a constant and a factor: the geometric mean over the cells (a scene, a size, a number of threads) of
 the time with the changed constant over that without, each the least of the rounds, and the cells with the least and the
-greatest. "nothing" is the library against itself: noise. What was measured is kept, and only what is missing from the
+greatest. Rows of "nothing" are the library against itself: noise, within which nothing is said of a constant. What was
+measured is kept, and only what is missing from the
 file is run. A constant that cannot take a value has a row without times that says why.
 """
 import argparse
@@ -99,35 +100,35 @@ SETS_OF_CONSTANT = {
 }
 
 
-def cells_of(constant, quick):
-    scale = ["--budget=%g" % (0.02 if quick else 0.05), "--rounds=1"]
+def cells_of(constant, quick, all_threads="1,2"):
+    budget = ["--budget=%g" % (0.01 if quick else 0.03), "--rounds=1"]
     pairs = ("scene", "n", "threads", "moving")
 
-    def pair(scenes, sizes, threads="1,2", peer="parallel-sap", *more):
+    def pair(scenes, sizes, threads=all_threads, peer="parallel-sap", *more):
         return ("pair-benchmark", ["--scenes=" + scenes, "--sizes=" + ("1000" if quick else sizes),
-                                   "--threads=" + threads, "--peers=" + peer] + scale + list(more), pairs)
+                                   "--threads=" + threads, "--peers=" + peer] + budget + list(more), pairs)
 
-    seconds = ["--seconds=%g" % (0.02 if quick else 0.1), "--rounds=1"]
+    most_threads = all_threads[-1]
+    seconds = ["--seconds=%g" % (0.02 if quick else 0.05), "--rounds=1"]
     sets = {
-        "pairs": [pair("dense-cube,log-sizes-4,giant-among-dust,brownian", "10000"),
-                  pair("dense-cube,heap,long-bars,jumps,trembling", "300", "1"),
-                  pair("dense-cube,long-bars,brownian", "100000")],
-        "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars", "10000,100000", "1")],
-        "far": [pair("far-clusters,two-decades-of-size", "10000,100000")],
-        "many": [pair("dense-cube", "1000000", "2")],
+        "pairs": [pair("dense-cube,log-sizes-4,brownian", "10000"), pair("dense-cube,jumps,trembling", "300", "1"),
+                  pair("dense-cube", "100000", most_threads)],
+        "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars,giant-among-dust", "10000", "1")],
+        "far": [pair("far-clusters,two-decades-of-size", "10000")],
+        "many": [pair("dense-cube", "400000", most_threads)],
         "small": [pair("dense-cube,heap", "16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
-                  pair("dense-cube,heap", "4,64,120", "1", "parallel-sap", "--batch=64", "--still"),
-                  pair("jumps,crowd-and-cube", "500,4000", "1")],
-        "paper": [pair("dense-cube,heap", "300,10000", "1,2", "parallel-sap:axis-lists"),
+                  pair("dense-cube", "64,120", "1", "parallel-sap", "--batch=64", "--still"),
+                  pair("jumps,crowd-and-cube", "500,2000", "1")],
+        "paper": [pair("dense-cube,heap", "300,5000", all_threads, "parallel-sap:axis-lists"),
                   pair("one-place,crowd-and-cube", "500,2000")],
-        "rest": [("rest-benchmark", ["--sizes=" + ("2000" if quick else "10000,100000"), "--threads=%d" % threads] +
-                  seconds, ("setting", "n", "threads")) for threads in (1, 2)],
+        "rest": [("rest-benchmark", ["--sizes=" + ("2000" if quick else "20000"), "--threads=" + most_threads] + seconds,
+                  ("setting", "n", "threads"))],
         "queries": [("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "3000,32000"),
                                          "--queries=100"] + seconds, ("kind", "n", "queries", "moving"))],
-        "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
-                                        "--threads=2"] + seconds, ("variant", "bodies", "threads"))],
+        "planes": [("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "10000"),
+                                        "--threads=" + most_threads] + seconds, ("variant", "bodies", "threads"))],
     }
-    names = SETS_OF_CONSTANT.get(constant.name) or SETS_OF_ROOM.get(constant.room) or "pairs small rest"
+    names = SETS_OF_CONSTANT.get(constant.name) or SETS_OF_ROOM.get(constant.room) or "pairs rest"
     return [run for name in names.split() for run in sets[name]]
 
 
@@ -339,7 +340,7 @@ def measure(options):
         return variables, factor and "%s=%s" % (constant.name, factor)
 
     def times_of(constant):
-        runs = cells_of(constant, options.quick)
+        runs = cells_of(constant, options.quick, options.threads)
         is_variant = os.path.exists(os.path.join(options.variants, name_of(constant, "2")))
         return lambda place: variants.measure(
             project, place[0] if is_variant else variables, options.quick, options.core, runs, place[1])
@@ -417,25 +418,32 @@ def measure_devices(options):
         compare_all(options, "cuda", lambda constant: times, lambda name, constant: unpack(name))
 
 
-def effect(row):
-    """Words for a row: by how much time grows, and least and most of all cells."""
+def noise(table):
+    """The least and the greatest mean of the library against itself."""
+    means = [float(row["mean"]) for row in table.rows if row["constant"] == NOTHING]
+    return (min(means), max(means)) if means else (1, 1)
+
+
+def effect(row, between):
+    """Words for a row: by how much time grows, if by more than noise."""
     if row is None:
         return "not measured"
     if not row["mean"]:
         return row["note"] or "not measured"
-    mean, least, most = ((float(row[column]) - 1) * 100 for column in ("mean", "least", "greatest"))
-    return "%+.1f %% of time, %+.0f to %+.0f" % (mean, least, most)
+    if between[0] <= float(row["mean"]) <= between[1]:
+        return "no difference"
+    return "%+.0f %% of time" % ((float(row["mean"]) - 1) * 100)
 
 
 def fill(options):
     table = Table(options.csv)
     for constant in constants(options.source):
         path = os.path.join(options.source, constant.room, "tuning.h")
-        words = "Doubled: %s. Halved: %s." % tuple(effect(table.find(constant.room, constant.name, factor))
+        words = "Doubled: %s. Halved: %s." % tuple(effect(table.find(constant.room, constant.name, factor), noise(table))
                                                    for factor in ("2", "0.5"))
         lines = "".join("// %s\n" % line for line in textwrap.wrap(words, 97))
         with open(path) as file:
-            text = file.read()
+            text = re.sub(r"^(// .+) (Doubled: )", r"\1\n// \2", file.read(), flags=re.M)
         text, count = re.subn(r"// Doubled: [^\n]*\n(?://[^\n]*\n)*(?=constexpr [\w:]+ %s =)" % constant.name,
                               lambda _: lines, text)
         if count != 1:
@@ -449,7 +457,7 @@ def show(options):
     print("| constant | value | unit | doubled | halved |\n| --- | --- | --- | --- | --- |")
     for constant in constants(options.source):
         print("| `%s` `%s` | %s | %s | %s | %s |" % ((constant.room, constant.name, constant.number, constant.unit) + tuple(
-            effect(table.find(constant.room, constant.name, factor)) for factor in ("2", "0.5"))))
+            effect(table.find(constant.room, constant.name, factor), noise(table)) for factor in ("2", "0.5"))))
 
 
 def check(options):
@@ -504,6 +512,7 @@ def main():
         command.add_argument("--rounds", type=int, default=2)
     on_devices.add_argument("--threads", type=int, default=os.cpu_count())
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
+    measuring.add_argument("--threads", default="1,2", help="of the cells")
     measuring.add_argument("--core", help="processors to keep to, as of taskset")
     add("fill", fill, "csv")
     add("table", show, "csv")

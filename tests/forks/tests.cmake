@@ -8,9 +8,9 @@ endif()
 
 # add_fork_test(<name> <kind> <edits> [<property tests>])
 function(add_fork_test name kind)
-  add_test(NAME forks.${name} COMMAND "${CMAKE_CURRENT_LIST_DIR}/forks/build_and_run.sh" ${kind} "${PROJECT_SOURCE_DIR}"
+  add_test(NAME forks.${name} COMMAND "${CMAKE_CURRENT_LIST_DIR}/build_and_run.sh" ${kind} "${PROJECT_SOURCE_DIR}"
                                       "${ode_source_dir}" "${CMAKE_CURRENT_BINARY_DIR}/forks/${name}" ${ARGN})
-  set_tests_properties(forks.${name} PROPERTIES LABELS "cpu;forks" RUN_SERIAL ON TIMEOUT 3600)
+  set_tests_properties(forks.${name} PROPERTIES LABELS "cpu;forks" COST 500 TIMEOUT 3600)
 endfunction()
 add_fork_test(smaller smaller 3000)
 if(ODE_PARALLEL_SAP_SLOW_TESTS)

@@ -198,8 +198,8 @@ void Observer::compareFree(const Stage& stage) {
   }
   const double angle = std::atan2(dot(now, third), dot(now, across));
   // It drifts by far less than a turn from one look to the next.
-  drift_ += std::remainder(angle - rate * time_ - drift_, 6.283185307179586);
-  measures_.turn = std::fabs(drift_);
+  cell_coherence_ += std::remainder(angle - rate * time_ - cell_coherence_, 6.283185307179586);
+  measures_.turn = std::fabs(cell_coherence_);
 }
 
 const Measures& Observer::end(const Stage& stage) {

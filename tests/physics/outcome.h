@@ -49,7 +49,7 @@ class Observer {
   Vec momentum_;
   Vec spin_;
   double time_ = 0;
-  double drift_ = 0;  // of the turn, radians
+  double cell_coherence_ = 0;  // of the turn, radians
   Measures measures_;
 };
 

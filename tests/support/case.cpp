@@ -67,8 +67,8 @@ std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, Pa
 void check(const std::vector<Pair>& got, const Case& wanted) {
   std::vector<Pair> plain, sure;
   for (const Pair pair : got) {
-    plain.push_back(pair & ~unsure_bit);
-    if (!isUnsure(pair)) sure.push_back(pair);
+    plain.push_back(pair & ~borderline_bit);
+    if (!isMarkedBorderline(pair)) sure.push_back(pair);
   }
   REQUIRE(std::adjacent_find(plain.begin(), plain.end(), std::greater_equal<Pair>()) ==
           plain.end());
@@ -76,15 +76,15 @@ void check(const std::vector<Pair>& got, const Case& wanted) {
   REQUIRE(std::includes(wanted.exact.begin(), wanted.exact.end(), sure.begin(), sure.end()));
 }
 
-void checkUnsureStretches(const PairList& list) {
+void checkBorderlineSegments(const PairList& list) {
   std::size_t covered = 0, all = 0, length = 0;
-  for (const PairList::Stretch& stretch : list.unsure) {
-    length += stretch.end - stretch.begin;
-    covered += std::count_if(list.parts[stretch.part].begin() + stretch.begin,
-                             list.parts[stretch.part].begin() + stretch.end, isUnsure);
+  for (const PairList::Segment& segment : list.borderline) {
+    length += segment.end - segment.begin;
+    covered += std::count_if(list.parts[segment.part].begin() + segment.begin,
+                             list.parts[segment.part].begin() + segment.end, isMarkedBorderline);
   }
   for (const Buffer<Pair>& part : list.parts)
-    all += std::count_if(part.begin(), part.end(), isUnsure);
+    all += std::count_if(part.begin(), part.end(), isMarkedBorderline);
   REQUIRE(covered == all);
   REQUIRE(length <= 8 * all);
 }

@@ -19,10 +19,10 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
 std::vector<Pair> joined(const PairList& list);
 std::vector<Pair> found(PairFinder& finder, const BoxSet& boxes, int threads, PairList& list);
 
-// Every pair owed is there; those beyond it are unsure; all are ascending.
+// Every pair owed is there; those beyond it are borderline; all are ascending.
 void check(const std::vector<Pair>& got, const Case& wanted);
 
-// The stretches of a list that are said to hold its unsure pairs do, and few others.
-void checkUnsureStretches(const PairList& list);
+// The stretches of a list that are said to hold its borderline pairs do, and few others.
+void checkBorderlineSegments(const PairList& list);
 
 }  // namespace ode_parallel_sap

@@ -80,22 +80,23 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
         BufferSink sink(written);
         kernel.trianglePairs(cells, rows, boxes.exact, sink);
       }
-      if (!boxes.exact) noteUnsure(written.data(), {part, 0, written.size()}, unsure_[thread]);
+      if (!boxes.exact)
+        noteBorderline(written.data(), {part, 0, written.size()}, borderline_[thread]);
     }
   });
   return used;
 }
 
 template <class Real>
-void BruteForce<Real>::clearUnsure(int threads) {
-  if (unsure_.size() < static_cast<std::size_t>(threads)) unsure_.resize(threads);
-  for (auto& stretches : unsure_) stretches.clear();
+void BruteForce<Real>::clearBorderline(int threads) {
+  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
+  for (auto& segments : borderline_) segments.clear();
 }
 
 template <class Real>
-void BruteForce<Real>::joinUnsure(PairList& pairs) const {
-  for (const auto& stretches : unsure_)
-    pairs.unsure.insert(pairs.unsure.end(), stretches.begin(), stretches.end());
+void BruteForce<Real>::joinBorderline(PairList& pairs) const {
+  for (const auto& segments : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
 }
 
 template <class Real>
@@ -107,29 +108,29 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
-  clearUnsure(threads);
+  clearBorderline(threads);
   packCells(boxes, teamFor(tests, grains::box_tests, threads));
   const int used = testRound(boxes, {1, 1, 0, {0, tests}, 0}, threads, pairs);
-  joinUnsure(pairs);
+  joinBorderline(pairs);
   return used;
 }
 
 // Each round tests a part of each stripe, since the geoms that a program makes first are often
 // unlike the others.
 template <class Real>
-int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
+int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
                                 PairList& pairs) {
   constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;
-  // No crowd is told apart by half of all tests.
-  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::crowds_given_up)
+  // No dense scene is told apart by half of all tests.
+  if (boxes.size < 2 || 2 * next >= stripe || !mechanisms::dense_scenes_given_up)
     return find(boxes, threads, pairs);
   const ScopedMode mode(exactMode());
   int rounds = 1;
   for (std::uint64_t tests = next; 2 * tests < stripe; tests *= growth) ++rounds;
   pairs.clear(static_cast<std::size_t>(stripes * rounds * threads));
-  clearUnsure(threads);
+  clearBorderline(threads);
   packCells(boxes, teamFor(all, grains::box_tests, threads));
   int used = 1;
   std::uint64_t tested = 0;
@@ -148,7 +149,7 @@ int BruteForce<Real>::findCrowd(const BoxSet& boxes, int threads, std::uint64_t 
     if (pairs.size() * places_of_a_pair < 2 * stripes * tested) return 0;
     pairs_a_test = static_cast<double>(pairs.size()) / static_cast<double>(stripes * tested);
   }
-  joinUnsure(pairs);
+  joinBorderline(pairs);
   return used;
 }
 

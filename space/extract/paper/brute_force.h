@@ -24,7 +24,7 @@ class BruteForce : public PairFinder {
   // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
   // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
   // square.
-  int findCrowd(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
+  int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
   std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
 
  private:
@@ -36,12 +36,12 @@ class BruteForce : public PairFinder {
   };
   void packCells(const BoxSet& boxes, int threads);
   int testRound(const BoxSet& boxes, const Round& round, int threads, PairList& pairs);
-  void clearUnsure(int threads);
-  void joinUnsure(PairList& pairs) const;
+  void clearBorderline(int threads);
+  void joinBorderline(PairList& pairs) const;
 
-  Buffer<std::uint32_t> starts_;                        // of the cells: 0, 16, 32, ...
-  CellTree<Real> cells_;                                // in slot order; only its cells are used
-  std::vector<std::vector<PairList::Stretch>> unsure_;  // one a thread
+  Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
+  CellTree<Real> cells_;          // in slot order; only its cells are used
+  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap

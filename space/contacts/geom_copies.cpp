@@ -1,4 +1,4 @@
-#include "space/contacts/geom_stand_ins.h"
+#include "space/contacts/geom_copies.h"
 
 #include <cstring>
 
@@ -30,15 +30,15 @@ dxGeom* heightfieldLike(const OdeImage& image, const dxGeom* original) {
 
 }  // namespace
 
-bool GeomStandIns::serve(const OdeImage& image, const dxGeom* a, const dxGeom* b) {
+bool GeomCopies::serve(const OdeImage& image, const dxGeom* a, const dxGeom* b) {
   const dxGeom* const field = isHeightfield(a) ? a : b;
   const dxGeom* const other = field == a ? b : a;
   return isHeightfield(field) && image.sizeOf(other->type) != 0 && other->final_posr &&
          !static_cast<const dxHeightfield*>(field)->m_p_data->m_pGetHeightCallback;
 }
 
-int GeomStandIns::collide(const OdeImage& image, dxGeom* a, dxGeom* b, int flags,
-                          dContactGeom* contacts, int skip) {
+int GeomCopies::collide(const OdeImage& image, dxGeom* a, dxGeom* b, int flags,
+                        dContactGeom* contacts, int skip) {
   const bool field_first = isHeightfield(a);
   dxGeom* const field = heightfieldLike(image, field_first ? a : b);
   dxGeom* const other = copyOf(image, field_first ? b : a);
@@ -54,7 +54,7 @@ int GeomStandIns::collide(const OdeImage& image, dxGeom* a, dxGeom* b, int flags
   return count;
 }
 
-dxGeom* GeomStandIns::copyOf(const OdeImage& image, const dxGeom* geom) {
+dxGeom* GeomCopies::copyOf(const OdeImage& image, const dxGeom* geom) {
   const std::size_t size = image.sizeOf(geom->type);
   bytes_.resize((size + sizeof(double) - 1) / sizeof(double));
   std::memcpy(bytes_.data(), static_cast<const void*>(geom), size);

@@ -1,4 +1,4 @@
-#include "space/cells/cell_drift.h"
+#include "space/cells/cell_coherence.h"
 
 #include <algorithm>
 
@@ -53,7 +53,7 @@ double growthOf(const Group<Real>& bounds, const Real* before) {
 }  // namespace
 
 template <class Real>
-bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
+bool CellCoherence<Real>::mayServe(const BoxSet& boxes, int threads) {
   if (!mechanisms::kept_cells) return false;
   constexpr std::size_t word_slots = SlotSet::word_slots;
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
@@ -84,7 +84,7 @@ bool CellDrift<Real>::mayServe(const BoxSet& boxes, int threads) {
 }
 
 template <class Real>
-bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+bool CellCoherence<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_t count) {
   const Real* before = spans_.data();
   bool serve = true;
   for (const int level : {1, 2}) {
@@ -105,7 +105,7 @@ bool CellDrift<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_
 }
 
 template <class Real>
-void CellDrift<Real>::restart(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+void CellCoherence<Real>::restart(const std::vector<CellTree<Real>>& trees, std::size_t count) {
   spans_.resizeDiscarding(0);
   for (const int level : {1, 2})
     forNodes(trees, count, level, [&](const Group<Real>& bounds) {
@@ -117,7 +117,7 @@ void CellDrift<Real>::restart(const std::vector<CellTree<Real>>& trees, std::siz
   known_ = true;
 }
 
-template class CellDrift<float>;
-template class CellDrift<double>;
+template class CellCoherence<float>;
+template class CellCoherence<double>;
 
 }  // namespace ode_parallel_sap

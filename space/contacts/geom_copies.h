@@ -1,6 +1,6 @@
 // Stand-ins for geoms that a collider of ODE writes to. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_STAND_INS_H
-#define ODE_PARALLEL_SAP_GEOM_STAND_INS_H
+#ifndef ODE_PARALLEL_SAP_GEOM_COPIES_H
+#define ODE_PARALLEL_SAP_GEOM_COPIES_H
 
 #include <cstddef>
 #include <vector>
@@ -17,7 +17,7 @@ namespace ode_parallel_sap {
 //
 // Whatever the collider reads it has written before, for the same pair, so contacts do not depend
 // on what the buffers held.
-class GeomStandIns {
+class GeomCopies {
  public:
   // Whether the geoms can be stood in for: a heightfield whose heights are no callback's, with a
   // class of known size.

@@ -1,6 +1,6 @@
 // Whether cells that were cut for an earlier frame's boxes still serve.
-#ifndef ODE_PARALLEL_SAP_CELL_DRIFT_H
-#define ODE_PARALLEL_SAP_CELL_DRIFT_H
+#ifndef ODE_PARALLEL_SAP_CELL_COHERENCE_H
+#define ODE_PARALLEL_SAP_CELL_COHERENCE_H
 
 #include <vector>
 
@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 // while they hold the same slots and have hardly grown: any division into cells leads to the same
 // pairs, and how long that takes depends on the extents of the cells.
 template <class Real>
-class CellDrift {
+class CellCoherence {
  public:
   // Whether to try the cells of before for these boxes: if they hold all active slots and no
   // others, and were not in vain of late. To be asked before cells are cut or packed.

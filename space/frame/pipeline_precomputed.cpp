@@ -22,25 +22,25 @@ class AtEnd {
 
 }  // namespace
 
-void Pipeline::foretell(Frame& frame, const Settings& settings, bool manual_cleanup) {
+void Pipeline::precompute(Frame& frame, const Settings& settings, bool manual_cleanup) {
   const Plan& plan = frame.plan;
   FrameResult& result = frame.result;
   constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
   const NarrowPhase::Way way = {plan.contact_threads, manual_cleanup, plan.leave_out, true,
-                                plan.foretell.in_full ? 1 : sample};
+                                plan.precompute.in_full ? 1 : sample};
   frame.clock.begin(Stage::narrow);
-  const int used = foretold_.foretell(frame.pairs, {frame.geoms(), frame.slots()},
-                                      plan.foretell.least_share, way);
+  const int used = precomputed_.precompute(frame.pairs, {frame.geoms(), frame.slots()},
+                                           plan.precompute.least_share, way);
   result.narrow_ms = frame.clock.lap();
-  if (foretold_.last().told == 0) return;
+  if (precomputed_.last().precomputed == 0) return;
   result.narrow_threads = used;
-  result.contacts = foretold_.narrowPhase().contacts();
-  result.apart = foretold_.narrowPhase().leftOut().apart();
+  result.contacts = precomputed_.narrowPhase().contacts();
+  result.apart = precomputed_.narrowPhase().leftOut().apart();
   // As if it were all pairs, of which this is a part.
   const std::size_t pairs = frame.pairs.size();
-  const double part = static_cast<double>(foretold_.last().told) / static_cast<double>(pairs);
+  const double part = static_cast<double>(precomputed_.last().precomputed) / static_cast<double>(pairs);
   policy_.learnOfContacts(settings, used, pairs, result.narrow_ms / part);
-  policy_.learnOfApart(plan, foretold_.narrowPhase().leftOut());
+  policy_.learnOfApart(plan, precomputed_.narrowPhase().leftOut());
   note(result);  // should the callback throw, or collide again
 }
 
@@ -48,11 +48,11 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
                              dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
   frame.clock.begin(Stage::report);
-  ForetoldContacts::Report report(foretold_);
+  PrecomputedContacts::Report report(precomputed_);
   const AtEnd learning([&] {
-    const bool more = foretold_.wouldTellAny(frame.plan.foretell.least_share);
-    if (!policy_.learnOfForetelling(frame.plan, frame.facts, settings, foretold_.last(), more))
-      foretold_.forgetHabits();
+    const bool more = precomputed_.wouldTellAny(frame.plan.precompute.least_share);
+    if (!policy_.learnOfPrecomputing(frame.plan, frame.facts, settings, precomputed_.last(), more))
+      precomputed_.forgetHabits();
   });
   const auto tell = [&](Pair pair) {
     dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
@@ -60,7 +60,7 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
     callback(data, a, b);
   };
   statistics_.sample().tell(frame.pairs, geoms, tell, [&](std::size_t place) {
-    const int contacts = foretold_.narrowPhase().contactsOf(place);
+    const int contacts = precomputed_.narrowPhase().contactsOf(place);
     return contacts < 0 ? PairSample::not_asked : contacts;
   });
 }

@@ -1,4 +1,4 @@
-// Crowds: boxes that their keys do not tell apart, because others lie far away.
+// Clusters: boxes that their keys do not tell apart, because others lie far away.
 #ifndef ODE_PARALLEL_SAP_CUDA_CROWDS_H
 #define ODE_PARALLEL_SAP_CUDA_CROWDS_H
 
@@ -13,12 +13,12 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// Lays a curve of its own through each crowd of the boxes, whose keys are `keys`, and writes to
-// new_keys what has to be sorted once more, by all bits. Returns whether any crowd can be told
+// Lays a curve of its own through each cluster of the boxes, whose keys are `keys`, and writes to
+// new_keys what has to be sorted once more, by all bits. Returns whether any cluster can be told
 // apart at all; waits for the device to know. The first time keys are of 32 bits, then of 64.
 template <class Key>
-bool divideCrowds(const OrderedBoxes& boxes, const Key* keys, ScenePlan* plan,
-                  std::uint64_t* new_keys, const ScratchQueue& queue);
+bool divideClusters(const OrderedBoxes& boxes, const Key* keys, ScenePlan* plan,
+                    std::uint64_t* new_keys, const ScratchQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

@@ -1,7 +1,7 @@
 // Contacts that are found before a program that knows dCollide only asks for them. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_FORETOLD_CONTACTS_H
-#define ODE_PARALLEL_SAP_FORETOLD_CONTACTS_H
+#ifndef ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
+#define ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
 
 #include <atomic>
 #include <cstddef>
@@ -20,12 +20,13 @@ namespace ode_parallel_sap {
 // A call of dCollide is answered if its pair, in this order, is the one being reported or a little
 // behind the last one answered; if it was collided beforehand with the same flags and in the same
 // floating-point mode; and if no geom of the pair has become dirty, left the space or come to a
-// body since. Whatever changes what dCollide reads of a geom of the classes that are foretold makes
-// it dirty, of which its space hears while it is clean, as all geoms are when a report begins.
-class ForetoldContacts {
+// body since. Whatever changes what dCollide reads of a geom of the classes that are precomputed
+// makes it dirty, of which its space hears while it is clean, as all geoms are when a report
+// begins.
+class PrecomputedContacts {
  public:
   struct Counts {
-    unsigned long long told = 0;      // pairs that were collided beforehand
+    unsigned long long precomputed = 0;      // pairs that were collided beforehand
     unsigned long long used = 0;      // of those, pairs whose contacts were asked for
     unsigned long long contacts = 0;  // of those
   };
@@ -36,16 +37,16 @@ class ForetoldContacts {
   };
   class Report;
 
-  ForetoldContacts() = default;
-  ~ForetoldContacts();
-  ForetoldContacts(const ForetoldContacts&) = delete;
-  ForetoldContacts& operator=(const ForetoldContacts&) = delete;
+  PrecomputedContacts() = default;
+  ~PrecomputedContacts();
+  PrecomputedContacts(const PrecomputedContacts&) = delete;
+  PrecomputedContacts& operator=(const PrecomputedContacts&) = delete;
 
   // Collides the pairs of a report, as far as habits have them collided: kinds of which the
   // program has collided this share at least. Returns the number of threads. Without memory nothing
-  // is foretold.
-  int foretell(const PairList& pairs, const Scope& scope, double least_share,
-               const NarrowPhase::Way& way);
+  // is precomputed.
+  int precompute(const PairList& pairs, const Scope& scope, double least_share,
+                 const NarrowPhase::Way& way);
   void forgetHabits() { habits_.forget(); }
   bool wouldTellAny(double least_share) const { return habits_.wouldTellAny(least_share); }
 
@@ -62,7 +63,7 @@ class ForetoldContacts {
   static int answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
   // Reports of all threads that are watched: where there is none, answer() knows nothing.
   static const std::atomic<int>& reports() { return reports_; }
-  // From now on nothing is foretold or answered: there are colliders of the program's.
+  // From now on nothing is precomputed or answered: there are colliders of the program's.
   static void stop() { stopped_.store(true, std::memory_order_relaxed); }
 
   const NarrowPhase& narrowPhase() const { return narrow_phase_; }
@@ -81,7 +82,7 @@ class ForetoldContacts {
 
   static std::atomic<int> reports_;
   static std::atomic<bool> stopped_;
-  static thread_local ForetoldContacts* told_now_;
+  static thread_local PrecomputedContacts* reporting_now_;
 
   CollideHabits habits_;
   NarrowPhase narrow_phase_;
@@ -90,7 +91,7 @@ class ForetoldContacts {
 
   // Of the report that runs.
   bool reporting_ = false;
-  ForetoldContacts* outer_ = nullptr;  // within whose report it runs
+  PrecomputedContacts* outer_ = nullptr;  // within whose report it runs
   std::size_t slots_ = 0;
   std::size_t next_place_ = 0;   // of the pair after the one that is reported
   std::size_t next_answer_ = 0;  // the place after that of the last one answered
@@ -105,9 +106,9 @@ class ForetoldContacts {
 };
 
 // While it lives, dCollide on this thread is answered from these contacts, or watched.
-class ForetoldContacts::Report {
+class PrecomputedContacts::Report {
  public:
-  explicit Report(ForetoldContacts& contacts);
+  explicit Report(PrecomputedContacts& contacts);
   ~Report();
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
@@ -123,7 +124,7 @@ class ForetoldContacts::Report {
   }
 
  private:
-  ForetoldContacts& contacts_;
+  PrecomputedContacts& contacts_;
 };
 
 }  // namespace ode_parallel_sap

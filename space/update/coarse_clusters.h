@@ -13,7 +13,7 @@ namespace ode_parallel_sap {
 // Boxes that floats make clearly larger overlap others in vain only where they are close together:
 // in scenes of all sizes the small ones are coarse, but lie far apart. Boxes of like size are
 // counted by the cells, of about their size, that they lie in.
-class CoarseCrowds {
+class CoarseClusters {
  public:
   // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
   // vain. Stops counting beyond `most`, which is below 2^31. Uses up to `threads` threads; whether

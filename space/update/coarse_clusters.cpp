@@ -1,4 +1,4 @@
-#include "space/update/coarse_crowds.h"
+#include "space/update/coarse_clusters.h"
 
 #include <algorithm>
 #include <atomic>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double step_of_floats = 0x1p-22;  // fixed: twice an epsilon
 
-Region counting("coarse crowds: boxes");
+Region counting("coarse clusters: boxes");
 
 std::uint64_t bitsOf(double value) {
   std::uint64_t bits;
@@ -70,8 +70,8 @@ Box floatsOf(const BasicBox<double>& box) {
 
 }  // namespace
 
-std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
-                                int threads) {
+std::size_t CoarseClusters::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
+                                  int threads) {
   counted_ = false;
   bits_ = 2;
   while (std::size_t{1} << bits_ < counters_a_box * coarse.size()) ++bits_;
@@ -82,8 +82,8 @@ std::size_t CoarseCrowds::count(const BoxSet& boxes, const Buffer<Slot>& coarse,
   return countMoved(boxes, coarse, most, threads);
 }
 
-std::size_t CoarseCrowds::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
-                                     std::size_t most, int threads) {
+std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
+                                       std::size_t most, int threads) {
   threads = teamFor(moved.size(), grains::looked_up, threads);
   std::atomic<std::size_t> pairs{pairs_};
   runTeam(counting, threads, [&](int thread, int team) {
