@@ -56,7 +56,7 @@ REFERENCE = {
 }
 PLANS = {
     "smoke": stats.Plan(first=4, more=2, most=6, fresh=6, tries=2),
-    "quick": stats.Plan(),
+    "quick": stats.Plan(most=18, fresh=18),
     "full": stats.Plan(first=12, more=12, most=72, fresh=48),
 }
 SCENES = {
