@@ -1,9 +1,11 @@
 // What a trace tells of a program: the very pairs of its frames.
 #include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -42,6 +44,11 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
   std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path_)) names.push_back(entry.path().string());
+    return names;
+  }
 
  private:
   fs::path path_;
@@ -405,6 +412,60 @@ TEST_CASE("The child of a fork writes nothing into its parent's trace", "[trace]
   REQUIRE(status == 0);
   collide(space);
   REQUIRE(framesIn(folder / "trace") == 2);
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("The child of a fork leaves the files of the environment to its parent", "[trace]") {
+  const Folder folder;
+  const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "trace").c_str());
+  const dSpaceID space = boxes(20);
+  const pid_t child = fork();
+  if (child == 0) {
+    const std::size_t own = collide(boxes(20)).size();
+    _exit(own == 19 && collide(space).size() == 19 ? 0 : 1);
+  }
+  int status = -1;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  REQUIRE(status == 0);
+  REQUIRE(folder.files().empty());
+  collide(space);
+  REQUIRE(folder.files().size() == 1);
+  REQUIRE(framesIn(folder.files()[0]) == 1);
+  dSpaceDestroy(space);
+}
+
+TEST_CASE("Who replays a trace does not write over it", "[trace]") {
+  const Folder folder;
+  const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "trace").c_str());
+  for (const bool replaying : {false, true}) {
+    const dSpaceID space = boxes(20);
+    collide(space);
+    dSpaceDestroy(space);
+    REQUIRE(folder.files().size() == 1);
+    if (!replaying) REQUIRE(trace::readRecording(folder.files()[0]).frames.size() == 1);
+  }
+}
+
+TEST_CASE("A trace that fails is cut itself, not what has its name by then", "[trace]") {
+  const Folder folder;
+  const dSpaceID space = boxes(20);
+  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1) == 1);
+  collide(space);
+  fs::rename(folder / "trace", folder / "moved");
+  std::ofstream(folder / "trace") << std::string(1000000, 'x');
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit;
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const rlimit small = {fs::file_size(folder / "moved") + 10, limit.rlim_max};
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
+  const Messages messages;
+  for (int i = 0; i < 50; ++i) dCreateSphere(space, 1);
+  collide(space);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  std::signal(SIGXFSZ, before);
+  REQUIRE(messages.all().size() == 1);
+  REQUIRE(fs::file_size(folder / "trace") == 1000000);
+  REQUIRE(framesIn(folder / "moved") == 1);
   dSpaceDestroy(space);
 }
 

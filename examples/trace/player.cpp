@@ -1,5 +1,6 @@
 #include "player.h"
 
+#include <cstdlib>
 #include <fstream>
 
 #include "replayed_shapes.h"
@@ -12,6 +13,8 @@ Recording readRecording(const std::string& path) {
 }
 
 Recording readRecording(std::istream& file, const std::string& name) {
+  // The spaces of who replays it would write over the file, if that is what the environment says.
+  unsetenv("ODE_PARALLEL_SAP_TRACE");
   Recording recording;
   recording.name = name;
   Reader reader(file, name);

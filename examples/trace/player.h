@@ -23,7 +23,8 @@ struct Recording {
   std::set<std::uint32_t> by_bounds;
 };
 
-// Throw BadTrace: also where the file is whole but makes no sense.
+// Throw BadTrace: also where the file is whole but makes no sense. From then on the environment
+// asks for no traces.
 Recording readRecording(const std::string& path);
 Recording readRecording(std::istream& file, const std::string& name);
 

@@ -7,6 +7,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+import stats
 import study
 
 LEAST = 1e-6  # an error of nothing is drawn here
@@ -64,45 +65,36 @@ def broad_name(entry):
     return name + ", " + entry["precision"]
 
 
-def scatter(axes, entries, y):
-    for dt in sorted({e["dt"] for e in entries}):
-        for stepping, marker in (("serial", "o"), ("parallel", "^")):
-            for precision in ("double", "single"):
-                some = [e for e in entries if (e["dt"], e["stepping"], e["precision"]) == (dt, stepping, precision)]
-                colour = "C%d" % sorted({e["dt"] for e in entries}).index(dt)
-                axes.scatter([e["wall_s_per_s"] for e in some], [max(e[y], LEAST) for e in some], s=16, marker=marker,
-                             edgecolors=colour, facecolors=colour if precision == "double" else "none", zorder=2,
-                             label="%g s" % dt if (stepping, precision) == ("serial", "double") else None)
-    axes.set(xscale="log", yscale="log", xlabel="wall time a simulated second, s")
-    axes.grid(True, which="major", alpha=0.3)
+def bars(found):
+    """Lengths to both sides of the mean, as matplotlib takes them."""
+    return [[max(0.0, found.mean - found.low)], [max(0.0, found.high - found.mean)]]
 
 
-LEGEND = "circles: one core, triangles: all; filled: double precision, hollow: single"
-
-
-def pile(entries, directory, note, reference):
-    """`reference` are entries of their own: the reference's error is 0, which no logarithm shows."""
-    known = [e for e in entries if e["error"] != float("inf")]
+def scene(result, limits, directory, note):
+    """Time against error, each with its interval."""
     figure, axes = plt.subplots(figsize=(8, 6))
-    scatter(axes, known, "error")
-    draw_front(axes, known, "wall_s_per_s", "error", "wall_s_per_s", LEAST)
-    for limit in study.LIMITS:
+    steps = sorted({name.dt for name in result.intervals})
+    drawn = set()
+    for name, found in result.intervals.items():
+        cost, colour = result.costs[name], "C%d" % steps.index(name.dt)
+        axes.errorbar([1000 * cost.mean], [max(found.mean, LEAST)], xerr=[[1000 * v[0]] for v in bars(cost)], yerr=bars(found),
+                      fmt="s" if name.solver == "step" else "o", markersize=4, linewidth=0.6, color=colour,
+                      fillstyle="full" if name.precision == "double" else "none",
+                      label=None if name.dt in drawn else "%g s" % name.dt)
+        drawn.add(name.dt)
+    best = stats.front(result.intervals, {name: cost.mean for name, cost in result.costs.items()})
+    axes.plot([1000 * result.costs[name].mean for name in best], [max(result.intervals[name].mean, LEAST) for name in best],
+              color="black", linewidth=1, zorder=1)
+    for limit in limits:
         axes.axhline(limit, color="gray", linewidth=0.7, linestyle="--")
-        axes.text(axes.get_xlim()[0], limit, " %g %%" % (100 * limit), fontsize=7, va="bottom", color="gray")
-    for e in reference:
-        if e["error"] > 0:
-            axes.axhline(e["error"], color="black", linewidth=0.7, linestyle=":")
-            axes.text(axes.get_xlim()[1], e["error"], "the reference's own uncertainty ", fontsize=7, va="bottom",
-                      ha="right")
-    axes.set(ylabel="error against the reference", title="A heap of boxes: time against accuracy\n" + LEGEND)
+        axes.text(0, limit, " %g %%" % (100 * limit), fontsize=7, va="bottom", color="gray",
+                  transform=axes.get_yaxis_transform())
+    axes.axhspan(result.reference.low, result.reference.high, color="black", alpha=0.1, linewidth=0,
+                 label="one run of the reference")
+    axes.set(xscale="log", yscale="log", xlabel="processor time a simulated second, ms",
+             ylabel="error against the reference", title=result.scene.title +
+             "\nbars: 95 % intervals over seeds; squares: dWorldStep; hollow: single precision; line: front")
+    axes.title.set_fontsize(9)
+    axes.grid(True, which="major", alpha=0.3)
     axes.legend(fontsize=7, title="time step", title_fontsize=7)
-    paths = [save(figure, directory, "pile", note)]
-
-    figure, panels = plt.subplots(2, 2, figsize=(10, 8))
-    for axes, part in zip(panels.flat, study.PARTS):
-        scatter(axes, known, part)
-        axes.set(title=part, ylabel="share")
-    panels[0][0].legend(fontsize=7, title="time step", title_fontsize=7)
-    figure.suptitle("The four parts of the error. " + LEGEND, fontsize=9)
-    paths.append(save(figure, directory, "pile-parts", note))
-    return paths
+    return save(figure, directory, result.scene.name, note)

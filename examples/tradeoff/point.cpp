@@ -7,7 +7,7 @@
 #include <exception>
 
 #include "broad_point.h"
-#include "pile_point.h"
+#include "scenes.h"
 #include "trace_point.h"
 
 namespace {
@@ -24,15 +24,13 @@ void addBroad(CLI::App& app, tradeoff::BroadSettings& settings) {
   app.add_option("--seed", settings.seed);
 }
 
-void addPile(CLI::App& app, tradeoff::PileSettings& settings) {
-  app.add_option("--dt", settings.dt)->check(CLI::Range(1e-5, 0.1));
-  app.add_option("--iterations", settings.iterations)->check(CLI::Range(1, 10000));
-  app.add_option("--contacts", settings.contacts)->check(CLI::Range(1, 64));
-  app.add_flag("--parallel", settings.parallel);
-  app.add_option("--bodies", settings.bodies)->check(CLI::Range(2, 100000));
-  app.add_option("--seconds", settings.seconds)->check(CLI::Range(0.1, 1000.0));
-  app.add_option("--rest-seconds", settings.rest_seconds)->check(CLI::Range(0.05, 1000.0));
-  app.add_option("--seed", settings.seed);
+// The harness reads the settings; here only what makes the scene. Exit code as that of the harness.
+int measureScene(CLI::App& command, const std::string& name, int bodies, double density) {
+  std::vector<std::string> words = command.remaining();
+  std::vector<char*> arguments = {const_cast<char*>("tradeoff-point")};
+  for (std::string& word : words) arguments.push_back(word.data());
+  return tradeoff::run(static_cast<int>(arguments.size()), arguments.data(),
+                       tradeoff::sceneNamed(name, bodies, density));
 }
 
 void addTrace(CLI::App& app, tradeoff::TraceSettings& settings) {
@@ -53,14 +51,21 @@ void addTrace(CLI::App& app, tradeoff::TraceSettings& settings) {
 int main(int argc, char** argv) {
   CLI::App app{"Measures one point of the trade-off study"};
   tradeoff::BroadSettings broad;
-  tradeoff::PileSettings pile;
   tradeoff::TraceSettings trace;
   CLI::App* broad_command = app.add_subcommand("broad", "The broad phase alone");
-  CLI::App* pile_command = app.add_subcommand("pile", "A heap of boxes in a pit");
+  CLI::App* scene_command = app.add_subcommand("scene", "A scene of the study's, by the harness");
   CLI::App* trace_command = app.add_subcommand("trace", "The frames of another program");
   CLI::App* precision_command = app.add_subcommand("precision", "Of this build's ODE");
   addBroad(*broad_command, broad);
-  addPile(*pile_command, pile);
+  std::string name;
+  int bodies = 30;
+  double density = 1000;  // kg/m^3
+  scene_command->add_option("--scene", name)
+      ->required()
+      ->check(CLI::IsMember({"heap", "wall", "tower", "hopper"}));
+  scene_command->add_option("--bodies", bodies)->check(CLI::Range(2, 100000));
+  scene_command->add_option("--density", density)->check(CLI::Range(0.001, 100000.0));
+  scene_command->allow_extras();
   addTrace(*trace_command, trace);
   app.require_subcommand(1);
   CLI11_PARSE(app, argc, argv);
@@ -68,21 +73,14 @@ int main(int argc, char** argv) {
     std::puts(sizeof(dReal) == sizeof(double) ? "double" : "single");
     return 0;
   }
-  if (*pile_command && pile.rest_seconds >= pile.seconds) {
-    std::fputs("tradeoff-point: --rest-seconds must be less than --seconds\n", stderr);
-    return 2;
-  }
   try {
-    if (*pile_command) {
-      std::fputs(tradeoff::measurePile(pile).text().c_str(), stdout);
-    } else {
-      dInitODE2(0);
-      dAllocateODEDataForThread(dAllocateMaskAll);
-      const tradeoff::Row row =
-          *trace_command ? tradeoff::measureTrace(trace) : tradeoff::measureBroadPhase(broad);
-      std::fputs(row.text().c_str(), stdout);
-      dCloseODE();
-    }
+    if (*scene_command) return measureScene(*scene_command, name, bodies, density);
+    dInitODE2(0);
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    const tradeoff::Row row =
+        *trace_command ? tradeoff::measureTrace(trace) : tradeoff::measureBroadPhase(broad);
+    std::fputs(row.text().c_str(), stdout);
+    dCloseODE();
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "tradeoff-point: %s\n", error.what());

@@ -1,4 +1,4 @@
-"""Tests the trade-off study: smoke_test.py <tradeoff-point>. Exit code 77: a package is missing."""
+"""Tests the trade-off study: smoke_test.py <tradeoff-point> <own-scene>. Exit code 77: a package is missing."""
 
 import csv
 import math
@@ -18,6 +18,8 @@ try:
     import tqdm
     from matplotlib.image import imread
 
+    import outcomes
+    import settings
     import study
     import traced
     import words
@@ -25,7 +27,7 @@ except ImportError as error:
     print("Skipped: %s (Debian: python3-matplotlib python3-tqdm)" % error)
     sys.exit(77)
 
-program = sys.argv.pop(1)
+program, own_scene = sys.argv.pop(1), sys.argv.pop(1)
 
 
 def output_of(*command, **environment):
@@ -60,7 +62,7 @@ class Study(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.output = run_study(cls.folder.name)
-        cls.broad, cls.pile = read(cls.folder.name, "broad"), read(cls.folder.name, "pile")
+        cls.broad, cls.scenes = read(cls.folder.name, "broad"), read(cls.folder.name, "scenes")
         cls.choices = choices(cls.folder.name)
 
     @classmethod
@@ -69,16 +71,19 @@ class Study(unittest.TestCase):
 
     def test_says_that_single_precision_is_left_out(self):
         self.assertIn("Single precision is left out: there is no", self.output)
-        self.assertEqual({row["precision"] for row in self.broad + self.pile}, {"double"})
+        self.assertEqual({row["precision"] for row in self.broad + self.scenes}, {"double"})
 
     def test_measures_every_point_once(self):
         has_cuda = any(row["backend"] == "cuda" for row in self.broad)
         points = study.broad_points("smoke", ["double"], has_cuda)
         self.assertEqual(sorted(study.key(row, study.BROAD_KEY) for row in self.broad),
                          sorted(study.key(point, study.BROAD_KEY) for point in points))
-        points = study.pile_points("smoke", ["double"])
-        self.assertEqual(sorted(study.key(row, study.PILE_KEY) for row in self.pile),
-                         sorted(study.key(point, study.PILE_KEY) for point in points))
+        keys = [study.key(row, settings.KEY) for row in self.scenes]
+        self.assertEqual(len(keys), len(set(keys)))
+        wanted = {settings.Setting(*(type(default)(float(row[name])) if isinstance(default, (int, float)) else row[name]
+                                     for name, default in settings.BASE._asdict().items())) for row in self.scenes}
+        bodies = settings.SCENES["smoke"]["tower"]
+        self.assertEqual(wanted, {*settings.settings_of("smoke", ["double"], bodies), *settings.REFERENCE["smoke"]})
 
     def test_our_space_is_exact_without_a_tolerance_and_misses_nothing_with_one(self):
         ours = [row for row in self.broad if row["space"] == "parallel"]
@@ -99,20 +104,31 @@ class Study(unittest.TestCase):
         self.assertEqual(extra[0], 0)
         self.assertGreater(extra[1e9], 0.5)
 
-    def test_no_momentum_comes_from_nowhere(self):
-        for row in self.pile:
+    def test_every_setting_has_seeds_enough_and_its_reference_the_same(self):
+        plan, seeds = settings.PLANS["smoke"], {}
+        for row in self.scenes:
             self.assertEqual(row["status"], "ok")
-            # Several of ODE's threads may lose some of each other's changes to a body.
-            self.assertLess(float(row["momentum_drift"]), 1e-12 if row["stepping"] == "serial" else 1e-3)
+            setting = tuple(row[name] for name in settings.Setting._fields)
+            seeds.setdefault(setting, set()).add(int(float(row["seed"])))
+        for found in seeds.values():
+            self.assertLessEqual(set(range(1, plan.first + 1)), found)
+        references = [found for setting, found in seeds.items() if setting[1] == "30"]
+        self.assertEqual(len(references), 2)
+        for found in references:
+            self.assertEqual(found, set.union(*seeds.values()))
+
+    def test_no_momentum_comes_from_nowhere(self):
+        for row in self.scenes:
+            self.assertLess(float(row["momentum_drift"]), 1e-12)
             self.assertLess(float(row["angular_drift"]), 1e-3)
 
-    def test_parallel_runs_make_the_same_heap_in_another_way(self):
-        # ODE's threads solve the rows in another order, so the runs differ in detail only.
-        heaps = {(row["iterations"], row["stepping"]): float(row["height_m"]) for row in self.pile
-                 if float(row["dt"]) == 0.02}
-        for iterations in ("5", "20"):
-            serial, parallel = heaps[iterations, "serial"], heaps[iterations, "parallel"]
-            self.assertLess(abs(parallel - serial), 0.1 * serial)
+    def test_scenes_have_the_density_they_say(self):
+        for row in self.scenes:
+            self.assertEqual(float(row["density"]), 1000)
+        # Contacts that give, give more under more weight.
+        deep = [point("scene", "--scene", "tower", "--bodies", "5", "--cfm", "1e-5", "--density", density)["penetration_mm"]
+                for density in ("1", "1000")]
+        self.assertGreater(float(deep[1]), 5 * float(deep[0]))
 
     def test_an_interrupted_run_goes_on_where_it_was(self):
         path = os.path.join(self.folder.name, "broad.csv")
@@ -122,9 +138,9 @@ class Study(unittest.TestCase):
             file.write(whole[:-60])  # the last row is cut short
         output = run_study(self.folder.name)
         self.assertIn("broad: 1 of %d points to measure" % len(self.broad), output)
-        self.assertIn("pile: 0 of %d points to measure" % len(self.pile), output)
+        self.assertNotIn("Tower of 3 bodies, 1000 kg/m³, settings: ", output)
         self.assertEqual(len(read(self.folder.name, "broad")), len(self.broad))
-        self.assertEqual(read(self.folder.name, "pile"), self.pile)
+        self.assertEqual(read(self.folder.name, "scenes"), self.scenes)
 
     def test_without_git_the_commit_is_unknown(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -136,7 +152,7 @@ class Study(unittest.TestCase):
                 file.writelines(others)
             run_study(folder, "--only", "broad", PATH=folder)
             self.assertEqual(read(folder, "broad")[-1]["commit"], "unknown")
-            self.assertEqual(os.listdir(folder).count("pile.csv"), 0)
+            self.assertEqual(os.listdir(folder).count("scenes.csv"), 0)
 
     def test_several_points_at_once_have_each_its_share_of_the_cores(self):
         count = len(os.sched_getaffinity(0))
@@ -146,24 +162,22 @@ class Study(unittest.TestCase):
                 file.write("#!/bin/sh\necho \"$* $(grep Cpus_allowed_list /proc/self/status)\" >>%s\nexec %s \"$@\"\n" %
                            (log, program))
             os.chmod(told, 0o755)
-            run_study(folder, "--at-once", str(count), "--double", told)
-            broad, pile = read(folder, "broad"), read(folder, "pile")
+            run_study(folder, "--only", "scenes", "--double", told)
+            scenes = read(folder, "scenes")
             with open(log) as file:
-                cores = [re.match(r"pile .*:\s*(\S+)$", line).group(1) for line in file if line.startswith("pile")]
-        self.assertEqual(len(cores), len(pile))
-        self.assertLessEqual(set(cores), {str(core) for core in os.sched_getaffinity(0)})
-        self.assertEqual({row["cores"] for row in broad}, {str(count)})
-        self.assertEqual({row["cores"] for row in pile}, {"1"})
-        self.assertEqual(len(broad), len(self.broad))
+                cores = [re.match(r"scene .*:\s*(\S+)$", line).group(1) for line in file if line.startswith("scene")]
+        self.assertEqual(len(cores), len(scenes))
+        self.assertEqual(set(cores), {str(core) for core in os.sched_getaffinity(0)})
+        self.assertEqual({row["cores"] for row in scenes}, {"1"})
 
-        def serial(rows):
-            return {study.key(row, study.PILE_KEY): row["height_m"] for row in rows if row["stepping"] == "serial"}
+        def places(rows):  # seeds beyond the first depend on times, by which settings are beaten
+            return {study.key(row, settings.KEY): row["height_m"] for row in rows if float(row["seed"]) <= 4}
 
-        self.assertEqual(serial(pile), serial(self.pile))
+        self.assertEqual(places(scenes), places(self.scenes))
 
     def test_reports_on_rows_of_another_machine_but_measures_none(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name, rows in ("broad", self.broad), ("pile", self.pile):
+            for name, rows in ("broad", self.broad), ("scenes", self.scenes):
                 with open(os.path.join(folder, name + ".csv"), "w", newline="") as file:
                     writer = csv.DictWriter(file, rows[0], lineterminator="\n")
                     writer.writeheader()
@@ -175,19 +189,19 @@ class Study(unittest.TestCase):
             self.assertEqual(machine.sub("", choices(folder)), machine.sub("", self.choices))
             self.assertIn("rows of another machine", call("--out", folder, "--double", program).stdout)
 
-            path = os.path.join(folder, "pile.csv")
+            path = os.path.join(folder, "scenes.csv")
             with open(path) as file:
                 header, _, *others = file.readlines()
             with open(path, "w") as file:
                 file.writelines([header, *others])
             said = call("--out", folder, "--report").stdout
-            self.assertIn(", 1 of %d points not measured:" % len(self.pile), said)
+            self.assertIn(" seeds. Without --report it is measured", said)
             os.remove(path)
-            self.assertIn("pile.csv has no setting with all its seeds", call("--out", folder, "--report").stdout)
+            self.assertIn("scenes.csv lacks", call("--out", folder, "--report").stdout)
 
     def test_puts_the_advice_between_the_marks_of_a_document(self):
         with tempfile.TemporaryDirectory() as folder:
-            for name in "broad.csv", "pile.csv":
+            for name in "broad.csv", "scenes.csv":
                 shutil.copy(os.path.join(self.folder.name, name), folder)
             document = os.path.join(folder, "document.md")
             with open(document, "w") as file:
@@ -195,16 +209,16 @@ class Study(unittest.TestCase):
             self.assertEqual(call("--out", folder, "--report", "--write", document).returncode, 0)
             with open(document) as file:
                 text = file.read()
-            self.assertRegex(text, r"(?s)^before\n<!-- tradeoff -->\n\nBroad phase, .*\nA heap of .*\n<!-- end -->\nafter\n$")
-            self.assertNotIn("old", text)
+            self.assertRegex(text, r"(?s)^before\n<!-- tradeoff -->\n\nBroad phase, .*\nTower of 3 bodies.*\n<!-- end -->\nafter\n$")
+            self.assertNotIn("\nold\n", text)
             self.assertNotIn("|", text)  # the tables are in choices.md
-            self.assertIn("| Pareto front", choices(folder))
+            self.assertIn("| the reference |", choices(folder))
 
     def test_the_columns_are_those_that_the_readme_explains(self):
         with open(README) as file:
             text = file.read()
-        for rows, key, part in ((self.broad, study.BROAD_KEY, r"## The broad phase.*## The heap"),
-                                (self.pile, study.PILE_KEY, r"## The heap.*")):
+        for rows, key, part in ((self.broad, study.BROAD_KEY, r"## The broad phase.*## The scenes"),
+                                (self.scenes, settings.KEY, r"## The scenes.*## What a setting")):
             lines = re.findall(r"^\| (`.*?) \|", re.search("(?s)" + part, text).group(), re.M)
             explained = [name for line in lines for name in re.findall(r"`(\w+)`", line)]
             around = {*key, "status", "cpu", "cores", "commit", "date"}
@@ -217,14 +231,14 @@ class Study(unittest.TestCase):
         self.assertTrue(3.5 < pairs / 5000 < 4.6, pairs)
 
     def test_draws_the_points(self):
-        for name in ("broad", "pile", "pile-parts"):
+        for name in ("broad", "tower"):
             picture = imread(os.path.join(self.folder.name, name + ".png"))
             coloured = (picture[:, :, :3].max(axis=2) - picture[:, :, :3].min(axis=2)) > 0.3
             self.assertGreater(coloured.sum(), 100, name)
 
     def test_says_what_to_choose(self):
         for words_wanted in ("1e+09 m from the origin", "no extra pair: parallel-sap", "within 1 %", "within 20 %",
-                             "dSweepAndPruneSpace", "differences below that say nothing"):
+                             "dSweepAndPruneSpace", "reference is off", "One thing changed", "never at rest", "at most"):
             self.assertIn(words_wanted, self.choices)
 
 
@@ -240,26 +254,13 @@ class Sources(unittest.TestCase):
             self.assertEqual(names, [names[0], names[0] + "-quick"])
             self.assertRegex(names[0], "^[a-z0-9-]+-%d-cores$" % len(os.sched_getaffinity(0)))
 
-    def test_what_the_readme_concludes_is_made_from_the_recorded_rows(self):
-        recorded = os.path.join(HERE, "results", "xeon-16-cores")
-        with tempfile.TemporaryDirectory() as folder:
-            document = shutil.copy(os.path.join(os.path.dirname(HERE), "README.md"), folder)
-            for name in "broad.csv", "pile.csv":
-                shutil.copy(os.path.join(recorded, name), folder)
-            result = output_of(sys.executable, os.path.join(HERE, "tradeoff.py"), "--report", "--out", folder, "--write", document)
-            self.assertEqual(result.returncode, 0, result.stdout)
-            for made, kept in ((document, os.path.join(os.path.dirname(HERE), "README.md")),
-                               (os.path.join(folder, "choices.md"), os.path.join(recorded, "choices.md"))):
-                with open(made) as first, open(kept) as second:
-                    self.assertEqual(first.read(), second.read())
-
     def test_nothing_is_left_beside_them(self):
         with tempfile.TemporaryDirectory() as folder:
             for name in os.listdir(HERE):
                 if name.endswith(".py"):
                     shutil.copy(os.path.join(HERE, name), folder)
             before = sorted(os.listdir(folder))
-            for command in ("tradeoff.py", "--help"), ("smoke_test.py", program, "Analysis"):
+            for command in ("tradeoff.py", "--help"), ("smoke_test.py", program, own_scene, "Analysis"):
                 result = output_of(sys.executable, os.path.join(folder, command[0]), *command[1:],
                                    PYTHONDONTWRITEBYTECODE="", PYTHONPYCACHEPREFIX="")
                 self.assertEqual(result.returncode, 0, result.stdout)
@@ -363,22 +364,125 @@ class Analysis(unittest.TestCase):
         rows = [dict(status="ok", extra_per_exact=0.0, missed=missed) for missed in (0.0, 1.0)]
         self.assertEqual([e["error"] for e in study.broad_entries(rows)], [0, math.inf])
 
-    def test_the_error_of_a_heap_is_its_worst_part(self):
-        reference = dict(study.PILE_SIZES["smoke"], **study.REFERENCE["smoke"], precision="double", stepping="serial",
-                         seed=1.0, status="ok", wall_s_per_s=1.0, height_m=2.0, penetration_mm=1.0, energy_gain_falling=0.0,
-                         energy_gain_rest=0.0, energy_drift_rest=-0.01, lost=0.0)
-        other = dict(reference, dt=0.02, height_m=1.9, penetration_mm=81.0, energy_gain_falling=0.03,
-                     energy_drift_rest=0.01)
-        lossy = dict(reference, dt=0.03, lost=1.0)
-        by_step = {e["dt"]: e for e in study.pile_errors([reference, other, lossy], "smoke")}
-        self.assertEqual(by_step[study.REFERENCE["smoke"]["dt"]]["error"], 0)
-        self.assertAlmostEqual(by_step[0.02]["height"], 0.05)
-        self.assertAlmostEqual(by_step[0.02]["penetration"], 0.1)
-        self.assertAlmostEqual(by_step[0.02]["energy gain"], 0.03)
-        self.assertAlmostEqual(by_step[0.02]["energy drift"], 0.02)
-        self.assertAlmostEqual(by_step[0.02]["error"], 0.1)
-        self.assertEqual(by_step[0.03]["error"], math.inf)
-        self.assertIn("useless", words.percent(by_step[0.03]["error"]))
+    ROW = dict(status="ok", size_m=0.8, spread_m=4.0, height_m=2.0, largest_mm=1.0, largest_falling_mm=2.0, jitter=0.01,
+               energy_gain=0.0, energy_drift=-0.01, momentum_drift=0.0, angular_drift=0.0, top_drift_m=0.0, lost=0.0,
+               collapsed=0.0, rested=1.0)
+    KIND = outcomes.Kind(rests=True, stands=True, controlled=False)
+
+    def error(self, reference=ROW, kind=KIND, **changed):
+        return outcomes.error(dict(self.ROW, **changed), [self.ROW, reference], kind)
+
+    def test_the_error_of_a_run_is_its_worst_part(self):
+        self.assertEqual(self.error(), 0)
+        for changed, share in (dict(height_m=1.8), 0.05), (dict(largest_mm=41.0), 0.05), (dict(largest_falling_mm=82), 0.1), \
+                (dict(jitter=0.06), 0.05), (dict(energy_gain=0.02), 0.02), (dict(energy_drift=0.03), 0.04), \
+                (dict(momentum_drift=0.01), 0.01), (dict(angular_drift=0.02), 0.02), (dict(top_drift_m=0.08), 0.1), \
+                (dict(height_m=1.8, jitter=0.02), 0.05), (dict(height_m=math.nan), 1):
+            self.assertAlmostEqual(self.error(**changed), share, msg=changed)
+
+    def test_a_failure_is_an_error_of_all_unless_the_reference_fails_so(self):
+        for failed in dict(lost=1.0), dict(collapsed=1.0), dict(rested=0.0):
+            self.assertEqual(self.error(**failed), 1)
+            self.assertEqual(self.error(reference=dict(self.ROW, **failed), **failed), 0)
+        self.assertEqual(self.error(status="exit code 1"), 1)
+
+    def test_differences_of_either_sign_do_not_cancel(self):
+        # A mean that is right says nothing where each run is wrong.
+        self.assertGreater(sum(self.error(height_m=h) for h in (1.8, 2.2)), 0.09)
+
+    def test_a_driven_scene_may_gain_energy_and_need_not_rest(self):
+        kind = outcomes.Kind(rests=False, stands=False, controlled=True)
+        self.assertEqual(self.error(kind=kind, energy_gain=1.0, rested=0.0, jitter=0.5), 0)
+        self.assertEqual(self.error(energy_gain=1.0), 1)
+
+    def test_what_a_program_observes_is_a_part(self):
+        row = dict(self.ROW, observed_sag=0.3)
+        self.assertAlmostEqual(outcomes.error(dict(row, observed_sag=0.4), [row], self.KIND), 0.1)
+
+
+class OwnScene(unittest.TestCase):
+    """The study of a program that is not ours."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.output = run_study(cls.folder.name, "--program", own_scene)
+        cls.rows = read(cls.folder.name, "scenes")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_is_measured_and_named_for_each_accuracy(self):
+        self.assertEqual({row["status"] for row in self.rows}, {"ok"})
+        self.assertRegex(self.rows[0]["scene"], "^own-scene-[0-9a-f]{10}$")
+        text = choices(self.folder.name)
+        for limit in settings.LIMITS:
+            self.assertEqual(text.count("- within %g %%: " % (100 * limit)), 1)
+        self.assertTrue(os.path.exists(os.path.join(self.folder.name, self.rows[0]["scene"] + ".png")))
+
+    def test_sees_what_it_observes_and_drives(self):
+        ways = [float(row["observed_way"]) for row in self.rows]
+        self.assertGreater(min(ways), 0.25)  # it starts at 0.19 of the bridge
+        self.assertLess(max(ways), 1)
+        self.assertEqual({row["controlled"] for row in self.rows}, {"1"})
+        self.assertEqual({row["rests"] for row in self.rows}, {"0"})
+
+    def test_goes_on_where_it_was(self):
+        output = run_study(self.folder.name, "--program", own_scene)
+        self.assertNotIn("points to measure", output)
+        self.assertEqual(read(self.folder.name, "scenes"), self.rows)
+
+    def test_refuses_what_was_not_made_with_the_harness(self):
+        said = call("--program", "/bin/true", "--out", self.folder.name).stdout
+        self.assertIn("Its main is to end with tradeoff::run", said)
+        self.assertEqual(output_of(own_scene, "--dt", "fast").stdout.count("--dt: no number: fast"), 1)
+        self.assertEqual(output_of(own_scene, "--speed", "1").returncode, 2)
+
+    def test_is_the_program_that_the_readme_shows_and_short(self):
+        with open(os.path.join(HERE, "own_scene.cpp")) as file:
+            code = [line for line in file if line.strip() and not line.strip().startswith("//")]
+        self.assertLessEqual(len(code), 60)
+
+
+class Harness(unittest.TestCase):
+    def test_settings_change_what_they_say(self):
+        base = point("scene", "--scene", "tower", "--bodies", "4")
+        for option, value in ("dt", "0.02"), ("iterations", "5"), ("contacts", "2"), ("erp", "0.5"), ("cfm", "1e-6"), \
+                ("sor", "1"), ("solver", "step"), ("seed", "2"):
+            other = point("scene", "--scene", "tower", "--bodies", "4", "--" + option, value)
+            self.assertNotEqual(other["penetration_mm"], base["penetration_mm"], option)
+        for value in "deepest", "spread":
+            reduced = point("scene", "--scene", "heap", "--bodies", "6", "--reducer", value, "--contacts", "2")
+            self.assertNotEqual(reduced["height_m"],
+                                point("scene", "--scene", "heap", "--bodies", "6", "--contacts", "2")["height_m"], value)
+        self.assertEqual(float(point("scene", "--scene", "tower", "--bodies", "4", "--iterations", "100", "--sleep", "on")["asleep"]), 1)
+        self.assertEqual(base["asleep"], "0")
+
+    def test_what_the_space_leaves_out_or_adds_is_the_pairs_not_the_motion(self):
+        heap = ("scene", "--scene", "heap", "--bodies", "150", "--seconds", "1.5")  # fewer take no notice of a tolerance
+        base = point(*heap)
+        for options, sign in (("--skip", "static"), -1), (("--skip", "all"), -1), (("--tolerance", "1"), 1):
+            other = point(*heap, *options)
+            self.assertEqual(other["height_m"], base["height_m"], options)
+            self.assertGreater(sign * (float(other["pairs_a_step"]) - float(base["pairs_a_step"])), 0, options)
+
+    def test_scenes_are_sound_with_fine_steps_and_not_with_coarse_ones(self):
+        for scene, bodies in ("heap", "8"), ("wall", "9"), ("tower", "8"), ("hopper", "8"):
+            fine = point("scene", "--scene", scene, "--bodies", bodies, "--dt", "0.004", "--iterations", "60", "--contacts", "8")
+            self.assertEqual([fine[c] for c in ("rested", "lost", "collapsed")], ["1", "0", "0"], scene)
+        coarse = point("scene", "--scene", "tower", "--bodies", "20", "--dt", "0.04", "--iterations", "2")
+        self.assertEqual(coarse["collapsed"], "1")
+        lost = point("scene", "--scene", "hopper", "--bodies", "8", "--dt", "0.3", "--seconds", "6")
+        self.assertNotEqual(lost["lost"], "0")
+
+
+def point(*arguments):
+    result = subprocess.run([program, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if result.returncode != 0:
+        raise AssertionError(result.stderr)
+    names, values = result.stdout.splitlines()
+    return dict(zip(names.split(","), values.split(",")))
 
 
 if __name__ == "__main__":

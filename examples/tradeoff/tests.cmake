@@ -3,7 +3,10 @@ if(ODE_PARALLEL_SAP_PRECISION STREQUAL "DOUBLE")
   find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin) # the system's: it has the system's matplotlib
   if(ODE_PARALLEL_SAP_PYTHON)
     add_test(NAME examples.tradeoff COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/smoke_test.py"
-                                            $<TARGET_FILE:tradeoff-point>)
+                                            $<TARGET_FILE:tradeoff-point> $<TARGET_FILE:own-scene>)
+    add_test(NAME examples.tradeoff.stats COMMAND "${ODE_PARALLEL_SAP_PYTHON}"
+                                                  "${CMAKE_CURRENT_SOURCE_DIR}/stats_test.py")
+    set_tests_properties(examples.tradeoff.stats PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
   else()
     add_test(NAME examples.tradeoff COMMAND ${CMAKE_COMMAND} -E echo "Skipped: needs Debian's python3")
     set_tests_properties(examples.tradeoff PROPERTIES SKIP_REGULAR_EXPRESSION Skipped)
@@ -14,6 +17,5 @@ endif()
 add_test(NAME examples.tradeoff.precision COMMAND tradeoff-point precision)
 string(TOLOWER "${ODE_PARALLEL_SAP_PRECISION}" precision)
 set_tests_properties(examples.tradeoff.precision PROPERTIES LABELS examples PASS_REGULAR_EXPRESSION "^${precision}\n$")
-add_test(NAME examples.tradeoff.rest-too-long COMMAND tradeoff-point pile --seconds 1 --rest-seconds 2)
-set_tests_properties(examples.tradeoff.rest-too-long
-                     PROPERTIES LABELS examples PASS_REGULAR_EXPRESSION "--rest-seconds must be less than --seconds")
+add_test(NAME examples.tradeoff.own-scene COMMAND own-scene --seconds 2 --dt 0.02)
+set_tests_properties(examples.tradeoff.own-scene PROPERTIES LABELS examples PASS_REGULAR_EXPRESSION "observed_sag")

@@ -1,25 +1,16 @@
 #include "space/trace/trace.h"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <new>
-
-#if defined(_WIN32)
-#include <process.h>
-#else
-#include <unistd.h>
-#endif
 
 namespace ode_parallel_sap {
 
 namespace {
 
-long processNumber() {
-#if defined(_WIN32)
-  return _getpid();
-#else
-  return getpid();
-#endif
-}
+// That of the process which loaded the library, so not of one that was forked from it.
+const pid_t first_process = getpid();
 
 // Files that were named by openLater() and are begun.
 std::atomic<int> files_begun{0};
@@ -34,7 +25,7 @@ std::uint32_t wordOf(const PackRules& rules) {
 
 bool Trace::open(const std::string& path) {
   later_.clear();
-  process_ = processNumber();
+  process_ = getpid();
   if (!file_.open(path)) return false;
   bytes_.clear();
   bytes_.put32(trace_format::version);
@@ -48,11 +39,19 @@ bool Trace::open(const std::string& path) {
 
 std::string Trace::nameOfNext() const {
   std::string name = later_;
-  const std::string number = std::to_string(processNumber());
+  const std::string number = std::to_string(getpid());
   for (std::size_t at = 0; (at = name.find("%p", at)) != std::string::npos; at += number.size())
     name.replace(at, 2, number);
   const int files = files_begun.fetch_add(1) + 1;
   return files == 1 ? name : name + "." + std::to_string(files);
+}
+
+bool Trace::openNamed() {
+  if (getpid() != first_process && later_.find("%p") == std::string::npos) {
+    later_.clear();
+    return false;
+  }
+  return open(nameOfNext());
 }
 
 bool Trace::isDue() {
@@ -61,9 +60,9 @@ bool Trace::isDue() {
 }
 
 void Trace::write(const Scene& scene, const PackRules& rules) try {
-  if (!later_.empty() && !open(nameOfNext())) return;
+  if (!later_.empty() && !openNamed()) return;
   // After a fork both processes have the file; it is the first one's.
-  if (process_ != processNumber()) return;
+  if (process_ != getpid()) return;
   bytes_.clear();
   bytes_.put64(frames_);
   bytes_.put32(wordOf(rules));
@@ -78,7 +77,7 @@ void Trace::write(const Scene& scene, const PackRules& rules) try {
 }
 
 void Trace::writePairs(std::uint64_t pairs, std::uint64_t sum) try {
-  if (process_ != processNumber()) return;
+  if (process_ != getpid()) return;
   bytes_.clear();
   bytes_.put64(frames_);
   bytes_.put64(pairs);

@@ -1,10 +1,10 @@
 #include "space/trace/trace_file.h"
 
 #include <ode/ode.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
-#include <filesystem>
-#include <system_error>
 
 #include "space/trace/trace_format.h"
 
@@ -80,10 +80,17 @@ bool TraceFile::put(const TraceBytes& bytes) {
 void TraceFile::giveUp(const char* why) {
   if (!file_) return;
   dMessage(0, "parallel SAP space: the trace %s ends here: %s", path_.c_str(), why);
+  // Of the file itself, since another one may have its name by now; when what closing it would
+  // write is written.
+  const int file = dup(fileno(file_.get()));
   file_.reset();
-  std::error_code error;  // a device has no size
-  if (std::filesystem::is_regular_file(path_, error))
-    std::filesystem::resize_file(path_, whole_, error);
+  if (file < 0) return;
+  struct stat about;
+  if (fstat(file, &about) == 0 && S_ISREG(about.st_mode) &&
+      ftruncate(file, static_cast<off_t>(whole_)) != 0)
+    dMessage(0, "parallel SAP space: the trace %s cannot be cut: %s", path_.c_str(),
+             std::strerror(errno));
+  close(file);
 }
 
 }  // namespace ode_parallel_sap

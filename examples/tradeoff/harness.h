@@ -1,0 +1,247 @@
+#ifndef TRADEOFF_HARNESS_H
+#define TRADEOFF_HARNESS_H
+
+// What a program gives to have its own scene studied: README.md, "A scene of your own". All is in
+// headers: it needs ODE, this library, and nothing else.
+#include <cctype>
+#include <cstdio>
+#include <exception>
+
+#include "harness/state.h"
+#include "harness/stepper.h"
+#include "row.h"
+
+namespace tradeoff {
+
+// Something that matters in this scene, and how much of it would be an error of 100 %.
+struct Observation {
+  std::string name;
+  double value;
+  double scale;
+};
+
+struct Scene {
+  // Makes bodies, joints and geoms. `seed` decides all chance. Masses are the scene's own: they are
+  // part of what is studied.
+  std::function<void(dWorldID world, dSpaceID space, unsigned long seed)> build;
+
+  // If there is any: called before each step, to drive motors or push bodies. `time` in seconds.
+  std::function<void(double time)> control;
+  // If there is any: called once, after the last step.
+  std::function<std::vector<Observation>()> observe;
+  // If there is any: sets a contact's surface; no joint is made where it returns false. Otherwise
+  // mu is 0.6, and the model of friction the pyramid.
+  std::function<bool(dContact& contact)> surface;
+  // If there is any: whether a body is where it should never be, besides beyond planes and nowhere.
+  std::function<bool(dBodyID body)> lost;
+
+  double seconds = 8;   // simulated at most
+  bool rests = true;    // it comes to rest, if all goes well
+  bool stands = false;  // its highest body stays up, if all goes well
+};
+
+namespace harness {
+
+constexpr double rest_seconds = 1;  // simulated, in which the scene counts as at rest
+
+// What is summed up while steps are taken, apart before the rest and in it.
+struct Sums {
+  Penetration depths;
+  double rises = 0;  // of the energy
+  double height = 0;
+  double square_speed = 0;
+  double fastest = 0;
+  double energy = 0;  // at the end
+  size_t steps = 0;
+
+  void add(const State& now, double rise) {
+    rises += rise;
+    height += now.height;
+    square_speed += now.square_speed;
+    fastest = std::max(fastest, now.fastest);
+    energy = now.energy;
+    ++steps;
+  }
+};
+
+inline void applyTo(dSpaceID space, const Settings& settings, const Basis& basis) {
+  const bool all = settings.skip == "all";
+  dParallelSAPSpaceSetNumThreads(space, 1);
+  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
+  dParallelSAPSpaceSetSkipStatic(space, all || settings.skip == "static");
+  dParallelSAPSpaceSetSkipAsleep(space, all || settings.skip == "asleep");
+  dParallelSAPSpaceSetCullPlanes(space, all || settings.skip == "planes");
+  dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(settings.tolerance * basis.size));
+  for (dBodyID body : basis.bodies) dBodySetAutoDisableFlag(body, settings.sleep == "on");
+}
+
+// Bodies nowhere, beyond a plane, or where the scene says that none should be.
+inline size_t lostOf(const Scene& scene, const Basis& basis) {
+  size_t count = 0;
+  for (dBodyID body : basis.bodies) {
+    const Vector place = vectorOf(dBodyGetPosition(body));
+    bool lost = !std::isfinite(dot(place, place)) || (scene.lost && scene.lost(body));
+    for (dGeomID plane : basis.planes) {
+      dVector4 p;
+      dGeomPlaneGetParams(plane, p);
+      lost = lost || dot(vectorOf(p), place) < static_cast<double>(p[3]);
+    }
+    count += lost;
+  }
+  return count;
+}
+
+// A run: falls until it is at rest or the time is up but for the last second, then one second more.
+class Trial {
+ public:
+  Trial(const Scene& scene, const Settings& settings, dWorldID world, dSpaceID space)
+      : scene_(scene),
+        settings_(settings),
+        basis_(basisOf(world, space)),
+        balance_(world, basis_.bodies),
+        stepper_(world, space, settings, scene.surface, balance_),
+        start_(stateOf(basis_)) {
+    if (basis_.bodies.empty()) throw std::runtime_error("the scene has no body with a geom");
+    top_ = vectorOf(dBodyGetPosition(basis_.top));
+    applyTo(space, settings, basis_);
+  }
+
+  Row run() {
+    const double most = settings_.seconds > 0 ? settings_.seconds : scene_.seconds;
+    Rest rest(basis_);
+    double energy = start_.energy;
+    // A scene that does not rest is measured over all of its time but the last second, and then.
+    bool falls = true;
+    double until = most;
+    while (time_ < until - settings_.dt / 2) {
+      if (scene_.control) scene_.control(time_);
+      Sums& sums = falls ? falling_ : resting_;
+      stepper_.step(sums.depths);
+      time_ = static_cast<double>(++steps_) * settings_.dt;
+      last_ = stateOf(basis_);
+      sums.add(last_, std::max(0.0, last_.energy - energy));
+      energy = last_.energy;
+      if (last_.not_finite) break;
+      if (falls) {
+        rested_ = scene_.rests && rest.look(time_);
+        falls = !rested_ && time_ < most - rest_seconds;
+        if (!falls) until = time_ + rest_seconds;
+      }
+    }
+    return row();
+  }
+
+ private:
+  Row row() const {
+    const double weight = basis_.mass * basis_.speed * basis_.speed;  // lifts all by one size
+    const double steps = static_cast<double>(std::max<size_t>(resting_.steps, 1));
+    const Vector moved = minus(vectorOf(dBodyGetPosition(basis_.top)), top_);
+    const Vector along = minus(moved, scaled(basis_.up, dot(moved, basis_.up)));
+    Row row;
+    row.add("cpu_s_per_s", stepper_.spent.cpu / time_);
+    row.add("wall_s_per_s", stepper_.spent.wall / time_);
+    row.add("pairs_a_step", static_cast<double>(stepper_.pairs) / static_cast<double>(steps_));
+    row.add("simulated_s", time_);
+    row.add("bodies_seen", basis_.bodies.size());
+    row.add("size_m", basis_.size);
+    row.add("spread_m", last_.highest - last_.lowest + basis_.size);
+    row.add("rests", scene_.rests ? 1 : 0);
+    row.add("stands", scene_.stands ? 1 : 0);
+    row.add("controlled", scene_.control ? 1 : 0);
+    row.add("rested", rested_ ? 1 : 0);
+    row.add("lost", lostOf(scene_, basis_));
+    row.add("collapsed", scene_.stands && topSinks(moved) ? 1 : 0);
+    row.add("height_m", resting_.height / steps);
+    row.add("top_drift_m", length(along));
+    row.add("penetration_mm", 1000 * resting_.depths.mean());
+    row.add("largest_mm", 1000 * resting_.depths.largest);
+    row.add("largest_falling_mm", 1000 * falling_.depths.largest);
+    row.add("jitter", std::sqrt(resting_.square_speed / steps) / basis_.speed);
+    row.add("fastest_m_s", resting_.fastest);
+    row.add("energy_gain", (falling_.rises + resting_.rises) / weight);
+    row.add("energy_drift", (resting_.energy - falling_.energy) / weight / rest_seconds);
+    row.add("momentum_drift", balance_.linearDrift());
+    row.add("angular_drift", balance_.angularDrift());
+    row.add("asleep",
+            static_cast<double>(last_.asleep) / static_cast<double>(basis_.bodies.size()));
+    if (scene_.observe)
+      for (const Observation& seen : scene_.observe())
+        row.add("observed_" + checked(seen).name, seen.value / seen.scale);
+    return row;
+  }
+
+  // Its name becomes a column's.
+  static const Observation& checked(const Observation& seen) {
+    for (char letter : seen.name)
+      if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '_')
+        throw std::invalid_argument("an observation's name has letters, digits and _ only: " +
+                                    seen.name);
+    if (seen.name.empty() || !(seen.scale > 0))
+      throw std::invalid_argument("an observation needs a name and a scale above 0");
+    return seen;
+  }
+
+  bool topSinks(const Vector& moved) const { return !(dot(moved, basis_.up) > -basis_.size / 2); }
+  static Vector scaled(Vector v, double factor) {
+    for (double& x : v) x *= factor;
+    return v;
+  }
+
+  const Scene& scene_;
+  const Settings& settings_;
+  Basis basis_;
+  Balance balance_;
+  Stepper stepper_;
+  State start_;
+  State last_;
+  Vector top_ = {0, 0, 0};
+  Sums falling_;
+  Sums resting_;
+  double time_ = 0;
+  size_t steps_ = 0;
+  bool rested_ = false;
+};
+
+inline std::string measure(const Scene& scene, const Settings& settings) {
+  dInitODE2(0);
+  dAllocateODEDataForThread(dAllocateMaskAll);
+  const dWorldID world = dWorldCreate();
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  dWorldSetGravity(world, 0, 0, static_cast<dReal>(-9.81));
+  scene.build(world, space, settings.seed);
+  const std::string text = Trial(scene, settings, world, space).run().text();
+  dSpaceDestroy(space);
+  dWorldDestroy(world);
+  dCloseODE();
+  return text;
+}
+
+// What the study must know of the program before it measures.
+inline std::string describe(const Scene& scene) {
+  Row row;
+  row.add("precision", sizeof(dReal) == sizeof(double) ? "double" : "single");
+  row.add("seconds", scene.seconds);
+  return row.text();
+}
+
+}  // namespace harness
+
+// The program's main: measures one point, or with --describe says what scene it is. Returns the
+// exit code: 2 where it was called wrongly.
+inline int run(int argc, char** argv, const Scene& scene) {
+  try {
+    if (argc == 2 && std::string(argv[1]) == "--describe") {
+      std::fputs(harness::describe(scene).c_str(), stdout);
+    } else {
+      std::fputs(harness::measure(scene, parseSettings(argc, argv)).c_str(), stdout);
+    }
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
+    return 2;
+  }
+}
+
+}  // namespace tradeoff
+
+#endif

@@ -1,0 +1,159 @@
+#ifndef TRADEOFF_HARNESS_STEPPER_H
+#define TRADEOFF_HARNESS_STEPPER_H
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+
+#include "balance.h"
+#include "settings.h"
+
+namespace tradeoff {
+
+// Depths of contacts over steps; a pair counts with its deepest contact.
+struct Penetration {
+  double sum = 0;
+  double largest = 0;
+  size_t pairs = 0;
+
+  void add(double depth) {
+    sum += depth;
+    largest = std::max(largest, depth);
+    ++pairs;
+  }
+  double mean() const { return pairs ? sum / static_cast<double>(pairs) : 0; }
+};
+
+// Time spent, on the clock and by the processor: what else the machine does is in the first only.
+class Spent {
+ public:
+  double wall = 0;  // seconds
+  double cpu = 0;
+
+  void start() {
+    began_ = std::chrono::steady_clock::now();
+    cpu_began_ = processor();
+  }
+  void stop() {
+    cpu += processor() - cpu_began_;
+    wall += std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  }
+
+ private:
+  static double processor() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+  std::chrono::steady_clock::time_point began_;
+  double cpu_began_ = 0;
+};
+
+// One step after the other with these settings: pairs, contacts, joints, solver. On one thread.
+class Stepper {
+ public:
+  using Surface = std::function<bool(dContact&)>;
+
+  Stepper(dWorldID world, dSpaceID space, const Settings& settings, const Surface& surface,
+          Balance& balance)
+      : world_(world),
+        space_(space),
+        settings_(settings),
+        surface_(surface),
+        balance_(balance),
+        joints_(dJointGroupCreate(0)) {
+    dWorldSetERP(world, static_cast<dReal>(settings.erp));
+    dWorldSetCFM(world, static_cast<dReal>(settings.cfm));
+    dWorldSetQuickStepNumIterations(world, settings.iterations);
+    dWorldSetQuickStepW(world, static_cast<dReal>(settings.sor));
+    dRandSetSeed(settings.seed);  // QuickStep shuffles its rows
+  }
+  ~Stepper() { dJointGroupDestroy(joints_); }
+  Stepper(const Stepper&) = delete;
+  Stepper& operator=(const Stepper&) = delete;
+
+  // Depths go to `depths`.
+  void step(Penetration& depths) {
+    depths_ = &depths;
+    spent.start();
+    collideIn(space_);
+    spent.stop();
+    balance_.open();
+    spent.start();
+    const dReal dt = static_cast<dReal>(settings_.dt);
+    settings_.solver == "step" ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
+    spent.stop();
+    balance_.close(settings_.dt);
+    spent.start();
+    dJointGroupEmpty(joints_);
+    spent.stop();
+  }
+
+  Spent spent;
+  size_t pairs = 0;
+
+ private:
+  static constexpr int most_found = 64;
+
+  // Pairs within each space; near() goes into those between two of them.
+  void collideIn(dSpaceID space) {
+    dSpaceCollide(space, this, near);
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+      if (dGeomIsSpace(dSpaceGetGeom(space, i)))
+        collideIn(reinterpret_cast<dSpaceID>(dSpaceGetGeom(space, i)));
+  }
+
+  static void near(void* data, dGeomID first, dGeomID second) {
+    auto& self = *static_cast<Stepper*>(data);
+    if (dGeomIsSpace(first) || dGeomIsSpace(second)) {
+      dSpaceCollide2(first, second, data, near);
+      return;
+    }
+    ++self.pairs;
+    self.collide(first, second);
+  }
+
+  void collide(dGeomID first, dGeomID second) {
+    const dBodyID a = dGeomGetBody(first), b = dGeomGetBody(second);
+    if (!a && !b) return;
+    if (a && b && dAreConnectedExcluding(a, b, dJointTypeContact)) return;
+    dContactGeom found[most_found];
+    const bool reduces = settings_.reducer != "first";
+    int count = dCollide(first, second, reduces ? most_found : settings_.contacts, found,
+                         sizeof(dContactGeom));
+    if (count == 0) return;
+    double deepest = 0;
+    for (int i = 0; i < count; ++i)
+      deepest = std::max(deepest, static_cast<double>(found[i].depth));
+    depths_->add(deepest);
+    if (settings_.reducer == "deepest")
+      count = dParallelSAPKeepDeepest(found, count, settings_.contacts);
+    if (settings_.reducer == "spread")
+      count = dParallelSAPKeepSpread(found, count, settings_.contacts);
+    for (int i = 0; i < count; ++i) addJoint(found[i], a, b);
+  }
+
+  void addJoint(const dContactGeom& geom, dBodyID a, dBodyID b) {
+    dContact contact = {};
+    contact.geom = geom;
+    contact.surface.mode = dContactApprox1;
+    contact.surface.mu = static_cast<dReal>(0.6);
+    if (surface_ && !surface_(contact)) return;
+    dJointAttach(dJointCreateContact(world_, joints_, &contact), a, b);
+  }
+
+  dWorldID world_;
+  dSpaceID space_;
+  const Settings& settings_;
+  const Surface& surface_;
+  Balance& balance_;
+  dJointGroupID joints_;
+  Penetration* depths_ = nullptr;
+};
+
+}  // namespace tradeoff
+
+#endif
