@@ -1,6 +1,8 @@
 #include "space/ode/ode_space.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cstdint>
 #include <new>
 #include <string>
 #include <utility>
@@ -19,6 +21,8 @@ namespace {
 
 // Whether a space of the process ever had swept bounds: until then none asks its sub-spaces.
 std::atomic<bool> any_swept{false};
+// How often boxes of a space were made anew.
+std::atomic<std::uint64_t> sweeps{0};
 
 }  // namespace
 
@@ -127,19 +131,20 @@ void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
   if (trace_) trace_->closeSlots(slots_.geoms());
+  swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
-  swept_.clear();
   rays_.reset();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
 }
 
-// Asks the geoms that may be dirty without having said so.
+// Asks the geoms that may be dirty without having said so, before the sweep makes some dirty of
+// which spaces around this one are not to know.
 void ParallelSAPSpace::askSilent() {
-  if (any_swept.load(std::memory_order_relaxed)) sweep();
   silent_.ask(*this, slots_.geoms().data());
+  if (any_swept.load(std::memory_order_relaxed)) sweep();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
@@ -151,28 +156,73 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
   return geom->parent_space == this && swept_step_ > 0 && swept_.isFast(Slots::slotOf(geom));
 }
 
-// Sub-spaces come first: their AABBs are those of what is in them.
+// Sub-spaces come first: their AABBs are those of what is in them. What this makes dirty is clean
+// again before anyone else sees it, as this space is not made dirty for it, nor are those around:
+// a stock space may be going through its list. Its own box is made at once, therefore; around it a
+// space of ours sees by swept_at_ that it is another.
 void ParallelSAPSpace::sweep() {
   dxGeom* const* const geoms = slots_.geoms().data();
-  silent_.slots().forEach([geoms](Slot slot) {
-    if (IS_SPACE(geoms[slot])) sweepWithin(static_cast<dxSpace*>(geoms[slot]));
+  bool any = false;
+  std::uint64_t latest = swept_seen_;
+  silent_.slots().forEach([&](Slot slot) {
+    dxGeom* const geom = geoms[slot];
+    if (!IS_SPACE(geom)) return;
+    const std::uint64_t swept_at = sweepWithin(static_cast<dxSpace*>(geom), swept_seen_);
+    if (swept_at <= swept_seen_) return;
+    latest = std::max(latest, swept_at);
+    geom->gflags |= GEOM_DIRTY;
+    dirty(geom);
+    any = true;
   });
-  if (swept_.idle(swept_step_)) return;
-  const Lock lock(*this);
-  if (swept_.sweep(*this, geoms, slots_.size(), swept_step_)) makeDirty(this, true);
+  swept_seen_ = latest;
+  if (!swept_.idle(swept_step_)) {
+    const Lock lock(*this);
+    if (swept_.sweep(*this, geoms, slots_.size(), swept_step_)) any = true;
+  }
+  if (!any) return;
+  swept_at_ = ++sweeps;
+  gflags |= GEOM_AABB_BAD;
+  if (parent_space)
+    recomputeAABB();
+  else
+    gflags |= GEOM_DIRTY;
 }
 
-void ParallelSAPSpace::sweepWithin(dxSpace* space) {
-  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) return own->askSilent();
+// What a space around it, or one that is asked about it, does. Puts no list into another order, so
+// that lists can be gone through meanwhile.
+void ParallelSAPSpace::sweepForOthers() {
+  const std::uint64_t before = swept_at_;
+  sweep();
+  if (swept_at_ == before) return;
+  dxGeom* const* const geoms = slots_.geoms().data();
+  silent_.slots().forEach([&](Slot slot) {
+    if (geoms[slot]->gflags & GEOM_DIRTY) dirty(geoms[slot]);
+  });
+  cleanNoted();
+}
+
+// When boxes of spaces of ours in it, or of itself, were last made anew. The AABBs of stock spaces
+// are made to follow where that was later than `seen`.
+std::uint64_t ParallelSAPSpace::sweepWithin(dxSpace* space, std::uint64_t seen) {
+  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
+    own->sweepForOthers();
+    return own->swept_at_;
+  }
+  std::uint64_t latest = 0;
   for (dxGeom* geom = space->first; geom; geom = geom->next)
-    if (IS_SPACE(geom)) sweepWithin(static_cast<dxSpace*>(geom));
+    if (IS_SPACE(geom)) latest = std::max(latest, sweepWithin(static_cast<dxSpace*>(geom), seen));
+  if (latest > seen) {
+    space->gflags |= GEOM_AABB_BAD;
+    space->recomputeAABB();
+  }
+  return latest;
 }
 
 // A geom that is asked about by another space.
 void ParallelSAPSpace::sweep(dxGeom* geom) {
   if (swept_.idle(swept_step_)) return;
   const Lock lock(*this);
-  if (swept_.sweepOne(*this, geom, Slots::slotOf(geom), swept_step_)) makeDirty(this, true);
+  swept_.sweepOne(geom, Slots::slotOf(geom), slots_.size(), swept_step_);
 }
 
 void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
@@ -264,15 +314,24 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
   return true;
 }
 
+// The same of a geom that this space is asked about.
+void ParallelSAPSpace::askOther(dxGeom* geom) {
+  const bool swept = any_swept.load(std::memory_order_relaxed);
+  if (IS_SPACE(geom)) {
+    dxSpace* const space = static_cast<dxSpace*>(geom);
+    if (swept) sweepWithin(space, 0);
+    if (ParallelSAPSpace* const other = parallelSAPSpace(space))
+      other->silent_.ask(*other, other->slots_.geoms().data());
+  } else if (swept && geom->parent_space) {
+    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
+  }
+}
+
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
   askSilent();
-  if (IS_SPACE(geom))
-    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
-      other->askSilent();
-  if (any_swept.load(std::memory_order_relaxed) && geom->parent_space)
-    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
+  askOther(geom);
   cleanFew();
   geom->recomputeAABB();
   if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;

@@ -4,6 +4,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -80,9 +81,11 @@ class ParallelSAPSpace : public dxSpace {
   bool writeTrace();
   void closeSlots();
   void askSilent();
+  static void askOther(dxGeom* geom);
   void sweep();
   void sweep(dxGeom* geom);
-  static void sweepWithin(dxSpace* space);
+  void sweepForOthers();
+  static std::uint64_t sweepWithin(dxSpace* space, std::uint64_t seen);
   void cleanNoted();
   void cleanFew();
   void noteChange(Slot slot);
@@ -94,6 +97,10 @@ class ParallelSAPSpace : public dxSpace {
   SilentGeoms silent_;
   SweptBounds swept_;
   dReal swept_step_ = 0;
+  // When boxes in it were last made anew, and up to when it knows that of its sub-spaces, by a
+  // count of such sweeps of all spaces.
+  std::uint64_t swept_at_ = 0;
+  std::uint64_t swept_seen_ = 0;
   GeomQueries queries_;
   RayCaster rays_;
   Pipeline pipeline_;

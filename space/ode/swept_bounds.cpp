@@ -87,25 +87,32 @@ bool SweptBounds::extend(dxGeom* geom, const Motion& motion) {
   return !(2 * (lengthOf(motion.shift) + turned) <= smallest);
 }
 
-bool SweptBounds::sweepOne(dxSpace& space, dxGeom* geom, Slot slot, dReal step) {
+// False where it is as it should be.
+bool SweptBounds::makeAABB(dxGeom* geom, Slot slot, dReal step) {
   if (IS_SPACE(geom)) return false;
   const bool recorded = slot < records_.size();
-  const bool was_dirty = (geom->gflags & GEOM_DIRTY) != 0;
+  const bool dirty = (geom->gflags & GEOM_DIRTY) != 0;
   Motion motion;
   {
     const ScopedMode exact(exactMode());
     motion = motionOf(geom, step);
-    if (!all_stale_ && recorded && !was_dirty && motion == records_[slot].motion) return false;
+    if (!all_stale_ && recorded && !dirty && !records_[slot].untold &&
+        motion == records_[slot].motion)
+      return false;
   }
   // Made anew also where ODE takes it for up to date: it may have been swept already.
-  geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+  geom->gflags |= GEOM_AABB_BAD;
   geom->recomputeAABB();
   const ScopedMode exact(exactMode());
   const bool fast = extend(geom, motion);
-  if (recorded) records_[slot] = {motion, fast};
-  if (was_dirty) return false;
-  space.dirty(geom);
+  if (recorded) records_[slot] = {motion, fast, false};
   return true;
+}
+
+// A geom that is not dirty stays so: while it is, its space must be, too, and all around this.
+void SweptBounds::sweepOne(dxGeom* geom, Slot slot, std::size_t slots, dReal step) {
+  const bool room = records_.size() >= slots || hasRoom(slots);
+  if (makeAABB(geom, slot, step) && room) records_[slot].untold = true;
 }
 
 // Without memory for records every AABB is made anew each time.
@@ -113,7 +120,12 @@ bool SweptBounds::sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots,
   const bool room = hasRoom(slots);
   bool any = false;
   for (std::size_t slot = 0; slot < slots; ++slot) {
-    if (geoms[slot] && sweepOne(space, geoms[slot], static_cast<Slot>(slot), step)) any = true;
+    dxGeom* const geom = geoms[slot];
+    if (!geom || !makeAABB(geom, static_cast<Slot>(slot), step)) continue;
+    any = true;
+    if (geom->gflags & GEOM_DIRTY) continue;
+    geom->gflags |= GEOM_DIRTY;
+    space.dirty(geom);
   }
   all_stale_ = !room && step > 0;
   if (step == 0) std::vector<Record>().swap(records_);
@@ -129,10 +141,19 @@ bool SweptBounds::hasRoom(std::size_t slots) try {
   return false;
 }
 
+// ODE makes no geom dirty that is added to a space.
 void SweptBounds::remove(dxGeom* geom, Slot slot) {
   const bool recorded = slot < records_.size();
-  if (all_stale_ || (recorded && !records_[slot].motion.isNone())) geom->gflags |= GEOM_AABB_BAD;
+  if (all_stale_ || (recorded && !records_[slot].motion.isNone()))
+    geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
   if (recorded) records_[slot] = {};
+}
+
+void SweptBounds::closeSlots(const Buffer<dxGeom*>& geoms) {
+  std::size_t slot = 0;
+  for (std::size_t i = 0; i < geoms.size() && i < records_.size(); ++i)
+    if (geoms[i]) records_[slot++] = records_[i];
+  if (slot < records_.size()) records_.resize(slot);
 }
 
 }  // namespace ode_parallel_sap

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "space/data/box_set.h"
+#include "space/data/buffer.h"
 
 struct dxGeom;
 struct dxSpace;
@@ -25,10 +26,12 @@ class SweptBounds {
   // Whether there is anything to do, as long as `step` is what is set.
   bool idle(dReal step) const { return step == 0 && records_.empty() && !all_stale_; }
   // Brings the AABBs of all geoms of `space` whose motion is another, or that are dirty, up to
-  // date, and calls its dirty() for those that were not. True if there was one of these.
+  // date, and calls its dirty() for those that were not: it is to clean them before it returns.
+  // True if there was any of either.
   bool sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots, dReal step);
-  // The same of one geom.
-  bool sweepOne(dxSpace& space, dxGeom* geom, Slot slot, dReal step);
+  // The same of the AABB of one geom, for another space that asks. Its own learns of it when it is
+  // swept itself.
+  void sweepOne(dxGeom* geom, Slot slot, std::size_t slots, dReal step);
   // Whether the motion of a slot's geom was more than half of its smallest side when it was swept.
   // Yes where nobody knows.
   bool isFast(Slot slot) const {
@@ -37,8 +40,8 @@ class SweptBounds {
 
   // A geom leaves its slot: its AABB is nobody else's business.
   void remove(dxGeom* geom, Slot slot);
-  // The slots are numbered anew.
-  void clear() { all_stale_ = all_stale_ || !records_.empty(); }
+  // What Slots::close() will do to the slots.
+  void closeSlots(const Buffer<dxGeom*>& geoms);
   void shrink() { records_.shrink_to_fit(); }
   std::size_t bytes() const { return records_.capacity() * sizeof(Record); }
 
@@ -54,10 +57,12 @@ class SweptBounds {
   struct Record {
     Motion motion;  // with which the geom's AABB was made
     bool fast = false;
+    bool untold = false;  // made for another space: dirty() is still to be called
   };
 
   static Motion motionOf(const dxGeom* geom, dReal step);
   static bool extend(dxGeom* geom, const Motion& motion);
+  bool makeAABB(dxGeom* geom, Slot slot, dReal step);
   bool hasRoom(std::size_t slots);
 
   std::vector<Record> records_;  // by slot; none while all is off

@@ -509,6 +509,7 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
  * with their bounding boxes only, and of an AABBTest of a user's class nothing is known. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
+
 /* Swept bounds: the bounding box of each geom of this space covers what the geom will move in the
  * coming step, `step` seconds long, 0 or more, finite, so that a program's own continuous test, or
  * a step in parts, sees the pairs of fast bodies in time. Default: 0, boxes as geoms lie.
@@ -527,10 +528,17 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  * Everything that this space finds it finds with these boxes: all methods and back ends,
  * dSpaceCollide2, events, AABBTest, the rules below and above, and a tolerance comes on top. Pairs
  * are those of the formula above for them, in the same order: more than without, never one less.
- * (A geom that another one of these spaces is asked about by dSpaceCollide2 comes with its swept
- * box. A stock space takes a geom or sub-space with the box it was given last.) The boxes are the
- * geoms' own: dGeomGetAABB gives the swept one after a collide, until the geom moves or leaves the
- * space. Of ODE's colliders that of heightfields looks at it, and may find contacts in another
+ * (A geom or sub-space that another one of these spaces is asked about by dSpaceCollide2 comes with
+ * its swept box.) Around a swept space, at any depth and through stock spaces between, a space like
+ * this one takes every sub-space with its box as it is then. A stock space sweeps nothing: it takes
+ * what is swept in it with the box this was given last, by a collide, dSpaceClean, rays or
+ * dSpaceCollide2 of the swept space or of one like it around, or where geoms in it have moved
+ * since. So a stock space misses no pair of geoms as they lie, but sees one of faster bodies late;
+ * and nothing that is swept within it puts its geoms into another order.
+ *
+ * The boxes are the geoms' own: dGeomGetAABB gives the swept one after a collide, until the geom
+ * moves or leaves the space, or its body's velocity or enabled state changes and the space is asked
+ * again. Of ODE's colliders that of heightfields looks at it, and may find contacts in another
  * order or number. dCollide and dParallelSAPSpaceCollideContacts find contacts of geoms as they
  * lie: pairs that only swept boxes make have none.
  *
@@ -539,13 +547,13 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 
-/* Whether a geom of this space is fast: 1 if in the last collide |d| + a * r, by which no point of
- * it moves further, was more than half of its smallest side (of spheres, boxes, capsules and
- * cylinders that of the shape, of all others that of the box dGeomGetAABB gives without swept
- * bounds), so that it might be through something before it is seen to touch it. 0 for all other
- * geoms, those of other spaces too, and without swept bounds. A callback that steps the pairs of
- * fast geoms in parts, or tests them continuously, can leave all others to dCollide. May be called
- * from many threads. */
+/* Whether a geom of this space is fast: 1 if |d| + a * r, by which no point of it moves further,
+ * was more than half of its smallest side when its box was last made: by a collide, dSpaceClean,
+ * rays or dSpaceCollide2. (That side is, of spheres, boxes, capsules and cylinders, that of the
+ * shape, of all others that of the box dGeomGetAABB gives without swept bounds.) Such a geom might
+ * be through something before it is seen to touch it. 0 for all other geoms, those of other spaces
+ * too, and without swept bounds. A callback that steps the pairs of fast geoms in parts, or tests
+ * them continuously, can leave all others to dCollide. May be called from many threads. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
