@@ -26,9 +26,9 @@ namespace ode_parallel_sap {
 class PrecomputedContacts {
  public:
   struct Counts {
-    unsigned long long precomputed = 0;      // pairs that were collided beforehand
-    unsigned long long used = 0;      // of those, pairs whose contacts were asked for
-    unsigned long long contacts = 0;  // of those
+    unsigned long long precomputed = 0;  // pairs that were collided beforehand
+    unsigned long long used = 0;         // of those, pairs whose contacts were asked for
+    unsigned long long contacts = 0;     // of those
   };
   // Geoms by slot, so many.
   struct Scope {

@@ -491,16 +491,16 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
  * dParallelSAPSpaceCollidePairs of this space, from the next one on, writes to the file `path` what
  * geoms there are, at any depth, with their classes, sizes, bits, bodies, poses and bounding boxes,
  * and how many pairs it found; later frames only what changed. The file can be replayed without the
- * program: by any method, back end and number of threads its pairs are those that the program had, but
- * for a tolerance or a class's AABBTest. Its format is public
- * (space/trace/README.md in the sources).
+ * program: by any method, back end and number of threads its pairs are those that the program had,
+ * but for a tolerance or a class's AABBTest. Its format is public (space/trace/README.md in the
+ * sources).
  *
  * Returns 1, or 0 where the file cannot be made; a file of that name is written over. Any
- * call ends the trace that there was, also where the new file cannot be made; `path` 0 only ends it,
- * and returns 1, as does the end of the space. Two spaces must not write one file. What is written is in the file when
- * the collide returns. Where writing fails later, a full disk say, dMessage says so once, the file
- * ends with its last whole frame, and the program goes on. GetTrace answers `every`, or 0 where no
- * trace is being written.
+ * call ends the trace that there was, also where the new file cannot be made; `path` 0 only ends
+ * it, and returns 1, as does the end of the space. Two spaces must not write one file. What is
+ * written is in the file when the collide returns. Where writing fails later, a full disk say,
+ * dMessage says so once, the file ends with its last whole frame, and the program goes on. GetTrace
+ * answers `every`, or 0 where no trace is being written.
  *
  * The geoms of a frame that is written are brought up to date before it begins, as by dSpaceClean:
  * its statistics count none of them as moved and do not count the time it takes to write. A collide
@@ -617,8 +617,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * and in a last line, if a hundredth or more of that time would have been saved by it, which of
  * these variables would have saved how much of it, or which categories of geoms never touched and
  * could do without each other. That is an estimate, made from a sample of the pairs, from what
- * callbacks took for them, and from the times of the stages. A value that is not understood or not to be had is reported through
- * dMessage and ignored.
+ * callbacks took for them, and from the times of the stages. A value that is not understood or not
+ * to be had is reported through dMessage and ignored.
  *
  * ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon, read at the same moment, is for tests and
  * comparisons: the instruction set of the inner loops, for all spaces of the process from then on,
@@ -627,8 +627,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  *
  * ODE_PARALLEL_SAP_TRACE=path[:every], read at the same moment, is a dParallelSAPSpaceSetTrace for
  * each space that collides: the first one to do so writes `path`, the next ones path.2, path.3 and
- * so on. %p in the path is replaced by the process's number; only with it the child of a fork writes
- * traces, too.
+ * so on. %p in the path is replaced by the process's number; only with it the child of a fork
+ * writes traces, too.
  *
  * libode-parallel-sap-preload.so, named in LD_PRELOAD, makes this space wherever a program asks for
  * one of ODE's: ODE_PARALLEL_SAP_REPLACE, a comma list of hash, sap, quadtree (these by default)
