@@ -52,7 +52,7 @@ double PairSample::withoutOutliers(double ms) const {
 }
 
 // Marsaglia's xorshift; from 1 to twice the average.
-std::size_t PairSample::gap() {
+std::size_t PairSample::nextGap() {
   random_ ^= random_ << 13;
   random_ ^= random_ >> 17;
   random_ ^= random_ << 5;

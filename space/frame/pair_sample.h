@@ -33,7 +33,7 @@ class PairSample {
   void pick(std::size_t count, Use use) {
     if (!on_) return;
     std::size_t place = next_;
-    for (; place < count; place += gap()) use(place);
+    for (; place < count; place += nextGap()) use(place);
     next_ = place - count;
   }
 
@@ -83,7 +83,7 @@ class PairSample {
   static Kinds kindsOf(const dxGeom* a, const dxGeom* b);
   void add(const Kinds& kinds, int contacts, double ms);
   double withoutOutliers(double ms) const;
-  std::size_t gap();
+  std::size_t nextGap();
 
   bool on_;
   std::size_t next_ = 0;  // pairs before the next that is picked

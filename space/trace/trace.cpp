@@ -54,7 +54,7 @@ bool Trace::openNamed() {
   return open(nameOfNext());
 }
 
-bool Trace::isDue() {
+bool Trace::noteFrame() {
   const bool due = frames_++ % static_cast<std::uint64_t>(every_) == 0;
   return due && every() != 0;
 }

@@ -30,8 +30,8 @@ class Trace {
   void forget(Slot slot) { changes_.forget(slot); }
   void closeSlots(const Buffer<dxGeom*>& geoms) { changes_.closeSlots(geoms); }
 
-  // To be asked once a frame: whether it is one to be written.
-  bool isDue();
+  // Counts a frame. True: it is one to be written.
+  bool noteFrame();
   // Writes the frame; all geoms are up to date. Where that fails, dMessage says so and the trace
   // ends.
   void write(const Scene& scene, const PackRules& rules);
