@@ -387,6 +387,32 @@ TEST_CASE("The callback of all hits may throw and cast rays again", "[rays]") {
   dGeomSetPosition(world.geoms()[0], 1, 1, 1);  // not locked any more
 }
 
+TEST_CASE("Where there is no memory for a batch its rays are cast one by one", "[rays]") {
+  const std::uint64_t seed = seedOr(481);
+  Random random(seed);
+  const Space space;
+  World world(space);
+  populateRound(world, 300, 1, {0, 0, 0}, 4, random);
+  const Rays rays = raysAt(world.geoms(), 60, random);
+  world.take(createUserBox(space, {-1e3, 1e3, -1e3, 1e3, -1e3, 1e3}, false, failWithoutMemory));
+  const OwedRays owed = owedRays(world.geoms(), rays, 0);
+  for (const int threads : kTeams) {
+    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    memory_fails = true;
+    REQUIRE(wrongRays(space, rays, 0, owed) == "");  // the nearest ones
+    REQUIRE(!memory_fails);
+    memory_fails = true;
+    const std::vector<RayHits> all = allHits(space, rays, 0);
+    REQUIRE(!memory_fails);
+    for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+      REQUIRE(all[ray].size() == owed.all[ray].size());
+      for (std::size_t hit = 0; hit < all[ray].size(); ++hit)
+        REQUIRE(sameBits(all[ray][hit], owed.all[ray][hit]));
+    }
+  }
+}
+
 TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms", "[rays]") {
   // A row of spheres along the ray: those behind the first are not asked, so that their hits would
   // be found at no cost. Told from the time, of which a small part is left.

@@ -270,18 +270,8 @@ int NarrowPhase::lookAtAll(const Pass& pass, int threads) {
                     [&, alone](Range range, int thread) { pass.lookAt(range, thread, alone); });
 }
 
-// Makes the lists of all threads one.
-void NarrowPhase::gather(Buffer<Waiting> Share::*list) {
-  std::size_t count = 0;
-  for (const Share& share : shares_) count += (share.*list).size();
-  waiting_.resizeDiscarding(count);
-  Waiting* end = waiting_.data();
-  for (const Share& share : shares_)
-    end = std::copy((share.*list).begin(), (share.*list).end(), end);
-}
-
 int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
-  gather(&Share::heavy);
+  gather(shares_, &Share::heavy, waiting_);
   if (waiting_.size() == 0) return 1;
   const int team = teamFor(waiting_.size(), grains::heavy_pairs, threads);
   return pass.share(colliding_heavy, waiting_.size(), 1, team, [&](Range range, int thread) {
@@ -290,7 +280,7 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
 }
 
 int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
-  gather(&Share::image);
+  gather(shares_, &Share::image, waiting_);
   const ColliderImages images(teamFor(waiting_.size(), grains::heavy_pairs, threads),
                               waiting_.size());
   if (images.count() == 0) {
@@ -309,7 +299,7 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
 }
 
 void NarrowPhase::collideRest(const Pass& pass) {
-  gather(&Share::calling_thread);
+  gather(shares_, &Share::calling_thread, waiting_);
   std::sort(waiting_.begin(), waiting_.end(),
             [](const Waiting& a, const Waiting& b) { return a.pair < b.pair; });
   for (const Waiting& waiting : waiting_) pass.collideLast(waiting);

@@ -113,7 +113,6 @@ class NarrowPhase {
   static std::uint16_t bodiesOf(const GeomPair& pair);
   class Pass;
 
-  void gather(Buffer<Waiting> Share::*list);
   int lookAtAll(const Pass& pass, int threads);
   int collideHeavy(const Pass& pass, int threads);
   int collideOnImages(const Pass& pass, int threads);

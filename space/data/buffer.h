@@ -2,10 +2,12 @@
 #ifndef ODE_PARALLEL_SAP_BUFFER_H
 #define ODE_PARALLEL_SAP_BUFFER_H
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "space/data/storage.h"
 
@@ -106,6 +108,17 @@ class Buffer {
   std::size_t capacity_ = 0;
   std::size_t storage_size_ = 0;  // in bytes
 };
+
+// Makes one list of those that threads have made, each in a share of its own.
+template <class Share, class T>
+void gather(const std::vector<Share>& shares, Buffer<T> Share::*list, Buffer<T>& all) {
+  std::size_t count = 0;
+  for (const Share& share : shares) count += (share.*list).size();
+  all.resizeDiscarding(count);
+  T* end = all.data();
+  for (const Share& share : shares)
+    end = std::copy((share.*list).begin(), (share.*list).end(), end);
+}
 
 }  // namespace ode_parallel_sap
 

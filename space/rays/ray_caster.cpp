@@ -109,8 +109,6 @@ class RayCaster::Pass {
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const;
   void land(Flight& flight, int thread) const;
   void collideLate(const Waiting& waiting, int thread, ColliderImage* image);
-  void gather(Buffer<Waiting> Share::*list);
-  dParallelSAPRayHit noHit() const { return {}; }
 
   const RayCaster& caster_;
   const Geoms& geoms_;
@@ -151,7 +149,7 @@ void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
   RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
   Share& share = store_.shares[static_cast<std::size_t>(thread)];
   if (request_.nearest)
-    request_.nearest[ray] = noHit();
+    request_.nearest[ray] = {};
   else
     store_.blocks[ray] = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
   const dParallelSAPRay& asked = request_.rays[ray];
@@ -278,16 +276,6 @@ void RayCaster::Pass::land(Flight& flight, int thread) const {
   }
 }
 
-// Makes the lists of all threads one.
-void RayCaster::Pass::gather(Buffer<Waiting> Share::*list) {
-  std::size_t count = 0;
-  for (const Share& share : store_.shares) count += (share.*list).size();
-  store_.waiting.resizeDiscarding(count);
-  Waiting* end = store_.waiting.data();
-  for (const Share& share : store_.shares)
-    end = std::copy((share.*list).begin(), (share.*list).end(), end);
-}
-
 void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderImage* image) {
   RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
   probe.aim(request_.rays[waiting.ray]);
@@ -300,7 +288,7 @@ void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderIm
 }
 
 void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
-  gather(&Share::image);
+  gather(store_.shares, &Share::image, store_.waiting);
   const Buffer<Waiting>& waiting = store_.waiting;
   const ColliderImages images(teamFor(waiting.size(), grains::heavy_pairs, threads),
                               waiting.size());
@@ -325,7 +313,7 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
 }
 
 void RayCaster::Pass::collideRest() {
-  gather(&Share::calling_thread);
+  gather(store_.shares, &Share::calling_thread, store_.waiting);
   std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
     if (a.ray != b.ray) return a.ray < b.ray;
     if (a.target.slot != b.target.slot) return a.target.slot < b.target.slot;
@@ -335,17 +323,12 @@ void RayCaster::Pass::collideRest() {
 }
 
 void RayCaster::Pass::gatherLate() {
-  std::size_t count = 0;
-  for (const Share& share : store_.shares) count += share.late.size();
-  store_.late.resizeDiscarding(count);
-  RayFound* end = store_.late.data();
-  for (const Share& share : store_.shares)
-    end = std::copy(share.late.begin(), share.late.end(), end);
+  gather(store_.shares, &Share::late, store_.late);
   std::sort(store_.late.begin(), store_.late.end(), isBefore);
   if (request_.nearest) return;
   std::uint32_t most = 0;
   for (const Block& block : store_.blocks) most = std::max(most, block.count);
-  store_.hits.reserve(most + count);
+  store_.hits.reserve(most + store_.late.size());
 }
 
 std::size_t RayCaster::Pass::tellNearest() const {

@@ -41,13 +41,6 @@ void collectHits(dGeomID ray, dGeomID geom, int flags, RayHits& hits) {
   }
 }
 
-bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
-  return a.geom == b.geom && a.side == b.side &&
-         std::memcmp(&a.distance, &b.distance, sizeof a.distance) == 0 &&
-         std::memcmp(a.pos, b.pos, 3 * sizeof(dReal)) == 0 &&
-         std::memcmp(a.normal, b.normal, 3 * sizeof(dReal)) == 0;
-}
-
 std::string describe(const dParallelSAPRayHit& hit) {
   if (!hit.geom) return "nothing";
   return "class " + std::to_string(dGeomGetClass(hit.geom)) + " at " + std::to_string(hit.distance);
@@ -63,6 +56,13 @@ bool isRay(const dParallelSAPRay& ray) {
 }
 
 }  // namespace
+
+bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
+  return a.geom == b.geom && a.side == b.side &&
+         std::memcmp(&a.distance, &b.distance, sizeof a.distance) == 0 &&
+         std::memcmp(a.pos, b.pos, 3 * sizeof(dReal)) == 0 &&
+         std::memcmp(a.normal, b.normal, 3 * sizeof(dReal)) == 0;
+}
 
 dParallelSAPRay rayOf(const double (&from)[3], const double (&along)[3], double length) {
   dParallelSAPRay ray = {};

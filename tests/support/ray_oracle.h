@@ -26,6 +26,8 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random);
 std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, const Rays& rays,
                                   int flags);
 
+bool sameBits(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b);
+
 // What the space answers.
 RayHits nearestHits(dSpaceID space, const Rays& rays, int flags);
 std::vector<RayHits> allHits(dSpaceID space, const Rays& rays, int flags);
