@@ -123,7 +123,7 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
-  rays_.changed(slot);
+  if (rays_) rays_->changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -134,7 +134,7 @@ void ParallelSAPSpace::closeSlots() {
   swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
-  rays_.reset();
+  if (rays_) rays_->reset();
   silent_.clear();
   for (Slot slot = 0; slot < slots_.size(); ++slot)
     if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
@@ -149,38 +149,38 @@ void ParallelSAPSpace::askSilent() {
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
   if (step > 0) any_swept.store(true, std::memory_order_relaxed);
-  swept_step_ = step;
+  swept_.setStep(step);
 }
 
 bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
-  return geom->parent_space == this && swept_step_ > 0 && swept_.isFast(Slots::slotOf(geom));
+  return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
 }
 
 // Sub-spaces come first: their AABBs are those of what is in them. What this makes dirty is clean
 // again before anyone else sees it, as this space is not made dirty for it, nor are those around:
 // a stock space may be going through its list. Its own box is made at once, therefore; around it a
-// space of ours sees by swept_at_ that it is another.
+// space of ours sees by times.made that it is another.
 void ParallelSAPSpace::sweep() {
   dxGeom* const* const geoms = slots_.geoms().data();
   bool any = false;
-  std::uint64_t latest = swept_seen_;
+  std::uint64_t latest = swept_.times.seen;
   silent_.slots().forEach([&](Slot slot) {
     dxGeom* const geom = geoms[slot];
     if (!IS_SPACE(geom)) return;
-    const std::uint64_t swept_at = sweepWithin(static_cast<dxSpace*>(geom), swept_seen_);
-    if (swept_at <= swept_seen_) return;
+    const std::uint64_t swept_at = sweepWithin(static_cast<dxSpace*>(geom), swept_.times.seen);
+    if (swept_at <= swept_.times.seen) return;
     latest = std::max(latest, swept_at);
     geom->gflags |= GEOM_DIRTY;
     dirty(geom);
     any = true;
   });
-  swept_seen_ = latest;
-  if (!swept_.idle(swept_step_)) {
+  swept_.times.seen = latest;
+  if (!swept_.idle()) {
     const Lock lock(*this);
-    if (swept_.sweep(*this, geoms, slots_.size(), swept_step_)) any = true;
+    if (swept_.sweep(*this, geoms, slots_.size())) any = true;
   }
   if (!any) return;
-  swept_at_ = ++sweeps;
+  swept_.times.made = ++sweeps;
   gflags |= GEOM_AABB_BAD;
   if (parent_space)
     recomputeAABB();
@@ -191,9 +191,9 @@ void ParallelSAPSpace::sweep() {
 // What a space around it, or one that is asked about it, does. Puts no list into another order, so
 // that lists can be gone through meanwhile.
 void ParallelSAPSpace::sweepForOthers() {
-  const std::uint64_t before = swept_at_;
+  const std::uint64_t before = swept_.times.made;
   sweep();
-  if (swept_at_ == before) return;
+  if (swept_.times.made == before) return;
   dxGeom* const* const geoms = slots_.geoms().data();
   silent_.slots().forEach([&](Slot slot) {
     if (geoms[slot]->gflags & GEOM_DIRTY) dirty(geoms[slot]);
@@ -206,7 +206,7 @@ void ParallelSAPSpace::sweepForOthers() {
 std::uint64_t ParallelSAPSpace::sweepWithin(dxSpace* space, std::uint64_t seen) {
   if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
     own->sweepForOthers();
-    return own->swept_at_;
+    return own->swept_.times.made;
   }
   std::uint64_t latest = 0;
   for (dxGeom* geom = space->first; geom; geom = geom->next)
@@ -220,9 +220,9 @@ std::uint64_t ParallelSAPSpace::sweepWithin(dxSpace* space, std::uint64_t seen) 
 
 // A geom that is asked about by another space.
 void ParallelSAPSpace::sweep(dxGeom* geom) {
-  if (swept_.idle(swept_step_)) return;
+  if (swept_.idle()) return;
   const Lock lock(*this);
-  swept_.sweepOne(geom, Slots::slotOf(geom), slots_.size(), swept_step_);
+  swept_.sweepOne(geom, Slots::slotOf(geom), slots_.size());
 }
 
 void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
@@ -242,7 +242,7 @@ void ParallelSAPSpace::cleanNoted() {
 
 // What a query does before it asks: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
-  if (needs_clean_ && (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms())))
+  if (needs_clean_ && (queries_.clean(slots_.geoms()) || (rays_ && rays_->clean(slots_.geoms()))))
     needs_clean_ = false;
   cleanNoted();
 }
@@ -253,14 +253,14 @@ void ParallelSAPSpace::beginFrame() {
     if (pipeline_.noteMemory(count)) {
       pipeline_.release();
       queries_.release();
-      rays_.release();
+      rays_.reset();
       slots_.shrink();
       swept_.shrink();
     }
     closeSlots();
   }
   queries_.noteFrame();
-  rays_.noteFrame();
+  if (rays_) rays_->noteFrame();
   askSilent();
 }
 
@@ -272,7 +272,7 @@ void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
 // Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
 // up, too: with a tolerance they depend on the frames before.
 bool ParallelSAPSpace::writeTrace() {
-  if (lock_count > 1 || !trace_->isDue()) return false;
+  if (lock_count > 1 || !trace_->noteFrame()) return false;
   if (needs_clean_) pipeline_.clean(scene(), settings);
   trace_->write(scene(), settings.rules);
   return settings.rules.tolerance == 0;
@@ -314,7 +314,7 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
   return true;
 }
 
-// The same of a geom that this space is asked about.
+// Has a geom that this space is asked about brought up to date by the space that it is in, or is.
 void ParallelSAPSpace::askOther(dxGeom* geom) {
   const bool swept = any_swept.load(std::memory_order_relaxed);
   if (IS_SPACE(geom)) {
@@ -358,14 +358,17 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const StageRange range(Stage::rays);
   askSilent();
   cleanFew();
-  return rays_.cast(slots_.geoms(), request,
-                    {pipeline_.threadsForRays(request.count, settings), getManualCleanup() != 0});
+  const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings),
+                              getManualCleanup() != 0};
+  if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
+  return rays_ ? rays_->cast(slots_.geoms(), request, way)
+               : RayCaster().cast(slots_.geoms(), request, way);
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          swept_.bytes() + queries_.bytes() + rays_.bytes() +
-                                          pipeline_.bytes());
+                                          swept_.bytes() + queries_.bytes() +
+                                          (rays_ ? rays_->bytes() : 0) + pipeline_.bytes());
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

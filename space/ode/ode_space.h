@@ -47,7 +47,7 @@ class ParallelSAPSpace : public dxSpace {
 
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
   void setSweptBounds(dReal step);
-  dReal sweptBounds() const { return swept_step_; }
+  dReal sweptBounds() const { return swept_.step(); }
   // Whether a geom's motion was a long one for its size when its AABB was made; false for those of
   // other spaces.
   bool isFast(const dxGeom* geom) const;
@@ -96,13 +96,8 @@ class ParallelSAPSpace : public dxSpace {
   bool needs_clean_ = false;
   SilentGeoms silent_;
   SweptBounds swept_;
-  dReal swept_step_ = 0;
-  // When boxes in it were last made anew, and up to when it knows that of its sub-spaces, by a
-  // count of such sweeps of all spaces.
-  std::uint64_t swept_at_ = 0;
-  std::uint64_t swept_seen_ = 0;
   GeomQueries queries_;
-  RayCaster rays_;
+  std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   std::unique_ptr<Trace> trace_;  // null: there is none
 };

@@ -88,14 +88,14 @@ bool SweptBounds::extend(dxGeom* geom, const Motion& motion) {
 }
 
 // False where it is as it should be.
-bool SweptBounds::makeAABB(dxGeom* geom, Slot slot, dReal step) {
+bool SweptBounds::makeAABB(dxGeom* geom, Slot slot) {
   if (IS_SPACE(geom)) return false;
   const bool recorded = slot < records_.size();
   const bool dirty = (geom->gflags & GEOM_DIRTY) != 0;
   Motion motion;
   {
     const ScopedMode exact(exactMode());
-    motion = motionOf(geom, step);
+    motion = motionOf(geom, step_);
     if (!all_stale_ && recorded && !dirty && !records_[slot].untold &&
         motion == records_[slot].motion)
       return false;
@@ -110,29 +110,29 @@ bool SweptBounds::makeAABB(dxGeom* geom, Slot slot, dReal step) {
 }
 
 // A geom that is not dirty stays so: while it is, its space must be, too, and all around this.
-void SweptBounds::sweepOne(dxGeom* geom, Slot slot, std::size_t slots, dReal step) {
-  const bool room = records_.size() >= slots || hasRoom(slots);
-  if (makeAABB(geom, slot, step) && room) records_[slot].untold = true;
+void SweptBounds::sweepOne(dxGeom* geom, Slot slot, std::size_t slots) {
+  const bool room = records_.size() >= slots || makeRoom(slots);
+  if (makeAABB(geom, slot) && room) records_[slot].untold = true;
 }
 
 // Without memory for records every AABB is made anew each time.
-bool SweptBounds::sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots, dReal step) {
-  const bool room = hasRoom(slots);
+bool SweptBounds::sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots) {
+  const bool room = makeRoom(slots);
   bool any = false;
   for (std::size_t slot = 0; slot < slots; ++slot) {
     dxGeom* const geom = geoms[slot];
-    if (!geom || !makeAABB(geom, static_cast<Slot>(slot), step)) continue;
+    if (!geom || !makeAABB(geom, static_cast<Slot>(slot))) continue;
     any = true;
     if (geom->gflags & GEOM_DIRTY) continue;
     geom->gflags |= GEOM_DIRTY;
     space.dirty(geom);
   }
-  all_stale_ = !room && step > 0;
-  if (step == 0) std::vector<Record>().swap(records_);
+  all_stale_ = !room && step_ > 0;
+  if (step_ == 0) std::vector<Record>().swap(records_);
   return any;
 }
 
-bool SweptBounds::hasRoom(std::size_t slots) try {
+bool SweptBounds::makeRoom(std::size_t slots) try {
   records_.resize(slots);
   return true;
 } catch (const std::bad_alloc&) {

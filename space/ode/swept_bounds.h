@@ -5,6 +5,7 @@
 #include <ode/ode.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "space/data/box_set.h"
@@ -23,19 +24,29 @@ namespace ode_parallel_sap {
 // where it moves otherwise than when its AABB was made.
 class SweptBounds {
  public:
-  // Whether there is anything to do, as long as `step` is what is set.
-  bool idle(dReal step) const { return step == 0 && records_.empty() && !all_stale_; }
+  // When boxes in the space were last made anew, and up to when it knows that of its sub-spaces, by
+  // a count of such sweeps of all spaces.
+  struct Times {
+    std::uint64_t made = 0, seen = 0;
+  };
+  Times times;
+
+  // How long a step is that boxes cover; 0: they are as geoms lie.
+  void setStep(dReal step) { step_ = step; }
+  dReal step() const { return step_; }
+  // Whether there is nothing to do.
+  bool idle() const { return step_ == 0 && records_.empty() && !all_stale_; }
   // Brings the AABBs of all geoms of `space` whose motion is another, or that are dirty, up to
   // date, and calls its dirty() for those that were not: it is to clean them before it returns.
   // True if there was any of either.
-  bool sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots, dReal step);
+  bool sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots);
   // The same of the AABB of one geom, for another space that asks. Its own learns of it when it is
   // swept itself.
-  void sweepOne(dxGeom* geom, Slot slot, std::size_t slots, dReal step);
+  void sweepOne(dxGeom* geom, Slot slot, std::size_t slots);
   // Whether the motion of a slot's geom was more than half of its smallest side when it was swept.
   // Yes where nobody knows.
   bool isFast(Slot slot) const {
-    return all_stale_ || (slot < records_.size() && records_[slot].fast);
+    return step_ > 0 && (all_stale_ || (slot < records_.size() && records_[slot].fast));
   }
 
   // A geom leaves its slot: its AABB is nobody else's business.
@@ -62,9 +73,10 @@ class SweptBounds {
 
   static Motion motionOf(const dxGeom* geom, dReal step);
   static bool extend(dxGeom* geom, const Motion& motion);
-  bool makeAABB(dxGeom* geom, Slot slot, dReal step);
-  bool hasRoom(std::size_t slots);
+  bool makeAABB(dxGeom* geom, Slot slot);
+  bool makeRoom(std::size_t slots);
 
+  dReal step_ = 0;
   std::vector<Record> records_;  // by slot; none while all is off
   bool all_stale_ = false;       // nobody knows with which motion any AABB was made
 };
