@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
@@ -20,28 +21,11 @@ using namespace sap_test;
 
 namespace {
 
-using Box = std::array<dReal, 6>;
-
 constexpr dReal kStep = 0.5;
 constexpr dReal kRadius = 0.5;
 constexpr std::size_t kWalls = 1000;  // the first number of one
 
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
-
-Box boundsOf(dGeomID geom) {
-  Box box;
-  dGeomGetAABB(geom, box.data());
-  return box;
-}
-
-bool overlap(const Box& a, const Box& b) {
-  return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
-         b[4] <= a[5];
-}
-
-void include(Box& box, const Box& other) {
+void include(Bounds& box, const Bounds& other) {
   for (std::size_t i = 0; i < 6; i += 2) {
     box[i] = std::min(box[i], other[i]);
     box[i + 1] = std::max(box[i + 1], other[i + 1]);
@@ -64,10 +48,10 @@ class Ball {
     dBodySetLinearVel(body, real(random.between(-9, 9)), real(random.between(-9, 9)), 0);
   }
   // The header's formula.
-  Box swept(dReal step) const {
+  Bounds swept(dReal step) const {
     const dReal* const at = dBodyGetPosition(body);
     const dReal* const v = dBodyGetLinearVel(body);
-    Box box;
+    Bounds box;
     for (std::size_t i = 0; i < 3; ++i) {
       const dReal d = dBodyIsEnabled(body) ? v[i] * step : 0;
       box[2 * i] = at[i] - kRadius;
@@ -126,8 +110,8 @@ class Nest {
     dParallelSAPSpaceSetSweptBounds(swept, kStep);
     for (std::size_t i = 0; i < count; ++i) balls.emplace_back(swept, world, first_number + i);
   }
-  Box box() const {
-    Box box = balls[0].swept(kStep);
+  Bounds box() const {
+    Bounds box = balls[0].swept(kStep);
     for (const Ball& ball : balls) include(box, ball.swept(kStep));
     return box;
   }
@@ -179,7 +163,7 @@ void change(Ball ball, double side, Random& random) {
 }
 
 // The pairs of boxes, in the order of both.
-Pairs pairsOf(const std::vector<std::pair<std::size_t, Box>>& boxes) {
+Pairs pairsOf(const std::vector<std::pair<std::size_t, Bounds>>& boxes) {
   Pairs pairs;
   for (std::size_t i = 0; i < boxes.size(); ++i)
     for (std::size_t j = i + 1; j < boxes.size(); ++j)
@@ -222,7 +206,7 @@ TEST_CASE("Boxes of sub-spaces follow their swept geoms, whatever was asked befo
             if (random.chance(0.5)) disturb(nest, other, random);
           }
         }
-        std::vector<std::pair<std::size_t, Box>> boxes;
+        std::vector<std::pair<std::size_t, Bounds>> boxes;
         for (const Nest& nest : nests)
           boxes.emplace_back(number(asGeom(nest.outermost)), nest.box());
         for (const dGeomID wall : walls.geoms) boxes.emplace_back(number(wall), boundsOf(wall));

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "support/bounds.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
@@ -18,18 +19,6 @@
 using namespace sap_test;
 
 namespace {
-
-using Box = std::array<dReal, 6>;
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
-
-Box boundsOf(dGeomID geom) {
-  Box box;
-  dGeomGetAABB(geom, box.data());
-  return box;
-}
 
 dReal lengthOf(dReal x, dReal y, dReal z) {
   return std::sqrt(x * x + y * y + z * z);
@@ -80,7 +69,7 @@ class Mover {
   dBodyID body() const { return body_; }
 
   // As it lies.
-  Box plain() const {
+  Bounds plain() const {
     const dReal* const at = dGeomGetPosition(geom);
     dGeomSetPosition(plain_, at[0], at[1], at[2]);
     dGeomSetRotation(plain_, dGeomGetRotation(geom));
@@ -93,7 +82,7 @@ class Mover {
     const dReal angle = std::min(lengthOf(w[0], w[1], w[2]) * step, dReal(2));
     const dReal* const b = dBodyGetPosition(body_);
     const dReal* const at = dGeomGetPosition(geom);
-    const Box box = plain();
+    const Bounds box = plain();
     dReal arm[3];
     for (int i = 0; i < 3; ++i) {
       arm[i] = kind_ == 1 ? at[i] - b[i]
@@ -121,8 +110,8 @@ class Mover {
     }
   }
   // The header's formula.
-  Box swept(dReal step) const {
-    Box box = plain();
+  Bounds swept(dReal step) const {
+    Bounds box = plain();
     if (!body_ || !dBodyIsEnabled(body_) || step == 0) return box;
     const dReal turn = turned(step);
     const dReal* const v = dBodyGetLinearVel(body_);
@@ -194,7 +183,7 @@ class Crowd {
     add();
   }
   Pairs pairs(dReal step) const {
-    std::vector<Box> boxes;
+    std::vector<Bounds> boxes;
     for (const auto& mover : movers) boxes.push_back(mover->swept(step));
     Pairs pairs;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -205,10 +194,6 @@ class Crowd {
       }
     }
     return pairs;
-  }
-  static bool overlap(const Box& a, const Box& b) {
-    return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
-           b[4] <= a[5];
   }
 
   std::vector<std::unique_ptr<Mover>> movers;
@@ -340,12 +325,12 @@ TEST_CASE("dSpaceCollide2 finds what overlaps swept boxes, and comes with the sw
         if (query == 0) dBodySetPosition(body, 2, 2, 2);
         dBodySetLinearVel(body, real(10 * query), 0, real(-5 * query));
         const Pairs got = collide2(space, probe);
-        Box box = {1, 3, 1, 3, 1, 3};
+        Bounds box = {1, 3, 1, 3, 1, 3};
         box[1] += real(10 * query) * step;
         box[4] -= real(5 * query) * step;
         Pairs expected;
         for (const auto& mover : crowd.movers) {
-          if (Crowd::overlap(mover->swept(step), box)) {
+          if (overlap(mover->swept(step), box)) {
             expected.emplace_back(number(mover->geom), 1000000);
           }
         }
@@ -391,7 +376,7 @@ TEST_CASE("What leaves a swept space, or is swept no more, has its own box again
     dGeomSetBody(geom, body);
     dBodySetLinearVel(body, 5, 0, 0);
   }
-  const Box plain = {-1, 1, -1, 1, -1, 1}, swept = {-1, 6, -1, 1, -1, 1};
+  const Bounds plain = {-1, 1, -1, 1, -1, 1}, swept = {-1, 6, -1, 1, -1, 1};
   dParallelSAPSpaceSetSweptBounds(space, 1);
   collide(space);
   CHECK(boundsOf(left) == swept);
@@ -425,7 +410,7 @@ TEST_CASE("Speeds that are infinite or no number leave no geom out", "[swept]") 
   dParallelSAPSpaceSetSweptBounds(space, 1);
   dBodySetLinearVel(body, infinity, nan, -1);
   CHECK(collide(space) == Pairs{{1, 2}});
-  CHECK(boundsOf(ball) == Box{-1, infinity, -1, 1, -2, 1});
+  CHECK(boundsOf(ball) == Bounds{-1, infinity, -1, 1, -2, 1});
   dBodySetLinearVel(body, 0, 0, 0);
   dBodySetAngularVel(body, nan, 0, 0);
   CHECK(collide(space) == Pairs());

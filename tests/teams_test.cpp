@@ -177,6 +177,23 @@ std::vector<Pairs> framesOf(const Play& play, int threads) {
   return frames;
 }
 
+// Light, heavy, on images of ODE.
+void fillForEveryCollider(ContactScene& scene, std::uint64_t seed) {
+  scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
+  for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+}
+
+// Two threads and more have had work in each region since.
+template <class Regions, class Times>
+void checkShared(const Regions& regions, const Times& before) {
+  const auto after = timesShared();
+  for (const std::string& region : regions) {
+    INFO(region);
+    REQUIRE(after.count(region) == 1);
+    CHECK(after.at(region) > before.at(region));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("With a grain of 1 two threads and more have work in every region of the pipeline") {
@@ -186,16 +203,12 @@ TEST_CASE("With a grain of 1 two threads and more have work in every region of t
     for (const int threads : kTeams) {
       const auto before = timesShared();
       const std::vector<Pairs> frames = framesOf(play, threads);
-      const auto after = timesShared();
       for (std::size_t frame = 0; frame < frames.size(); ++frame) {
         INFO(play.name << ", " << threads << " threads, frame " << frame);
         REQUIRE(difference(frames[frame], expected[frame]) == "");
       }
-      for (const std::string& region : play.regions) {
-        INFO(play.name << ", " << threads << " threads, " << region);
-        REQUIRE(after.count(region) == 1);
-        CHECK(after.at(region) > before.at(region));
-      }
+      INFO(play.name << ", " << threads << " threads");
+      checkShared(play.regions, before);
     }
   }
 }
@@ -207,8 +220,7 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
     const Space space;
     dParallelSAPSpaceSetNumThreads(space, threads);
     ContactScene scene(space);
-    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
-    for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+    fillForEveryCollider(scene, seed);
     const auto before = timesShared();
     for (std::uint64_t frame = 0; frame < 4; ++frame) {
       scene.move(seed + frame);
@@ -217,12 +229,8 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
       REQUIRE(got.size() > 100);
       REQUIRE(difference(got, serialContacts(space, {8})) == "");
     }
-    const auto after = timesShared();
-    for (const std::string& region : regions_of_contacts) {
-      INFO(threads << " threads, " << region);
-      REQUIRE(after.count(region) == 1);
-      CHECK(after.at(region) > before.at(region));
-    }
+    INFO(threads << " threads");
+    checkShared(regions_of_contacts, before);
   }
 }
 
@@ -249,12 +257,8 @@ TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which 
       const unsigned* numbers;
       REQUIRE(dParallelSAPSpaceGetPairNumbers(space, &numbers) == pairs);
     }
-    const auto after = timesShared();
-    for (const std::string& region : regions_of_bulk) {
-      INFO(threads << " threads, " << region);
-      REQUIRE(after.count(region) == 1);
-      CHECK(after.at(region) > before.at(region));
-    }
+    INFO(threads << " threads");
+    checkShared(regions_of_bulk, before);
   }
 }
 
@@ -265,8 +269,7 @@ TEST_CASE("With a grain of 1 two threads and more cast rays") {
     const Space space;
     dParallelSAPSpaceSetNumThreads(space, threads);
     ContactScene scene(space);
-    scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
-    for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+    fillForEveryCollider(scene, seed);
     std::vector<dGeomID> geoms;
     for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
     Random random(seed);
@@ -274,12 +277,7 @@ TEST_CASE("With a grain of 1 two threads and more cast rays") {
     INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
     for (int batch = 0; batch < 3; ++batch)
       REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
-    const auto after = timesShared();
-    for (const std::string& region : regions_of_rays) {
-      INFO(region);
-      REQUIRE(after.count(region) == 1);
-      CHECK(after.at(region) > before.at(region));
-    }
+    checkShared(regions_of_rays, before);
   }
 }
 

@@ -1,7 +1,15 @@
 #include "extreme.h"
 
+#include <cstdio>
+
 namespace sap_test {
 namespace physics {
+
+std::string shortNumber(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
 
 void stack(Stage& stage, int count, double side, const Vec& foot, double density) {
   for (int i = 0; i < count; ++i) {

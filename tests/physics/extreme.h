@@ -20,6 +20,9 @@ enum class Demand {
   conserve  // energy, angular momentum and the turn of a free body
 };
 
+// For names: 0.001 and 1e+06.
+std::string shortNumber(double number);
+
 struct Extreme {
   const char* theme;
   std::string name;

@@ -8,12 +8,6 @@ namespace physics {
 
 namespace {
 
-std::string shortNumber(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
-  return text;
-}
-
 Extreme stackOfSide(double side) {
   Extreme extreme{"sizes", "a stack of 5, sides of " + shortNumber(side) + " m", Demand::stand,
                   [side](Stage& stage) {

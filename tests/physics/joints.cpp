@@ -1,16 +1,13 @@
 // Chains, loaded hinges and motors.
 #include <cmath>
 
+#include "../support/bounds.h"
 #include "extreme.h"
 
 namespace sap_test {
 namespace physics {
 
 namespace {
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
 
 // Links of 0.5 m along x from the origin, and a load at the end.
 void chain(Stage& stage, int links, double load) {

@@ -8,12 +8,6 @@ namespace physics {
 
 namespace {
 
-std::string shortNumber(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", number);
-  return text;
-}
-
 void noGravity(Stage& stage) {
   dWorldSetGravity(stage.world(), 0, 0, 0);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "../support/bounds.h"
 #include "../support/recorder.h"
 
 namespace sap_test {
@@ -15,10 +16,6 @@ namespace {
 
 constexpr int kMostContacts = 4;  // of a pair: enough for two boxes face to face
 constexpr int kParts = 1000;      // of a step for fast pairs: 9 mm at 900 m/s and 10 ms
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
 
 dSpaceID makeSpace(Pairing pairing) {
   switch (pairing) {

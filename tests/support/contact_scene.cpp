@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bounds.h"
 #include "random.h"
 
 namespace sap_test {
@@ -13,10 +14,6 @@ namespace {
 
 constexpr int kNumberBits = 0xffff;
 constexpr double kTurn = 6.283185307179586;
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
 
 std::atomic<std::size_t> calls_elsewhere{0};
 std::atomic<std::size_t> calls{0};

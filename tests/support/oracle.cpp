@@ -28,19 +28,6 @@ bool isZeroSized(dGeomID geom) {
   }
 }
 
-Bounds boundsOf(dGeomID geom) {
-  Bounds bounds;
-  dGeomGetAABB(geom, bounds.data());
-  return bounds;
-}
-
-bool overlap(const Bounds& a, const Bounds& b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (a[2 * axis] > b[2 * axis + 1] || a[2 * axis + 1] < b[2 * axis]) return false;
-  }
-  return true;
-}
-
 bool passesAABBTest(dGeomID self, dGeomID other, Bounds bounds_of_other) {
   if (!isUserBox(self)) return true;
   const Veto veto = userBoxData(self).veto;

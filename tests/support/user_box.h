@@ -3,11 +3,9 @@
 
 #include <ode/ode.h>
 
-#include <array>
+#include "bounds.h"
 
 namespace sap_test {
-
-using Bounds = std::array<dReal, 6>;  // min x, max x, min y, max y, min z, max z
 
 // The AABBTest of a geom: may `self` touch the box `bounds` of `other`?
 using Veto = int (*)(dGeomID self, dGeomID other, dReal bounds[6]);
