@@ -29,6 +29,14 @@ struct BoundsFacts {
 // not every device computes.
 constexpr double least_fine_growth = 1e-37;
 
+// Whether a box of this largest size that reaches so far from the origin is not coarse, as no sum
+// of two bounds' steps is a great part of the size. False does not say that it is.
+inline bool isFine(double reach, double largest) {
+  constexpr double steps = 1 << 21;  // fixed: a quarter of a float's between two powers of two
+  return reach <= largest * (steps * coarse_growth) &&
+         largest * coarse_growth >= 2 * least_fine_growth && reach <= 1e38;
+}
+
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not
 // inside the exact one. Which way a bound is rounded is a toss of a coin, so nothing here branches
 // on it: lower bounds change their sign, then all are rounded up, by one step in the order of the
@@ -67,6 +75,40 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
 }
 
 #if defined(__SSE2__)
+// One step up, where a mask of doubles says so: of negative numbers the bits are those of a smaller
+// one.
+inline __m128 stepUp(__m128 values, __m128d low_steps, __m128d high_steps) {
+  const __m128 steps = _mm_shuffle_ps(_mm_castpd_ps(low_steps), _mm_castpd_ps(high_steps), 0x88);
+  const __m128i bits = _mm_castps_si128(values);
+  const __m128i step = _mm_or_si128(_mm_srai_epi32(bits, 31), _mm_set1_epi32(1));
+  return _mm_castsi128_ps(_mm_add_epi32(bits, _mm_and_si128(step, _mm_castps_si128(steps))));
+}
+
+// Whether rounding lets an extent grow by more than `limit`. `xy` and `zz`: the rounded bounds, the
+// lower ones with their signs changed.
+inline bool growsBeyond(double limit, __m128 xy, __m128 zz, __m128d size, __m128d size_z) {
+  const __m128d back_z = _mm_cvtps_pd(zz);
+  const __m128d growth =
+      _mm_sub_pd(_mm_add_pd(_mm_cvtps_pd(xy), _mm_cvtps_pd(_mm_movehl_ps(xy, xy))), size);
+  const __m128d growth_z =
+      _mm_sub_pd(_mm_add_pd(back_z, _mm_shuffle_pd(back_z, back_z, 1)), size_z);
+  return _mm_movemask_pd(_mm_cmpgt_pd(_mm_max_pd(growth, growth_z), _mm_set1_pd(limit))) != 0;
+}
+
+// Two stores that do not overlap: the box is often read again at once, and a processor makes that
+// wait where it would have to join stores.
+inline void storeBox(__m128 xy, __m128 zz, Box& box) {
+  const __m128 signs = _mm_set_ps(0.0f, 0.0f, -0.0f, -0.0f);
+  const __m128 xy_box = _mm_xor_ps(xy, signs), zz_box = _mm_xor_ps(zz, _mm_set_ss(-0.0f));
+  const __m128 middle = _mm_shuffle_ps(zz_box, xy_box, _MM_SHUFFLE(2, 2, 0, 0));
+  const __m128 uppers = _mm_shuffle_ps(xy_box, zz_box, _MM_SHUFFLE(1, 1, 3, 3));
+  float bounds_of_box[6];
+  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy_box, middle, _MM_SHUFFLE(2, 0, 1, 0)));
+  _mm_storel_pd(reinterpret_cast<double*>(bounds_of_box + 4),
+                _mm_castps_pd(_mm_shuffle_ps(uppers, uppers, _MM_SHUFFLE(2, 0, 2, 0))));
+  std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
+}
+
 // The same for bounded boxes, in vectors of which one has an axis's two bounds and the others a
 // bound of two axes each.
 template <>
@@ -92,42 +134,21 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
     too_small[i] = _mm_cmplt_pd(back, up[i]);
     inexact = _mm_or_pd(inexact, _mm_cmpneq_pd(back, up[i]));
   }
-  const auto stepped = [](__m128 values, __m128d low_steps, __m128d high_steps) {
-    const __m128 steps = _mm_shuffle_ps(_mm_castpd_ps(low_steps), _mm_castpd_ps(high_steps), 0x88);
-    const __m128i magnitude = _mm_set1_epi32(0x7fffffff);
-    __m128i bits = _mm_castps_si128(values);
-    bits = _mm_xor_si128(bits, _mm_and_si128(_mm_srai_epi32(bits, 31), magnitude));
-    bits = _mm_sub_epi32(bits, _mm_castps_si128(steps));
-    return _mm_castsi128_ps(
-        _mm_xor_si128(bits, _mm_and_si128(_mm_srai_epi32(bits, 31), magnitude)));
-  };
-  const __m128 xy = stepped(_mm_movelh_ps(rounded[0], rounded[1]), too_small[0], too_small[1]);
-  const __m128 zz = stepped(rounded[2], too_small[2], too_small[2]);
+  const __m128 xy = stepUp(_mm_movelh_ps(rounded[0], rounded[1]), too_small[0], too_small[1]);
+  const __m128 zz = stepUp(rounded[2], too_small[2], too_small[2]);
 
-  // The largest size, and the growth of each.
-  const __m128d back_z = _mm_cvtps_pd(zz);
-  const __m128d growth =
-      _mm_sub_pd(_mm_add_pd(_mm_cvtps_pd(xy), _mm_cvtps_pd(_mm_movehl_ps(xy, xy))), size);
-  const __m128d growth_z =
-      _mm_sub_pd(_mm_add_pd(back_z, _mm_shuffle_pd(back_z, back_z, 1)), size_z);
   const __m128d sizes = _mm_max_pd(size, size_z);
-  const __m128d limit =
-      _mm_mul_pd(_mm_max_pd(sizes, _mm_shuffle_pd(sizes, sizes, 1)), _mm_set1_pd(coarse_growth));
+  const __m128d far = _mm_max_pd(_mm_max_pd(up[0], up[1]), up[2]);
+  // How far from the origin it reaches, and the largest size.
+  const __m128d both = _mm_max_pd(_mm_unpacklo_pd(far, sizes), _mm_unpackhi_pd(far, sizes));
+  const double reach = _mm_cvtsd_f64(both), largest = _mm_cvtsd_f64(_mm_unpackhi_pd(both, both));
   const bool exact = _mm_movemask_pd(inexact) == 0;
-  const bool coarse = _mm_movemask_pd(_mm_cmpgt_pd(_mm_max_pd(growth, growth_z), limit)) != 0 ||
-                      (!exact && _mm_cvtsd_f64(limit) < least_fine_growth);
-
-  // Two stores that do not overlap: the box is often read again at once, and a processor makes that
-  // wait where it would have to join stores.
-  const __m128 signs = _mm_set_ps(0.0f, 0.0f, -0.0f, -0.0f);
-  const __m128 xy_box = _mm_xor_ps(xy, signs), zz_box = _mm_xor_ps(zz, _mm_set_ss(-0.0f));
-  const __m128 middle = _mm_shuffle_ps(zz_box, xy_box, _MM_SHUFFLE(2, 2, 0, 0));
-  const __m128 uppers = _mm_shuffle_ps(xy_box, zz_box, _MM_SHUFFLE(1, 1, 3, 3));
-  float bounds_of_box[6];
-  _mm_storeu_ps(bounds_of_box, _mm_shuffle_ps(xy_box, middle, _MM_SHUFFLE(2, 0, 1, 0)));
-  _mm_storel_pd(reinterpret_cast<double*>(bounds_of_box + 4),
-                _mm_castps_pd(_mm_shuffle_ps(uppers, uppers, _MM_SHUFFLE(2, 0, 2, 0))));
-  std::memcpy(static_cast<void*>(&box), bounds_of_box, sizeof box);
+  bool coarse = false;
+  if (__builtin_expect(!isFine(reach, largest), false)) {
+    const double limit = largest * coarse_growth;
+    coarse = growsBeyond(limit, xy, zz, size, size_z) || (!exact && limit < least_fine_growth);
+  }
+  storeBox(xy, zz, box);
   return {exact, false, false, coarse};
 }
 #endif

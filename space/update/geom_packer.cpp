@@ -44,10 +44,6 @@ bool foldsExactly(unsigned long bits) {
   return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
 
-std::uint32_t numberOf(const dxBody* body) {
-  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
-}
-
 // A box's bounds lie this part of the tolerance outside the geom's own. They may stay until they
 // are twice as far outside on one of the sides, so that two boxes that meet are never further apart
 // than the tolerance.
@@ -118,12 +114,16 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.coarse += state & coarse_state ? sign : 0;
 }
 
-void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
-  UpdateFacts& facts = part.facts;
+void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
   facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
   facts.exact_bits =
       facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
   boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+}
+
+void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+  UpdateFacts& facts = part.facts;
+  packBits(geom, slot, facts, boxes);
   // Of two geoms on one body at least one is followed by another in the body's list.
   if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
     facts.filter_bodies = facts.filter_bodies || geom->body_next;

@@ -61,6 +61,10 @@ struct alignas(64) UpdatePart {
 // Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
 constexpr std::uintptr_t body_bits = std::uintptr_t{0xffffffff} << 4;
 
+inline std::uint32_t numberOf(const dxBody* body) {
+  return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
+}
+
 // Needs exactMode(). The geoms are clean.
 class GeomPacker {
  public:
@@ -74,6 +78,8 @@ class GeomPacker {
   // Whether the box of a slot is still one for its geom, by the tolerance. Then notes so in `part`.
   bool stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
              UpdatePart& part) const;
+  // Writes the bits of a geom that takes part, and what they add to the facts.
+  static void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes);
 
  private:
   void packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;

@@ -9,9 +9,10 @@
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
-#include "space/data/round_outward.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
+#include "space/update/block_packer.h"
+#include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
@@ -59,9 +60,10 @@ void prefetchStatus(const dxBody* body) {
 }  // namespace
 
 // One thread's part of forGeoms(). Geoms that are the calling thread's business are deferred.
-template <class SlotOf, class Use>
-void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, Use use,
+template <class SlotOf, class UseOf>
+void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
                          UpdatePart& part) {
+  const StockBounds& stock = StockBounds::ofLoadedOde();
   const auto block = [&](std::size_t begin) {
     return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
   };
@@ -87,25 +89,29 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
       dxGeom* const geom = geoms[slot];
       if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
       ++part.facts.moved;
-      if (needsCallingThread(geom))
+      if (stock.knows(geom))
+        StockBounds::clean(geom);
+      else if (needsCallingThread(geom))
         part.deferred.push_back(slot);
       else
         cleanGeom(geom);
     }
     const ScopedMode exact(exactMode());
+    auto use = useOf(part);
     for (std::size_t i = begin; i < end; ++i) {
       const Slot slot = slotOf(i);
       const dxGeom* const geom = geoms[slot];
-      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot, part);
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot);
     }
   }
 }
 
-// Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot,
-// part) for each; geom may be null.
-template <class SlotOf, class Use>
+// Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot)
+// for each; geom may be null. useOf(part) makes that, for a block of them.
+template <class SlotOf, class UseOf>
 int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf,
-                         Use use) {
+                         UseOf useOf) {
+  StockBounds::ofLoadedOde();  // made on this thread
   const int parts = threads;
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
@@ -120,21 +126,21 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
   runTeam(updating, parts, [&](int thread, int team) {
     if (thread == 0) used = team;
     for (int index = thread; index < parts; index += team)
-      forPart(geoms, ownPart(count, index, parts), slotOf, use, parts_[index]);
+      forPart(geoms, ownPart(count, index, parts), slotOf, useOf, parts_[index]);
   });
   UpdatePart& serial = parts_[parts];
   for (int index = 0; index < parts; ++index)
     for (const Slot slot : parts_[index].deferred) {
       cleanGeom(geoms[slot]);
       const ScopedMode exact(exactMode());
-      use(geoms[slot], slot, serial);
+      useOf(serial)(geoms[slot], slot);
     }
   return used;
 }
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  const auto ignore = [](const dxGeom*, Slot, UpdatePart&) {};
+  const auto ignore = [](UpdatePart&) { return [](const dxGeom*, Slot) {}; };
   if (!changed) {
     forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); }, ignore);
@@ -168,10 +174,13 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
       boxes.boxes.resizeDiscarding(slots);
     const int used = forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
-        [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-          const SlotState state = packer_.pack(geom, slot, part, boxes);
-          states_[slot] = state;
-          if (state) count(state, 1, part.facts);
+        [&](UpdatePart& part) {
+          return [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom,
+                                                                 Slot slot) mutable {
+            const SlotState state = packer.pack(geom, slot);
+            states_[slot] = state;
+            if (state) count(state, 1, part.facts);
+          };
         });
     some_body_ = 0;
     facts_ = mergeParts(0);
@@ -319,8 +328,10 @@ bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, Sl
                          const BoxSet& boxes) {
   forGeoms(
       geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
-      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-        packer_.stays(geom, slot, states_[slot], boxes, part);
+      [&](UpdatePart& part) {
+        return [&](const dxGeom* geom, Slot slot) {
+          packer_.stays(geom, slot, states_[slot], boxes, part);
+        };
       });
   facts_.moved = mergeParts(some_body_).moved;
   std::size_t staying = 0;
@@ -348,11 +359,14 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
     return false;
   forGeoms(
       geoms, slots_.size(), threadsForSlots(), [&](std::size_t i) { return slots_[i]; },
-      [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-        const SlotState state = packer_.pack(geom, slot, part, boxes);
-        count(states_[slot], -1, part.facts);
-        count(state, 1, part.facts);
-        states_[slot] = state;
+      [&](UpdatePart& part) {
+        return
+            [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
+              const SlotState state = packer.pack(geom, slot);
+              count(states_[slot], -1, part.facts);
+              count(state, 1, part.facts);
+              states_[slot] = state;
+            };
       });
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)

@@ -47,10 +47,10 @@ class GeomUpdate {
   std::size_t bytes() const;
 
  private:
-  template <class SlotOf, class Use>
-  int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, Use use);
-  template <class SlotOf, class Use>
-  static void forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, Use use,
+  template <class SlotOf, class UseOf>
+  int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, UseOf useOf);
+  template <class SlotOf, class UseOf>
+  static void forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
                       UpdatePart& part);
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);

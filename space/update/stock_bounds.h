@@ -1,0 +1,160 @@
+// AABBs of ODE's simple classes, without a virtual call for each. Sees ODE's private headers.
+#ifndef ODE_PARALLEL_SAP_STOCK_BOUNDS_H
+#define ODE_PARALLEL_SAP_STOCK_BOUNDS_H
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+#include "space/geom/ode_private.h"
+
+namespace ode_parallel_sap {
+
+// The AABB reaches this far from the geom's place, on each axis.
+template <class Real>
+inline void putAround(const Real* place, const Real* reach, Real* aabb) {
+  for (int axis = 0; axis < 3; ++axis) {
+    aabb[2 * axis] = place[axis] - reach[axis];
+    aabb[2 * axis + 1] = place[axis] + reach[axis];
+  }
+}
+
+// One for each class: the operations of ODE's computeAABB() in their order, on the same numbers,
+// whatever these are.
+inline void computeBounds(dxSphere& sphere) {
+  const dReal reach[3] = {sphere.radius, sphere.radius, sphere.radius};
+  putAround(sphere.final_posr->pos, reach, sphere.aabb);
+}
+
+// Half of the extent along an axis, by a row of the rotation.
+template <class Real>
+inline Real halfExtent(const Real* row, const Real* side) {
+  return Real(0.5) *
+         (std::fabs(row[0] * side[0]) + std::fabs(row[1] * side[1]) + std::fabs(row[2] * side[2]));
+}
+
+template <class Real>
+inline void boundsOfBox(const Real* place, const Real* rows, const Real* side, Real* aabb) {
+  const Real reach[3] = {halfExtent(rows, side), halfExtent(rows + 4, side),
+                         halfExtent(rows + 8, side)};
+  putAround(place, reach, aabb);
+}
+
+#if defined(__SSE2__)
+// X and y in one vector.
+template <>
+inline void boundsOfBox<double>(const double* place, const double* rows, const double* side,
+                                double* aabb) {
+  const auto product = [&](int column) {
+    const __m128d of_both = _mm_loadh_pd(_mm_load_sd(rows + column), rows + 4 + column);
+    return _mm_andnot_pd(_mm_set1_pd(-0.0), _mm_mul_pd(of_both, _mm_set1_pd(side[column])));
+  };
+  const __m128d sum = _mm_add_pd(_mm_add_pd(product(0), product(1)), product(2));
+  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum), at = _mm_loadu_pd(place);
+  const __m128d lower = _mm_sub_pd(at, reach), upper = _mm_add_pd(at, reach);
+  const double reach_z = halfExtent(rows + 8, side);
+  _mm_storeu_pd(aabb, _mm_unpacklo_pd(lower, upper));
+  _mm_storeu_pd(aabb + 2, _mm_unpackhi_pd(lower, upper));
+  aabb[4] = place[2] - reach_z;
+  aabb[5] = place[2] + reach_z;
+}
+#endif
+
+inline void computeBounds(dxBox& box) {
+  boundsOfBox<dReal>(box.final_posr->pos, box.final_posr->R, box.side, box.aabb);
+}
+
+inline void computeBounds(dxCapsule& capsule) {
+  const dReal* const rows = capsule.final_posr->R;
+  dReal reach[3];
+  for (int axis = 0; axis < 3; ++axis)
+    reach[axis] = std::fabs(rows[4 * axis + 2] * capsule.lz) * dReal(0.5) + capsule.radius;
+  putAround(capsule.final_posr->pos, reach, capsule.aabb);
+}
+
+inline void computeBounds(dxCylinder& cylinder) {
+  const dReal* const rows = cylinder.final_posr->R;
+  dReal reach[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal along = rows[4 * axis + 2], across = dReal(1) - along * along;
+    reach[axis] = std::fabs(along * cylinder.lz * dReal(0.5)) +
+                  cylinder.radius * std::sqrt(dReal(0) > across ? dReal(0) : across);
+  }
+  putAround(cylinder.final_posr->pos, reach, cylinder.aabb);
+}
+
+inline void computeBounds(dxRay& ray) {
+  const dReal *const place = ray.final_posr->pos, *const rows = ray.final_posr->R;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal begin = place[axis], end = begin + rows[4 * axis + 2] * ray.length;
+    const bool forward = begin < end;
+    ray.aabb[2 * axis] = forward ? begin : end;
+    ray.aabb[2 * axis + 1] = forward ? end : begin;
+  }
+}
+
+// How an ODE was compiled decides on the last bits of its AABBs. So each class is compared with
+// that of the ODE which is loaded, on some hundred poses and sizes; a class whose bounds are not
+// the same, bit for bit, is left to ODE. So are classes of others that call themselves the same:
+// what tells a geom's class is its table of virtual functions.
+class StockBounds {
+ public:
+  // Those of the ODE that is loaded, from the first call on: that makes a geom of each class.
+  static const StockBounds& ofLoadedOde();
+
+  // Whether the AABB of a geom can be computed here.
+  bool knows(const dxGeom* geom) const {
+    return static_cast<unsigned>(geom->type) < static_cast<unsigned>(classes) &&
+           tableOf(geom) == tables_[geom->type];
+  }
+  // What geom->computeAABB() does, for a geom that is known.
+  static void compute(dxGeom* geom) {
+    switch (geom->type) {
+      case dSphereClass:
+        return computeBounds(*static_cast<dxSphere*>(geom));
+      case dBoxClass:
+        return computeBounds(*static_cast<dxBox*>(geom));
+      case dCapsuleClass:
+        return computeBounds(*static_cast<dxCapsule*>(geom));
+      case dCylinderClass:
+        return computeBounds(*static_cast<dxCylinder*>(geom));
+      default:
+        return computeBounds(*static_cast<dxRay*>(geom));
+    }
+  }
+  // What dxGeom::recomputeAABB() does, for a geom that is known, which is clean then.
+  static void clean(dxGeom* geom) {
+    if (geom->gflags & GEOM_AABB_BAD) {
+      geom->recomputePosr();
+      compute(geom);
+    }
+    geom->gflags &= ~(GEOM_DIRTY | GEOM_AABB_BAD);
+  }
+
+  // Takes a class for known if a geom of it agrees on `poses` poses.
+  void learn(dxGeom* geom, std::size_t poses);
+  // Whether a geom's own computeAABB() writes the bounds that compute() does, on so many random
+  // poses and sizes: usual ones, and numbers of any bits. Any NaN is as good as another. The geom
+  // keeps the last ones.
+  static bool agree(dxGeom* geom, std::size_t poses, std::uint64_t seed);
+
+ private:
+  static constexpr int classes = dRayClass + 1;
+
+  static const void* tableOf(const dxGeom* geom) {
+    const void* table;
+    std::memcpy(&table, static_cast<const void*>(geom), sizeof table);
+    return table;
+  }
+
+  const void* tables_[classes] = {};  // by class; null: left to ODE
+};
+
+}  // namespace ode_parallel_sap
+
+#endif
