@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "space/data/pair_list.h"
+#include "space/frame/geoms_ahead.h"
 #include "space/frame/sampled_pairs.h"
 #include "space/frame/stage_clock.h"
 
@@ -41,21 +42,22 @@ class PairSample {
   // pair's contacts.
   template <class Call, class Contacts>
   void tell(const PairList& pairs, dxGeom* const* geoms, Call call, Contacts contacts) {
+    const GeomsAhead ahead(geoms);
     if (!on_) {
-      for (const Buffer<Pair>& part : pairs.parts)
-        for (const Pair pair : part) call(pair);
+      for (const Buffer<Pair>& part : pairs.parts) ahead.tell(part.begin(), part.end(), call);
       return;
     }
     std::size_t first = 0;
     for (const Buffer<Pair>& part : pairs.parts) {
       std::size_t told = 0;
       pick(part.size(), [&](std::size_t place) {
-        for (; told < place; ++told) call(part[told]);
+        ahead.tell(part.begin() + told, part.begin() + place, call);
+        told = place;
         const Pair pair = part[told++];
         time(geoms[earlierOf(pair)], geoms[laterOf(pair)], contacts(first + place),
              [&] { call(pair); });
       });
-      for (; told < part.size(); ++told) call(part[told]);
+      ahead.tell(part.begin() + told, part.end(), call);
       first += part.size();
     }
   }

@@ -9,10 +9,26 @@
 #include "space/geom/plane_test.h"
 #include "space/geom/slots.h"
 #include "space/simd/kernels.h"
+#include "space/update/stock_bounds.h"
 
 namespace ode_parallel_sap {
 
 namespace {
+
+// Brings the AABBs of all dirty geoms up to date. Returns their number.
+std::size_t clean(dxGeom* first) {
+  const StockBounds& stock = StockBounds::ofLoadedOde();
+  std::size_t moved = 0;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if (!(geom->gflags & GEOM_DIRTY)) continue;
+    if (stock.knows(geom))
+      StockBounds::clean(geom);
+    else
+      cleanGeom(geom);
+    ++moved;
+  }
+  return moved;
+}
 
 // Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
 // the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
@@ -98,12 +114,15 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   if (is_still_ && still_scene_->holds(scene.first, rules)) {
     still_scene_->recall(found);
   } else {
-    found.moved = cleanOneByOne(scene.first);
+    found.moved = clean(scene.first);
     scene.needs_clean = false;
     find(scene, rules, found);
     for (dxGeom* geom = scene.first; found.invalid && geom; geom = geom->next)
       if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
-    remember(scene, rules, found);
+    is_still_ = false;
+    // The second of two frames without a move is remembered.
+    still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
+    if (still_frames_ >= 2) remember(scene, rules, found);
   }
   test(found);
   if (report.events && !tell(scene, found, *report.events)) complaints.ofUnreportedEvents();
@@ -165,12 +184,9 @@ bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& 
   return events.tell(event_pairs_, scene.slots, source, 1);
 }
 
-// The second of two frames without a move is remembered, where that says it all: not what rules
-// leave out by the state of bodies.
+// Where a frame says it all: not what rules leave out by the state of bodies.
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallScene& found) {
-  is_still_ = false;
-  still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
-  if (!mechanisms::still_small_scenes || still_frames_ < 2 || rules.skip()) return;
+  if (!mechanisms::still_small_scenes || rules.skip()) return;
   try {
     if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
     still_scene_->remember(scene.first, rules, found);

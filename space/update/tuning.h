@@ -4,13 +4,13 @@
 
 #include <cstddef>
 
+#include "space/data/tuning.h"
+
 namespace ode_parallel_sap {
 
 // What lies scattered in memory is asked for in blocks of this many geoms or boxes, before they are
 // needed.
-// Unit: geoms. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t prefetched_block = 32;
+constexpr std::size_t prefetched_block = 2 * prefetch_distance;
 
 // Counters of clusters, so that boxes all far from each other seem to make a pair for sixteen boxes
 // at most.
