@@ -41,8 +41,8 @@ function(add_physx root)
     bench-physx SYSTEM PUBLIC ${root}/include ${from}/lowlevelaabb/include ${from}/lowlevel/common/include/utils
                               ${from}/lowlevel/api/include)
   target_include_directories(
-    bench-physx PRIVATE ${from}/common/include ${from}/common/src ${from}/geomutils/include ${from}/geomutils/src ${from}/foundation
-                        ${from}/lowlevelaabb/src ${from}/lowlevel/common/include/pipeline)
+    bench-physx PRIVATE ${from}/common/include ${from}/common/src ${from}/geomutils/include ${from}/geomutils/src
+                        ${from}/foundation ${from}/lowlevelaabb/src ${from}/lowlevel/common/include/pipeline)
   target_compile_definitions(bench-physx PUBLIC PX_PHYSX_STATIC_LIB DISABLE_CUDA_PHYSX)
   find_package(Threads REQUIRED)
   target_link_libraries(bench-physx PUBLIC Threads::Threads ${CMAKE_DL_LIBS})

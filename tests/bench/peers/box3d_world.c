@@ -1,6 +1,3 @@
-// clang-format off
-#include "core.h"
-// clang-format on
 #include "box3d_world.h"
 
 #include "aabb.h"
@@ -27,8 +24,7 @@ static b3AABB boundsOf(const BenchBox3dBounds* box) {
                   {box->high[0], box->high[1], box->high[2]}};
 }
 
-// The shape is a sphere in the box, which tells how much its box is enlarged; its true box is never
-// asked for.
+// The shape is a sphere, whose size tells how much its box is enlarged; where it is is never asked.
 static int addBox(BenchBox3d* self, const BenchBox3dBounds* box) {
   b3BodyDef body_def = b3DefaultBodyDef();
   body_def.type = b3_dynamicBody;
@@ -65,7 +61,7 @@ static void destroyEndedContacts(b3World* world) {
   }
 }
 
-// New pairs, and the rebuilt tree, which may still be under way when these are there.
+// New pairs and, on another thread if there is one, a new tree.
 static void updatePairs(b3World* world) {
   world->taskCount = 0;
   world->activeTaskCount = 0;

@@ -116,7 +116,7 @@ class PhysXPeer : public Peer {
  private:
   using Handles = std::vector<Bp::ShapeHandle>;
 
-  // Its users are advised to cut the world into 4 x 4 to 16 x 16.
+  // Its reference begins with 4 x 4 regions; 256 are the most.
   void addRegions() {
     PxBounds3 world;
     for (int axis = 0; axis < 3; ++axis) {
