@@ -4,8 +4,13 @@
 # fetched where packages are built.
 find_program(ODE_PARALLEL_SAP_DPKG_SOURCE dpkg-source)
 mark_as_advanced(ODE_PARALLEL_SAP_DPKG_SOURCE)
-if(NOT ODE_PARALLEL_SAP_DPKG_SOURCE OR NOT ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM" OR NOT ode_package)
-  message(STATUS "Debian source package: none, for want of dpkg-source (Debian: dpkg-dev) or of an ODE that is a Debian package")
+set(ode_licenses "")
+if(ode_source_dir)
+  file(GLOB ode_licenses "${ode_source_dir}/LICENSE-BSD*")
+endif()
+if(NOT ODE_PARALLEL_SAP_DPKG_SOURCE OR NOT ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM" OR NOT ode_package OR NOT ode_licenses)
+  message(STATUS "Debian source package: none, for want of dpkg-source (Debian: dpkg-dev), of an ODE that is a Debian package, "
+                 "or of its licence in ODE's source tree")
   return()
 endif()
 
@@ -22,7 +27,7 @@ set(ODE_VERSION "${ODE_PARALLEL_SAP_ODE_VERSION}")
 string(REGEX MATCH "^(.*\\.)([0-9]+)$" matched "${ODE_VERSION}")
 math(EXPR next "${CMAKE_MATCH_2} + 1")
 set(NEXT_ODE_VERSION "${CMAKE_MATCH_1}${next}")
-find_ode_license("${ode_source_dir}" ode_license)
+list(GET ode_licenses 0 ode_license)
 read_debian_license("${ode_license}" ODE_LICENSE_TEXT)
 
 file(REMOVE_RECURSE "${debian_dir}")

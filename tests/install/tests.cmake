@@ -59,7 +59,8 @@ if(ODE_PARALLEL_SAP_PYTHON)
     set_tests_properties(install.conda-build PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)
   endif()
 else()
-  message(STATUS "Tests of the conda recipe: none, there is no python3")
+  add_install_test(conda-recipe ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
+  set_tests_properties(install.conda-recipe PROPERTIES SKIP_REGULAR_EXPRESSION "^Skipped")
 endif()
 
 # add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the

@@ -16,7 +16,7 @@ cd "$private"
 run cpack --config "$archive"
 mv "$tree.tar.gz" "${name}_$version.orig.tar.gz"
 (cd "$ode" && tar c --sort=name --mtime=@0 --owner=root:0 --group=root:0 --transform 's|^|ode/|' \
-  configure.ac LICENSE*.TXT ode/src/*.h ou/include) | gzip -9n >"${name}_$version.orig-ode.tar.gz"
+  configure.ac LICENSE* ode/src/*.h ou/include) | gzip -9n >"${name}_$version.orig-ode.tar.gz"
 tar xf "${name}_$version.orig.tar.gz"
 tar xf "${name}_$version.orig-ode.tar.gz" -C "$tree"
 cp -a "$debian" "$tree/debian"
