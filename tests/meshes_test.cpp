@@ -120,6 +120,20 @@ TEST_CASE("The boxes of a mesh between two frames hold both, a double further ou
   }
 }
 
+TEST_CASE("The pairs of a cloth in folds are those of a plain sweep", "[meshes]") {
+  const bench::Mesh mesh = bench::madeCloth(40);
+  REQUIRE(mesh.vertices.size() == 1600);
+  REQUIRE(mesh.faces.size() == 2 * 39 * 39);
+  const std::size_t edge_edge = bench::countPairs(mesh.edges, nullptr),
+                    vertex_face = bench::countPairs(mesh.vertices, &mesh.faces);
+  CHECK(edge_edge > 20 * mesh.edges.size());  // neighbours alone are about 10
+  CHECK(vertex_face > 10 * mesh.vertices.size());
+  for (const int threads : {1, 3}) {
+    CHECK(pairsOf(mesh.edges, nullptr, threads) == edge_edge);
+    CHECK(pairsOf(mesh.vertices, &mesh.faces, threads) == vertex_face);
+  }
+}
+
 TEST_CASE("Boxes in files of doubles are read as they are", "[meshes]") {
   const Folder folder;
   const double numbers[] = {-1, 2, 3e-300, 4, 5.5, 6};

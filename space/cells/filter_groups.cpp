@@ -1,6 +1,5 @@
 #include "space/cells/filter_groups.h"
 
-#include "space/cells/tuning.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 
@@ -42,7 +41,7 @@ bool FilterGroups::Survey::areMuchApart() const {
       if (!(kinds[a].category & kinds[b].collide) && !(kinds[b].category & kinds[a].collide))
         apart += pairs;
     }
-  return apart >= least_apart * all;
+  return 4 * apart >= all;
 }
 
 template <class Real>

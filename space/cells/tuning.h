@@ -36,10 +36,6 @@ constexpr std::size_t most_piece_boxes = 8192;
 // Doubled: no difference. Halved: no difference.
 constexpr int digits_for_clusters = 5;
 
-// Part of the pairs of any two boxes whose bits must keep them apart for boxes to be divided by
-// bits. Unit: 1. From: meshes, vertex-face. Doubled: not measured. Halved: not measured.
-constexpr double least_apart = 0.25;
-
 }  // namespace ode_parallel_sap
 
 #endif

@@ -22,6 +22,7 @@ namespace {
 
 struct Wishes {
   std::string directory, csv;
+  std::vector<std::size_t> made;           // sides of cloths
   std::vector<std::string> meshes, peers;  // empty: all
   std::vector<int> threads{1};
   double seconds = 1;  // of timed work in a cell
@@ -115,7 +116,11 @@ void run(const Wishes& wishes) {
   Csv csv(wishes.csv, false);
   std::printf("%-24s %-12s %-32s %8s %10s %10s %10s %10s %6s\n", "mesh", "kind", "peer", "threads",
               "median ms", "least", "extract", "pairs", "extra");
-  for (const Mesh& mesh : readMeshes(wishes.directory)) {
+  std::vector<Mesh> meshes;
+  if (!wishes.directory.empty()) meshes = readMeshes(wishes.directory);
+  for (const std::size_t side : wishes.made) meshes.push_back(madeCloth(side));
+  if (meshes.empty()) throw std::invalid_argument("neither --data nor --made");
+  for (const Mesh& mesh : meshes) {
     if (!isWished(wishes.meshes, mesh.name)) continue;
     runTask({mesh, "edge-edge", mesh.edges, nullptr, countPairs(mesh.edges, nullptr)}, kinds,
             wishes, csv);
@@ -134,8 +139,10 @@ int main(int argc, char** argv) {
       "mesh-benchmark: edges of real meshes against edges, and their vertices against faces");
   app.add_option("--data", wishes.directory,
                  "directory of the meshes: boxes (*.f64), or the Scalable-CCD data set")
-      ->envname("ODE_PARALLEL_SAP_MESHES")
-      ->required();
+      ->envname("ODE_PARALLEL_SAP_MESHES");
+  app.add_option("--made", wishes.made,
+                 "sides of cloths made by a formula, for where there is none")
+      ->delimiter(',');
   app.add_option("--meshes", wishes.meshes, "names; default: all")->delimiter(',');
   app.add_option("--peers", wishes.peers, "default: all")->delimiter(',');
   app.add_option("--threads", wishes.threads)->delimiter(',');

@@ -83,13 +83,8 @@ class Corners {
   MeshBox box_;
 };
 
-}  // namespace
-
-Mesh meshBetween(const std::string& name, const std::string& first_ply,
-                 const std::string& second_ply) {
-  const PlyMesh first = readPly(first_ply), second = readPly(second_ply);
-  if (first.vertices.size() != second.vertices.size() || first.faces != second.faces)
-    throw std::runtime_error(second_ply + ": another mesh than " + first_ply);
+// Boxes of what moves in a straight line between two frames.
+Mesh boxesBetween(const std::string& name, const PlyMesh& first, const PlyMesh& second) {
   Mesh mesh;
   mesh.name = name;
   for (std::uint32_t vertex = 0; vertex < first.vertices.size(); ++vertex)
@@ -105,6 +100,39 @@ Mesh meshBetween(const std::string& name, const std::string& first_ply,
   for (const auto& edge : edges)
     mesh.edges.push_back(Corners(first, second).add(edge.first).add(edge.second).movedOutward());
   return mesh;
+}
+
+// The cloth at a time: as wide as it has vertices, in waves of which four lie on one another.
+PlyMesh clothAt(std::size_t side, double time) {
+  PlyMesh cloth;
+  const double n = static_cast<double>(side);
+  for (std::size_t row = 0; row < side; ++row)
+    for (std::size_t column = 0; column < side; ++column) {
+      const double x = static_cast<double>(column), y = static_cast<double>(row);
+      const double fold = 40 * x / n + time;
+      cloth.vertices.push_back({x / 8 + 2 * std::sin(fold), y + std::sin(y + 3 * time),
+                                3 * std::cos(fold) + 0.5 * std::sin(0.3 * y + time)});
+      if (row + 1 == side || column + 1 == side) continue;
+      const std::uint32_t at = static_cast<std::uint32_t>(row * side + column),
+                          below = at + static_cast<std::uint32_t>(side);
+      cloth.faces.push_back({at, at + 1, below});
+      cloth.faces.push_back({at + 1, below + 1, below});
+    }
+  return cloth;
+}
+
+}  // namespace
+
+Mesh meshBetween(const std::string& name, const std::string& first_ply,
+                 const std::string& second_ply) {
+  const PlyMesh first = readPly(first_ply), second = readPly(second_ply);
+  if (first.vertices.size() != second.vertices.size() || first.faces != second.faces)
+    throw std::runtime_error(second_ply + ": another mesh than " + first_ply);
+  return boxesBetween(name, first, second);
+}
+
+Mesh madeCloth(std::size_t side) {
+  return boxesBetween("made-cloth-" + std::to_string(side), clothAt(side, 0), clothAt(side, 0.1));
 }
 
 std::vector<Mesh> readMeshes(const std::string& directory) {

@@ -34,6 +34,10 @@ std::vector<Mesh> readMeshes(const std::string& directory);
 Mesh meshBetween(const std::string& name, const std::string& first_ply,
                  const std::string& second_ply);
 
+// A cloth of side x side vertices in folds that touch, moving: made by a formula, for where there
+// are no data.
+Mesh madeCloth(std::size_t side);
+
 // Pairs that overlap as closed intervals, adjacent ones included, as far as they are known.
 struct KnownPairs {
   const char* mesh;
