@@ -119,6 +119,10 @@ bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPa
                              Pair* pairs, Scratch& scratch) {
   if (shape.bits() <= 2 * most_digits)
     return sortWords<2, most_digits>(found, count, shape, pairs, scratch);
+  // One pass less, where its counters are few beside the pairs.
+  constexpr int more_digits = most_digits + 1;
+  if (shape.bits() <= 2 * more_digits && count >> more_digits > 2)
+    return sortWords<2, more_digits>(found, count, shape, pairs, scratch);
   if (shape.bits() <= 3 * most_digits_alone)
     return sortWords<3, most_digits_alone>(found, count, shape, pairs, scratch);
   return sortWords<3, most_digits>(found, count, shape, pairs, scratch);
