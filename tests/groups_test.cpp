@@ -80,9 +80,9 @@ TEST_CASE("Whatever kinds of bits there are, all pairs are reported in their ord
     }
 }
 
-// What the summary of bits takes for all boxes of a class must not be those of slot 0, which stands
-// in the unused places of a cell.
-TEST_CASE("The first geom's bits are its own only", "[groups]") {
+// What most boxes of a cell have in common is not what all have.
+TEST_CASE("One geom whose bits are unlike all others' keeps its pairs and gets no others",
+          "[groups]") {
   for (const bool meets_all : {false, true}) {
     const Space space({dParallelSAPBackendCPU, dParallelSAPMethodSweep, "cpu, sweep"});
     World world(space);
