@@ -136,7 +136,7 @@ def cells_of(constant, quick, all_threads="1,2"):
 COLLIDING = "not among the cells"
 UNMEASURABLE = {("space/contacts", None): COLLIDING, ("space/data", "collided_pairs"): COLLIDING,
                 ("space/data", "block_pairs"): "not among the cells",
-                ("space/data", "heavy_pairs"): COLLIDING}
+                ("space/data", "heavy_pairs"): COLLIDING, ("space/frame", "least_callback_ms"): "not among the cells"}
 
 
 class Table:
