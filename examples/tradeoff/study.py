@@ -67,3 +67,12 @@ def front(entries, cost):
 def cheapest(entries, cost, limit):
     """The cheapest entry whose error is at most the limit, or None."""
     return min((e for e in entries if e["error"] <= limit), key=lambda e: e[cost], default=None)
+
+
+def space_name(entry):
+    names = {"hash": "dHashSpace", "sap": "dSweepAndPruneSpace"}
+    name = names.get(entry["space"])
+    if not name:
+        threads = "all threads" if entry["threads"] == 0 else "%d thread" % entry["threads"]
+        name = "parallel-sap, " + ("GPU" if entry["backend"] == "cuda" else threads)
+    return name + ", " + entry["precision"]
