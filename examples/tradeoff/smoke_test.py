@@ -20,7 +20,6 @@ try:
 
     import outcomes
     import settings
-    import stats
     import study
     import table
     import traced
@@ -502,7 +501,14 @@ class Rows(unittest.TestCase):
         self.assertEqual(outcomes.error(row, [row], Analysis.KIND), 0)
 
     def test_a_setting_that_always_fails_is_in_the_tables(self):
-        self.assertEqual(words.cost_of(stats.Interval(math.inf, math.inf, math.inf, 0)), "failed")
+        with tempfile.TemporaryDirectory() as folder:
+            fails = os.path.join(folder, "fails")
+            with open(fails, "w") as file:
+                file.write("#!/bin/sh\ncase \"$*\" in *'--contacts 1 '*) exit 3;; esac\nexec %s \"$@\"\n" % program)
+            os.chmod(fails, 0o755)
+            run_study(folder, "--only", "scenes", "--double", fails)
+            self.assertIn("1 contact a pair", choices(folder))
+            self.assertRegex(choices(folder), r"\| failed \|")
 
 
 class Harness(unittest.TestCase):

@@ -107,8 +107,6 @@ class Table:
             return
         end = self.columns.index(next(iter(self.machine)))
         self.columns = [*self.columns[:end], *names, *self.columns[end:]]
-        for row in self.rows:
-            row.update(dict.fromkeys(names, ""))
         self.write_all()
 
     def check_machine(self):
