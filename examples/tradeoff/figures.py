@@ -31,13 +31,13 @@ def draw_front(axes, entries, x, y, cost, least):
 def broad(entries, directory, note):
     """A panel an offset: milliseconds against extra pairs; the tolerances of one back end are joined."""
     none = 1e-4  # no extra pair is drawn here
-    names = sorted({broad_name(e).rsplit(",", 1)[0] for e in entries})
+    names = sorted({study.space_name(e).rsplit(",", 1)[0] for e in entries})
     figure, panels = plt.subplots(2, 2, figsize=(10, 8), sharex=True, sharey=True)
     for axes, offset in zip(panels.flat, study.OFFSETS):
         here = [e for e in entries if e["offset"] == offset and e["missed"] == 0]
         for name in names:
             for precision in ("double", "single"):
-                line = sorted((e for e in here if broad_name(e) == name + ", " + precision), key=lambda e: e["tolerance"])
+                line = sorted((e for e in here if study.space_name(e) == name + ", " + precision), key=lambda e: e["tolerance"])
                 axes.plot([max(e["extra_per_exact"], none) for e in line], [e["ms"] for e in line], marker="o",
                           markersize=5, linestyle="-" if precision == "double" else ":",
                           fillstyle="full" if precision == "double" else "none", color="C%d" % names.index(name),
@@ -54,15 +54,6 @@ def broad(entries, directory, note):
     figure.suptitle("Filled: double precision, hollow: single. Lines: more tolerance. Left out: what misses pairs",
                     fontsize=9)
     return save(figure, directory, "broad", note)
-
-
-def broad_name(entry):
-    names = {"hash": "dHashSpace", "sap": "dSweepAndPruneSpace"}
-    name = names.get(entry["space"])
-    if not name:
-        threads = "all threads" if entry["threads"] == 0 else "%d thread" % entry["threads"]
-        name = "parallel-sap, " + ("GPU" if entry["backend"] == "cuda" else threads)
-    return name + ", " + entry["precision"]
 
 
 def bars(found):

@@ -25,6 +25,9 @@ struct Scene {
   // part of what is studied.
   std::function<void(dWorldID world, dSpaceID space, unsigned long seed)> build;
 
+  // If there is any: called once it is built, with the time step, for what ODE wants to be told in
+  // terms of it, as the ERP and CFM of springs.
+  std::function<void(double dt)> prepare;
   // If there is any: called before each step, to drive motors or push bodies. `time` in seconds.
   std::function<void(double time)> control;
   // If there is any: called once, after the last step.
@@ -209,6 +212,7 @@ inline std::string measure(const Scene& scene, const Settings& settings) {
   const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
   dWorldSetGravity(world, 0, 0, static_cast<dReal>(-9.81));
   scene.build(world, space, settings.seed);
+  if (scene.prepare) scene.prepare(settings.dt);
   const std::string text = Trial(scene, settings, world, space).run().text();
   dSpaceDestroy(space);
   dWorldDestroy(world);

@@ -1,14 +1,21 @@
 """Runs programs, a point each, side by side on parts of the cores."""
 
+import math
 import os
 import queue
 import re
 import subprocess
+import time
 from multiprocessing.pool import ThreadPool
 
 from tqdm import tqdm
 
 MOST_SECONDS = 1800
+deadline = math.inf  # of time.monotonic(): no point is begun later
+
+
+class OutOfTime(Exception):
+    """Something is left to be measured, and the time given for it is up."""
 
 
 def all_cores():
@@ -47,13 +54,16 @@ def measure(command):
 
 def measured(points, command_of, parts):
     """Yields point, status and what was measured, as they finish. As many are measured at a time as there
-    are parts of the cores, each on a part of its own."""
+    are parts of the cores, each on a part of its own. What would begin after the deadline is left out."""
+    def one(point):
+        return (point, *measure(command_of(point))) if time.monotonic() < deadline else None
+
     free = queue.SimpleQueue()
     for part in parts:
         free.put(part)
     # A thread's cores are those of the programs that it starts.
     with ThreadPool(len(parts), lambda: os.sched_setaffinity(0, free.get())) as pool:
-        yield from pool.imap_unordered(lambda point: (point, *measure(command_of(point))), points)
+        yield from filter(None, pool.imap_unordered(one, points))
 
 
 def run(table, title, points, command_of, columns, parts, alone=lambda point: False):
@@ -70,3 +80,5 @@ def run(table, title, points, command_of, columns, parts, alone=lambda point: Fa
                     raise SystemExit("tradeoff.py: the first run failed: " + status)
                 table.add(dict(point, status=status, **values), columns or list(values))
                 bar.update()
+    if table.missing(todo):
+        raise OutOfTime

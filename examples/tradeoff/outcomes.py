@@ -49,7 +49,7 @@ def differences(row, reference, kind):
     if kind.stands:
         parts["drift of the top"] = off("top_drift_m") / size
     for column in row:
-        if column.startswith("observed_"):
+        if column.startswith("observed_") and row[column] != "":  # else it is another scene's
             parts[column[len("observed_"):]] = off(column)
     return {name: min(1.0, value) if math.isfinite(value) else 1.0 for name, value in parts.items()}
 

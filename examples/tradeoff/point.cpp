@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
   double density = 1000;  // kg/m^3
   scene_command->add_option("--scene", name)
       ->required()
-      ->check(CLI::IsMember({"heap", "wall", "tower", "hopper"}));
+      ->check(CLI::IsMember({"heap", "wall", "tower", "hopper", "vehicle", "meshes"}));
   scene_command->add_option("--bodies", bodies)->check(CLI::Range(2, 100000));
   scene_command->add_option("--density", density)->check(CLI::Range(0.001, 100000.0));
   scene_command->allow_extras();

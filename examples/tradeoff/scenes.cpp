@@ -5,36 +5,14 @@
 #include <cmath>
 
 #include "../pile/random.h"
+#include "mesh_scene.h"
+#include "scene_parts.h"
+#include "vehicle_scene.h"
 
 namespace tradeoff {
 namespace {
 
 using pile::Random;
-
-constexpr double pi = 3.14159265358979;
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
-
-dBodyID addBody(dWorldID world, dGeomID geom, const dMass& mass, const Vector& place) {
-  const dBodyID body = dBodyCreate(world);
-  dBodySetMass(body, &mass);
-  dBodySetPosition(body, real(place[0]), real(place[1]), real(place[2]));
-  dGeomSetBody(geom, body);
-  // Damping would hide errors; and what sleeps is for the settings to say.
-  dBodySetLinearDamping(body, 0);
-  dBodySetAngularDamping(body, 0);
-  return body;
-}
-
-dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, double density,
-               const Vector& place) {
-  dMass mass;
-  dMassSetBox(&mass, real(density), real(side[0]), real(side[1]), real(side[2]));
-  return addBody(world, dCreateBox(space, real(side[0]), real(side[1]), real(side[2])), mass,
-                 place);
-}
 
 // Boxes of 0.6 to 1 m in layers over a pit of planes that is about as wide as a layer, tilted a
 // little so that they do not stack like bricks.
@@ -152,6 +130,8 @@ bool leftHopper(dBodyID body) {
 }  // namespace
 
 Scene sceneNamed(const std::string& name, int bodies, double density) {
+  if (name == "vehicle") return vehicleScene(bodies, density);
+  if (name == "meshes") return meshScene(bodies, density);
   using Build = void (*)(dWorldID, dSpaceID, Random, int, double);
   static const std::map<std::string, Build> builds = {
       {"heap", buildHeap}, {"hopper", buildHopper}, {"tower", buildTower}, {"wall", buildWall}};

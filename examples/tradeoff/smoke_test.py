@@ -21,6 +21,7 @@ try:
     import outcomes
     import settings
     import study
+    import table
     import traced
     import words
 except ImportError as error:
@@ -445,6 +446,71 @@ class OwnScene(unittest.TestCase):
         self.assertLessEqual(len(code), 60)
 
 
+class Budget(unittest.TestCase):
+    """Where the time for a study is up before it ends."""
+
+    def test_stops_when_seconds_are_up_and_goes_on_when_called_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            slow = os.path.join(folder, "slow")
+            with open(slow, "w") as file:
+                file.write("#!/bin/sh\n[ \"$1\" = scene ] && sleep 0.1\nexec %s \"$@\"\n" % program)
+            os.chmod(slow, 0o755)
+            study_it = ("--only", "scenes", "--out", folder, "--double", slow, "--single", "/nowhere", "--no-figures")
+            counts = [0]
+            while True:
+                result = call(*study_it, "--seconds", "1")
+                counts.append(len(read(folder, "scenes")))
+                self.assertGreater(counts[-1], counts[-2], result.stdout)
+                if result.returncode == 0:
+                    break
+                self.assertEqual(result.returncode, 75, result.stdout)
+                self.assertIn("1 seconds are up", result.stdout)
+                self.assertFalse(os.path.exists(os.path.join(folder, "choices.md")))
+            self.assertGreater(len(counts), 2)
+            self.assertIn("- within 1 %: ", choices(folder))
+            self.assertFalse(os.path.exists(os.path.join(folder, "tower.png")))
+            self.assertIn("seconds are up", call("--only", "scenes", "--out", folder + "/none", "--double", program, "--single",
+                                                 "/nowhere", "--seconds", "0").stdout)
+
+    def test_the_commit_of_programs_from_elsewhere_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            call("--only", "scenes", "--out", folder, "--double", program, "--single", "/nowhere", "--seconds", "1",
+                 TRADEOFF_COMMIT="0123456789")
+            self.assertEqual({row["commit"] for row in read(folder, "scenes")}, {"0123456789"})
+
+
+class Rows(unittest.TestCase):
+    """One table for scenes that observe different things."""
+
+    def test_a_column_of_one_scene_is_empty_in_the_others(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "scenes.csv")
+            table.Table(path, ("scene",), 1).add(dict(scene="heap", status="ok", height_m="1"), ["height_m"])
+            grown = table.Table(path, ("scene",), 1)
+            grown.add(dict(scene="vehicle", status="ok", height_m="2", observed_way="3"), ["height_m", "observed_way"])
+            grown.add(dict(scene="heap2", status="ok", height_m="1"), ["height_m"])
+            rows = table.Table(path, ("scene",), 1).rows
+            self.assertEqual([row["observed_way"] for row in rows], ["", 3, ""])
+            self.assertEqual([row["height_m"] for row in rows], [1, 2, 1])
+            self.assertEqual(len({row["commit"] for row in rows}), 1)
+            with self.assertRaises(SystemExit):
+                grown.add(dict(scene="heap3", status="ok", width_m="1"), ["width_m"])
+
+    def test_what_another_scene_observes_is_no_part_of_an_error(self):
+        row = dict(Analysis.ROW, observed_way="")
+        self.assertEqual(outcomes.error(row, [row], Analysis.KIND), 0)
+
+    def test_a_setting_that_always_fails_is_in_the_tables(self):
+        with tempfile.TemporaryDirectory() as folder:
+            fails = os.path.join(folder, "fails")
+            with open(fails, "w") as file:
+                file.write("#!/bin/sh\ncase \"$*\" in *'--contacts 1 '*) exit 3;; esac\nexec %s \"$@\"\n" % program)
+            os.chmod(fails, 0o755)
+            run_study(folder, "--only", "scenes", "--double", fails)
+            self.assertIn("1 contact a pair", choices(folder))
+            self.assertRegex(choices(folder), r"\| failed \|")
+
+
 class Harness(unittest.TestCase):
     def test_settings_change_what_they_say(self):
         base = point("scene", "--scene", "tower", "--bodies", "4")
@@ -468,13 +534,28 @@ class Harness(unittest.TestCase):
             self.assertGreater(sign * (float(other["pairs_a_step"]) - float(base["pairs_a_step"])), 0, options)
 
     def test_scenes_are_sound_with_fine_steps_and_not_with_coarse_ones(self):
-        for scene, bodies in ("heap", "8"), ("wall", "9"), ("tower", "8"), ("hopper", "8"):
+        for scene, bodies in ("heap", "8"), ("wall", "9"), ("tower", "8"), ("hopper", "8"), ("vehicle", "10"), ("meshes", "8"):
             fine = point("scene", "--scene", scene, "--bodies", bodies, "--dt", "0.004", "--iterations", "60", "--contacts", "8")
             self.assertEqual([fine[c] for c in ("rested", "lost", "collapsed")], ["1", "0", "0"], scene)
         coarse = point("scene", "--scene", "tower", "--bodies", "20", "--dt", "0.04", "--iterations", "2")
         self.assertEqual(coarse["collapsed"], "1")
         lost = point("scene", "--scene", "hopper", "--bodies", "8", "--dt", "0.3", "--seconds", "6")
         self.assertNotEqual(lost["lost"], "0")
+        lost = point("scene", "--scene", "meshes", "--bodies", "8", "--dt", "0.2", "--seconds", "6")
+        self.assertNotEqual(lost["lost"], "0")
+
+    def test_vehicles_drive_their_way_over_bumps_and_stand(self):
+        rows = [point("scene", "--scene", "vehicle", "--bodies", "10", "--dt", dt, "--seed", "3", "--iterations", "50")
+                for dt in ("0.004", "0.002")]
+        for row in rows:
+            self.assertEqual(row["bodies_seen"], "10")
+            self.assertGreater(float(row["largest_falling_mm"]), 0.5)  # the bumps
+            for number in "12":
+                self.assertGreater(1.6 * float(row["observed_way_" + number]), 10)  # metres: 3 m/s for 4 s, but for the start
+                self.assertLess(1.6 * float(row["observed_way_" + number]), 12)
+        self.assertNotEqual(rows[0]["observed_way_1"], rows[0]["observed_way_2"])
+        # Springs are the same whatever the step, or chassis would stand at other heights.
+        self.assertAlmostEqual(float(rows[0]["height_m"]), float(rows[1]["height_m"]), delta=0.001)
 
 
 def point(*arguments):

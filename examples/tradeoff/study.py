@@ -10,7 +10,7 @@ LIMITS = (0.01, 0.05, 0.2)
 BROAD_KEY = ("space", "backend", "threads", "precision", "tolerance", "offset", "step", "boxes", "frames")
 
 # Boxes to a test of everything, in seconds; to three minutes; and to the study itself.
-BROAD_SIZES = {"smoke": dict(boxes=300, frames=3, step=0.01), "quick": dict(boxes=5000, frames=20, step=0.01),
+BROAD_SIZES = {"smoke": dict(boxes=300, frames=3, step=0.01), "quick": dict(boxes=3000, frames=20, step=0.01),
                "full": dict(boxes=50000, frames=40, step=0.01)}
 TOLERANCES = {"smoke": (0, 0.1), "quick": (0, 0.03, 0.1, 0.3), "full": (0, 0.01, 0.03, 0.1, 0.3, 1)}
 
@@ -67,3 +67,12 @@ def front(entries, cost):
 def cheapest(entries, cost, limit):
     """The cheapest entry whose error is at most the limit, or None."""
     return min((e for e in entries if e["error"] <= limit), key=lambda e: e[cost], default=None)
+
+
+def space_name(entry):
+    names = {"hash": "dHashSpace", "sap": "dSweepAndPruneSpace"}
+    name = names.get(entry["space"])
+    if not name:
+        threads = "all threads" if entry["threads"] == 0 else "%d thread" % entry["threads"]
+        name = "parallel-sap, " + ("GPU" if entry["backend"] == "cuda" else threads)
+    return name + ", " + entry["precision"]

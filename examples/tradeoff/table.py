@@ -17,7 +17,10 @@ def cpu():
 
 
 def commit():
-    """Of the sources, with a word if they were changed since; unknown without git, or outside a repository."""
+    """Of the sources, with a word if they were changed since; unknown without git, or outside a repository. Where the
+    programs were brought from elsewhere, TRADEOFF_COMMIT says it."""
+    if os.environ.get("TRADEOFF_COMMIT"):
+        return os.environ["TRADEOFF_COMMIT"]
     try:
         described = subprocess.run(["git", "-C", TOP, "describe", "--always", "--exclude=*", "--abbrev=10",
                                     "--dirty=-changed"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -88,6 +91,7 @@ class Table:
         if not self.columns:
             self.columns = [*self.key_columns, "status", *measured_columns, *self.machine]
             self.write_all()
+        self.add_observed([name for name in row if name not in self.columns and name.startswith("observed_")])
         unknown = set(row) - set(self.columns)
         if unknown:
             raise SystemExit("tradeoff.py: %s has no column %s: it is of another version" % (self.path, ", ".join(unknown)))
@@ -96,6 +100,14 @@ class Table:
             csv.DictWriter(file, self.columns, lineterminator="\n").writerow(written(row))
         self.rows.append(parsed({name: str(value) for name, value in row.items()}))
         self.known[study.key(row, self.key_columns)] = self.rows[-1]
+
+    def add_observed(self, names):
+        """Scenes observe different things: a column that other scenes lack is empty in their rows."""
+        if not names:
+            return
+        end = self.columns.index(next(iter(self.machine)))
+        self.columns = [*self.columns[:end], *names, *self.columns[end:]]
+        self.write_all()
 
     def check_machine(self):
         others = {(row["cpu"], row["cores"]) for row in self.rows} - {(self.machine["cpu"], self.machine["cores"])}

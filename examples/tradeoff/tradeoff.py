@@ -2,13 +2,15 @@
 """Measures what accuracy costs, and says what to choose: examples/tradeoff/README.md.
 
 Rows that are in the CSV files already are not measured again, so an interrupted run goes on where it
-was when it is started again."""
+was when it is started again. Ends with 75 where --seconds were up before all was measured."""
 
 import argparse
+import importlib
 import os
 import re
 import subprocess
 import sys
+import time
 
 sys.dont_write_bytecode = True  # this folder is for sources
 
@@ -20,7 +22,6 @@ try:
     from tqdm import tqdm
 
     import accuracy
-    import figures
     import measure
     import settings
     import study
@@ -59,7 +60,7 @@ def parser():
     mode.add_argument("--smoke", dest="mode", action="store_const", const="smoke", help="seconds; measures nothing of use")
     made.add_argument("--out", help="folder of the results (default: one named by the CPU)")
     made.add_argument("--only", choices=("broad", "scenes"), help="one of the two studies")
-    made.add_argument("--scene", choices=("heap", "wall", "tower", "hopper"), help="only this one of the scenes")
+    made.add_argument("--scene", choices=("heap", "wall", "tower", "hopper", "vehicle", "meshes"), help="only this one of the scenes")
     made.add_argument("--density", type=float, metavar="D", help="of the scenes' bodies, kg/m^3 (default: 1000)")
     made.add_argument("--program", metavar="FILE", help="study the scene of this program, made with harness.h, instead")
     made.add_argument("--program-single", metavar="FILE", help="the same, built for an ODE of single precision")
@@ -71,17 +72,37 @@ def parser():
                       "those on one thread")
     made.add_argument("--report", action="store_true",
                       help="measure nothing: draw and conclude from the rows that there are, from whatever machine")
+    made.add_argument("--no-figures", dest="figures", action="store_false", help="draw nothing: needs no matplotlib")
+    made.add_argument("--seconds", type=float, metavar="S", help="begin no point after so many seconds; what is "
+                      "left, the same command measures when it is called again")
     made.add_argument("--trace", metavar="FILE", help="study the program of this trace instead: see examples/trace")
     made.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     return made
+
+
+def check_packages(options):
+    missing = lacking
+    if options.figures and not missing:
+        try:
+            importlib.import_module("figures")
+        except ImportError as error:
+            missing = error
+    if missing:
+        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % missing)
+
+
+def draw(options, kind, *what):
+    if options.figures:
+        print(getattr(importlib.import_module("figures"), kind)(*what))
 
 
 def parse():
     made = parser()
     options = made.parse_args()
     options.mode = options.mode or "full"
-    if lacking:
-        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % lacking)
+    check_packages(options)
+    if options.seconds is not None:
+        measure.deadline = time.monotonic() + options.seconds
     if options.at_once is not None and not 1 <= options.at_once <= len(measure.all_cores()):
         made.error("--at-once must be from 1 to the number of cores, %d" % len(measure.all_cores()))
     for name in ("trace", "program", "program_single"):
@@ -130,7 +151,7 @@ def study_broad(options, programs):
     entries = study.broad_entries(rows)
     if not entries:
         sys.exit("tradeoff.py: no rows to report on in " + table.path)
-    print(figures.broad(entries, options.out, note(rows, points)))
+    draw(options, "broad", entries, options.out, note(rows, points))
     advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows, points), words.broad_advice(entries))
     return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
 
@@ -160,7 +181,7 @@ def study_scenes(options, programs):
             sys.exit("tradeoff.py: %s lacks %s. Without --report it is measured" % (table.path, missing))
         rows = [row for found in result.rows.values() for row in found]
         source = note(rows, rows)
-        print(figures.scene(result, settings.LIMITS, options.out, source))
+        draw(options, "scene", result, settings.LIMITS, options.out, source)
         advice.append(words.scene_advice(result, source))
         tables.append("%s:\n\n%s" % (scene.title, words.scene_tables(result)))
     return "\n".join(advice), "\n".join(tables)
@@ -205,8 +226,12 @@ def main():
     if options.trace:
         return study_trace(options, programs)
     only = "scenes" if options.program or options.scene else options.only
-    said = [part(options, programs) for name, part in (("broad", study_broad), ("scenes", study_scenes))
-            if only in (None, name)]
+    try:
+        said = [part(options, programs) for name, part in (("broad", study_broad), ("scenes", study_scenes))
+                if only in (None, name)]
+    except measure.OutOfTime:
+        print("tradeoff.py: %g seconds are up. The same command goes on from here." % options.seconds)
+        sys.exit(75)
     text = "\n".join(advice + "\n" + tables for advice, tables in said)
     path = os.path.join(options.out, "choices.md")
     with open(path, "w") as file:

@@ -6,7 +6,6 @@ import outcomes
 import settings
 import stats
 import study
-from figures import broad_name
 
 
 def percent(share):
@@ -18,6 +17,8 @@ def span(found):
 
 
 def cost_of(found):
+    if not math.isfinite(found.mean):
+        return "failed"
     return "%.3g ms (%.3g to %.3g)" % (1000 * found.mean, 1000 * found.low, 1000 * found.high)
 
 
@@ -37,10 +38,10 @@ def broad_advice(entries):
             what = "no extra pair" if limit == 0 else "at most %g %% extra pairs" % (100 * limit)
             if best:
                 lines.append("- %s: %s, tolerance %g m: %.3g ms a frame, %s extra" %
-                             (what, broad_name(best), best["tolerance"], best["ms"], percent(best["extra_per_exact"])))
+                             (what, study.space_name(best), best["tolerance"], best["ms"], percent(best["extra_per_exact"])))
             else:
                 lines.append("- %s: nothing that was measured" % what)
-        lost = sorted({broad_name(e) for e in here if e["missed"] > 0})
+        lost = sorted({study.space_name(e) for e in here if e["missed"] > 0})
         if lost:
             lines.append("- not to be used, because coordinates are rounded so far that pairs get lost: " +
                          "; ".join(lost))
@@ -48,12 +49,12 @@ def broad_advice(entries):
 
 
 def broad_failures(rows):
-    failures = ["- %s at %g m: %s" % (broad_name(r), r["offset"], r["status"]) for r in rows if r["status"] != "ok"]
+    failures = ["- %s at %g m: %s" % (study.space_name(r), r["offset"], r["status"]) for r in rows if r["status"] != "ok"]
     return "Did not finish:\n\n" + "\n".join(failures) + "\n" if failures else ""
 
 
 def broad_table(entries):
-    rows = [(broad_name(e), "%g" % e["offset"], "%g" % e["tolerance"], "%.3g" % e["ms"], percent(e["extra_per_exact"]),
+    rows = [(study.space_name(e), "%g" % e["offset"], "%g" % e["tolerance"], "%.3g" % e["ms"], percent(e["extra_per_exact"]),
              "%d" % e["missed"]) for e in entries]
     return table(("space", "offset, m", "tolerance, m", "ms a frame", "extra", "missed"), rows)
 
@@ -151,9 +152,9 @@ def varied_table(result):
         ours, base = result.errors[name], result.errors[settings.BASE]
         change = stats.interval([a - b for a, b in zip(ours, base)], least=-1.0)
         says = "better" if change.high < 0 else "worse" if change.low > 0 else "cannot be told"
-        faster = result.costs[settings.BASE].mean / result.costs[name].mean
+        cost = result.costs[name].mean / result.costs[settings.BASE].mean
         rows.append((settings.name_of(name), "%+.3g %% (%+.3g to %+.3g)" % tuple(100 * v for v in change[:3]), says,
-                     "%.3g" % (1 / faster)))
+                     "%.3g" % cost if math.isfinite(cost) else "failed"))
     return "One thing changed, against %s:\n\n" % settings.name_of(settings.BASE) + table(
         ("setting", "change of the error", "which is", "processor time of the base's"), rows)
 

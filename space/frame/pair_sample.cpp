@@ -63,6 +63,9 @@ void PairSample::endFrame(unsigned long long pairs, double ms) {
   if (!on_) return;
   pairs_ += static_cast<double>(pairs);
   ms_ += ms;
+  // Many short frames have one pick among them.
+  if (ms_ < due_ms_) return;
+  due_ms_ = ms_ + ms_between_picks;
   // What was picked too often or too rarely so far is made up for.
   constexpr double slack = 20;  // fixed: picks, of which chance may be the cause
   const double wanted = ms_ / ms_between_picks;

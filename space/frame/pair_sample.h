@@ -38,6 +38,13 @@ class PairSample {
     next_ = place - count;
   }
 
+  // True, without picking, where none of the next `count` pairs is to be picked.
+  bool passOver(std::size_t count) {
+    if (next_ < count) return false;
+    next_ -= count;
+    return true;
+  }
+
   // Calls call(pair) for all of them, in their order. contacts(place) is what is known of a
   // pair's contacts.
   template <class Call, class Contacts>
@@ -49,15 +56,18 @@ class PairSample {
     }
     std::size_t first = 0;
     for (const Buffer<Pair>& part : pairs.parts) {
-      std::size_t told = 0;
+      const Pair* next = part.data();
+      const auto tellUntil = [&](const Pair* end) {
+        ahead.tell(next, end, call);
+        next = end;
+      };
       pick(part.size(), [&](std::size_t place) {
-        ahead.tell(part.begin() + told, part.begin() + place, call);
-        told = place;
-        const Pair pair = part[told++];
+        tellUntil(part.data() + place);
+        const Pair pair = *next++;
         time(geoms[earlierOf(pair)], geoms[laterOf(pair)], contacts(first + place),
              [&] { call(pair); });
       });
-      ahead.tell(part.begin() + told, part.end(), call);
+      tellUntil(part.data() + part.size());
       first += part.size();
     }
   }
@@ -92,6 +102,7 @@ class PairSample {
   double one_in_ = 256;   // pairs, on average; until a frame has told what it takes
   std::uint32_t random_ = 2463534242;
   double pairs_ = 0, ms_ = 0;  // of all frames
+  double due_ms_ = 0;          // of all frames, when the next pick will be due
   SampledPairs seen_;
 };
 

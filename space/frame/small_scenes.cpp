@@ -132,7 +132,7 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
   std::size_t reported = 0;
-  if (statistics.sample().on() && report.sampled)
+  if (statistics.sample().on() && report.sampled && !statistics.sample().passOver(found.pairs))
     reported = reportSampled(found, report, statistics.sample());
   for (; reported < found.pairs; ++reported) {
     const SmallScene::IndexPair index_pair = found.index_pairs[reported];

@@ -219,6 +219,48 @@ def programs(directory):
                      "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
+def certain_gain(rows, base):
+    """The option that takes least, if that is less for its median frame than the base takes for its quickest."""
+    gains = [row for row in rows if row["median_ms"] < base["least_ms"]]
+    if not gains:
+        return "none of these"
+    best = min(gains, key=lambda row: row["median_ms"])
+    threads = " on %d threads" % best["threads"] if best["threads"] > 1 else ""
+    return "%s%s, %s" % (best["option"], threads, shown(base["median_ms"] / best["median_ms"], "×"))
+
+
+def traces(directory):
+    """Other people's programs by their traces: ODE's hash space, ours as it comes, and what an option adds."""
+    rows = read(directory, "traces")
+    lines = []
+    for program in values(rows, "program"):
+        pairs = [row for row in rows if row["program"] == program and row["collides"] == 0]
+        both = [row for row in rows if row["program"] == program and row["collides"] == 1]
+        base, serial = one(pairs, option="as traced", threads=1), both[0]
+        ode = one(pairs, option="ODE's hash space")
+        ours = [row for row in pairs if not row["option"].startswith("ODE's")]
+        lines.append([program, count(base["geoms"]), shown(base["pairs"]), shown(1000 * ode["median_ms"]),
+                      shown(1000 * base["median_ms"]), shown(ode["median_ms"] / base["median_ms"], "×"),
+                      certain_gain(ours, base), shown(1000 * serial["median_ms"]), certain_gain(both, serial)])
+    return markdown(["program", "geoms", "pairs a frame", "dHashSpace, us a frame", "ours", "gain", "what would help the pairs",
+                     "pairs and dCollide, us", "what would help these"], lines, [machine(rows)])
+
+
+def trace_peers(directory):
+    """The bounding boxes of those traces in other libraries, one thread each."""
+    rows = read(directory, "trace_peers")
+    lines = []
+    for program in values(rows, "program"):
+        here = [row for row in timed(rows) if row["program"] == program]
+        ours = one(here, peer="parallel-sap")
+        others = sorted((row for row in here if row["peer"] in LIBRARIES), key=lambda row: row["median_ms"])
+        stock = sorted((row for row in here if row["peer"] in ODE_SPACES), key=lambda row: row["median_ms"])
+        cell = lambda found: "%s %s" % (found[0]["peer"], shown(1000 * found[0]["median_ms"])) if found else "–"
+        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), cell(others), cell(stock)])
+    return markdown(["boxes of", "boxes", "ours, us a frame", "nearest other library", "nearest of ODE's spaces"], lines,
+                    [machine(rows)])
+
+
 def nearest_cells(rows, scene, threads):
     """Our time, the nearest other library with its time, and the gain."""
     mine = one(rows, scene=scene, peer="parallel-sap", threads=threads)
@@ -336,6 +378,7 @@ TABLES = {"step": (step, "step"), "peers": (peers, "peers"), "distributions": (d
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
+          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
           "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
           "many-threads": (many_threads, "nearest")}

@@ -124,6 +124,7 @@ class Stepper {
     const bool reduces = settings_.reducer != "first";
     int count = dCollide(first, second, reduces ? most_found : settings_.contacts, found,
                          sizeof(dContactGeom));
+    count = keepWanted(found, count);
     if (count == 0) return;
     double deepest = 0;
     for (int i = 0; i < count; ++i)
@@ -136,12 +137,28 @@ class Stepper {
     for (int i = 0; i < count; ++i) addJoint(found[i], a, b);
   }
 
-  void addJoint(const dContactGeom& geom, dBodyID a, dBodyID b) {
-    dContact contact = {};
+  // Fills in the contact; false where the scene does not want it.
+  bool wants(const dContactGeom& geom, dContact& contact) const {
+    contact = {};
     contact.geom = geom;
     contact.surface.mode = dContactApprox1;
     contact.surface.mu = static_cast<dReal>(0.6);
-    if (surface_ && !surface_(contact)) return;
+    return !surface_ || surface_(contact);
+  }
+
+  // What goes through each other as it should has no depth.
+  int keepWanted(dContactGeom* found, int count) const {
+    if (!surface_) return count;
+    int kept = 0;
+    dContact contact;
+    for (int i = 0; i < count; ++i)
+      if (wants(found[i], contact)) found[kept++] = found[i];
+    return kept;
+  }
+
+  void addJoint(const dContactGeom& geom, dBodyID a, dBodyID b) {
+    dContact contact;
+    if (!wants(geom, contact)) return;
     dJointAttach(dJointCreateContact(world_, joints_, &contact), a, b);
   }
 

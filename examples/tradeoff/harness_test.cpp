@@ -1,0 +1,86 @@
+// What the harness does with what a scene gives it.
+#include <iostream>
+
+#include "harness.h"
+
+namespace {
+
+int failures = 0;
+
+void check(bool is_so, const char* what) {
+  if (!is_so) std::cerr << "not so: " << what << "\n";
+  failures += !is_so;
+}
+
+double measured(const tradeoff::Scene& scene, const tradeoff::Settings& settings,
+                const std::string& column) {
+  std::istringstream lines(tradeoff::harness::measure(scene, settings));
+  std::string names, values;
+  std::getline(lines, names);
+  std::getline(lines, values);
+  std::istringstream name_of(names), value_of(values);
+  for (std::string name, value;
+       std::getline(name_of, name, ',') && std::getline(value_of, value, ',');)
+    if (name == column) return std::stod(value);
+  throw std::out_of_range(column);
+}
+
+// Two boxes, half in each other, over a plane.
+void buildOverlapping(dWorldID world, dSpaceID space, unsigned long) {
+  dCreatePlane(space, 0, 0, 1, 0);
+  for (int i = 0; i < 2; ++i) {
+    const dBodyID body = dBodyCreate(world);
+    dMass mass;
+    dMassSetBox(&mass, 1000, 1, 1, 1);
+    dBodySetMass(body, &mass);
+    dBodySetPosition(body, i ? dReal(0.5) : 0, 0, dReal(0.5));
+    dGeomSetBody(dCreateBox(space, 1, 1, 1), body);
+  }
+}
+
+void testUnwantedContacts() {
+  tradeoff::Scene scene;
+  scene.build = buildOverlapping;
+  tradeoff::Settings settings;
+  check(measured(scene, settings, "largest_falling_mm") > 400, "what overlaps is deep");
+  scene.surface = [](dContact& contact) {
+    return !dGeomGetBody(contact.geom.g1) || !dGeomGetBody(contact.geom.g2);
+  };
+  check(measured(scene, settings, "largest_falling_mm") < 10,
+        "what may go through each other has no depth");
+  check(measured(scene, settings, "height_m") > 0.45, "what the scene wants still holds");
+}
+
+void testOrder() {
+  tradeoff::Scene scene;
+  std::string calls;
+  double step = 0;
+  scene.build = [&](dWorldID world, dSpaceID space, unsigned long seed) {
+    calls += 'b';
+    buildOverlapping(world, space, seed);
+  };
+  scene.prepare = [&](double dt) {
+    calls += 'p';
+    step = dt;
+  };
+  scene.control = [&](double time) {
+    if (time == 0) calls += 'c';
+  };
+  scene.observe = [&] {
+    calls += 'o';
+    return std::vector<tradeoff::Observation>{};
+  };
+  tradeoff::Settings settings;
+  settings.dt = 0.02;
+  tradeoff::harness::measure(scene, settings);
+  check(calls == "bpco", "built, prepared, driven and observed, once each");
+  check(step == 0.02, "prepared with the step");
+}
+
+}  // namespace
+
+int main() {
+  testUnwantedContacts();
+  testOrder();
+  return failures ? 1 : 0;
+}
