@@ -21,7 +21,7 @@ class PairFilter {
 
   // Whether pairs that passed have to pass verify() as well, in every frame anew.
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
-    return facts.user_classes || rules.skip_static || rules.skip_asleep;
+    return facts.user_classes || (rules.skip() && !rules.notified);
   }
   // Puts into `verified`, another list, the pairs to be reported: those whose geoms are enabled and
   // have the bits for it, which was not looked at for geoms at rest, and which pass the AABBTest
