@@ -54,6 +54,9 @@ class ParallelSAPSpace : public dxSpace {
       pipeline_.noteAllUntold();
   }
 
+  // Any geom of any space may be such a one.
+  static void notifyAll();
+
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
   void setSweptBounds(dReal step);
   dReal sweptBounds() const { return swept_.step(); }
@@ -103,6 +106,7 @@ class ParallelSAPSpace : public dxSpace {
   Slots slots_;
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
+  unsigned notified_of_all_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
   GeomQueries queries_;
