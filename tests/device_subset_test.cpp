@@ -3,6 +3,9 @@
 // real device are right is for device_test.cpp.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <string>
 #include <thread>
 #include <vector>
@@ -166,6 +169,70 @@ TEST_CASE("Auto says once that no device has room and stays on the CPU", "[.][au
   REQUIRE(messages.all().size() == 1);
   CHECK(names(messages.all()[0], "GPU 0"));
   CHECK(messages.all()[0].find("on the CPU from now on") != std::string::npos);
+}
+
+TEST_CASE("Pages of large storage are locked from the second frame until it is given back",
+          "[.][locks]") {
+  REQUIRE(machine == "-");
+  {
+    Scene scene(dParallelSAPBackendCUDA, 1, 20000);
+    scene.collide();
+    CHECK(FakeCuda::locks().asked == 0);  // it may be the only frame
+    scene.collide();
+    CHECK(FakeCuda::locks().now > 0);
+    const int asked = FakeCuda::locks().asked;
+    scene.collide(5);
+    CHECK(FakeCuda::locks().asked == asked);
+    scene.world.addBoxes(sap_test::denseCube(60000, 6));  // which takes other storage
+    scene.collide();
+    CHECK(FakeCuda::locks().now == 0);
+    scene.collide();
+    CHECK(FakeCuda::locks().asked > asked);
+    CHECK(FakeCuda::locks().now > 0);
+    Scene small(dParallelSAPBackendCUDA, 1, 2000);
+    const std::size_t before = FakeCuda::locks().now;
+    small.collide(3);
+    CHECK(FakeCuda::locks().now == before);
+  }
+  CHECK(FakeCuda::locks().now == 0);
+  CHECK(FakeCuda::device(0).in_use == 0);
+  CHECK(FakeCuda::callsWithoutContext() == 0);
+}
+
+TEST_CASE("Where pages cannot be locked frames are found as before", "[.][no-locks]") {
+  REQUIRE(machine == "-");
+  const sap_test::Messages messages;
+  FakeCuda::allowLocks(false);
+  Scene scene(dParallelSAPBackendCUDA, 1, 20000);
+  scene.collide(2);
+  const int asked = FakeCuda::locks().asked;
+  CHECK(asked > 0);
+  CHECK(scene.collide(5).backend == dParallelSAPBackendCUDA);
+  CHECK(FakeCuda::locks().asked == asked);  // and nobody asks again
+  CHECK(FakeCuda::locks().now == 0);
+  CHECK(messages.all().empty());
+}
+
+TEST_CASE("After a fork the program's pages are locked anew", "[.][forked-locks]") {
+  REQUIRE(machine == "-");
+  Scene scene(dParallelSAPBackendCUDA, 1, 20000);
+  scene.collide(3);
+  const FakeCuda::Locks before = FakeCuda::locks();
+  REQUIRE(before.now > 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    // The pages that it gives back are not those of the device.
+    dSpaceDestroy(scene.space);
+    _exit(FakeCuda::locks().now == before.now ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  scene.collide();
+  CHECK(FakeCuda::locks().asked == before.asked + static_cast<int>(before.now));
+  CHECK(FakeCuda::locks().now == before.now);
+  scene.collide();
+  CHECK(FakeCuda::locks().asked == before.asked + static_cast<int>(before.now));
 }
 
 TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {

@@ -31,7 +31,8 @@ int main(int count, char** arguments) {
   } else if (!std::strcmp(what, "compare")) {
     good = compareAll(1000000, threads, devices);
   } else if (!std::strcmp(what, "faults")) {
-    good = checkFaults(threads, 1) && checkFaults(threads, 2) && checkSharing(threads);
+    good = checkFaults(threads, 1) && checkFaults(threads, 2) && checkSharing(threads) &&
+           checkLocks(threads);
   } else if (!std::strcmp(what, "axis")) {
     good = checkAxisLists(20000, threads);
     timeAxisLists(threads);
@@ -50,8 +51,8 @@ int main(int count, char** arguments) {
     profile(arguments[3], std::strtoull(arguments[4], nullptr, 10), threads);
   } else if (!std::strcmp(what, "all")) {
     good = compareAll(1000000, threads, devices) && checkFaults(threads, 1) &&
-           checkFaults(threads, 2) && checkSharing(threads) && checkAxisLists(20000, threads) &&
-           timeAll(false, threads);
+           checkFaults(threads, 2) && checkSharing(threads) && checkLocks(threads) &&
+           checkAxisLists(20000, threads) && timeAll(false, threads);
   } else {
     std::printf(
         "usage: %s [all|compare|small|tiny|faults|axis|quick|time] [threads] [devices]\n"

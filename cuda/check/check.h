@@ -27,6 +27,9 @@ bool checkFaults(int threads, int devices);
 // Two finders on two threads; many finders one after the other.
 bool checkSharing(int threads);
 
+// Storage whose pages are locked: given back, taken again, and copied by a fork.
+bool checkLocks(int threads);
+
 // The method AxisLists, on one device and on all, in one and in several parts: the pairs of the
 // sweep, each call failing in turn, and its limit of memory. Then times.
 bool checkAxisLists(std::size_t most, int threads);

@@ -1,5 +1,10 @@
 #include <cuda_runtime_api.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <thread>
 
@@ -84,6 +89,44 @@ bool checkSharing(int threads) {
   std::printf("sharing: two at once %s; 200 finders: %zu bytes less free\n",
               good[0] && good[1] ? "same" : "DIFFERENT", before > after ? before - after : 0);
   return good[0] && good[1] && after + (4 << 20) >= before;
+}
+
+bool checkLocks(int threads) {
+  using Clock = std::chrono::steady_clock;
+  Sweep<float> cpu;
+  PairList expected;
+  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep();
+  bool good = true;
+  double longest = 0;
+  const auto frames = [&](BoxSet& boxes, PairList& found, int count, std::uint64_t seed) {
+    for (int frame = 0; frame < count; ++frame) {
+      sceneOf("cube").fill(200000, seed + frame, boxes);
+      cpu.find(boxes, threads, expected);
+      const Clock::time_point begin = Clock::now();
+      device->find(boxes, frame % 2 ? threads : 1, found);
+      const double ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+      if (seed > 1 && ms > longest) longest = ms;
+      good = samePairs("locked storage", expected, found) && good;
+    }
+  };
+  for (int round = 0; round < 3; ++round) {  // storage at the same places as before
+    BoxSet boxes;
+    PairList found;
+    frames(boxes, found, 4, 1 + 10 * round);
+    // A child has the pages that are locked until either writes to them.
+    const pid_t child = fork();
+    if (child == 0) {
+      for (;;) pause();
+    }
+    frames(boxes, found, 4, 100 + 10 * round);
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    frames(boxes, found, 2, 200 + 10 * round);
+  }
+  std::printf("locked storage: %s; the longest frame took %.1f ms\n", good ? "same" : "DIFFERENT",
+              longest);
+  std::fflush(stdout);
+  return good;
 }
 
 }  // namespace cuda_check

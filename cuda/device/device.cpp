@@ -135,10 +135,14 @@ DriverContext driverContextOf(int device) {
   return context;
 }
 
-ScopedDevice::ScopedDevice(DriverContext context) {
+DriverContext currentDriverContext() {
   CUcontext current = nullptr;
   callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);
-  if (current == context) return;
+  return current;
+}
+
+ScopedDevice::ScopedDevice(DriverContext context) {
+  if (currentDriverContext() == context) return;
   callDriver("cuCtxPushCurrent", driver().contextPush, context);
   changed_ = true;
 }

@@ -29,6 +29,8 @@ using DriverContext = CUctx_st*;
 // That of the device which the runtime uses, too; made if there is none. It is kept for the rest of
 // the program: to make one takes long.
 DriverContext driverContextOf(int device);
+// That of the device which is current for the calling thread; null: none.
+DriverContext currentDriverContext();
 
 // Makes a device's context current for the calling thread as long as it lives; the thread is as it
 // was then. cudaSetDevice would not lead back: it makes the context of the device that it is given,

@@ -152,23 +152,20 @@ void CudaSweep::sendBoxes(DeviceSweep& sweep, const BoxSet& boxes, int threads) 
     sweep.arrived(begin / sizeof(Box), end / sizeof(Box));
   };
   const Upload::Array array = {boxes.boxes.data(), c.boxes.data(), boxes.size * sizeof(Box),
-                               sizeof(Box)};
+                               sizeof(Box),
+                               c.boxes_lock.covers(boxes.boxes.data(), boxes.boxes.bytes())};
   threads_used_ = std::max(threads_used_, c.upload.run(array, threads, c.up, sent));
 }
 
 void CudaSweep::sendFilters(Context& c, const BoxSet& boxes, int threads) {
-  const auto send = [&](const void* from, void* to, std::size_t bytes, std::size_t element) {
-    c.upload.run({from, to, bytes, element}, threads, c.up, [](std::size_t, std::size_t) {});
+  const auto send = [&](const auto& from, auto& to, PageLock& lock) {
+    to.reserve(boxes.size);
+    c.upload.run({from.data(), to.data(), boxes.size * sizeof from[0], sizeof from[0],
+                  lock.covers(from.data(), from.bytes())},
+                 threads, c.up, [](std::size_t, std::size_t) {});
   };
-  if (boxes.filter_bits) {
-    c.bits.reserve(boxes.size);
-    send(boxes.bits.data(), c.bits.data(), boxes.size * sizeof(FilterBits), sizeof(FilterBits));
-  }
-  if (boxes.filter_bodies) {
-    c.bodies.reserve(boxes.size);
-    send(boxes.bodies.data(), c.bodies.data(), boxes.size * sizeof(std::uint32_t),
-         sizeof(std::uint32_t));
-  }
+  if (boxes.filter_bits) send(boxes.bits, c.bits, c.bits_lock);
+  if (boxes.filter_bodies) send(boxes.bodies, c.bodies, c.bodies_lock);
   CHECK_CUDA(cudaEventRecord(c.filters_here, c.up));
   CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
 }
@@ -176,6 +173,13 @@ void CudaSweep::sendFilters(Context& c, const BoxSet& boxes, int threads) {
 void CudaSweep::fetchPairs(DeviceSweep& sweep, const BoxSet& boxes, int threads, PairList& pairs) {
   Context& c = *sweep.context();
   const std::size_t total = sweep.pairs();
+  pairs.clear(1);
+  pairs.parts[0].resizeDiscarding(total);
+  if (threads <= device::most_fetching_in_place &&
+      c.pairs_lock.covers(pairs.parts[0].data(), pairs.parts[0].bytes())) {
+    sweep.sendPairs(pairs);
+    return;
+  }
   sweep.sortLists(Download::pieceWords(total));
   const Download::Lists lists = {c.segments.data(), total, c.ready, c.host_has_list.data(),
                                  boxes.exact};

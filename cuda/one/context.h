@@ -9,6 +9,7 @@
 
 #include "cuda/device/device.h"
 #include "cuda/device/graph.h"
+#include "cuda/device/page_locks.h"
 #include "cuda/one/download.h"
 #include "cuda/one/lists.h"
 #include "cuda/one/scene_plan.h"
@@ -59,12 +60,15 @@ struct Context {
   device::LongListStore long_store;
   DeviceBuffer<device::Found> found;
   DeviceBuffer<std::uint32_t> lists, segments;
+  DeviceBuffer<std::uint8_t> borderline;  // where pairs travel as such (lists.h)
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
   PinnedBuffer<unsigned long long> host_begins;
   PinnedBuffer<std::uint32_t> host_has_list;
+  PinnedBuffer<std::uint8_t> host_borderline;
 
+  PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
   Upload upload;
   Download download;
   std::vector<std::unique_ptr<Event>> stage_events, ready;
@@ -73,8 +77,8 @@ struct Context {
   Stream compute, up, down;
 
   std::size_t hostBytes() const {
-    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() + upload.bytes() +
-           download.bytes();
+    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() +
+           host_borderline.bytes() + upload.bytes() + download.bytes();
   }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + dealt_bits.bytes() +
@@ -83,7 +87,7 @@ struct Context {
            starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
            sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
            has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
-           lists.bytes() + segments.bytes() + scratch.bytes();
+           lists.bytes() + segments.bytes() + borderline.bytes() + scratch.bytes();
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs that may be found.

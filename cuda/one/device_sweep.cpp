@@ -218,12 +218,11 @@ bool DeviceSweep::findAll() {
   return done;
 }
 
-void DeviceSweep::sortLists(std::size_t piece_words) {
+// Calls sorted(i) when it has asked for what words [i, i + 1) * piece_words need.
+template <class Sorted>
+void DeviceSweep::sortInPieces(const Lists& lists, std::size_t piece_words, Sorted sorted) {
   Context& c = *context_;
-  const std::size_t total = pairs();
-  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, c.segments.data()};
-  const std::size_t pieces = (total + piece_words - 1) / piece_words;
-  while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
+  const std::size_t total = pairs(), pieces = (total + piece_words - 1) / piece_words;
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
   std::size_t block = 0;
@@ -235,15 +234,51 @@ void DeviceSweep::sortLists(std::size_t piece_words) {
                        : std::lower_bound(begins + block, begins + blocks(), words) - begins;
     device::sortLists(lists, block, end, c.queue());
     block = end;
-    if (!long_lists) CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+    if (!long_lists) sorted(piece);
   }
   if (long_lists) {
     sortLongLists(lists, {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
                   c.long_store, c.queue());
-    for (std::size_t piece = 0; piece < pieces; ++piece)
-      CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+    for (std::size_t piece = 0; piece < pieces; ++piece) sorted(piece);
   }
   mark(Listed);
+}
+
+void DeviceSweep::sortLists(std::size_t piece_words) {
+  Context& c = *context_;
+  const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
+  while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
+  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, {c.segments.data(), {}}};
+  sortInPieces(lists, piece_words,
+               [&](std::size_t piece) { CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute)); });
+}
+
+// The found pairs are in their lists by now: their places are taken for sorted ones.
+void DeviceSweep::sendPairs(PairList& to) {
+  constexpr std::size_t piece_pairs = piece_segments * segment_words;
+  Context& c = *context_;
+  const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
+  c.borderline.reserve(segments);
+  c.host_borderline.reserve(segments);
+  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
+  const Lists lists = {c.lists.data(),
+                       c.ends.data(),
+                       frame_.slots,
+                       {nullptr, {c.found.data(), c.borderline.data()}}};
+  sortInPieces(lists, piece_pairs, [&](std::size_t piece) {
+    const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
+    CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
+    CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));
+    CHECK_CUDA(cudaMemcpyAsync(to.parts[0].data() + first, c.found.data() + first,
+                               count * sizeof(Pair), cudaMemcpyDeviceToHost, c.down));
+  });
+  CHECK_CUDA(cudaMemcpyAsync(c.host_borderline.data(), c.borderline.data(), segments,
+                             cudaMemcpyDeviceToHost, c.down));
+  CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+  CHECK_CUDA(cudaEventSynchronize(c.result_here));
+  for (std::size_t i = 0; i < segments; ++i)
+    if (c.host_borderline[i])
+      to.borderline.push_back({0, i * segment_words, std::min((i + 1) * segment_words, total)});
 }
 
 void DeviceSweep::mark(Stage stage) {

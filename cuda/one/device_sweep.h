@@ -9,6 +9,7 @@
 
 #include "cuda/one/cells.h"
 #include "cuda/one/context.h"
+#include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
 
@@ -63,6 +64,9 @@ class DeviceSweep {
   // Sorts the lists, in the order in which they leave. Words [i, i + 1) * piece_words of them may
   // leave after context()->ready[i].
   void sortLists(std::size_t piece_words);
+  // The same, and brings them as pairs to where they belong: the one part of `pairs`, which has
+  // room for them and is locked. Waits until all are there.
+  void sendPairs(PairList& pairs);
 
   // Marks the end of a stage, while measuring.
   void mark(Stage stage);
@@ -80,6 +84,8 @@ class DeviceSweep {
   void search(bool ignore_clusters);
   void startRecorded();
   void collect();
+  template <class Sorted>
+  void sortInPieces(const device::Lists& lists, std::size_t piece_words, Sorted sorted);
   device::CellStore cellStore();
   device::FoundPairs foundPairs();
   bool findAll();

@@ -115,8 +115,6 @@ class Download::Transfer {
 };
 
 int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs) {
-  pairs.clear(1);
-  pairs.parts[0].resizeDiscarding(lists.words);
   if (lists.words == 0) return 1;
   ring_.reserve(piece_segments * segment_size * ring_pieces);
   threads = teamFor(lists.words, grain_words, threads);

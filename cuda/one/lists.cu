@@ -16,19 +16,26 @@ struct Add {
   }
 };
 
-// Where word `i` of all lists lies in the segments.
-__device__ inline std::size_t placeOf(unsigned long long i) {
-  return i + (i / segment_words + 1) * header_words;
-}
-
-// Writes word `i` of all lists, and the header if it is a segment's first.
-__device__ inline void writeWord(std::uint32_t* segments, unsigned long long i, std::uint32_t word,
-                                 std::uint32_t ahead, std::uint32_t slot) {
-  segments[placeOf(i)] = word | ahead << ahead_shift;
-  if (i % segment_words == 0)
-    *reinterpret_cast<uint4*>(segments + i / segment_words * segment_size) =
-        make_uint4(slot, 0, 0, 0);
-}
+// Writes word `i` of all lists to the segments, and the header if it is a segment's first.
+struct ToSegments {
+  std::uint32_t* segments;
+  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t ahead,
+                             std::uint32_t slot) const {
+    segments[i + (i / segment_words + 1) * header_words] = word | ahead << ahead_shift;
+    if (i % segment_words == 0)
+      *reinterpret_cast<uint4*>(segments + i / segment_words * segment_size) =
+          make_uint4(slot, 0, 0, 0);
+  }
+};
+// Writes it as a pair.
+struct ToPairs {
+  SortedPairs to;
+  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t,
+                             std::uint32_t slot) const {
+    to.pairs[i] = Found{word & 1} << 63 | Found{slot} << 32 | word >> 1;
+    if (word & 1) to.borderline[i / segment_words] = 1;
+  }
+};
 
 // One thread a slot, one block list_block slots. The last block's last threads have no slot;
 // block_begins has a place for each block and one more, has_list one for each 32 slots.
@@ -86,9 +93,9 @@ struct BlockLists {
 
 // Puts each word of a block's short lists where the number of lesser words in its list says. Word k
 // of the list at place `low` is wordOf(low, k).
-template <class WordOf>
+template <class WordOf, class Write>
 __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t first_slot,
-                          std::uint32_t* segments) {
+                          Write write) {
   const std::uint32_t count = block.short_begins[list_block];
   for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
     int low = 0, high = list_block - 1;  // the last list that begins at or before i
@@ -103,17 +110,18 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
     const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
     std::uint32_t rank = 0;
     for (std::uint32_t k = 0; k < length; ++k) rank += wordOf(low, k) < own;
-    writeWord(segments, block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
-              static_cast<std::uint32_t>(first_slot + low));
+    write(block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
+          static_cast<std::uint32_t>(first_slot + low));
   }
 }
 
 // One block list_block slots, one thread a word of their short lists, in strides. The words of a
 // list differ, so that their ranks do; a rank is below the list's length. Short lists of a block
 // have at most list_block * long_list words.
+template <class Write>
 __global__ void __launch_bounds__(list_block)
     sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
-               std::size_t slots, std::size_t first_block, std::uint32_t* segments) {
+               std::size_t slots, std::size_t first_block, Write write) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
@@ -150,10 +158,10 @@ __global__ void __launch_bounds__(list_block)
     for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
     __syncthreads();
     rankWords([&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
-              block, first, segments);
+              block, first, write);
   } else {
     rankWords([&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
-              first, segments);
+              first, write);
   }
 }
 
@@ -199,16 +207,16 @@ __global__ void __launch_bounds__(block_threads)
 }
 
 // The way back, once the keys are sorted: list follows list as before.
+template <class Write>
 __global__ void __launch_bounds__(block_threads)
-    spreadKernel(const std::uint64_t* keys, LongWords from, std::uint32_t* segments) {
+    spreadKernel(const std::uint64_t* keys, LongWords from, Write write) {
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
     const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
     const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
     const unsigned long long rank = i - from.offsets[list];
-    writeWord(segments, from.begins[list] + rank, word, rank == 0 ? far_ahead : 0,
-              from.slots[list]);
+    write(from.begins[list] + rank, word, rank == 0 ? far_ahead : 0, from.slots[list]);
   }
 }
 
@@ -263,9 +271,15 @@ void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long 
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
-  if (begin < end)
-    launch("sort lists", sortKernel, end - begin, list_block, queue.stream, lists.words, lists.ends,
-           lists.slots, begin, lists.segments);
+  const auto sort = [&](auto write) {
+    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream,
+           lists.words, lists.ends, lists.slots, begin, write);
+  };
+  if (begin == end) return;
+  if (lists.to.segments)
+    sort(ToSegments{lists.to.segments});
+  else
+    sort(ToPairs{lists.to.pairs});
 }
 
 void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
@@ -286,8 +300,14 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
          store.keys[0].data());
   const std::uint64_t* const sorted =
       sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
-  launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
-         lists.segments);
+  const auto spread = [&](auto write) {
+    launch("spread long lists", spreadKernel<decltype(write)>, blocks, block_threads, queue.stream,
+           sorted, from, write);
+  };
+  if (lists.to.segments)
+    spread(ToSegments{lists.to.segments});
+  else
+    spread(ToPairs{lists.to.pairs});
 }
 
 }  // namespace device

@@ -48,12 +48,22 @@ constexpr std::size_t segmentedEnd(std::size_t words) {
 // What travels at a time, at most.
 constexpr std::size_t piece_segments = piece_bytes / (segment_size * sizeof(std::uint32_t));
 
-// The lists after scatter, and where they go when they are sorted.
+// Pairs as the host has them (space/data/pair_list.h), in order, and for each segment_words of them
+// whether one is borderline, which is 0 before.
+struct SortedPairs {
+  Found* pairs;
+  std::uint8_t* borderline;
+};
+
+// The lists after scatter, and where they go when they are sorted: into segments, or as pairs.
 struct Lists {
   const std::uint32_t* words;
   const unsigned long long* ends;
   std::size_t slots;
-  std::uint32_t* segments;
+  struct {
+    std::uint32_t* segments;  // null: into pairs
+    SortedPairs pairs;
+  } to;
 };
 
 // Sorts the lists of blocks [begin, end) but the long ones.

@@ -132,7 +132,7 @@ struct Search {
     const bool used = place < queued;
     const float4 low = space.low[place], high = space.high[place];
     std::uint32_t hits = 0;
-#pragma unroll 4
+#pragma unroll 2
     for (std::uint32_t q = 0; q < query_count; ++q)
       hits |=
           static_cast<std::uint32_t>(overlap(space.query_low[q], space.query_high[q], low, high))

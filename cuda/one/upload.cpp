@@ -117,23 +117,40 @@ class Upload::Transfer {
   std::atomic<std::size_t> open_{0};      // pieces that may be written; all once something failed
 };
 
+namespace {
+
+void sendInPlace(const Upload::Array& array, cudaStream_t stream, const Upload::Sent& sent) {
+  const std::size_t step = piece_bytes / array.element * array.element;
+  for (std::size_t begin = 0; begin < array.bytes; begin += step) {
+    const std::size_t end = std::min(begin + step, array.bytes);
+    CHECK_CUDA(cudaMemcpyAsync(static_cast<char*>(array.to) + begin,
+                               static_cast<const char*>(array.from) + begin, end - begin,
+                               cudaMemcpyHostToDevice, stream));
+    sent(begin, end);
+  }
+}
+
+}  // namespace
+
 // Thread 0 drives; from a few threads on it copies nothing itself, so that nobody waits for the
 // calls.
 int Upload::run(const Array& array, int threads, cudaStream_t stream, const Sent& sent) {
   if (array.bytes == 0) return 1;
+  if (array.locked) {
+    sendInPlace(array, stream, sent);
+    return 1;
+  }
   ring_.reserve(piece_bytes * ring_pieces);
   Transfer transfer(*this, array, stream, sent);
   threads = teamFor(array.bytes, grain_bytes, threads);
-  const int copiers = array.bytes < piece_bytes * ring_pieces ? threads : most_copiers;
   int used = 1;
   runTeam(sending, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     const bool apart = team >= threads_with_driver_apart;
-    const int parts = apart ? std::min(team - 1, copiers) : team,
-              part = apart ? thread - 1 : thread;
+    const int parts = apart ? team - 1 : team, part = apart ? thread - 1 : thread;
     if (thread == 0)
       transfer.drive(parts, apart);
-    else if (part < parts)
+    else
       transfer.copy(part, parts);
   });
   next_ = (next_ + transfer.pieces()) % ring_pieces;

@@ -1,4 +1,4 @@
-// Brings plain arrays from pageable memory to the device.
+// Brings plain arrays from the host's memory to the device.
 #ifndef ODE_PARALLEL_SAP_CUDA_UPLOAD_H
 #define ODE_PARALLEL_SAP_CUDA_UPLOAD_H
 
@@ -11,8 +11,8 @@
 
 namespace ode_parallel_sap {
 
-// A ring of pinned pieces: threads copy into one while others travel. The ring is small enough to
-// stay in the processor's cache.
+// Locked arrays travel from where they are. Others do through a ring of pinned pieces: threads copy
+// into one while others travel. The ring is small enough to stay in the processor's cache.
 class Upload {
  public:
   Upload();
@@ -21,12 +21,13 @@ class Upload {
     void* to;  // on the device
     std::size_t bytes;
     std::size_t element;  // bytes of one; pieces hold whole ones
+    bool locked;          // in memory (cuda/device/page_locks.h)
   };
   using Sent = std::function<void(std::size_t, std::size_t)>;
 
   // Copies an array. sent(begin, end) is called by the calling thread once the copy of that range
   // of bytes has been asked for on `stream`. Returns when all copies have been asked for, with the
-  // number of threads used.
+  // number of threads used. A locked array is to stay as it is until they are done.
   int run(const Array& array, int threads, cudaStream_t stream, const Sent& sent);
   std::size_t bytes() const { return ring_.bytes(); }
 

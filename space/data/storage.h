@@ -2,6 +2,7 @@
 #ifndef ODE_PARALLEL_SAP_STORAGE_H
 #define ODE_PARALLEL_SAP_STORAGE_H
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -39,6 +40,7 @@ class Storage {
   static void deallocate(void* data, std::size_t size) {
 #if defined(__linux__)
     if (data && isMapped(size)) {
+      if (const Watcher watcher = before_unmapping.load(std::memory_order_acquire)) watcher(data);
       munmap(data, size);
       return;
     }
@@ -46,13 +48,13 @@ class Storage {
     std::free(data);
   }
 
- private:
-  static constexpr std::size_t line = 64, page = 4096;  // fixed: the machine's
-  // fixed: likewise.
-  static constexpr std::size_t huge_page = std::size_t{1} << 21;
-  static constexpr std::size_t least_huge = 2 * huge_page;
+  // Told of each storage of the system's own pages before it goes, as long as it is set: a device
+  // may have been given these pages.
+  using Watcher = void (*)(void* data);
+  inline static std::atomic<Watcher> before_unmapping{nullptr};
 
-  // Sanitizers watch the heap only.
+  // Whether storage of a size (that of sizeFor()) is the system's own pages. Sanitizers watch the
+  // heap only.
   static bool isMapped(std::size_t size) {
 #if !defined(__linux__) || defined(__SANITIZE_ADDRESS__)
     return (void)size, false;
@@ -63,6 +65,13 @@ class Storage {
 #endif
     return size >= least_mapped;
   }
+
+ private:
+  static constexpr std::size_t line = 64, page = 4096;  // fixed: the machine's
+  // fixed: likewise.
+  static constexpr std::size_t huge_page = std::size_t{1} << 21;
+  static constexpr std::size_t least_huge = 2 * huge_page;
+
 #if defined(__linux__)
   static void* map(std::size_t size) {
     const bool huge = mechanisms::huge_pages && size >= least_huge;

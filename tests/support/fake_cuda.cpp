@@ -37,6 +37,9 @@ struct Machine {
   std::vector<std::unique_ptr<CUctx_st>> primary, created;
   std::unordered_map<void*, int> owners;  // of memory, by device
   int calls_without_context = 0;
+  int locks_asked = 0;
+  bool locks_allowed = true;
+  std::unordered_map<void*, int> locked;  // by device
 };
 
 // Outlives whatever gives things back at the program's end.
@@ -203,6 +206,14 @@ int FakeCuda::callsWithoutContext() {
   const Lock lock(machine().mutex);
   return machine().calls_without_context;
 }
+FakeCuda::Locks FakeCuda::locks() {
+  const Lock lock(machine().mutex);
+  return {machine().locks_asked, machine().locked.size()};
+}
+void FakeCuda::allowLocks(bool allowed) {
+  const Lock lock(machine().mutex);
+  machine().locks_allowed = allowed;
+}
 int FakeCuda::currentDevice() {
   int device = -1;
   cudaGetDevice(&device);
@@ -276,6 +287,27 @@ cudaError_t cudaFree(void* memory) {
 }
 cudaError_t cudaFreeHost(void* memory) {
   return release(memory);
+}
+cudaError_t cudaHostRegister(void* memory, std::size_t, unsigned int) {
+  const Lock lock(machine().mutex);
+  int device = 0;
+  if (const cudaError_t status = enter(&device)) return status;
+  ++machine().locks_asked;
+  if (!machine().locks_allowed) return note(cudaErrorMemoryAllocation);
+  if (!machine().locked.emplace(memory, device).second)
+    return note(cudaErrorHostMemoryAlreadyRegistered);
+  ++machine().devices[device].in_use;
+  return cudaSuccess;
+}
+cudaError_t cudaHostUnregister(void* memory) {
+  const Lock lock(machine().mutex);
+  int device = 0;
+  if (const cudaError_t status = enter(&device)) return status;
+  const auto locked = machine().locked.find(memory);
+  if (locked == machine().locked.end()) return note(cudaErrorHostMemoryNotRegistered);
+  --machine().devices[locked->second].in_use;
+  machine().locked.erase(locked);
+  return cudaSuccess;
 }
 cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   *free = *total = std::size_t{1} << 36;

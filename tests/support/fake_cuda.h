@@ -35,6 +35,15 @@ class FakeCuda {
   // program that leaves the choice to the runtime.
   static int callsWithoutContext();
 
+  // Host memory whose pages are locked: how often that was asked for, and what is now.
+  struct Locks {
+    int asked = 0;
+    std::size_t now = 0;
+  };
+  static Locks locks();
+  // Whether to let pages be locked, which it does at first.
+  static void allowLocks(bool allowed);
+
   // Of the calling thread.
   static int currentDevice();
   static const void* currentContext();

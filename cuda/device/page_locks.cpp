@@ -1,0 +1,94 @@
+#include "cuda/device/page_locks.h"
+
+#include <cuda.h>
+#include <cuda_runtime_api.h>
+#include <pthread.h>
+
+#include <map>
+#include <mutex>
+
+#include "cuda/device/device.h"
+#include "space/data/storage.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// All pages that are locked, by where they begin. Never destroyed: storage may outlive it.
+class LockedStorage {
+ public:
+  static LockedStorage& ofProgram() {
+    static LockedStorage* const locked = new LockedStorage;
+    return *locked;
+  }
+
+  bool lock(void* data, std::size_t bytes) {
+    const std::lock_guard<std::mutex> guard(mutex_);
+    const auto known = entries_.find(data);
+    if (known != entries_.end()) {
+      if (known->second.bytes == bytes && known->second.forks == forks_) return true;
+      unlock(known);
+    }
+    const DriverContext context = currentDriverContext();
+    if (cudaCallIsToFail() ||
+        cudaHostRegister(data, bytes, cudaHostRegisterPortable) != cudaSuccess) {
+      cudaGetLastError();  // so that nobody else meets it
+      return false;
+    }
+    entries_[data] = {bytes, forks_, context};
+    Storage::before_unmapping.store(forget, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  struct Entry {
+    std::size_t bytes;
+    unsigned long long forks;
+    DriverContext context;
+  };
+  using Entries = std::map<void*, Entry>;
+
+  LockedStorage() {
+    pthread_atfork([] { ofProgram().mutex_.lock(); },
+                   [] {
+                     ++ofProgram().forks_;
+                     ofProgram().mutex_.unlock();
+                   },
+                   // No device is the child's.
+                   [] {
+                     ofProgram().entries_.clear();
+                     ofProgram().mutex_.unlock();
+                   });
+  }
+
+  static void forget(void* data) {
+    LockedStorage& locked = ofProgram();
+    const std::lock_guard<std::mutex> guard(locked.mutex_);
+    const auto known = locked.entries_.find(data);
+    if (known != locked.entries_.end()) locked.unlock(known);
+  }
+  // At the end of the program the runtime may be gone already, and its pages with it.
+  void unlock(Entries::iterator entry) {
+    const ScopedDevice device(entry->second.context, std::nothrow);
+    if (cudaHostUnregister(entry->first) != cudaSuccess) cudaGetLastError();
+    entries_.erase(entry);
+  }
+
+  std::mutex mutex_;
+  Entries entries_;
+  unsigned long long forks_ = 0;  // of the program so far
+};
+
+}  // namespace
+
+bool PageLock::covers(const void* data, std::size_t bytes) {
+  const bool again = data == last_ && bytes == last_bytes_;
+  if (!again) refused_ = false;
+  last_ = data;
+  last_bytes_ = bytes;
+  if (!again || refused_ || !Storage::isMapped(bytes)) return false;
+  refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes);
+  return !refused_;
+}
+
+}  // namespace ode_parallel_sap
