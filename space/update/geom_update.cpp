@@ -290,7 +290,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
   if (!watching_) watchAll();
   const std::size_t looks = all ? boxes.size : watched_.count();
   if (looks == 0) return 1;
-  const bool bodies = packer_.rules.skip_asleep;
+  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified;
   int used = 1;
   runTeam(noticing, teamFor(looks, grains::packed_slots, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
@@ -301,7 +301,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
     Slot slot;
     const auto prefetchGeom = [&] {
       if (ahead.next(geoms, slot))
-        prefetchStatus(geoms[slot], !bodies && boxes.bodies[slot] == resting_number);
+        prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
     };
     const auto prefetchBody = [&] {
       if (bodies && with_body.next(geoms, slot) && geoms[slot]->body)
