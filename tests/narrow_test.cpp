@@ -45,6 +45,15 @@ struct Stop : std::runtime_error {
   Stop() : std::runtime_error("stop") {}
 };
 
+// As ODE's own without libccd, says nothing of the sides.
+int collideWithoutSides(dGeomID o1, dGeomID o2, int, dContactGeom* contact, int) {
+  contact->pos[0] = contact->pos[1] = contact->pos[2] = 0;
+  contact->normal[0] = contact->normal[1] = contact->normal[2] = contact->depth = 1;
+  contact->g1 = o1;
+  contact->g2 = o2;
+  return 1;
+}
+
 // Different for neighbouring pairs, and the same whenever asked.
 int flagsByClass(void*, dGeomID o1, dGeomID o2) {
   const int sum = 3 * dGeomGetClass(o1) + 5 * dGeomGetClass(o2);
@@ -406,6 +415,35 @@ TEST_CASE("Without memory for all contacts they are found and reported pair by p
     REQUIRE(difference(parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}), expected) ==
             "");
   CHECK(calls > 100);
+}
+
+TEST_CASE(
+    "Sides that the collider of two convexes says nothing of are none, whatever was collided "
+    "before",
+    "[narrow]") {
+  {
+    const Space space;
+    ContactScene scene(space);
+    scene.fill({Kind::Torus, Kind::Convex}, 300, seedOr(92));
+    dSetColliderOverride(dConvexClass, dConvexClass, collideWithoutSides);
+    for (const int threads : kThreads) {
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      int of_convexes = 0, of_meshes = 0;
+      for (const Contact& contact : parallelContacts(space, 8)) {
+        const bool convexes =
+            dGeomGetClass(contact.o1) == dConvexClass && dGeomGetClass(contact.o2) == dConvexClass;
+        ++(convexes ? of_convexes : of_meshes);
+        if (!convexes) continue;
+        REQUIRE(contact.side1 == -1);
+        REQUIRE(contact.side2 == -1);
+      }
+      CHECK(of_convexes > 50);
+      CHECK(of_meshes > 50);  // whose contacts have sides
+    }
+  }
+  dCloseODE();  // and the override with it
+  REQUIRE(dInitODE2(0));
+  REQUIRE(dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll)));
 }
 
 TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide all the same",

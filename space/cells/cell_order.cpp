@@ -1,6 +1,7 @@
 #include "space/cells/cell_order.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "space/cells/tuning.h"
 #include "space/data/mechanisms.h"
@@ -140,31 +141,63 @@ struct CellOrder<Real>::Cutter {
   }
 };
 
-// Gives every box a key: its class's first one plus its place on the class's curve.
+// Makes a list of the classes of sizes of all groups.
 template <class Real>
-void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
-  const int classes = size_classes_.count();
+void CellOrder<Real>::chooseClasses(const BoxSet& boxes, int threads) {
+  groups_.choose<Real>(boxes, threads);
+  if (size_classes_.size() < groups_.count()) size_classes_.resize(groups_.count());
+  members_.clear();
+  for (std::size_t group = 0; group < groups_.count(); ++group) {
+    size_classes_[group].choose(boxes, threads, groups_.ofSlots(),
+                                static_cast<std::uint8_t>(group));
+    for (int i = 0; i < size_classes_[group].count(); ++i) members_.push_back({group, i});
+  }
+  // Those of one group are in order already.
+  const auto extentOf = [this](const Member& member) {
+    const SizeClasses<Real>& sizes = size_classes_[member.group];
+    if (sizes.isUnbounded(member.index)) return std::numeric_limits<double>::infinity();
+    const ClassSummary<Real>& summary = sizes.summary(member.index);
+    return (summary.extent[0] + summary.extent[1] + summary.extent[2]) /
+           static_cast<double>(summary.count + 1);
+  };
+  if (groups_.count() > 1)
+    std::stable_sort(members_.begin(), members_.end(),
+                     [&](const Member& a, const Member& b) { return extentOf(a) < extentOf(b); });
+  for (std::size_t number = 0; number < members_.size(); ++number)
+    numbers_[members_[number].group][members_[number].index] = static_cast<std::uint8_t>(number);
+}
+
+// Gives each class its curve, and its keys after those of the class before.
+template <class Real>
+void CellOrder<Real>::layCurves(int threads) {
   quantizers_.clear();
   std::uint64_t all = 0;
-  for (int i = 0; i < classes; ++i) {
-    const ClassSummary<Real>& summary = size_classes_.summary(i);
-    quantizers_.emplace_back(summary, size_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count));
+  for (const Member& member : members_) {
+    const SizeClasses<Real>& sizes = size_classes_[member.group];
+    const ClassSummary<Real>& summary = sizes.summary(member.index);
+    quantizers_.emplace_back(summary,
+                             sizes.isUnbounded(member.index) ? 0 : digitsFor(summary.count));
     all += std::uint64_t{1} << quantizers_.back().digits();
   }
   for (bucket_shift_ = 0; all >> bucket_shift_ > std::uint64_t{1} << most_digits;) ++bucket_shift_;
   // No bucket is shared by two classes.
   first_keys_.clear();
   buckets_ = 0;
-  for (int i = 0; i < classes; ++i) {
+  for (const Quantizer<Real>& quantizer : quantizers_) {
     first_keys_.push_back(static_cast<std::uint32_t>(buckets_ << bucket_shift_));
-    const std::uint64_t keys = std::uint64_t{1} << quantizers_[i].digits();
+    const std::uint64_t keys = std::uint64_t{1} << quantizer.digits();
     buckets_ += (keys + (std::uint64_t{1} << bucket_shift_) - 1) >> bucket_shift_;
   }
   first_keys_.push_back(static_cast<std::uint32_t>(buckets_ << bucket_shift_));
-
-  order_.resizeDiscarding(boxes.size);
   positions_.resizeDiscarding(buckets_ * threads);
+}
+
+// Gives every box a key: its class's first one plus its place on the class's curve.
+template <class Real>
+void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
+  order_.resizeDiscarding(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
+  const std::uint8_t* const group_of_slot = groups_.ofSlots();
   runTeam(keying, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const counts = positions_.data() + buckets_ * part;
@@ -175,7 +208,8 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
           order_[slot] = no_key;
           continue;
         }
-        const int of = size_classes_.of(box[slot]);
+        const std::size_t group = group_of_slot ? group_of_slot[slot] : 0;
+        const int of = numbers_[group][size_classes_[group].of(box[slot])];
         const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
         order_[slot] = key;
         ++counts[key >> bucket_shift_];
@@ -203,7 +237,7 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
   workspace.resizeDiscarding(2 * count_);
   records_ = workspace.data();
   scratch_ = records_ + count_;
-  const int classes = size_classes_.count();
+  const int classes = static_cast<int>(members_.size());
   runTeam(dealing, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const next = positions_.data() + buckets_ * part;
@@ -268,7 +302,8 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
 
 template <class Real>
 void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
-  size_classes_.choose(boxes, threads);
+  chooseClasses(boxes, threads);
+  layCurves(threads);
   assignKeys(boxes, threads);
   dealIntoBuckets(boxes, threads, workspace);
 
@@ -280,7 +315,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
       std::max<std::size_t>(chunkOf(count_, longest_halved, threads), group_size);
   const std::size_t most =
       std::max(std::min(count_ / (tasks_a_thread * threads), most_piece_boxes), least);
-  for (int i = 0; i < size_classes_.count(); ++i) {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
     first_pieces.push_back(pieces_.size());
     const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;
     const std::size_t last_bucket = (first_keys_[i + 1] >> bucket_shift_) - 1;
@@ -294,14 +329,15 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   cutPieces(boxes, threads);
 
   starts_.resizeDiscarding(0);
-  for (int i = 0; i < size_classes_.count(); ++i) {
+  for (std::size_t i = 0; i < members_.size(); ++i) {
     const std::size_t first_cell = starts_.size();
     for (std::size_t piece = first_pieces[i]; piece < first_pieces[i + 1]; ++piece) {
       const Buffer<std::uint32_t>& from = piece_starts_[piece];
       starts_.resize(starts_.size() + from.size());
       std::copy(from.begin(), from.end(), starts_.end() - from.size());
     }
-    classes_.push_back({first_cell, starts_.size()});
+    classes_.push_back({first_cell, starts_.size(),
+                        size_classes_[members_[i].group].isUnbounded(members_[i].index)});
   }
   starts_.push_back(static_cast<std::uint32_t>(count_));
 }
@@ -309,8 +345,10 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
 template <class Real>
 std::size_t CellOrder<Real>::bytes() const {
   std::size_t bytes = positions_.bytes() + bucket_ends_.bytes() + order_.bytes() + starts_.bytes() +
-                      size_classes_.bytes() + quantizers_.capacity() * sizeof(Quantizer<Real>) +
+                      groups_.bytes() + size_classes_.capacity() * sizeof(SizeClasses<Real>) +
+                      quantizers_.capacity() * sizeof(Quantizer<Real>) +
                       pieces_.capacity() * sizeof(Piece);
+  for (const SizeClasses<Real>& sizes : size_classes_) bytes += sizes.bytes();
   for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
   return bytes;
 }

@@ -2,9 +2,11 @@
 #ifndef ODE_PARALLEL_SAP_CELL_ORDER_H
 #define ODE_PARALLEL_SAP_CELL_ORDER_H
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/filter_groups.h"
 #include "space/cells/quantizer.h"
 #include "space/cells/size_classes.h"
 #include "space/data/box_set.h"
@@ -13,19 +15,22 @@
 
 namespace ode_parallel_sap {
 
-// Within a class of sizes the boxes are sorted along a space-filling curve whose steps follow the
-// class's mean extents, and the curve is cut where its digits change until no piece has more than
-// sixteen boxes: each piece is what lies in one block of space. Where the curve is too coarse for a
-// cluster, another is laid through that cluster alone. Cells thus hold like numbers of boxes
-// whatever the distribution, and no length has to be chosen by anyone.
+// Boxes are divided by their filter bits where that keeps many from meeting (FilterGroups), and
+// then by size (SizeClasses). Within such a class the boxes are sorted along a space-filling curve
+// whose steps follow the class's mean extents, and the curve is cut where its digits change until
+// no piece has more than sixteen boxes: each piece is what lies in one block of space. Where the
+// curve is too coarse for a cluster, another is laid through that cluster alone. Cells thus hold
+// like numbers of boxes whatever the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
 template <class Real>
 class CellOrder {
  public:
-  // Cells [first_cell, last_cell) hold the boxes of one class. Small sizes come first.
+  // Cells [first_cell, last_cell) hold the boxes of one class: of a group and size. Small sizes
+  // come first, unbounded boxes last.
   struct Class {
     std::size_t first_cell, last_cell;
+    bool unbounded;
   };
 
   // Orders all boxes of `boxes` that are not NaN. What `workspace` holds is lost; it is of no use
@@ -36,10 +41,6 @@ class CellOrder {
   const std::uint32_t* order() const { return order_.data(); }
   const std::uint32_t* starts() const { return starts_.data(); }
   const std::vector<Class>& classes() const { return classes_; }
-  // Whether a class holds the boxes that are infinite on some side.
-  bool isUnbounded(std::size_t index) const {
-    return size_classes_.isUnbounded(static_cast<int>(index));
-  }
   std::size_t bytes() const;
 
  private:
@@ -51,13 +52,25 @@ class CellOrder {
   };
   struct Cutter;
 
+  // A class of sizes of a group.
+  struct Member {
+    std::size_t group;
+    int index;
+  };
+
+  void chooseClasses(const BoxSet& boxes, int threads);
+  void layCurves(int threads);
   void assignKeys(const BoxSet& boxes, int threads);
   void dealIntoBuckets(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
   void planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits, std::size_t most,
                   int threads, int round);
   void cutPieces(const BoxSet& boxes, int threads);
 
-  SizeClasses<Real> size_classes_;
+  FilterGroups groups_;
+  std::vector<SizeClasses<Real>> size_classes_;  // one a group
+  std::vector<Member> members_;                  // the classes, in their order
+  // Their numbers, by group and class of size.
+  std::array<std::array<std::uint8_t, SizeClasses<Real>::most>, FilterGroups::most> numbers_;
   std::vector<Quantizer<Real>> quantizers_;  // one a class
   // The classes' keys follow each other; a bucket is what a key's upper digits name.
   std::vector<std::uint32_t> first_keys_;

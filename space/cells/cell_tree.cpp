@@ -1,6 +1,7 @@
 #include "space/cells/cell_tree.h"
 
 #include <limits>
+#include <mutex>
 
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
@@ -48,11 +49,17 @@ void CellTree<Real>::build(const BoxSet& boxes, const std::uint32_t* order,
   };
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
   const int most = teamFor(cell_count_, grains::box_rows, threads);
+  filter_summary_ = {};
+  std::mutex summing;
   runTeam(packing, most, [&](int thread, int team) {
     const Range range = ownPart(cell_count_, thread, team, group_size);
     kernel.packCells(boxesOf<Real>(boxes), {order, starts}, range.begin, range.end, groups_.data(),
                      ids_.data());
-    if (filtered) packFilters(boxes, range.begin, range.end);
+    if (filtered) {
+      const FilterSummary summary = packFilters(boxes, starts, range.begin, range.end);
+      const std::lock_guard<std::mutex> lock(summing);
+      filter_summary_.add(summary);
+    }
     if (view_.depth > 1)
       kernel.packBounds(groups_.data(), cell_count_, range.begin / group_size, groupsFor(range.end),
                         levelOf(1));
@@ -105,15 +112,21 @@ BasicBox<Real> CellTree<Real>::boundsOf(std::size_t cell) const {
 }
 
 template <class Real>
-void CellTree<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
-  for (std::size_t cell = begin; cell < end; ++cell)
+FilterSummary CellTree<Real>::packFilters(const BoxSet& boxes, const std::uint32_t* starts,
+                                          std::size_t begin, std::size_t end) {
+  FilterSummary summary;
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const int count = static_cast<int>(starts[cell + 1] - starts[cell]);
     for (int lane = 0; lane < group_size; ++lane) {
       const std::uint32_t slot = ids_[cell].slot[lane];
       GroupFilter& filter = filters_[cell];
       filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
       filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
+      if (lane < count) summary.add(filter.category[lane], filter.collide[lane]);
     }
+  }
+  return summary;
 }
 
 template <class Real>

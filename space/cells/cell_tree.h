@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/filter_groups.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/simd/kernels.h"
@@ -33,15 +34,19 @@ class CellTree {
   // Valid until the next build.
   const TreeView<Real>& view() const { return view_; }
   std::size_t cells() const { return cell_count_; }
+  // Of the boxes at the last build, if the view has filters.
+  const FilterSummary& filters() const { return filter_summary_; }
   std::size_t bytes() const;
 
  private:
-  void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
+  FilterSummary packFilters(const BoxSet& boxes, const std::uint32_t* starts, std::size_t begin,
+                            std::size_t end);
 
   std::size_t cell_count_ = 0;
   Buffer<Group<Real>> groups_;  // all levels, one after the other
   Buffer<GroupIds> ids_;
   Buffer<GroupFilter> filters_;
+  FilterSummary filter_summary_;
   TreeView<Real> view_ = {};
 };
 

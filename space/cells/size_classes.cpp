@@ -103,7 +103,8 @@ typename SizeClasses<Real>::Table SizeClasses<Real>::chooseTable(const Survey& s
 // Counts bins, and summarises classes by the last frame's table. Where the counts call for another
 // table, the summaries are made again.
 template <class Real>
-void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
+void SizeClasses<Real>::choose(const BoxSet& boxes, int threads, const std::uint8_t* group_of_slot,
+                               std::uint8_t group) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   for (int attempt = 0;; ++attempt) {
     int parts = 1;
@@ -114,7 +115,7 @@ void SizeClasses<Real>::choose(const BoxSet& boxes, int threads) {
       const Range range = ownPart(boxes.size, thread, team);
       for (std::size_t slot = range.begin; slot < range.end; ++slot) {
         const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
-        if (!isActive(box)) continue;
+        if (!isActive(box) || (group_of_slot && group_of_slot[slot] != group)) continue;
         const int bin = binOf(box);
         own.count(bin);
         const std::uint8_t of = table_[bin];

@@ -18,8 +18,10 @@ class SizeClasses {
  public:
   static constexpr int most = size_rules::most_classes;
 
-  // Chooses the classes for the boxes that are not NaN and summarises each.
-  void choose(const BoxSet& boxes, int threads);
+  // Chooses the classes for the boxes that are not NaN and summarises each: those of one group
+  // where `group_of_slot` is not null.
+  void choose(const BoxSet& boxes, int threads, const std::uint8_t* group_of_slot = nullptr,
+              std::uint8_t group = 0);
 
   // Small sizes first; the last one may be that of unbounded boxes.
   int count() const { return count_; }

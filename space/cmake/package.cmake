@@ -4,8 +4,9 @@
 #     ode-parallel-sap-preload   the preload library
 #     libode-parallel-sap-dev    header, CMake package, pkg-config file
 #
-# and the source archive, by `cpack --config CPackSourceConfig.cmake`. Version and SONAME are those of
-# project(). The maintainer is taken from DEBFULLNAME and DEBEMAIL, as Debian's tools do.
+# the source archive, by `cpack --config CPackSourceConfig.cmake`, and the Debian source package
+# (debian_source.cmake). Version and SONAME are those of project(). The maintainer is taken from
+# DEBFULLNAME and DEBEMAIL, as Debian's tools do.
 set(runtime_package "libode-parallel-sap${PROJECT_VERSION_MAJOR}")
 set(preload_package "ode-parallel-sap-preload")
 set(development_package "libode-parallel-sap-dev")
@@ -75,16 +76,22 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
     "${runtime_package} (= ${package_version}), libode-dev (>= 2:0.16), libode-dev (<< 2:0.17~), pkg-config")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "${about}This package has the header, the CMake package and the pkg-config file.")
 
-# What Debian wants of every package, and a plain installation does without.
-if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
-  set(MAINTAINER "${CPACK_PACKAGE_CONTACT}")
-  set(PACKAGE_VERSION "${package_version}")
-  string(TIMESTAMP DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)  # SOURCE_DATE_EPOCH, if it is set
-  configure_file("${CMAKE_CURRENT_LIST_DIR}/debian/changelog.in" "${PROJECT_BINARY_DIR}/debian/changelog")
-  file(READ "${PROJECT_SOURCE_DIR}/LICENSE" license)
+# A file with a licence as Debian's copyright files have it: lines begin with a space, empty ones are a dot.
+function(read_debian_license file result)
+  file(READ "${file}" license)
+  string(STRIP "${license}" license)
   string(REGEX REPLACE "\n\n" "\n.\n" license "${license}")
-  string(REGEX REPLACE "\n" "\n " LICENSE_TEXT " ${license}")
-  string(STRIP "${LICENSE_TEXT}" LICENSE_TEXT)
+  string(REGEX REPLACE "\n" "\n " license "${license}")
+  set(${result} "${license}" PARENT_SCOPE)
+endfunction()
+set(MAINTAINER "${CPACK_PACKAGE_CONTACT}")
+set(PACKAGE_VERSION "${package_version}")
+string(TIMESTAMP DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)  # SOURCE_DATE_EPOCH, if it is set
+read_debian_license("${PROJECT_SOURCE_DIR}/LICENSE" LICENSE_TEXT)
+
+# What Debian wants of every package, and a plain installation does without; in a source package its tools see to it.
+if(CMAKE_INSTALL_PREFIX STREQUAL "/usr" AND NOT EXISTS "${PROJECT_SOURCE_DIR}/debian/rules")
+  configure_file("${CMAKE_CURRENT_LIST_DIR}/debian/changelog.in" "${PROJECT_BINARY_DIR}/debian/changelog")
   configure_file("${CMAKE_CURRENT_LIST_DIR}/debian/copyright.in" "${PROJECT_BINARY_DIR}/debian/copyright")
   execute_process(COMMAND gzip -9nc "${PROJECT_BINARY_DIR}/debian/changelog"
                   OUTPUT_FILE "${PROJECT_BINARY_DIR}/debian/changelog.Debian.gz")
@@ -95,8 +102,15 @@ if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   endforeach()
   foreach(component IN ITEMS runtime preload)
     set(PACKAGE "${${component}_package}")
-    configure_file("${CMAKE_CURRENT_LIST_DIR}/debian/${component}.lintian-overrides"
-                   "${PROJECT_BINARY_DIR}/debian/overrides/${PACKAGE}" @ONLY)
+    set(overrides "")
+    foreach(cause IN ITEMS cpack ${component})
+      if(EXISTS "${CMAKE_CURRENT_LIST_DIR}/debian/${cause}.lintian-overrides")
+        file(READ "${CMAKE_CURRENT_LIST_DIR}/debian/${cause}.lintian-overrides" override)
+        string(APPEND overrides "${override}")
+      endif()
+    endforeach()
+    string(CONFIGURE "${overrides}" overrides @ONLY)
+    file(WRITE "${PROJECT_BINARY_DIR}/debian/overrides/${PACKAGE}" "${overrides}")
     install(FILES "${PROJECT_BINARY_DIR}/debian/overrides/${PACKAGE}"
             DESTINATION "${CMAKE_INSTALL_DATAROOTDIR}/lintian/overrides" COMPONENT ${component} EXCLUDE_FROM_ALL)
   endforeach()
@@ -107,3 +121,4 @@ set(CPACK_SOURCE_PACKAGE_FILE_NAME "${PROJECT_NAME}-${PROJECT_VERSION}")
 # Only what is in the repository: no build directory, no fetched ODE.
 set(CPACK_SOURCE_IGNORE_FILES "/\\.git/" "/\\.git$" "/build[^/]*/" "/\\.cache/" "/\\.ode/" "/\\.carry/" "/__pycache__/")
 include(CPack)
+include("${CMAKE_CURRENT_LIST_DIR}/debian_source.cmake")

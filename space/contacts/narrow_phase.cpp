@@ -48,6 +48,13 @@ void prefetchPose(const dxGeom* geom) {
   if (geom->body) prefetchObject(geom->body, 128);
 }
 
+// The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
+// the caller had them: none, not those of another pair.
+void clearSides(const GeomPair& pair, dContactGeom* contacts, int count) {
+  if (pair.o1->type != dConvexClass || pair.o2->type != dConvexClass) return;
+  for (int i = 0; i < count; ++i) contacts[i].side1 = contacts[i].side2 = -1;
+}
+
 // Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
 // are.
 std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
@@ -57,6 +64,7 @@ std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& req
   dContactGeom* const found = contacts.data() + size;
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
+  clearSides(pair, found, flags & most_contacts_mask);
   int count =
       image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
             : ode_collide.load(std::memory_order_relaxed)(pair.o1, pair.o2, of_ode, found, skip);

@@ -44,6 +44,10 @@ constexpr bool learned_teams = true;
 constexpr bool size_classes = true;
 // So has each shape.
 constexpr bool shape_classes = true;
+// So has each kind of filter bits, where many kinds never meet (FilterGroups).
+constexpr bool filter_groups = true;
+// Classes that no bits let meet are not met, and boxes of those that all may meet are not asked.
+constexpr bool filters_of_classes = true;
 // Boxes that the keys do not tell apart get a curve of their own. Else they are halved.
 constexpr bool curves_of_clusters = true;
 // Unbounded boxes meet all others in rows. Else by the tree.

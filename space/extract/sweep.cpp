@@ -20,9 +20,10 @@ Region sweeping("sweep: tasks");
 
 }  // namespace
 
-// Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
+// Each class meets itself and all classes of larger boxes: a small cell reaches few of those. What
+// the bits of whole classes decide is not asked of their boxes.
 template <class Real>
-void Sweep<Real>::planTasks(int threads) {
+void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   tasks_.clear();
   std::size_t all = 0;
   for (std::size_t i = 0; i < order_.classes().size(); ++i) all += trees_[i].cells();
@@ -33,8 +34,14 @@ void Sweep<Real>::planTasks(int threads) {
     for (std::uint32_t tree = queries; tree < classes; ++tree) {
       const std::size_t cells = trees_[queries].cells();
       if (trees_[tree].cells() == 0) continue;
+      bool filtered = boxes.filter_bits || boxes.filter_bodies;
+      if (mechanisms::filters_of_classes && filtered) {
+        const FilterSummary &a = trees_[queries].filters(), &b = trees_[tree].filters();
+        if (!someMayMeet(a, b)) continue;
+        filtered = boxes.filter_bodies || !allMayMeet(a, b);
+      }
       for (std::size_t begin = 0; begin < cells; begin += task_cells)
-        tasks_.push_back({queries, tree, begin, std::min(begin + task_cells, cells)});
+        tasks_.push_back({queries, tree, filtered, begin, std::min(begin + task_cells, cells)});
     }
 }
 
@@ -69,34 +76,35 @@ void Sweep<Real>::renumber(const Slot* slots) {
 }
 
 template <class Real>
+void Sweep<Real>::run(const Task& task, bool exact, PairSink& sink) const {
+  const Kernels<Real>& kernel = kernels<Real>();
+  TreeView<Real> queries = trees_[task.queries].view(), tree = trees_[task.tree].view();
+  if (!task.filtered) queries.filters = tree.filters = nullptr;
+  if (task.queries == task.tree)
+    kernel.selfPairs(queries, task.begin, task.end, exact, sink);
+  else if (mechanisms::unbounded_rows && order_.classes()[task.tree].unbounded &&
+           trees_[task.tree].cells() <= most_reaching_cells)
+    kernel.reachPairs(tree, queries, task.begin, task.end, exact, sink);
+  else
+    kernel.crossPairs(queries, task.begin, task.end, tree, exact, sink);
+}
+
+template <class Real>
 int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const ScopedMode mode(exactMode());
   releaseSpare(boxes.size);
   build(boxes, threads);
-  planTasks(threads);
+  planTasks(boxes, threads);
 
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
   int used = 1;
   runTeam(sweeping, threads, [&](int thread, int team) {
     if (thread == 0) used = team;
     BufferSink sink(found_[thread]);
     Range range;
-    while (queue.next(range)) {
-      const Task& task = tasks_[range.begin];
-      const TreeView<Real>& queries = trees_[task.queries].view();
-      if (task.queries == task.tree)
-        kernel.selfPairs(queries, task.begin, task.end, boxes.exact, sink);
-      else if (mechanisms::unbounded_rows && order_.isUnbounded(task.tree) &&
-               trees_[task.tree].cells() <= most_reaching_cells)
-        kernel.reachPairs(trees_[task.tree].view(), queries, task.begin, task.end, boxes.exact,
-                          sink);
-      else
-        kernel.crossPairs(queries, task.begin, task.end, trees_[task.tree].view(), boxes.exact,
-                          sink);
-    }
+    while (queue.next(range)) run(tasks_[range.begin], boxes.exact, sink);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;

@@ -39,10 +39,12 @@ class Sweep : public PairFinder {
  private:
   struct Task {
     std::uint32_t queries, tree;  // classes; the same one: pairs within it
+    bool filtered;                // or else bits and bodies let all of them meet
     std::size_t begin, end;       // cells of `queries`
   };
   void packTrees(const BoxSet& boxes, int threads);
-  void planTasks(int threads);
+  void planTasks(const BoxSet& boxes, int threads);
+  void run(const Task& task, bool exact, PairSink& sink) const;
   void releaseSpare(std::size_t slots);
 
   CellOrder<Real> order_;

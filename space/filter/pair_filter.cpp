@@ -68,42 +68,42 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy.
-Pair* PairFilter::verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
+Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
                             const Pair* end, Pair* to) {
-  // Geoms lie anywhere in memory.
+  // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
-  const auto prefetch = [](const dxGeom* geom) {
+  const auto prefetch = [&](const dxGeom* geom) {
     __builtin_prefetch(&geom->gflags);
-    __builtin_prefetch(&geom->collide_bits);
+    if (what.bits) __builtin_prefetch(&geom->collide_bits);
   };
   for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
-      __builtin_prefetch(&geoms[earlierOf(pair[2 * ahead])]);
       __builtin_prefetch(&geoms[laterOf(pair[2 * ahead])]);
-      prefetch(geoms[earlierOf(pair[ahead])]);
       prefetch(geoms[laterOf(pair[ahead])]);
+      const Slot earlier = earlierOf(pair[ahead]);
+      if (earlier != earlierOf(pair[ahead - 1])) prefetch(geoms[earlier]);
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += isEnabled(a) && isEnabled(b) && filtersMatch(a, b) &&
-          (!user_classes || passesAABBTests(a, b));
+    to += isEnabled(a) && isEnabled(b) && (!what.bits || filtersMatch(a, b)) &&
+          (!what.user_classes || passesAABBTests(a, b));
   }
   return to;
 }
 
-void PairFilter::verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads,
+void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
                         const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();
   verified.clear(1);
   verified.parts[0].resizeDiscarding(count);
   Pair* const begin = verified.parts[0].data();
-  const int team = facts.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
+  const int team = what.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
   pieces_.assign(static_cast<std::size_t>(team), {count, count, 0});
   runTeam(verifying, team, [&](int thread, int size) {
     const Range own = ownPart(count, thread, size);
     Pair* to = begin + own.begin;
     PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      to = verifyRun(geoms, facts.user_classes, run, run_end, to);
+      to = verifyRun(geoms, what, run, run_end, to);
     });
     pieces_[thread] = {own.begin, own.end, static_cast<std::size_t>(to - begin) - own.begin};
   });

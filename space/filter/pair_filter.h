@@ -23,16 +23,19 @@ class PairFilter {
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
     return facts.user_classes || (rules.skip() && !rules.notified);
   }
-  // Puts into `verified`, another list, the pairs to be reported: those whose geoms are enabled and
-  // have the bits for it, which was not looked at for geoms at rest, and which pass the AABBTest
-  // functions, called on the calling thread.
-  void verify(dxGeom* const* geoms, const UpdateFacts& facts, int threads, const PairList& pairs,
+  // What there is to verify besides that geoms are enabled.
+  struct Verified {
+    bool bits;          // which were not looked at for geoms at rest
+    bool user_classes;  // their AABBTest functions, called on the calling thread
+  };
+  // Puts into `verified`, another list, the pairs to be reported.
+  void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
               PairList& verified);
   std::size_t bytes() const;
 
  private:
   struct ExactTest;
-  static Pair* verifyRun(dxGeom* const* geoms, bool user_classes, const Pair* begin,
+  static Pair* verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
                          const Pair* end, Pair* to);
   void testSegments(const ExactTest& test, int threads, PairList& pairs);
 

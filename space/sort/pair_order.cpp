@@ -59,23 +59,91 @@ bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratc
   return isMarkedBorderline(all);
 }
 
+// A pair of a bucket in 32 bits: as it is, but for the earlier slot, which is counted from the
+// bucket's first.
+class PairOrder::ShortPair {
+ public:
+  ShortPair(Slot first_slot, std::size_t slots, int slot_bits)
+      : first_slot_(first_slot), slot_bits_(slot_bits), bits_(slot_bits) {
+    while ((slots - 1) >> (bits_ - slot_bits_)) ++bits_;
+  }
+  int bits() const { return bits_; }  // but for the top one, which marks what is borderline
+  bool fits() const { return bits_ < 32; }
+  std::uint32_t of(Pair pair) const {
+    return static_cast<std::uint32_t>(pair >> 63 << 31) |
+           (earlierOf(pair) - first_slot_) << slot_bits_ | laterOf(pair);
+  }
+  Pair pairOf(std::uint32_t word) const {
+    const std::uint32_t slots = word & 0x7fffffff, later = slots & ((1u << slot_bits_) - 1);
+    return makePair(first_slot_ + (slots >> slot_bits_), later) | Pair{word >> 31} << 63;
+  }
+
+ private:
+  Slot first_slot_;
+  int slot_bits_, bits_;
+};
+
+// All lists together, as words half as long.
+template <int passes, int digit_bits>
+bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape, Pair* pairs,
+                          Scratch& scratch) {
+  constexpr std::uint32_t digits = 1u << digit_bits;
+  const auto digitOf = [](std::uint32_t word, int pass) {
+    return (word & 0x7fffffff) >> pass * digit_bits & (digits - 1);
+  };
+  scratch.ends.assign(passes * digits, 0);
+  std::uint32_t* const next = scratch.ends.data();
+  scratch.words.resizeDiscarding(2 * count);
+  std::uint32_t *from = scratch.words.data(), *to = from + count, all = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t word = shape.of(found[i]);
+    from[i] = word;
+    all |= word;
+    for (int pass = 0; pass < passes; ++pass) ++next[pass * digits + digitOf(word, pass)];
+  }
+  for (int pass = 0; pass < passes; ++pass) {
+    std::uint32_t* const at = next + pass * digits;
+    for (std::uint32_t digit = 0, position = 0; digit < digits; ++digit)
+      position += std::exchange(at[digit], position);
+    if (pass + 1 < passes)
+      for (std::size_t i = 0; i < count; ++i) to[at[digitOf(from[i], pass)]++] = from[i];
+    else
+      for (std::size_t i = 0; i < count; ++i)
+        pairs[at[digitOf(from[i], pass)]++] = shape.pairOf(from[i]);
+    std::swap(from, to);
+  }
+  return all >> 31;
+}
+
+bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
+                             Pair* pairs, Scratch& scratch) {
+  if (shape.bits() <= 2 * most_digits)
+    return sortWords<2, most_digits>(found, count, shape, pairs, scratch);
+  // One pass less, where its counters are few beside the pairs.
+  constexpr int more_digits = most_digits + 1;
+  if (shape.bits() <= 2 * more_digits && count >> more_digits > 2)
+    return sortWords<2, more_digits>(found, count, shape, pairs, scratch);
+  if (shape.bits() <= 3 * most_digits_alone)
+    return sortWords<3, most_digits_alone>(found, count, shape, pairs, scratch);
+  return sortWords<3, most_digits>(found, count, shape, pairs, scratch);
+}
+
 // From `found` to `pairs`, which may be the same.
 bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
   if (count == 0) return false;
-  scratch.pairs.resizeDiscarding(count);
   const Slot first_slot = static_cast<Slot>(bucket << buckets.shift);
   const std::size_t slots =
       std::min(std::size_t{1} << buckets.shift, buckets.slots - std::size_t{first_slot});
-  const bool sparse = slots / count >= sparse_slots;
-  // Long lists are put in order together, before they are told apart.
-  const bool lists_are_long = mechanisms::lists_by_digits && count / slots > long_list;
-  if ((sparse || lists_are_long) && found != pairs) {  // these sort in place
-    std::copy(found, found + count, pairs);
-    found = pairs;
+  if (slots / count >= sparse_slots) {
+    if (found != pairs) std::copy(found, found + count, pairs);
+    scratch.pairs.resizeDiscarding(count);
+    return sortSparse(pairs, count, buckets.slot_bits, scratch);
   }
-  if (sparse) return sortSparse(pairs, count, buckets.slot_bits, scratch);
-  if (lists_are_long) radixSort(pairs, scratch.pairs.data(), count, 0, buckets.slot_bits, 1);
+  const ShortPair shape(first_slot, slots, buckets.slot_bits);
+  if (mechanisms::lists_by_digits && count / slots > long_list && shape.fits())
+    return sortByDigits(found, count, shape, pairs, scratch);
+  scratch.pairs.resizeDiscarding(count);
   scratch.ends.assign(slots + 1, 0);
   std::uint32_t* const ends = scratch.ends.data();
   Pair all = 0;
@@ -86,10 +154,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
   for (std::size_t i = 0; i < count; ++i)
     scratch.pairs[ends[earlierOf(found[i]) - first_slot]++] = found[i];
-  if (lists_are_long)
-    std::copy(scratch.pairs.begin(), scratch.pairs.begin() + count, pairs);
-  else
-    kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+  kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
   return isMarkedBorderline(all);
 }
 
@@ -176,7 +241,8 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
 std::size_t PairOrder::bytes() const {
   std::size_t bytes = (positions_.capacity() + bucket_begin_.capacity()) * sizeof(std::size_t);
   for (const Scratch& scratch : scratch_)
-    bytes += scratch.pairs.bytes() + scratch.ends.capacity() * sizeof(std::uint32_t);
+    bytes += scratch.pairs.bytes() + scratch.words.bytes() +
+             scratch.ends.capacity() * sizeof(std::uint32_t);
   return bytes;
 }
 

@@ -24,6 +24,7 @@ class PairOrder {
   struct alignas(64) Scratch {
     std::vector<std::uint32_t> ends;
     Buffer<Pair> pairs;
+    Buffer<std::uint32_t> words;
     std::vector<PairList::Segment> borderline;
   };
   // Bucket i has the pairs whose earlier slots are i << shift and following.
@@ -38,6 +39,12 @@ class PairOrder {
   // Return whether one of the pairs is borderline.
   static bool sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                          std::size_t bucket, Pair* pairs, Scratch& scratch);
+  class ShortPair;
+  template <int passes, int digit_bits>
+  static bool sortWords(const Pair* found, std::size_t count, ShortPair shape, Pair* pairs,
+                        Scratch& scratch);
+  static bool sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
+                           Pair* pairs, Scratch& scratch);
   static bool sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);
 
   std::vector<std::size_t> positions_;

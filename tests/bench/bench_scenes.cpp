@@ -12,6 +12,12 @@ namespace bench {
 
 using sap_test::Random;
 
+std::vector<bool> differing(const Boxes& before, const Boxes& after) {
+  std::vector<bool> differ;
+  for (std::size_t i = 0; i < after.size(); ++i) differ.push_back(!(before[i] == after[i]));
+  return differ;
+}
+
 Extent extentOf(const Boxes& boxes) {
   Extent extent;
   for (int axis = 0; axis < 3; ++axis) {

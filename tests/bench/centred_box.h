@@ -19,6 +19,11 @@ struct CentredBox {
     return half[0] == other.half[0] && half[1] == other.half[1] && half[2] == other.half[2];
   }
 
+  bool operator==(const CentredBox& other) const {
+    return centre[0] == other.centre[0] && centre[1] == other.centre[1] &&
+           centre[2] == other.centre[2] && sameSizeAs(other);
+  }
+
   // Closed intervals, as in ODE.
   bool overlaps(const CentredBox& other) const {
     for (int axis = 0; axis < 3; ++axis)
@@ -27,6 +32,9 @@ struct CentredBox {
   }
 };
 using Boxes = std::vector<CentredBox>;
+
+// Which boxes of the one are others in the other.
+std::vector<bool> differing(const Boxes& before, const Boxes& after);
 
 // The extent of all boxes.
 struct Extent {

@@ -19,7 +19,8 @@ const char usage[] =
   --threads=t,t,...   for the peers that take a number of threads; default 1
   --devices=d         GPUs for the back ends that use some; default 0: their own choice
   --batch=f           f frames in one clock reading, moving included and told apart: for small scenes
-  --still             nothing moves
+  --moving=p          part of the boxes that moves, always the same ones; default 1
+  --still             nothing moves, and no library is told of boxes again
   --budget=s          seconds of timed work in a cell; default 1
   --limit=s           leave out what would need more seconds for one find; default 60
   --rounds=r          turns of each peer in a cell; default 2
@@ -65,6 +66,7 @@ Setters setters(Options& o) {
       {"--sizes", [&](const std::string& v) { o.sizes = numbersIn<std::size_t>(v); }},
       {"--threads", [&](const std::string& v) { o.threads = numbersIn<int>(v); }},
       {"--devices", [&](const std::string& v) { o.devices = static_cast<int>(numberIn(v, 0)); }},
+      {"--moving", [&](const std::string& v) { o.moving = numberIn(v, 0); }},
       {"--batch", [&](const std::string& v) { o.batch = static_cast<int>(numberIn(v, 0)); }},
       {"--budget", [&](const std::string& v) { o.budget = numberIn(v, 0); }},
       {"--limit", [&](const std::string& v) { o.limit = numberIn(v, 0); }},

@@ -14,7 +14,8 @@ struct Options {
   std::vector<int> threads{1};
   int devices = 0;     // GPUs for the back ends that use some; 0: their own choice
   int batch = 0;       // frames in one clock reading; 0: each find has its own
-  bool still = false;  // nothing moves
+  bool still = false;  // nothing moves, and nobody says so
+  double moving = 1;   // part of the boxes that moves
   double budget = 1;   // seconds of timed work in a cell
   double limit = 60;   // seconds that one find may take
   int rounds = 2;      // times each peer of a cell has its turn

@@ -16,6 +16,7 @@
 #include "machine.h"
 #include "options.h"
 #include "pair_check.h"
+#include "partly_moving.h"
 #include "peer.h"
 #include "random.h"
 #include "stopwatch.h"
@@ -36,7 +37,7 @@ struct Stage {
   std::size_t n;
   int threads;
   bool has_expected = false;
-  PairSet expected{};  // in the frame that is checked
+  Overlapping expected{};  // in the frame that is checked
 };
 
 // What was measured in a cell, over all its turns.
@@ -52,6 +53,9 @@ struct Cell {
   std::string status = "ok";
   int turns_done = 0;
 
+  const PairSet& expected() const {
+    return kind.leaves_out_rest ? stage.expected.of_moved : stage.expected.all;
+  }
   std::string name() const {
     return stage.scene.name + "/" + std::to_string(stage.n) + "/" + kind.name +
            "/threads:" + std::to_string(stage.threads);
@@ -151,12 +155,15 @@ class Turn {
   }
 
   static std::unique_ptr<MovingScene> makeScene(const Cell& cell) {
-    return cell.stage.scene.make(cell.stage.n, options().seed);
+    auto scene = cell.stage.scene.make(cell.stage.n, options().seed);
+    if (options().moving >= 1) return scene;
+    return std::make_unique<PartlyMoving>(std::move(scene), options().moving);
   }
 
+  // Where nothing moves the first frames tell so, and the timed ones tell nothing.
   void advance() {
-    if (options().still) return;
-    scene_->advance();
+    if (options().still && samples_ > 0) return;
+    if (!options().still) scene_->advance();
     peer_->move(scene_->boxes());
   }
 
@@ -203,13 +210,15 @@ class Turn {
   }
 
   void check() {
+    const Boxes before = scene_->boxes();
     advance();
     Stage& stage = cell_.stage;
-    if (!stage.has_expected) stage.expected = overlapping(scene_->boxes());
+    if (!stage.has_expected)
+      stage.expected = overlapping(scene_->boxes(), differing(before, scene_->boxes()));
     stage.has_expected = true;
     const Reported reported = reportedBy(*peer_, scene_->boxes());
     cell_.extra = reported.extra;
-    const std::string fault = faultOf(reported, stage.expected, !cell_.kind.superset.empty());
+    const std::string fault = faultOf(reported, cell_.expected(), !cell_.kind.superset.empty());
     if (!fault.empty()) cell_.status = fault;
   }
 
@@ -239,17 +248,17 @@ Row rowOf(const Cell& cell) {
       .add("peer", cell.kind.name)
       .add("library", cell.kind.library)
       .add("threads", cell.stage.threads)
-      .add("moving", options().still ? 0 : 1)
+      .add("moving", options().still ? 0.0 : options().moving)
       .add("status", cell.status)
       .add("samples", cell.times.size())
       .add("median_ms", total)
       .add("min_ms", least)
       .add("mean_ms", mean(cell.times))
       .add("move_ms", cell.move_ms)
-      .add("pairs", cell.stage.expected.count)
+      .add("pairs", cell.expected().count)
       .add("extra_pairs", cell.extra)
-      .add("ns_per_pair", ran && cell.stage.expected.count > 0
-                              ? 1e6 * total / static_cast<double>(cell.stage.expected.count)
+      .add("ns_per_pair", ran && cell.expected().count > 0
+                              ? 1e6 * total / static_cast<double>(cell.expected().count)
                               : not_known)
       .add("update_ms", stage("update"))
       .add("synchronise_ms", stage("synchronise"))
@@ -328,7 +337,7 @@ class Runner {
 
   static void report(const Cell& cell, benchmark::State& state) {
     state.counters["median_ms"] = median(cell.times);
-    state.counters["pairs"] = static_cast<double>(cell.stage.expected.count);
+    state.counters["pairs"] = static_cast<double>(cell.expected().count);
     state.counters["extra"] = static_cast<double>(cell.extra);
     for (const auto& [name, times] : cell.stage_times) {
       const double value = median(times);

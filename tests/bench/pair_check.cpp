@@ -26,35 +26,41 @@ Reported reportedBy(Peer& peer, const Boxes& boxes) {
   return reported;
 }
 
+void Overlapping::add(std::size_t a, std::size_t b, const std::vector<bool>& moved) {
+  all.add(a, b);
+  if (moved[a] || moved[b]) of_moved.add(a, b);
+}
+
 namespace {
 
-PairSet allPairs(const Boxes& boxes) {
-  PairSet pairs;
+Overlapping allPairs(const Boxes& boxes, const std::vector<bool>& moved) {
+  Overlapping pairs;
   for (std::size_t i = 0; i < boxes.size(); ++i)
     for (std::size_t j = i + 1; j < boxes.size(); ++j)
-      if (boxes[i].overlaps(boxes[j])) pairs.add(i, j);
+      if (boxes[i].overlaps(boxes[j])) pairs.add(i, j, moved);
   return pairs;
 }
 
 // Along x, among the boxes that reach into a slab of y from `low` to below `high`; a pair counts in
 // the slab where its intersection begins.
+template <class Add>
 void sweepSlab(const Boxes& boxes, const std::vector<std::size_t>& by_x, dReal low, dReal high,
-               PairSet& pairs) {
+               Add add) {
   for (std::size_t i = 0; i < by_x.size(); ++i) {
     const CentredBox& box = boxes[by_x[i]];
     const dReal end = box.high(0);
     for (std::size_t j = i + 1; j < by_x.size() && boxes[by_x[j]].low(0) <= end; ++j) {
       const CentredBox& other = boxes[by_x[j]];
       const dReal begin = std::max(box.low(1), other.low(1));
-      if (begin >= low && begin < high && box.overlaps(other)) pairs.add(by_x[i], by_x[j]);
+      if (begin >= low && begin < high && box.overlaps(other)) add(by_x[i], by_x[j]);
     }
   }
 }
 
 }  // namespace
 
-PairSet overlapping(const Boxes& boxes) {
-  if (boxes.size() <= 3000) return allPairs(boxes);
+Overlapping overlapping(const Boxes& boxes, const std::vector<bool>& moved) {
+  if (boxes.size() <= 3000) return allPairs(boxes, moved);
   std::vector<dReal> lows;
   for (const CentredBox& box : boxes) lows.push_back(box.low(1));
   std::sort(lows.begin(), lows.end());
@@ -77,9 +83,10 @@ PairSet overlapping(const Boxes& boxes) {
   for (std::size_t i : by_x)
     for (std::size_t s = slabOf(boxes[i].low(1)); s <= slabOf(boxes[i].high(1)); ++s)
       members[s].push_back(i);
-  PairSet pairs;
+  Overlapping pairs;
+  const auto add = [&](std::size_t a, std::size_t b) { pairs.add(a, b, moved); };
   for (std::size_t s = 0; s < members.size(); ++s)
-    sweepSlab(boxes, members[s], borders[s], borders[s + 1], pairs);
+    sweepSlab(boxes, members[s], borders[s], borders[s + 1], add);
   return pairs;
 }
 

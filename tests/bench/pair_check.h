@@ -26,7 +26,11 @@ Reported reportedBy(Peer& peer, const Boxes& boxes);
 
 // By a way of its own, which shares no code with what is compared: all pairs up to 3,000 boxes, a
 // sweep in slabs of equally many boxes above.
-PairSet overlapping(const Boxes& boxes);
+struct Overlapping {
+  PairSet all, of_moved;  // the latter have a box that moved
+  void add(std::size_t a, std::size_t b, const std::vector<bool>& moved);
+};
+Overlapping overlapping(const Boxes& boxes, const std::vector<bool>& moved);
 
 // Empty if all is as it should be, else what is wrong.
 std::string faultOf(const Reported& reported, const PairSet& expected, bool superset_allowed);

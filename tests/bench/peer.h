@@ -82,6 +82,8 @@ struct PeerKind {
   std::size_t most = std::numeric_limits<std::size_t>::max();
   // Why more pairs than the exact ones may be reported; empty: it reports exactly these.
   std::string superset;
+  // It finds no pairs of boxes that have both not moved.
+  bool leaves_out_rest = false;
   // Why it must not be shown these boxes, which would end the program; empty if it may.
   std::function<std::string(const Boxes& boxes)> refuses = [](const Boxes&) { return ""; };
   // Empty where it is not to be had on this machine.
@@ -98,5 +100,9 @@ void addEmbreePeers(std::vector<PeerKind>& kinds);
 void addCgalPeers(std::vector<PeerKind>& kinds);
 void addBulletPeers(std::vector<PeerKind>& kinds);
 void addFclPeers(std::vector<PeerKind>& kinds);
+void addPhysXPeers(std::vector<PeerKind>& kinds);
+void addJoltPeers(std::vector<PeerKind>& kinds);
+void addBox3dPeers(std::vector<PeerKind>& kinds);
+void addScalableCcdPeers(std::vector<PeerKind>& kinds);
 
 }  // namespace bench

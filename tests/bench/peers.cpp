@@ -19,6 +19,18 @@ const std::vector<PeerKind>& peerKinds() {
 #ifdef BENCH_FCL
     addFclPeers(all);
 #endif
+#ifdef BENCH_PHYSX
+    addPhysXPeers(all);
+#endif
+#ifdef BENCH_JOLT
+    addJoltPeers(all);
+#endif
+#ifdef BENCH_BOX3D
+    addBox3dPeers(all);
+#endif
+#ifdef BENCH_SCALABLE_CCD
+    addScalableCcdPeers(all);
+#endif
     return all;
   }();
   return kinds;

@@ -12,9 +12,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
+from results import LIBRARIES, ODE_SPACES, OURS, RIVALS, best, machine, on_devices, one, read, timed, values
 
-COLOURS = dict(zip(LIBRARIES + ODE_SPACES, ["C%d" % i for i in range(10)] + ["#003c30", "#7f3b08"]))
+COLOURS = dict(zip(LIBRARIES + ODE_SPACES + RIVALS,
+                   ["C%d" % i for i in range(10)] + ["#003c30", "#7f3b08", "#01665e", "#35978f", "#80cdc1", "#c7eae5",
+                                                     "#8c510a", "#bf812d", "#dfc27d", "#542788"]))
 
 
 def style(peer):

@@ -240,6 +240,32 @@ def nearest(directory):
                      "nearest", "gain"], lines, [machine(rows)])
 
 
+def rival_rows(directory, columns, at_rest_only):
+    """Milliseconds, a row for each scene, part that moves, size and number of threads."""
+    rows = read(directory, "rivals")
+    moves = {1: "all move", 0.01: "1 % moves", 0: "at rest"}
+    keys = sorted({(row["n"], -row["moving"], row["scene"], row["threads"]) for row in rows
+                   if not at_rest_only or row["moving"] < 1})
+    lines = []
+    for n, part, scene, threads in keys:
+        cells = [one(rows, n=n, moving=-part, scene=scene, threads=threads, peer=peer) for peer in columns]
+        # Of a pile's recording next to nothing moves.
+        what = scene if scene.startswith("pile") else "%s, %s" % (scene, moves[-part])
+        lines.append([what, count(n), "%d" % threads] + [shown(cell and cell["median_ms"]) for cell in cells])
+    return markdown(["ms", "boxes", "threads"] + list(columns), lines, [machine(rows)])
+
+
+def rivals(directory):
+    """Broad phases of engines. Those that keep pairs stand with ours that tells what began and ended."""
+    return rival_rows(directory, (OURS + ":begun-ended", "physx-abp", "physx-pabp", "physx-mbp", "physx-sap", "box3d",
+                                  "bullet-dbvt", OURS, "jolt", "scalable-ccd", "embree"), False)
+
+
+def rivals_asleep(directory):
+    """The same where pairs of boxes at rest are not due."""
+    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended", "jolt-asleep"), True)
+
+
 def many_threads(directory):
     """The same at 100,000 and 1,000,000 boxes on all cores of a large machine."""
     rows = read(directory, "nearest")
@@ -315,6 +341,7 @@ TABLES = {"step": (step, "step"), "peers": (peers, "peers"), "distributions": (d
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
           "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
+          "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
           "many-threads": (many_threads, "nearest")}
 
 

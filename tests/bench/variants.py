@@ -127,6 +127,8 @@ def measurements(quick):
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
                              "--queries=100", "--seconds=" + seconds, "--rounds=1"],
          ("kind", "n", "queries", "moving")),
+        ("mesh-benchmark", ["--made=" + ("40" if quick else "120"), "--peers=parallel-sap", "--seconds=" + seconds,
+                            "--rounds=1"], ("mesh", "kind", "threads")),
         ("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
                              "--seconds=" + seconds, "--rounds=1"], ("variant", "bodies", "threads")),
     ]

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # package.sh SOURCE BUILD
 #
-# Makes the Debian packages and the source archive of a build for the prefix /usr. Looks at what they
-# depend on and what they hold, has lintian look if it is installed, and builds and runs user.c
-# against the unpacked packages. Ends with status 77 where there are no Debian tools.
+# Makes the Debian packages, the source archive and the Debian source package of a build for the prefix
+# /usr. Looks at what they depend on and what they hold, has lintian look if it is installed, and builds
+# and runs user.c against the unpacked packages. Ends with status 77 where there are no Debian tools.
 set -euo pipefail
 source=$1 build=$2
 here=$(cd "$(dirname "$0")" && pwd)
@@ -52,4 +52,16 @@ grep -qx "space/include/ode_parallel_sap/parallel_sap_space.h" packed || fail "t
 if git -C "$source" rev-parse --is-inside-work-tree >/dev/null 2>&1; then
   git -C "$source" ls-files --cached --others --exclude-standard | sort | diff - packed ||
     fail "the source archive (>) is not what the repository holds (<)"
+fi
+
+# The Debian source package is that archive, ODE's private headers and what makes the same packages of it.
+cmake --build "$build" --target debian-source >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+dpkg-source -x "$build"/debian-source/*.dsc tree >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+(cd tree && find . \( -path ./debian -o -path ./ode -o -path ./.pc \) -prune -o \( -type f -o -type l \) -print | sed 's|^\./||' | sort) |
+  diff packed - || fail "the Debian source package (>) is not the source archive (<)"
+[ -e tree/ode/ode/src/collision_kernel.h ] || fail "the Debian source package has no private headers"
+diff <(sed -n 's/^Package: //p' tree/debian/control | sort) <(for each in *.deb; do dpkg-deb -f "$each" Package; done | sort) ||
+  fail "the Debian source package makes (<) other packages than cpack (>)"
+if command -v lintian >/dev/null; then
+  lintian --allow-root --fail-on error,warning "$build"/debian-source/*.dsc || fail "lintian objects to the source package"
 fi

@@ -4,6 +4,7 @@ include(ProcessorCount)
 ProcessorCount(cores)
 set(user_environment "DEBFULLNAME=A Packager;DEBEMAIL=packager@debian.org;CMAKE_BUILD_PARALLEL_LEVEL=${cores};CC=${CMAKE_C_COMPILER};CXX=${CMAKE_CXX_COMPILER}")
 get_target_property(library_type ode-parallel-sap TYPE)
+option(ODE_PARALLEL_SAP_SLOW_TESTS "Also the tests that take minutes" OFF)
 
 function(add_install_test name)
   add_test(NAME install.${name} COMMAND ${ARGN})
@@ -48,14 +49,28 @@ if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   return()
 endif()
 
+find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
+if(ODE_PARALLEL_SAP_PYTHON)
+  set(conda "${ODE_PARALLEL_SAP_PYTHON}" "${here}/conda.py")
+  add_install_test(conda-recipe ${conda} check "${PROJECT_SOURCE_DIR}" ${PROJECT_VERSION} "${PROJECT_BINARY_DIR}/CMakeCache.txt")
+  set_tests_properties(install.conda-recipe PROPERTIES SKIP_RETURN_CODE 77)
+  if(ODE_PARALLEL_SAP_SLOW_TESTS)
+    add_install_test(conda-build ${conda} build "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/install/conda")
+    set_tests_properties(install.conda-build PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)
+  endif()
+else()
+  add_install_test(conda-recipe ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
+  set_tests_properties(install.conda-recipe PROPERTIES SKIP_REGULAR_EXPRESSION "^Skipped")
+endif()
+
 # add_build(<name> <directory> <option>...): another build, not optimised so as to be quick, and for the
-# prefix /usr. It is what the tests that name it as a fixture work on.
+# prefix /usr, of the target that has to suffice for installing. It is what the tests that name it as a fixture work on.
 function(add_build name directory)
   string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
   add_install_test(
     ${name}.build "${CMAKE_CTEST_COMMAND}" --build-and-test "${PROJECT_SOURCE_DIR}" "${directory}"
     --build-generator "${CMAKE_GENERATOR}" --build-makeprogram "${CMAKE_MAKE_PROGRAM}"
-    --build-options
+    --build-target ode-parallel-sap-libraries --build-options
     -DBUILD_TESTING=OFF -DODE_PARALLEL_SAP_EXAMPLES=OFF -DCMAKE_INSTALL_PREFIX=/usr
     "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}" "-DCMAKE_CXX_FLAGS_${type}=-O0"
     "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
@@ -74,7 +89,6 @@ function(add_static_build name directory)
 endfunction()
 set(directory "${CMAKE_CURRENT_BINARY_DIR}/install")
 add_static_build(static "${directory}/plain" -DODE_PARALLEL_SAP_CUDA=OFF)
-option(ODE_PARALLEL_SAP_SLOW_TESTS "Also the tests that take minutes" OFF)
 if(CMAKE_CUDA_COMPILER AND ODE_PARALLEL_SAP_SLOW_TESTS)
   add_static_build(static-cuda "${directory}/cuda" -DODE_PARALLEL_SAP_CUDA=ON
                    "-DCMAKE_CUDA_COMPILER=${CMAKE_CUDA_COMPILER}" -DCMAKE_CUDA_ARCHITECTURES=75-real)
@@ -86,5 +100,16 @@ if(ODE_PARALLEL_SAP_ODE STREQUAL "SYSTEM")
   set_tests_properties(install.package.build PROPERTIES DEPENDS "install.static.find_package;install.static.pkg-config")
   add_install_test(package "${here}/package.sh" "${PROJECT_SOURCE_DIR}" "${directory}/plain")
   set_tests_properties(
-    install.package PROPERTIES FIXTURES_REQUIRED install.package SKIP_RETURN_CODE 77)
+    install.package PROPERTIES FIXTURES_REQUIRED install.package FIXTURES_SETUP install.debian-source SKIP_RETURN_CODE 77)
+  if(ODE_PARALLEL_SAP_SLOW_TESTS)
+    foreach(stage build use)
+      add_install_test(debian-chroot.${stage} "${here}/clean_chroot.sh" ${stage} "${directory}/plain/debian-source"
+                       "${directory}/debian-chroot")
+    endforeach()
+    set_tests_properties(
+      install.debian-chroot.build PROPERTIES FIXTURES_REQUIRED install.debian-source FIXTURES_SETUP install.debian-chroot
+                                             SKIP_RETURN_CODE 77 TIMEOUT 3600)
+    set_tests_properties(
+      install.debian-chroot.use PROPERTIES FIXTURES_REQUIRED install.debian-chroot SKIP_RETURN_CODE 77 TIMEOUT 3600)
+  endif()
 endif()

@@ -1,17 +1,22 @@
 #!/usr/bin/env bash
-# use.sh BUILD find_package|pkg-config|preload [PROGRAM]
+# use.sh BUILD|PREFIX find_package|pkg-config|preload [PROGRAM]
 #
-# Installs a build to a new prefix, whose path has a space in it, and uses it from there: builds and
-# runs user.c against it, or runs PROGRAM under the installed preload library. CC and CXX are taken
-# from the environment.
+# Installs a build to a new prefix, whose path has a space in it, or takes the prefix of a copy that is installed, and
+# uses it from there: builds and runs user.c against it, or runs PROGRAM, stock_program.cpp if none is named, under the
+# installed preload library. CC and CXX are taken from the environment.
 set -euo pipefail
 build=$1 way=$2
 here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-prefix="$folder/a prefix"
-cmake --install "$build" --prefix "$prefix" >/dev/null
-libdir=$(dirname "$(find "$prefix" -name pkgconfig)")
+prefix=$build
+if [ -e "$build/CMakeCache.txt" ]; then
+  prefix="$folder/a prefix"
+  cmake --install "$build" --prefix "$prefix" >/dev/null
+fi
+pkgconfig=$(find "$prefix" -name ode-parallel-sap.pc -print -quit)
+[ "$pkgconfig" ] || { echo "nothing is installed in $prefix"; exit 1; }
+libdir=$(dirname "$(dirname "$pkgconfig")")
 export PKG_CONFIG_PATH="$libdir/pkgconfig:${PKG_CONFIG_PATH-}"
 
 # A static library keeps the plug-in that it is linked into in memory, as a shared one does itself.
@@ -47,7 +52,12 @@ case $way in
     check_stays "$folder/plug-in.so"
     ;;
   preload)
-    said=$(LD_LIBRARY_PATH=$libdir LD_PRELOAD=libode-parallel-sap-preload.so ODE_PARALLEL_SAP_STATS=1 "$3" 2>&1)
+    program=${3-$folder/stock-program}
+    if [ $# -lt 3 ]; then
+      eval "flags=($(pkg-config --cflags --libs ode))"
+      "${CXX:-c++}" "$here/../preload/stock_program.cpp" -o "$program" "${flags[@]}"
+    fi
+    said=$(LD_LIBRARY_PATH=$libdir LD_PRELOAD=libode-parallel-sap-preload.so ODE_PARALLEL_SAP_STATS=1 "$program" 2>&1)
     grep -q '^ode-parallel-sap: 1 quadtree spaces replaced' <<<"$said"
     ;;
 esac

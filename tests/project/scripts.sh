@@ -70,6 +70,7 @@ grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$fold
 # Settings go to CMake, what follows to the program.
 run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls -notex
 says "cmake: --preset release -DBUILD_TESTING=OFF -DODE_SOURCE_DIR=/some/where -DA=b"
+says "cmake: --build build/release --target pile ode-parallel-sap-libraries --parallel 2"
 says "pile: --scene balls -notex --pictures build/release/pictures"
 run examples/run -DA=b
 says "pile: --scene cubes --pictures build/release/pictures"

@@ -225,7 +225,10 @@ void SerialLoop::collide(void* loop, dGeomID o1, dGeomID o2) {
   }
   const int flags = self.flags_of ? self.flags_of(self.data, o1, o2) : self.flags;
   if (!(flags & kNumberBits)) return;
-  std::vector<dContactGeom> found(static_cast<std::size_t>(flags & kNumberBits));
+  dContactGeom blank = {};
+  blank.side1 = blank.side2 =
+      -1;  // as the collider of two convexes leaves them in an ODE without libccd
+  std::vector<dContactGeom> found(static_cast<std::size_t>(flags & kNumberBits), blank);
   int count =
       dCollide(o1, o2, flags & ~dParallelSAPOnCallingThread, found.data(), sizeof(dContactGeom));
   if (count && self.reduce) count = self.reduce(self.data, o1, o2, found.data(), count);

@@ -275,6 +275,9 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * collider of two of these classes that finds contacts of shapes that do not touch, or that counts
  * its calls, needs dParallelSAPOnCallingThread for its pairs.
  *
+ * The collider of two convexes in an ODE without libccd leaves side1 and side2 of its contacts as
+ * the caller had them; here they are -1.
+ *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
  * called again. */

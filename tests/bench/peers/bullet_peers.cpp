@@ -50,18 +50,23 @@ class BulletPeer : public TwoStepPeer {
   }
 
   void move(const Boxes& boxes) override {
-    low_.clear();
-    high_.clear();
-    for (const CentredBox& box : boxes) {
-      low_.push_back(lowOf(box));
-      high_.push_back(highOf(box));
+    low_.resize(boxes.size());
+    high_.resize(boxes.size());
+    moved_.clear();
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      const btVector3 low = lowOf(boxes[i]), high = highOf(boxes[i]);
+      if (low == low_[i] && high == high_[i]) continue;
+      low_[i] = low;
+      high_[i] = high;
+      moved_.push_back(i);
     }
   }
 
   std::size_t find() override {
     const Stopwatch clock;
-    for (std::size_t i = 0; i < proxies_.size(); ++i)
+    for (const std::size_t i : moved_)
       broad_phase_->setAabb(proxies_[i], low_[i], high_[i], &dispatcher_);
+    moved_.clear();
     update_ms_ = clock.milliseconds();
     broad_phase_->calculateOverlappingPairs(&dispatcher_);
     extract_ms_ = clock.milliseconds() - update_ms_;
@@ -88,6 +93,7 @@ class BulletPeer : public TwoStepPeer {
   std::unique_ptr<btBroadphaseInterface> broad_phase_;
   std::vector<btBroadphaseProxy*> proxies_;
   std::vector<btVector3> low_, high_;
+  std::vector<std::size_t> moved_;  // what its world would be told of: bodies that are awake
   Extent extent_;
 };
 

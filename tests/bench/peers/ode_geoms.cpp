@@ -15,6 +15,8 @@ void tell(void* data, dGeomID first, dGeomID second) {
 
 }  // namespace
 
+OdeSpacePeer::OdeSpacePeer(bool with_bodies) : world_(with_bodies ? dWorldCreate() : nullptr) {}
+
 OdeSpacePeer::~OdeSpacePeer() {
   // Out of the space from the last to the first: the order that every space is quick at.
   if (space_) {
@@ -22,6 +24,7 @@ OdeSpacePeer::~OdeSpacePeer() {
     dSpaceDestroy(space_);
   }
   for (dGeomID geom : geoms_) dGeomDestroy(geom);
+  if (world_) dWorldDestroy(world_);
 }
 
 void OdeSpacePeer::create(const Boxes& boxes) {
@@ -30,6 +33,7 @@ void OdeSpacePeer::create(const Boxes& boxes) {
   for (const CentredBox& box : boxes) {
     const dGeomID geom = dCreateBox(nullptr, 2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
     dGeomSetData(geom, reinterpret_cast<void*>(geoms_.size()));
+    if (world_) dGeomSetBody(geom, dBodyCreate(world_));
     dGeomSetPosition(geom, box.centre[0], box.centre[1], box.centre[2]);
     geoms_.push_back(geom);
   }
@@ -44,10 +48,12 @@ void OdeSpacePeer::enter() {
 void OdeSpacePeer::move(const Boxes& boxes) {
   for (std::size_t i = 0; i < geoms_.size(); ++i) {
     const CentredBox& box = boxes[i];
-    if (!box.sameSizeAs(shown_[i])) {
+    const bool moves = !(box == shown_[i]);
+    if (world_) (moves ? dBodyEnable : dBodyDisable)(dGeomGetBody(geoms_[i]));
+    if (!moves) continue;
+    if (!box.sameSizeAs(shown_[i]))
       dGeomBoxSetLengths(geoms_[i], 2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);
-      shown_[i] = box;
-    }
+    shown_[i] = box;
     dGeomSetPosition(geoms_[i], box.centre[0], box.centre[1], box.centre[2]);
   }
 }

@@ -11,6 +11,8 @@ namespace bench {
 
 class OdeSpacePeer : public Peer {
  public:
+  // With bodies, those of boxes that did not move in a frame are disabled.
+  explicit OdeSpacePeer(bool with_bodies = false);
   ~OdeSpacePeer() override;
 
   void create(const Boxes& boxes) override;
@@ -26,8 +28,9 @@ class OdeSpacePeer : public Peer {
   dSpaceID space_ = nullptr;
 
  private:
+  const dWorldID world_;
   std::vector<dGeomID> geoms_;
-  Boxes shown_;  // for their sizes
+  Boxes shown_;
   Extent extent_;
 };
 

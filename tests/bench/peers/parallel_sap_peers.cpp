@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "../options.h"
+#include "known_pairs.h"
 #include "ode_geoms.h"
 
 namespace bench {
@@ -23,13 +24,15 @@ const char* nameOfMethod(int method) {
   }
 }
 
-// How the pairs are handed over, and whether which of them began and ended is told too.
-enum class Report { pairs, blocks, concurrent_blocks, pairs_and_events };
+// How the pairs are handed over, and whether which of them began and ended is told too. `events` is
+// for a program that keeps what it wants of each pair: it looks at those that began and ended only.
+enum class Report { pairs, blocks, concurrent_blocks, pairs_and_events, events };
 
 struct Choice {
   const char* name;
   int backend, method;
   Report report = Report::pairs;
+  bool sleeps = false;  // what does not move is asleep, and pairs of sleepers are left out
 };
 
 constexpr Choice choices[] = {
@@ -39,6 +42,11 @@ constexpr Choice choices[] = {
      Report::concurrent_blocks},
     {"parallel-sap:events", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
      Report::pairs_and_events},
+    {"parallel-sap:begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::events},
+    {"parallel-sap:skip-asleep", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::pairs,
+     true},
+    {"parallel-sap:skip-asleep-begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
+     Report::events, true},
     {"parallel-sap:auto", dParallelSAPBackendAuto, dParallelSAPMethodAuto},
     {"parallel-sap:sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
     {"parallel-sap:brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
@@ -50,6 +58,13 @@ constexpr Choice choices[] = {
     {"parallel-sap:cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
 };
 
+// A dParallelSAPPairsCallback that has no use for pairs that last.
+void passOver(void*, const dParallelSAPPair*, size_t, size_t) {}
+
+std::size_t numberOf(dGeomID geom) {
+  return reinterpret_cast<std::size_t>(dGeomGetData(geom));
+}
+
 // A dParallelSAPPairsCallback; `pairs` points to a std::atomic<std::size_t>.
 void countBlock(void* pairs, const dParallelSAPPair*, size_t count, size_t) {
   static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(count, std::memory_order_relaxed);
@@ -57,7 +72,8 @@ void countBlock(void* pairs, const dParallelSAPPair*, size_t count, size_t) {
 
 class ParallelSapPeer : public OdeSpacePeer {
  public:
-  ParallelSapPeer(const Choice& choice, int threads) : choice_(choice), threads_(threads) {}
+  ParallelSapPeer(const Choice& choice, int threads)
+      : OdeSpacePeer(choice.sleeps), choice_(choice), threads_(threads) {}
 
   // 0 where back end or method is not to be had.
   dSpaceID createChosen() const {
@@ -69,17 +85,32 @@ class ParallelSapPeer : public OdeSpacePeer {
     }
     dParallelSAPSpaceSetNumThreads(space, threads_);
     dParallelSAPSpaceSetNumDevices(space, options().devices);
-    dParallelSAPSpaceSetEvents(space, choice_.report == Report::pairs_and_events);
+    dParallelSAPSpaceSetEvents(
+        space, choice_.report == Report::pairs_and_events || choice_.report == Report::events);
+    dParallelSAPSpaceSetSkipAsleep(space, choice_.sleeps);
     return space;
   }
 
+  void move(const Boxes& boxes) override {
+    settle();
+    OdeSpacePeer::move(boxes);
+  }
+
   std::size_t find() override {
+    if (choice_.report == Report::events) return findEvents();
     const bool concurrent = choice_.report == Report::concurrent_blocks;
     if (choice_.report != Report::blocks && !concurrent) return OdeSpacePeer::find();
     std::atomic<std::size_t> pairs{0};
     dParallelSAPSpaceCollidePairs(space_, &pairs, concurrent ? dParallelSAPPairsConcurrent : 0,
                                   countBlock);
     return pairs;
+  }
+
+  void visit(const PairVisitor& visitor) override {
+    if (choice_.report != Report::events) return OdeSpacePeer::visit(visitor);
+    find();
+    settle();
+    known_.tellAll(visitor);
   }
 
   Account account() const override {
@@ -99,8 +130,30 @@ class ParallelSapPeer : public OdeSpacePeer {
  private:
   dSpaceID createSpace(const Extent&, std::size_t) override { return createChosen(); }
 
+  std::size_t findEvents() {
+    settle();
+    dParallelSAPSpaceCollidePairs(space_, nullptr, 0, passOver);
+    begun_count_ = dParallelSAPSpaceGetBegunPairs(space_, &begun_);
+    ended_count_ = dParallelSAPSpaceGetEndedPairs(space_, &ended_);
+    return pairs_ += begun_count_ - ended_count_;
+  }
+
+  // What is done with the last find's events when no clock runs.
+  void settle() {
+    if (known_.isKept()) {
+      for (std::size_t i = 0; i < ended_count_; ++i)
+        known_.end(numberOf(ended_[i].o1), numberOf(ended_[i].o2));
+      for (std::size_t i = 0; i < begun_count_; ++i)
+        known_.begin(numberOf(begun_[i].o1), numberOf(begun_[i].o2));
+    }
+    begun_count_ = ended_count_ = 0;
+  }
+
   const Choice choice_;
   const int threads_;
+  const dParallelSAPPairEvent *begun_ = nullptr, *ended_ = nullptr;
+  std::size_t begun_count_ = 0, ended_count_ = 0, pairs_ = 0;
+  KnownPairs known_;
 };
 
 // Quadratic in time; the lists of one axis are quadratic in memory.
@@ -119,6 +172,7 @@ void addParallelSapPeers(std::vector<PeerKind>& kinds) {
     kind.library = std::string("ode-parallel-sap " BENCH_PROJECT_VERSION " on ") + odeVersion();
     kind.takes_threads = true;
     kind.most = mostBoxes(choice.method);
+    kind.leaves_out_rest = choice.sleeps;
     kind.create = [choice](int threads) -> std::unique_ptr<Peer> {
       auto peer = std::make_unique<ParallelSapPeer>(choice, threads);
       const dSpaceID probe = peer->createChosen();

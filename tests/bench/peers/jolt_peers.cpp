@@ -1,0 +1,212 @@
+// Jolt's quad tree of one layer, in the order of its own step: pairs of active bodies are found in
+// a tree whose boxes were widened by what moved, while the next tree is built beside that. It keeps
+// no pairs.
+#include <Jolt/Jolt.h>
+// Jolt's own headers want that one first.
+#include <Jolt/Core/Factory.h>
+#include <Jolt/Physics/Body/BodyCreationSettings.h>
+#include <Jolt/Physics/Body/BodyManager.h>
+#include <Jolt/Physics/Body/BodyPair.h>
+#include <Jolt/Physics/Collision/BroadPhase/BroadPhaseLayerInterfaceTable.h>
+#include <Jolt/Physics/Collision/BroadPhase/BroadPhaseQuadTree.h>
+#include <Jolt/Physics/Collision/Shape/SphereShape.h>
+#include <Jolt/RegisterTypes.h>
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+
+#include "../peer.h"
+#include "../round_to_float.h"
+#include "moved_boxes.h"
+
+namespace bench {
+namespace {
+
+// What Jolt wants of its user once a process, before anything of it is constructed.
+void initialise() {
+  static const bool done = [] {
+    JPH::RegisterDefaultAllocator();
+    JPH::Factory::sInstance = new JPH::Factory;
+    JPH::RegisterTypes();
+    return true;
+  }();
+  static_cast<void>(done);
+}
+
+JPH::AABox boundsOf(const CentredBox& box) {
+  return JPH::AABox(
+      JPH::Vec3(floatBelow(box.low(0)), floatBelow(box.low(1)), floatBelow(box.low(2))),
+      JPH::Vec3(floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))));
+}
+
+// As many bodies at a time as PhysicsSystem takes (its cActiveBodiesBatchSize).
+constexpr int batch = 16;
+
+class Counter : public JPH::BodyPairCollector {
+ public:
+  void AddHit(const JPH::BodyPair&) override { ++count; }
+  std::size_t count = 0;
+};
+
+class Teller : public JPH::BodyPairCollector {
+ public:
+  explicit Teller(const PairVisitor& visitor) : visitor_(visitor) {}
+  void AddHit(const JPH::BodyPair& pair) override {
+    visitor_(pair.mBodyA.GetIndex(), pair.mBodyB.GetIndex());
+  }
+
+ private:
+  const PairVisitor& visitor_;
+};
+
+// All bodies are of one layer, and may collide.
+struct Layers {
+  Layers() : broad(1, 1) { broad.MapObjectToBroadPhaseLayer(0, JPH::BroadPhaseLayer(0)); }
+  JPH::BroadPhaseLayerInterfaceTable broad;
+  JPH::ObjectLayerPairFilter pairs;
+  JPH::ObjectVsBroadPhaseLayerFilter objects;
+};
+
+class JoltPeer : public Peer {
+ public:
+  // `sleeps`: what has not moved sleeps, and pairs of sleepers are not found.
+  JoltPeer(int threads, bool sleeps) : threads_(threads), sleeps_(sleeps) {}
+
+  ~JoltPeer() override {
+    if (!ids_.empty()) bodies_.DestroyBodies(ids_.data(), static_cast<int>(ids_.size()));
+  }
+
+  void create(const Boxes& boxes) override {
+    boxes_.create(boxes);
+    const JPH::uint count = static_cast<JPH::uint>(boxes.size());
+    bodies_.Init(count, 0, layers_.broad);
+    const JPH::Ref<JPH::Shape> shape = new JPH::SphereShape(1);
+    for (JPH::uint i = 0; i < count; ++i) {
+      JPH::Body* const body = bodies_.AllocateBody(JPH::BodyCreationSettings(
+          shape, JPH::RVec3::sZero(), JPH::Quat::sIdentity(), JPH::EMotionType::Dynamic, 0));
+      bodies_.AddBody(body);
+      setBounds(i, body);
+      ids_.push_back(body->GetID());
+    }
+  }
+
+  void enter() override {
+    // Not before: one that was not initialised cannot be destroyed.
+    tree_ = std::make_unique<JPH::BroadPhaseQuadTree>();
+    tree_->Init(&bodies_, layers_.broad);
+    std::vector<JPH::BodyID> ids = ids_;
+    const int count = static_cast<int>(ids.size());
+    const JPH::BroadPhase::AddState state = tree_->AddBodiesPrepare(ids.data(), count);
+    tree_->AddBodiesFinalize(ids.data(), count, state);
+    tree_->Optimize();
+    bodies_.ActivateBodies(ids_.data(), count);
+  }
+
+  void move(const Boxes& boxes) override {
+    boxes_.move(boxes);
+    moved_.clear();
+    for (const auto i : boxes_.moved()) {
+      setBounds(i, &bodies_.GetBody(ids_[i]));
+      moved_.push_back(ids_[i]);
+    }
+    if (!sleeps_) return;
+    bodies_.DeactivateBodies(ids_.data(), static_cast<int>(ids_.size()));
+    bodies_.ActivateBodies(moved_.data(), static_cast<int>(moved_.size()));
+  }
+
+  std::size_t find() override {
+    std::atomic<std::size_t> pairs{0};
+    collide([&](JPH::BodyID* batch_of, int count) {
+      Counter counter;
+      findPairs(batch_of, count, counter);
+      pairs.fetch_add(counter.count, std::memory_order_relaxed);
+    });
+    return pairs;
+  }
+
+  void visit(const PairVisitor& visitor) override {
+    std::mutex mutex;
+    collide([&](JPH::BodyID* batch_of, int count) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      Teller teller(visitor);
+      findPairs(batch_of, count, teller);
+    });
+  }
+
+ private:
+  // A body has the bounds of its shape; here it is handed finished ones, as every library is.
+  void setBounds(std::size_t number, JPH::Body* body) {
+    const_cast<JPH::AABox&>(body->GetWorldSpaceBounds()) = boxes_.bounds()[number];
+  }
+
+  void findPairs(JPH::BodyID* ids, int count, JPH::BodyPairCollector& collector) const {
+    tree_->FindCollidingPairs(ids, count, 0, layers_.objects, layers_.pairs, collector);
+  }
+
+  // The part of PhysicsSystem::Update that concerns the broad phase, with `task` for each batch.
+  template <class Task>
+  void collide(Task task) {
+    tree_->FrameSync();
+    tree_->LockModifications();
+    notify();
+    const JPH::BodyID* const active = bodies_.GetActiveBodiesUnsafe(JPH::EBodyType::RigidBody);
+    const int count = static_cast<int>(bodies_.GetNumActiveBodies(JPH::EBodyType::RigidBody));
+    JPH::BroadPhase::UpdateState state;
+#pragma omp parallel num_threads(threads_)
+    {
+#pragma omp single nowait
+      state = tree_->UpdatePrepare();
+#pragma omp for schedule(dynamic)
+      for (int first = 0; first < count; first += batch) {
+        JPH::BodyID ids[batch];
+        const int some = std::min(batch, count - first);
+        std::copy_n(active + first, some, ids);
+        task(ids, some);
+      }
+    }
+    tree_->UpdateFinalize(state);
+    tree_->UnlockModifications();
+  }
+
+  void notify() {
+    const int count = static_cast<int>(moved_.size());
+#pragma omp parallel for schedule(dynamic) num_threads(threads_)
+    for (int first = 0; first < count; first += batch)
+      tree_->NotifyBodiesAABBChanged(moved_.data() + first, std::min(batch, count - first), false);
+    moved_.clear();
+  }
+
+  const int threads_;
+  const bool sleeps_;
+  Layers layers_;
+  MovedBoxes<JPH::AABox> boxes_{boundsOf};
+  JPH::BodyManager bodies_;
+  std::unique_ptr<JPH::BroadPhaseQuadTree> tree_;
+  std::vector<JPH::BodyID> ids_, moved_;
+};
+
+PeerKind kind(const char* name, bool sleeps) {
+  PeerKind kind;
+  kind.name = name;
+  kind.library = "Jolt " + std::to_string(JPH_VERSION_MAJOR) + "." +
+                 std::to_string(JPH_VERSION_MINOR) + "." + std::to_string(JPH_VERSION_PATCH) +
+                 ", float";
+  kind.takes_threads = true;
+  kind.superset = "float bounds";
+  kind.leaves_out_rest = sleeps;
+  kind.create = [sleeps](int threads) {
+    initialise();
+    return std::make_unique<JoltPeer>(threads, sleeps);
+  };
+  return kind;
+}
+
+}  // namespace
+
+void addJoltPeers(std::vector<PeerKind>& kinds) {
+  kinds.push_back(kind("jolt", false));
+  kinds.push_back(kind("jolt-asleep", true));
+}
+
+}  // namespace bench

@@ -1,0 +1,214 @@
+// PhysX's broad phases on the CPU, called as its scene calls them. They keep a set of pairs and
+// tell what began and what ended; so does a find here, and it hands over nothing that lasts.
+#include <BpBroadPhase.h>
+#include <PxcScratchAllocator.h>
+
+#include <stdexcept>
+
+#include "../peer.h"
+#include "../round_to_float.h"
+#include "extensions/PxBroadPhaseExt.h"
+#include "extensions/PxDefaultAllocator.h"
+#include "extensions/PxDefaultCpuDispatcher.h"
+#include "foundation/PxErrorCallback.h"
+#include "foundation/PxFoundation.h"
+#include "foundation/PxPhysicsVersion.h"
+#include "foundation/PxSync.h"
+#include "known_pairs.h"
+#include "moved_boxes.h"
+#include "task/PxTask.h"
+
+namespace bench {
+namespace {
+
+using namespace physx;
+
+class Errors : public PxErrorCallback {
+  void reportError(PxErrorCode::Enum, const char* message, const char*, int) override {
+    throw std::runtime_error(std::string("PhysX: ") + message);
+  }
+};
+
+// What PhysX wants of its user once a process, before anything of it is constructed.
+Errors& errors() {
+  static Errors errors;
+  static PxDefaultAllocator allocator;
+  static PxFoundation* const foundation = PxCreateFoundation(PX_PHYSICS_VERSION, allocator, errors);
+  if (!foundation) throw std::runtime_error("PhysX: no foundation");
+  return errors;
+}
+
+template <class T>
+struct Release {
+  void operator()(T* object) const { object->release(); }
+};
+template <class T>
+using Owned = std::unique_ptr<T, Release<T>>;
+
+// Comes last of an update's tasks.
+class LastTask : public PxLightCpuTask {
+ public:
+  void run() override {}
+  const char* getName() const override { return "last"; }
+  void release() override {
+    PxLightCpuTask::release();
+    done_.set();
+  }
+  void wait() {
+    done_.wait();
+    done_.reset();
+  }
+
+ private:
+  PxSync done_;
+};
+
+PxBounds3 boundsOf(const CentredBox& box) {
+  return PxBounds3(
+      PxVec3(floatBelow(box.low(0)), floatBelow(box.low(1)), floatBelow(box.low(2))),
+      PxVec3(floatAbove(box.high(0)), floatAbove(box.high(1)), floatAbove(box.high(2))));
+}
+
+class PhysXPeer : public Peer {
+ public:
+  PhysXPeer(PxBroadPhaseType::Enum type, int threads) : type_(type), filter_(false, false) {
+    if (threads == 1) return;
+    dispatcher_.reset(PxDefaultCpuDispatcherCreate(static_cast<PxU32>(threads)));
+    tasks_.reset(PxTaskManager::createTaskManager(errors(), dispatcher_.get()));
+  }
+
+  void create(const Boxes& boxes) override {
+    extent_ = extentOf(boxes);
+    boxes_.create(boxes);
+  }
+
+  void enter() override {
+    const PxU32 count = static_cast<PxU32>(boxes_.size());
+    broad_phase_.reset(Bp::BroadPhase::create(type_, 256, 0, 0, 0, 0));
+    for (PxU32 i = 0; i < count; ++i) {
+      groups_.push_back(Bp::getFilterGroup_Dynamics(i, false));
+      all_.push_back(i);
+    }
+    distances_.assign(count + 1, 0);
+    if (type_ == PxBroadPhaseType::eMBP) addRegions();
+    update(all_, {});
+  }
+
+  void move(const Boxes& boxes) override {
+    settle();
+    boxes_.move(boxes);
+  }
+
+  std::size_t find() override {
+    settle();
+    broad_phase_->freeBuffers();
+    update({}, boxes_.moved());
+    boxes_.taken();
+    return pairs_;
+  }
+
+  void visit(const PairVisitor& visitor) override {
+    find();
+    settle();
+    known_.tellAll(visitor);
+  }
+
+ private:
+  using Handles = std::vector<Bp::ShapeHandle>;
+
+  // Its reference begins with 4 x 4 regions; 256 are the most.
+  void addRegions() {
+    PxBounds3 world;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double room = (extent_.high[axis] - extent_.low[axis]) / 4 + 1;
+      world.minimum[static_cast<unsigned>(axis)] = static_cast<float>(extent_.low[axis] - room);
+      world.maximum[static_cast<unsigned>(axis)] = static_cast<float>(extent_.high[axis] + room);
+    }
+    const PxU32 along_an_axis = boxes_.size() > 20000 ? 16 : 4;
+    std::vector<PxBounds3> regions(along_an_axis * along_an_axis);
+    PxBroadPhaseExt::createRegionsFromWorldBounds(regions.data(), world, along_an_axis, 1);
+    for (const PxBounds3& bounds : regions)
+      broad_phase_->addRegion({bounds, nullptr}, false, boxes_.bounds().data(), distances_.data());
+  }
+
+  void update(const Handles& created, const Handles& moved) {
+    const Bp::BroadPhaseUpdateData data(created.data(), static_cast<PxU32>(created.size()),
+                                        moved.data(), static_cast<PxU32>(moved.size()), nullptr, 0,
+                                        boxes_.bounds().data(), groups_.data(), distances_.data(),
+                                        static_cast<PxU32>(boxes_.size()), filter_, true, true);
+    broad_phase_->preBroadPhase(data);
+    if (tasks_) {
+      last_.setContinuation(*tasks_, nullptr);
+      broad_phase_->update(&scratch_, data, &last_);
+      last_.removeReference();
+      last_.wait();
+    } else {
+      broad_phase_->update(&scratch_, data, nullptr);
+    }
+    broad_phase_->fetchBroadPhaseResults();
+    PxU32 begun, ended;
+    broad_phase_->getCreatedPairs(begun);
+    broad_phase_->getDeletedPairs(ended);
+    pairs_ += begun;
+    pairs_ -= ended;
+    has_results_ = true;
+  }
+
+  // What is done with the last update's results when no clock runs.
+  void settle() {
+    if (!has_results_) return;
+    has_results_ = false;
+    PxU32 begun, ended;
+    const Bp::BroadPhasePair* const created = broad_phase_->getCreatedPairs(begun);
+    const Bp::BroadPhasePair* const deleted = broad_phase_->getDeletedPairs(ended);
+    if (!known_.isKept()) return;
+    for (PxU32 i = 0; i < ended; ++i) known_.end(deleted[i].mVolA, deleted[i].mVolB);
+    for (PxU32 i = 0; i < begun; ++i) known_.begin(created[i].mVolA, created[i].mVolB);
+  }
+
+  const PxBroadPhaseType::Enum type_;
+  Bp::BpFilter filter_;
+  Owned<PxDefaultCpuDispatcher> dispatcher_;
+  Owned<PxTaskManager> tasks_;
+  LastTask last_;
+  PxcScratchAllocator scratch_;
+  Owned<Bp::BroadPhase> broad_phase_;
+  MovedBoxes<PxBounds3> boxes_{boundsOf};
+  std::vector<Bp::FilterGroup::Enum> groups_;
+  std::vector<float> distances_;
+  Handles all_;
+  Extent extent_;
+  std::size_t pairs_ = 0;
+  bool has_results_ = false;
+  KnownPairs known_;
+};
+
+struct Choice {
+  const char* name;
+  PxBroadPhaseType::Enum type;
+};
+
+}  // namespace
+
+void addPhysXPeers(std::vector<PeerKind>& kinds) {
+  constexpr Choice choices[] = {{"physx-abp", PxBroadPhaseType::eABP},
+                                {"physx-pabp", PxBroadPhaseType::ePABP},
+                                {"physx-mbp", PxBroadPhaseType::eMBP},
+                                {"physx-sap", PxBroadPhaseType::eSAP}};
+  for (const Choice& choice : choices) {
+    PeerKind kind;
+    kind.name = choice.name;
+    kind.library = "PhysX " + std::to_string(PX_PHYSICS_VERSION_MAJOR) + "." +
+                   std::to_string(PX_PHYSICS_VERSION_MINOR) + "." +
+                   std::to_string(PX_PHYSICS_VERSION_BUGFIX) + ", float";
+    kind.takes_threads = choice.type == PxBroadPhaseType::ePABP;
+    kind.superset = "float bounds";
+    kind.create = [choice](int threads) {
+      errors();
+      return std::make_unique<PhysXPeer>(choice.type, threads);
+    };
+    kinds.push_back(kind);
+  }
+}
+
+}  // namespace bench

@@ -1,0 +1,111 @@
+# Rivals that no package brings: each is compiled here from a source directory that the user names
+# (README.md says which version and how to get it), and is left out where that is empty.
+set(ODE_PARALLEL_SAP_BENCH_PHYSX "" CACHE PATH "PhysX 5, the directory that has source/ and include/")
+set(ODE_PARALLEL_SAP_BENCH_JOLT "" CACHE PATH "Jolt Physics, the directory that has Jolt/ and Build/")
+set(ODE_PARALLEL_SAP_BENCH_BOX3D "" CACHE PATH "Box3D, the directory that has src/ and include/")
+set(ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD "" CACHE PATH "Scalable-CCD, the directory that has src/")
+
+# source_is_there(<result> <directory> <a file of it>): true, false where none is named, and an error
+# where another directory was.
+function(source_is_there result directory file)
+  set(${result} FALSE PARENT_SCOPE)
+  if(directory)
+    if(NOT EXISTS "${directory}/${file}")
+      message(FATAL_ERROR "${directory} has no ${file}: see tests/bench/README.md.")
+    endif()
+    set(${result} TRUE PARENT_SCOPE)
+  endif()
+endfunction()
+
+# Other people's code: their warnings are nothing to us.
+function(add_foreign_library name)
+  add_library(${name} STATIC EXCLUDE_FROM_ALL ${ARGN})
+  target_compile_options(${name} PRIVATE -w)
+  set_target_properties(${name} PROPERTIES EXPORT_COMPILE_COMMANDS OFF)
+endfunction()
+
+# The four broad phases of PhysX's CPU side, what they stand on, and its pool of threads. Its own build
+# would fetch its tools from the network first.
+function(add_physx root)
+  set(from ${root}/source)
+  file(GLOB sources ${from}/lowlevelaabb/src/*.cpp ${from}/foundation/*.cpp ${from}/foundation/unix/*.cpp)
+  add_foreign_library(
+    bench-physx
+    ${sources}
+    ${from}/common/src/CmRadixSort.cpp
+    ${from}/task/src/TaskManager.cpp
+    ${from}/physxextensions/src/ExtBroadPhase.cpp
+    ${from}/physxextensions/src/ExtCpuWorkerThread.cpp
+    ${from}/physxextensions/src/ExtDefaultCpuDispatcher.cpp)
+  target_include_directories(
+    bench-physx SYSTEM PUBLIC ${root}/include ${from}/lowlevelaabb/include ${from}/lowlevel/common/include/utils
+                              ${from}/lowlevel/api/include)
+  target_include_directories(
+    bench-physx PRIVATE ${from}/common/include ${from}/common/src ${from}/geomutils/include ${from}/geomutils/src
+                        ${from}/foundation ${from}/lowlevelaabb/src ${from}/lowlevel/common/include/pipeline)
+  target_compile_definitions(bench-physx PUBLIC PX_PHYSX_STATIC_LIB DISABLE_CUDA_PHYSX)
+  find_package(Threads REQUIRED)
+  target_link_libraries(bench-physx PUBLIC Threads::Threads ${CMAKE_DL_LIBS})
+endfunction()
+
+# By its own build, as its users get it (AVX2 among other things), without its tools for developers.
+function(add_jolt root)
+  foreach(option DEBUG_RENDERER_IN_DEBUG_AND_RELEASE PROFILER_IN_DEBUG_AND_RELEASE ENABLE_OBJECT_STREAM
+                 FLOATING_POINT_EXCEPTIONS_ENABLED GENERATE_DEBUG_SYMBOLS ENABLE_INSTALL ENABLE_ALL_WARNINGS
+                 INTERPROCEDURAL_OPTIMIZATION JPH_USE_VK JPH_USE_DX12 JPH_USE_CPU_COMPUTE
+                 BUILD_SHARED_LIBS)
+    set(${option} OFF)
+  endforeach()
+  # A collector of pairs is derived from a class of its.
+  set(CPP_RTTI_ENABLED ON)
+  set(CPP_EXCEPTIONS_ENABLED ON)
+  add_subdirectory(${root}/Build ${CMAKE_CURRENT_BINARY_DIR}/jolt EXCLUDE_FROM_ALL)
+endfunction()
+
+# By its own build, with our glue, which reaches behind its interface and is C as that is.
+function(add_box3d root)
+  set(BUILD_SHARED_LIBS OFF)
+  foreach(option BOX3D_SAMPLES BOX3D_UNIT_TESTS BOX3D_BENCHMARKS BOX3D_DOCS BOX3D_VALIDATE)
+    set(${option} OFF)
+  endforeach()
+  set(FETCHCONTENT_BASE_DIR ${CMAKE_CURRENT_BINARY_DIR}/box3d-fetched)
+  add_subdirectory(${root} ${CMAKE_CURRENT_BINARY_DIR}/box3d EXCLUDE_FROM_ALL)
+  add_foreign_library(bench-box3d peers/box3d_world.c)
+  set_target_properties(bench-box3d PROPERTIES C_STANDARD 17 C_EXTENSIONS ON)
+  target_include_directories(bench-box3d PRIVATE ${root}/src)
+  target_link_libraries(bench-box3d PUBLIC box3d Threads::Threads)
+endfunction()
+
+# Its sweep alone, with a logger of ours that does nothing: its own build would fetch Eigen, TBB and spdlog.
+function(add_scalable_ccd root)
+  set(from ${root}/src/scalable_ccd)
+  set(made ${CMAKE_CURRENT_BINARY_DIR}/scalable-ccd)
+  set(SCALABLE_CCD_USE_DOUBLE ON)
+  configure_file(${from}/config.hpp.in ${made}/scalable_ccd/config.hpp)
+  configure_file(peers/scalable_ccd_logger.h ${made}/scalable_ccd/utils/logger.hpp COPYONLY)
+  add_foreign_library(bench-scalable-ccd ${from}/broad_phase/aabb.cpp ${from}/broad_phase/sort_and_sweep.cpp
+                      ${from}/utils/merge_local_overlaps.cpp)
+  target_include_directories(bench-scalable-ccd SYSTEM BEFORE PUBLIC ${made} ${root}/src)
+  target_link_libraries(bench-scalable-ccd PUBLIC Eigen3::Eigen TBB::tbb)
+endfunction()
+
+source_is_there(physx_FOUND "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
+source_is_there(jolt_FOUND "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)
+source_is_there(box3d_FOUND "${ODE_PARALLEL_SAP_BENCH_BOX3D}" src/broad_phase.h)
+source_is_there(scalable_ccd_FOUND "${ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD}" src/scalable_ccd/config.hpp.in)
+if(scalable_ccd_FOUND AND NOT (TBB_FOUND AND Eigen3_FOUND))
+  message(FATAL_ERROR "Scalable-CCD's sweep needs TBB and Eigen (libtbb-dev, libeigen3-dev).")
+endif()
+
+if(physx_FOUND)
+  add_physx(${ODE_PARALLEL_SAP_BENCH_PHYSX})
+endif()
+if(jolt_FOUND)
+  add_jolt(${ODE_PARALLEL_SAP_BENCH_JOLT})
+endif()
+if(box3d_FOUND)
+  add_box3d(${ODE_PARALLEL_SAP_BENCH_BOX3D})
+endif()
+if(scalable_ccd_FOUND)
+  add_scalable_ccd(${ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD})
+endif()
