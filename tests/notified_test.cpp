@@ -137,7 +137,8 @@ TEST_CASE("Of bodies that a step puts to sleep or wakes nobody need tell", "[not
     SteppedScene scene(seed);
     setSkip(scene.space(), skip);
     dParallelSAPSpaceSetNotified(scene.space(), 1);
-    std::size_t changes = 0, asleep = 0, few = 0;
+    int changes = 0, few = 0;
+    std::size_t asleep = 0;
     for (int frame = 0; frame < scaled(200); ++frame) {
       INFO("seed " << seed << ", skip " << skip << ", frame " << frame);
       REQUIRE(difference(collide(scene.space()), scene.expected(skip)) == "");
