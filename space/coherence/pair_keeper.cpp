@@ -1,6 +1,7 @@
 #include "space/coherence/pair_keeper.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "space/coherence/tuning.h"
 #include "space/data/mechanisms.h"
@@ -8,8 +9,10 @@
 
 namespace ode_parallel_sap {
 
-void PairKeeper::start(bool on_device, int method) {
+void PairKeeper::start(std::size_t slots, bool on_device, int method) {
   running_ = true;
+  all_may_have_changed_ = false;
+  changed_.growTo(slots);
   source_ = on_device                           ? Source::device
             : method == dParallelSAPMethodSweep ? Source::sweep
                                                 : Source::all_pairs;
@@ -30,6 +33,7 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
                                        const PackRules& rules, int threads, GeomUpdate& geom_update,
                                        BoxSet& boxes) {
   moved_in_vain_ = 0;
+  untold_ = GeomUpdate::Untold();
   if (!running_ || rules != rules_ || !geom_update.canRepack()) {
     rules_ = rules;
     return Outcome::not_tried;
@@ -41,7 +45,12 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
     if (!some_may_stay) return Outcome::anew;
   }
   changed_.growTo(slots);
-  threads_ = geom_update.notice(geoms, threads, boxes, changed_);
+  bool all = std::exchange(all_may_have_changed_, false);
+  if (rules.notified && rules.checked && !all) {
+    untold_ = geom_update.findUntold(geoms, boxes, changed_);
+    all = untold_.count > 0;
+  }
+  threads_ = geom_update.notice(geoms, threads, boxes, all, changed_);
   const std::size_t changes = changed_.count();
   if (!some_may_stay && tooMany(changes, slots)) return Outcome::anew;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where

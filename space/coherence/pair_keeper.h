@@ -30,17 +30,26 @@ class PairKeeper {
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
   }
+  // Its geom has other bits or another body, or is enabled where it was not. May be called from
+  // many threads at once.
+  void tell(Slot slot) {
+    if (running_) changed_.insertShared(slot);
+  }
+  // Any of the geoms may be such a one.
+  void tellAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
   // The last frame's boxes and pairs are complete, found by this method, or of no use any more.
-  void start(bool on_device, int method);
+  void start(std::size_t slots, bool on_device, int method);
   void stop() { running_ = false; }
 
   // Brings the boxes up to date with what changed, unless the frame is to be found anew.
   Outcome update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
                  GeomUpdate& geom_update, BoxSet& boxes);
+  // Geoms that changed before the last update() although neither ODE nor the program told so.
+  const GeomUpdate::Untold& untold() const { return untold_; }
   // Geoms that the last update() moved although the frame is to be found anew.
   std::size_t movedInVain() const { return moved_in_vain_; }
   struct Lent {
@@ -69,6 +78,8 @@ class PairKeeper {
 
   SlotSet changed_;
   bool running_ = false;
+  bool all_may_have_changed_ = false;
+  GeomUpdate::Untold untold_;
   PackRules rules_;  // of the last frame, and of this one where its pairs are kept
   Source source_ = Source::all_pairs;
   bool incremental_started_ = false;

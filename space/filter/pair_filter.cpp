@@ -15,6 +15,7 @@ struct PairFilter::ExactTest {
   const std::uint32_t* bodies;  // their numbers
   bool every_filter;            // the filter bits beside the boxes do not decide
   bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
+  bool exact_at_rest;           // geoms at rest have their own bits
 
   bool everyPair() const { return every_filter || asleep_on_static; }
   bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
@@ -27,9 +28,10 @@ struct PairFilter::ExactTest {
       return true;
     if (!isMarkedBorderline(pair) && !every_filter) return false;
     const dxGeom *const a = geoms[earlier], *const b = geoms[later];
-    // The bits of geoms at rest are a matter of verify().
+    // The bits of geoms at rest are a matter of verify(), unless their changes are told.
     return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
-           (every_filter && !atRest(earlier) && !atRest(later) && !filtersMatch(a, b));
+           (every_filter && (exact_at_rest || !(atRest(earlier) || atRest(later))) &&
+            !filtersMatch(a, b));
   }
 
   // Replaces what it drops; returns whether it dropped any.
@@ -55,7 +57,7 @@ bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
 void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
                      const BoxSet& boxes, int threads, PairList& pairs) {
   const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
-                          rules.skip_asleep && !rules.skip_static};
+                          rules.skip_asleep && !rules.skip_static, rules.notified};
   if (test.everyPair()) {
     pairs.borderline.clear();
     for (std::size_t part = 0; part < pairs.parts.size(); ++part)

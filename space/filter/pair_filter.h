@@ -21,7 +21,7 @@ class PairFilter {
 
   // Whether pairs that passed have to pass verify() as well, in every frame anew.
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
-    return facts.user_classes || rules.skip_static || rules.skip_asleep;
+    return facts.user_classes || (rules.skip() && !rules.notified);
   }
   // What there is to verify besides that geoms are enabled.
   struct Verified {

@@ -4,6 +4,7 @@
 
 #include <ode/ode.h>
 
+#include <cstddef>
 #include <new>
 #include <unordered_set>
 
@@ -28,6 +29,14 @@ class Complaints {
   void forget(const dxGeom* geom) {
     if (!invalid_.empty()) invalid_.erase(geom);
   }
+  void ofUntold(const dxGeom* geom, std::size_t count) {
+    if (!untold_)
+      dMessage(0,
+               "parallel SAP space: %zu geoms changed, geom %p first, of which the space was not "
+               "told, as it was promised to be (dParallelSAPSpaceSetNotified)",
+               count, static_cast<const void*>(geom));
+    untold_ = true;
+  }
   void ofTooLong(const ListsTooLong& lists) {
     if (!too_long_)
       dMessage(0,
@@ -50,7 +59,7 @@ class Complaints {
 
  private:
   std::unordered_set<const dxGeom*> invalid_;
-  bool too_long_ = false, no_memory_ = false, unreported_events_ = false;
+  bool too_long_ = false, no_memory_ = false, unreported_events_ = false, untold_ = false;
 };
 
 }  // namespace ode_parallel_sap

@@ -70,6 +70,8 @@ bool Pipeline::findChanges(Frame& frame) {
   frame.clock.begin(Stage::update);
   result.coherence = coherence.update(frame.geoms(), frame.slots(), plan.rules, plan.threads,
                                       geom_update_, boxes_);
+  const GeomUpdate::Untold& untold = coherence.untold();
+  if (untold.count) complaints_.ofUntold(frame.geoms()[untold.first], untold.count);
   if (result.coherence != PairKeeper::Outcome::kept) return false;
   frame.scene.needs_clean = false;
   result.update_ms = frame.clock.lap();
@@ -117,7 +119,7 @@ void Pipeline::findAnew(Frame& frame) {
   frame.clock.begin(Stage::filter);
   pair_filter_.run(frame.geoms(), *frame.updated, plan.rules, boxes_, plan.threads, frame.pairs);
   result.filter_ms = frame.clock.lap();
-  if (plan.keep) coherence.start(result.found.devices > 0, result.found.method);
+  if (plan.keep) coherence.start(frame.slots(), result.found.devices > 0, result.found.method);
 }
 
 // Of the geoms, when their boxes are up to date.

@@ -51,6 +51,10 @@ class Pipeline {
     store_.coherence.change(slot);
     precomputed_.noteChange(slot);
   }
+  // What ODE tells no space of may have changed in the geom of a slot, or in all; the former from
+  // many threads at once.
+  void noteUntold(Slot slot) { store_.coherence.tell(slot); }
+  void noteAllUntold() { store_.coherence.tellAll(); }
   // Geoms come or go.
   void noteNewcomer() { plane_pairs_.forget(); }
   // The slots of these geoms are about to be closed up.

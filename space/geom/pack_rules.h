@@ -1,4 +1,4 @@
-// What a user lets a space leave out or add.
+// What a user lets a space leave out or add, or rely on.
 #ifndef ODE_PARALLEL_SAP_PACK_RULES_H
 #define ODE_PARALLEL_SAP_PACK_RULES_H
 
@@ -10,13 +10,16 @@ struct PackRules {
   bool skip_static = false;  // no pairs of geoms without bodies
   bool skip_asleep = false;  // no pairs whose bodies are all disabled
   bool cull_planes = false;  // pairs of planes only with what reaches their half-space
+  bool notified = false;     // what ODE does not tell a space of, the program does
+  bool checked = false;      // whether it does is looked at in every frame
   dReal tolerance = 0;       // how far apart boxes of a pair may be
 
   bool skip() const { return skip_static || skip_asleep; }
 
   bool operator==(const PackRules& other) const {
     return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&
-           cull_planes == other.cull_planes && tolerance == other.tolerance;
+           cull_planes == other.cull_planes && notified == other.notified &&
+           checked == other.checked && tolerance == other.tolerance;
   }
   bool operator!=(const PackRules& other) const { return !(*this == other); }
 };

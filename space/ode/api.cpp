@@ -215,6 +215,20 @@ int dParallelSAPSpaceGetSkipAsleep(dSpaceID space) {
   return checked(space).settings.rules.skip_asleep;
 }
 
+void dParallelSAPSpaceSetNotified(dSpaceID space, int notified) {
+  checked(space).settings.rules.notified = notified != 0;
+}
+
+int dParallelSAPSpaceGetNotified(dSpaceID space) {
+  return checked(space).settings.rules.notified;
+}
+
+void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(!geom || dGeomGetSpace(geom) == space, "geom is not in this space");
+  own.notify(geom);
+}
+
 void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(distance >= 0 && distance <= std::numeric_limits<dReal>::max(),

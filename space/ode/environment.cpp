@@ -46,6 +46,10 @@ constexpr Name copy_faults[] = {{static_cast<int>(CopyFault::None), "none"},
                                 {static_cast<int>(CopyFault::Contents), "contents"},
                                 {static_cast<int>(CopyFault::Table), "table"}};
 
+enum { silent_changes, told_changes, checked_changes };
+constexpr Name notified_modes[] = {
+    {silent_changes, "0"}, {told_changes, "1"}, {checked_changes, "check"}};
+
 template <std::size_t count>
 const char* nameOf(const Name (&names)[count], int value) {
   for (const Name& name : names)
@@ -117,12 +121,21 @@ void readLength(const char* variable, dReal& value) {
     dMessage(0, "%s=%s is not a length, 0 or more and finite, and is ignored", variable, text);
 }
 
+int notifiedMode(int mode) {
+  readName(
+      "ODE_PARALLEL_SAP_NOTIFIED", notified_modes, [](int) { return true; }, mode);
+  return mode;
+}
+
 // What a program may set on a space by itself, in the same words.
 void readRules(PackRules& rules) {
   readSwitch("ODE_PARALLEL_SAP_SKIP_STATIC", rules.skip_static);
   readSwitch("ODE_PARALLEL_SAP_SKIP_ASLEEP", rules.skip_asleep);
   readSwitch("ODE_PARALLEL_SAP_CULL_PLANES", rules.cull_planes);
   readLength("ODE_PARALLEL_SAP_TOLERANCE", rules.tolerance);
+  const int notified = notifiedMode(silent_changes);
+  rules.notified = notified == told_changes;
+  rules.checked = notified == checked_changes;
 }
 
 }  // namespace
@@ -172,6 +185,10 @@ Precompute precomputeFromEnvironment() {
   readName(
       "ODE_PARALLEL_SAP_CONTACTS", precompute_modes, [](int) { return true; }, value);
   return static_cast<Precompute>(value);
+}
+
+bool standInsAreTold() {
+  return notifiedMode(told_changes) != silent_changes;
 }
 
 // path[:every]. A colon that no number follows is part of the path.

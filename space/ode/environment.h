@@ -20,6 +20,10 @@ Settings settingsFromEnvironment();
 // ODE_PARALLEL_SAP_CONTACTS, for spaces under the preload library, which answers dCollide.
 Precompute precomputeFromEnvironment();
 
+// Whether spaces under the preload library rely on being told what it intercepts; by
+// ODE_PARALLEL_SAP_NOTIFIED.
+bool standInsAreTold();
+
 // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
 std::unique_ptr<Trace> traceFromEnvironment();
 

@@ -21,6 +21,8 @@ namespace {
 
 // Whether a space of the process ever had swept bounds: until then none asks its sub-spaces.
 std::atomic<bool> any_swept{false};
+// How often any geom of any space was said to have changed.
+std::atomic<unsigned> notified_of_all{0};
 // How often boxes of a space were made anew.
 std::atomic<std::uint64_t> sweeps{0};
 
@@ -259,9 +261,16 @@ void ParallelSAPSpace::beginFrame() {
     }
     closeSlots();
   }
+  const unsigned notified = notified_of_all.load(std::memory_order_relaxed);
+  if (notified != notified_of_all_) notify(nullptr);
+  notified_of_all_ = notified;
   queries_.noteFrame();
   if (rays_) rays_->noteFrame();
   askSilent();
+}
+
+void ParallelSAPSpace::notifyAll() {
+  notified_of_all.fetch_add(1, std::memory_order_relaxed);
 }
 
 void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {

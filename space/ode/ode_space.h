@@ -45,6 +45,18 @@ class ParallelSAPSpace : public dxSpace {
   // Adds all meshes in it, at any depth.
   void addMeshes(std::vector<dxGeom*>& meshes);
 
+  // The program tells what ODE does not: that a geom, or with null any, may have other bits,
+  // another body or another enabled state. For a geom from many threads at once.
+  void notify(const dxGeom* geom) {
+    if (geom)
+      pipeline_.noteUntold(Slots::slotOf(geom));
+    else
+      pipeline_.noteAllUntold();
+  }
+
+  // Any geom of any space may be such a one.
+  static void notifyAll();
+
   // The AABBs of its geoms cover what they will move in such a time; 0: nothing.
   void setSweptBounds(dReal step);
   dReal sweptBounds() const { return swept_.step(); }
@@ -94,6 +106,7 @@ class ParallelSAPSpace : public dxSpace {
   Slots slots_;
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
+  unsigned notified_of_all_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
   GeomQueries queries_;

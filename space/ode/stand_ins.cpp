@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <mutex>
 #include <string>
+#include <typeinfo>
 #include <unordered_set>
 
 #include "space/contacts/ode_collide.h"
@@ -50,6 +51,7 @@ class StandIn final : public ParallelSAPSpace {
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
     settings.precompute = precomputeFromEnvironment();
+    settings.rules.notified = standInsAreTold();
     counted_ = settings.print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
@@ -139,6 +141,16 @@ void report() {
   if (!hints.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", hints.c_str());
 }
 
+void geomChanged(dxGeom* geom) {
+  dxSpace* const space = geom->parent_space;
+  if (space && typeid(*space) == typeid(StandIn)) static_cast<StandIn*>(space)->notify(geom);
+}
+
+void bodyChanged(dBodyID body) {
+  for (dxGeom* geom = dBodyGetFirstGeom(body); geom; geom = dBodyGetNextGeom(geom))
+    geomChanged(geom);
+}
+
 void setCollide(dParallelSAPCollideFunction* collide) {
   ode_collide.store(collide, std::memory_order_relaxed);
 }
@@ -163,6 +175,9 @@ const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
                                                  setCollide,
                                                  reports(),
                                                  PrecomputedContacts::answer,
+                                                 geomChanged,
+                                                 bodyChanged,
+                                                 ParallelSAPSpace::notifyAll,
                                                  PrecomputedContacts::stop};
   return &stand_ins;
 }

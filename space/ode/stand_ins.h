@@ -29,6 +29,11 @@ typedef struct dParallelSAPStandIns {
   const int* reports;
   /* What dCollide is to return, or -1: dCollide is to be called. */
   dParallelSAPCollideFunction* collide;
+  /* A geom may have other bits, another body or another enabled state; so may those of a body; so
+   * may any geom. Stand-ins look at no others for that. */
+  void (*geom_changed)(dGeomID geom);
+  void (*body_changed)(dBodyID body);
+  void (*any_changed)(void);
   /* Contacts are not known any more: the program has colliders of its own. */
   void (*stop_contacts)(void);
 } dParallelSAPStandIns;

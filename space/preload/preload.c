@@ -1,9 +1,9 @@
 /* LD_PRELOAD=libode-parallel-sap-preload.so program
  *
- * Stands in front of the functions by which ODE makes its spaces, and of dCollide. Needs nothing
- * but the C library: a program without ODE gets neither ODE nor anything else into its memory. The
- * library proper is loaded when a program makes its first space, which proves that the program has
- * an ODE. */
+ * Stands in front of the functions by which ODE makes its spaces, of those that change geoms
+ * without a word to their spaces, and of dCollide. Needs nothing but the C library: a program
+ * without ODE gets neither ODE nor anything else into its memory. The library proper is loaded when
+ * a program makes its first space, which proves that the program has an ODE. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <ode/ode.h>
@@ -205,42 +205,45 @@ PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
     ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
 }
 
-/* dCollide as `caller` would get it. To ask the dynamic linker takes longer than many a collision,
- * so the answer is kept: for all where every object sees the same ODE, else for the last callers.
- * The ODE that it is in stays loaded from then on. */
-static dParallelSAPCollideFunction* collideOf(const void* caller) {
+/* The function `name` as `caller` would get it. To ask the dynamic linker takes longer than many a
+ * collision, so the answer is kept: for all where every object sees the same ODE, else for the last
+ * callers. The ODE that it is in stays loaded from then on. */
+static void* originalOf(const char* name, const void* caller, const void* own, void** of_all) {
   enum { callers = 16 };
-  static dParallelSAPCollideFunction* of_all = NULL;
   static __thread struct {
-    const void* caller;
-    dParallelSAPCollideFunction* collide;
+    const void *caller, *own;
+    void* original;
   } kept[callers];
 
-  dParallelSAPCollideFunction* collide = __atomic_load_n(&of_all, __ATOMIC_RELAXED);
-  if (collide) return collide;
+  void* original = __atomic_load_n(of_all, __ATOMIC_RELAXED);
+  if (original) return original;
   const size_t place = (size_t)caller / 4 % callers;
-  if (kept[place].caller == caller) return kept[place].collide;
-  collide = (dParallelSAPCollideFunction*)real("dCollide", caller, (const void*)&dCollide);
-  const int everywhere = dlsym(RTLD_NEXT, "dCollide") != NULL;
-  if (!dlopen(fileOf((const void*)collide), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE))
-    return collide;
+  if (kept[place].caller == caller && kept[place].own == own) return kept[place].original;
+  original = real(name, caller, own);
+  const int everywhere = dlsym(RTLD_NEXT, name) != NULL;
+  if (!dlopen(fileOf(original), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE)) return original;
   if (everywhere) {
-    __atomic_store_n(&of_all, collide, __ATOMIC_RELAXED);
+    __atomic_store_n(of_all, original, __ATOMIC_RELAXED);
   } else {
     kept[place].caller = caller;
-    kept[place].collide = collide;
+    kept[place].own = own;
+    kept[place].original = original;
   }
-  return collide;
+  return original;
 }
+
+#define KEPT_ORIGINAL(function, of_all) \
+  ((__typeof__(&function))originalOf(#function, CALLER, (const void*)&function, &of_all))
 
 /* Contacts that are known need no ODE. */
 PUBLIC int dCollide(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int skip) {
+  static void* of_all = NULL;
   const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
   if (use && __atomic_load_n(use->reports, __ATOMIC_RELAXED)) {
     const int count = use->collide(o1, o2, flags, contact, skip);
     if (count >= 0) return count;
   }
-  return ((dParallelSAPCollideFunction*)collideOf(CALLER))(o1, o2, flags, contact, skip);
+  return KEPT_ORIGINAL(dCollide, of_all)(o1, o2, flags, contact, skip);
 }
 
 /* The program's own colliders may be anything. */
@@ -249,4 +252,30 @@ PUBLIC void dSetColliderOverride(int i, int j, dColliderFn* fn) {
   const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_SEQ_CST);
   if (use) use->stop_contacts();
   ORIGINAL(dSetColliderOverride)(i, j, fn);
+}
+
+/* What ODE does not tell spaces of. Told before the call, while a body still has its geoms. */
+#define TELLS(what, whose, function, declared, passed)                                     \
+  PUBLIC void function declared {                                                          \
+    static void* of_all = NULL;                                                            \
+    const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE); \
+    if (use && whose) use->what(whose);                                                    \
+    KEPT_ORIGINAL(function, of_all) passed;                                                \
+  }
+
+TELLS(geom_changed, geom, dGeomSetCategoryBits, (dGeomID geom, unsigned long bits), (geom, bits))
+TELLS(geom_changed, geom, dGeomSetCollideBits, (dGeomID geom, unsigned long bits), (geom, bits))
+TELLS(geom_changed, geom, dGeomEnable, (dGeomID geom), (geom))
+TELLS(geom_changed, geom, dGeomDisable, (dGeomID geom), (geom))
+TELLS(geom_changed, geom, dGeomSetBody, (dGeomID geom, dBodyID body), (geom, body))
+TELLS(body_changed, body, dBodyEnable, (dBodyID body), (body))
+TELLS(body_changed, body, dBodyDestroy, (dBodyID body), (body))
+TELLS(body_changed, body, dBodySetAutoDisableFlag, (dBodyID body, int flag), (body, flag))
+TELLS(body_changed, body, dBodySetAutoDisableDefaults, (dBodyID body), (body))
+
+/* Which destroys all its bodies. */
+PUBLIC void dWorldDestroy(dWorldID world) {
+  const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
+  if (use) use->any_changed();
+  ORIGINAL(dWorldDestroy)(world);
 }

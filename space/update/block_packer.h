@@ -20,6 +20,7 @@ class BlockPacker {
         part_(part),
         boxes_(boxes),
         plain_rules_(!packer.rules.skip() && packer.rules.tolerance == 0 && !boxes.wide),
+        plain_state_(packer.rules.notified ? unwatched_state : SlotState{0}),
         some_body_(part.some_body) {}
   ~BlockPacker() {
     UpdateFacts& facts = part_.facts;
@@ -33,7 +34,7 @@ class BlockPacker {
 
   // As GeomPacker::pack() does, and with the same result.
   SlotState pack(const dxGeom* geom, Slot slot) {
-    return plain_rules_ && geom && packPlain(geom, slot) ? SlotState{0} : packOther(geom, slot);
+    return plain_rules_ && geom && packPlain(geom, slot) ? plain_state_ : packOther(geom, slot);
   }
 
  private:
@@ -77,6 +78,7 @@ class BlockPacker {
   UpdatePart& part_;
   BoxSet& boxes_;
   const bool plain_rules_;
+  const SlotState plain_state_;            // of plain geoms, as GeomPacker has it under these rules
   std::uintptr_t some_body_, unlike_ = 0;  // bits in which bodies' addresses differ
   bool exact_boxes_ = true, exact_numbers_ = true, shared_bodies_ = false;
 };

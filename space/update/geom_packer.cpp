@@ -13,11 +13,6 @@ namespace {
 // What the other stages take from a geom that has a box, without looking at it again.
 constexpr SlotState kind_states = unwatched_state | space_state | user_class_state;
 
-SlotState kindOf(const dxGeom* geom, bool resting) {
-  return (resting && !geom->body ? unwatched_state : 0) | (IS_SPACE(geom) ? space_state : 0) |
-         (isUserClass(geom) ? user_class_state : 0);
-}
-
 template <class Real>
 constexpr BasicBox<Real> inactiveBox() {
   constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
@@ -89,6 +84,18 @@ bool containsClosely(const BasicBox<Real>& box, const dReal* bounds, dReal most)
   return contains;
 }
 
+void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, const BoxSet& boxes) {
+  UpdateFacts& facts = part.facts;
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
+    facts.filter_bodies = facts.filter_bodies || geom->body_next;
+    if (!part.some_body) part.some_body = body;
+    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
+    const std::uint32_t number = boxes.bodies[slot];
+    if (number == 0 || number == resting_number) facts.exact_bodies = false;
+  }
+}
+
 }  // namespace
 
 void UpdateFacts::add(const UpdateFacts& other) {
@@ -114,6 +121,15 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.coarse += state & coarse_state ? sign : 0;
 }
 
+// Where silent changes are told, a step may still put an awake body to sleep; one that a step wakes
+// is moved by it.
+SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
+  const bool watched =
+      rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
+  return (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
+         (isUserClass(geom) ? user_class_state : 0);
+}
+
 void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
   facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
   facts.exact_bits =
@@ -121,21 +137,8 @@ void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, Box
   boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
 }
 
-void GeomPacker::packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
-  UpdateFacts& facts = part.facts;
-  packBits(geom, slot, facts, boxes);
-  // Of two geoms on one body at least one is followed by another in the body's list.
-  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
-    facts.filter_bodies = facts.filter_bodies || geom->body_next;
-    if (!part.some_body) part.some_body = body;
-    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
-    const std::uint32_t number = boxes.bodies[slot];
-    if (number == 0 || number == resting_number) facts.exact_bodies = false;
-  }
-}
-
-// Geoms at rest are packed as if enabled and with all bits set, because few of their silent changes
-// are noticed here: pairs with them are looked at again in every frame.
+// Unless silent changes are told, geoms at rest are packed as if enabled and with all bits set,
+// because few of theirs are noticed here: pairs with them are looked at again in every frame.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
   if (!geom) {
     deactivate(slot, boxes);
@@ -147,7 +150,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   SlotState state = kindOf(geom, resting);
   if (!isEnabled(geom)) {
     state |= disabled_state;
-    if (!resting || geom->gflags & GEOM_ZERO_SIZED) {
+    if (!resting || rules.notified || geom->gflags & GEOM_ZERO_SIZED) {
       deactivate(slot, boxes);
       return state | no_box_state;
     }
@@ -177,12 +180,14 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   facts.user_classes = facts.user_classes || state & user_class_state;
   facts.spaces = facts.spaces || state & space_state;
   state |= (rounded.unbounded ? unbounded_state : 0) | (rounded.coarse ? coarse_state : 0);
-  if (resting) {
+  if (!resting || rules.notified)
+    packBits(geom, slot, facts, boxes);
+  else
     boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
+  if (resting)
     facts.filter_bodies = true;
-    return state;
-  }
-  packFilter(geom, slot, part, boxes);
+  else
+    packBody(geom, slot, part, boxes);
   return state;
 }
 
@@ -191,11 +196,15 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
   const bool resting = isResting(geom, rules);
   if (resting != (boxes.bodies[slot] == resting_number)) return true;
   if (isEnabled(geom) != !(state & disabled_state)) return true;
-  if (resting || state & no_box_state) return false;
+  if (state & no_box_state || (resting && !rules.notified)) return false;
   return boxes.bits[slot].category != foldBits(geom->category_bits) ||
          boxes.bits[slot].collide != foldBits(geom->collide_bits) ||
          !foldsExactly(geom->category_bits) || !foldsExactly(geom->collide_bits) ||
-         boxes.bodies[slot] != numberOf(geom->body);
+         (!resting && boxes.bodies[slot] != numberOf(geom->body));
+}
+
+bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
+  return geom->body && isResting(geom, rules) && boxes.bodies[slot] == numberOf(geom->body);
 }
 
 bool GeomPacker::stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,

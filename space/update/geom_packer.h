@@ -43,7 +43,7 @@ enum : SlotState {
   unbounded_state = 4,
   coarse_state = 8,
   no_box_state = 16,     // takes part in nothing
-  unwatched_state = 32,  // no geom, or one whose silent changes are looked at pair by pair
+  unwatched_state = 32,  // no geom, or one whose silent changes are told or looked at by pair
   space_state = 64,
   user_class_state = 128
 };
@@ -75,6 +75,8 @@ class GeomPacker {
   // Whether a geom that was packed with `state` has other bits, another body or is enabled where it
   // was not: nobody tells a space of that.
   bool changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
+  // Whether its body was awake when it was packed and now sleeps.
+  bool fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
   // Whether the box of a slot is still one for its geom, by the tolerance. Then notes so in `part`.
   bool stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
              UpdatePart& part) const;
@@ -82,7 +84,7 @@ class GeomPacker {
   static void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes);
 
  private:
-  void packFilter(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
+  SlotState kindOf(const dxGeom* geom, bool resting) const;
 };
 
 }  // namespace ode_parallel_sap

@@ -43,19 +43,46 @@ void prefetch(const void* object, std::size_t size) {
   __builtin_prefetch(bytes + size - 1);
 }
 
-// What notice() reads of a geom, and of the body of one that was at rest.
-void prefetchStatus(const dxGeom* geom, bool resting) {
+// What notice() reads of a geom, without its bits or with them, and of a body.
+void prefetchStatus(const dxGeom* geom, bool without_bits) {
   __builtin_prefetch(&geom->gflags);
   __builtin_prefetch(&geom->body);
-  if (resting) return;
-  __builtin_prefetch(&geom->category_bits);
-  __builtin_prefetch(&geom->collide_bits);
+  if (!without_bits) __builtin_prefetch(&geom->category_bits);
 }
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
   constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
   __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
 }
+
+// Goes through the slots below `slots`, in some words, that have a geom, have not changed and are
+// watched, or all of them.
+class SlotWalk {
+ public:
+  SlotWalk(const SlotSet* watched, const SlotSet& changed, std::size_t slots, const Range& words)
+      : watched_(watched), changed_(changed), slots_(slots), word_(words.begin), end_(words.end) {}
+  // False at the end.
+  bool next(dxGeom* const* geoms, Slot& slot) {
+    do {
+      while (!left_) {
+        if (word_ == end_) return false;
+        left_ = (watched_ ? watched_->word(word_) : ~std::uint64_t{0}) & ~changed_.word(word_);
+        first_ = static_cast<Slot>(word_++ * SlotSet::word_slots);
+      }
+      slot = first_ + static_cast<Slot>(__builtin_ctzll(left_));
+      left_ &= left_ - 1;
+      if (slot >= slots_) return false;
+    } while (!geoms[slot]);
+    return true;
+  }
+
+ private:
+  const SlotSet* watched_;  // null: all are
+  const SlotSet& changed_;
+  std::size_t slots_, word_, end_;
+  std::uint64_t left_ = 0;
+  Slot first_ = 0;
+};
 
 }  // namespace
 
@@ -267,38 +294,49 @@ void GeomUpdate::watchAll() {
   watching_ = true;
 }
 
-int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed) {
+int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, bool all,
+                       SlotSet& changed) {
   if (!watching_) watchAll();
+  const std::size_t looks = all ? boxes.size : watched_.count();
+  if (looks == 0) return 1;
+  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified;
   int used = 1;
-  runTeam(noticing, threads, [&](int thread, int team) {
+  runTeam(noticing, teamFor(looks, grains::packed_slots, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
-    const Range words = ownPart(watched_.words(), thread, team);
-    const auto watchedIn = [&](std::size_t word) {
-      return word < words.end ? watched_.word(word) & ~changed.word(word) : 0;
+    // Lines of bodies are asked for when those of their geoms have come.
+    SlotWalk ahead(all ? nullptr : &watched_, changed, boxes.size,
+                   ownPart(watched_.words(), thread, team));
+    SlotWalk with_body = ahead, walk = ahead;
+    Slot slot;
+    const auto prefetchGeom = [&] {
+      if (ahead.next(geoms, slot))
+        prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
     };
-    const auto prefetchIn = [&](std::size_t word, bool bodies) {
-      for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
-        const std::size_t slot = word * SlotSet::word_slots + __builtin_ctzll(bits);
-        if (!bodies)
-          prefetchStatus(geoms[slot], boxes.bodies[slot] == resting_number);
-        else if (geoms[slot]->body)
-          prefetchStatus(geoms[slot]->body);
-      }
+    const auto prefetchBody = [&] {
+      if (bodies && with_body.next(geoms, slot) && geoms[slot]->body)
+        prefetchStatus(geoms[slot]->body);
     };
-    const bool bodies = packer_.rules.skip_asleep;
-    prefetchIn(words.begin, false);
-    prefetchIn(words.begin + 1, false);
-    if (bodies) prefetchIn(words.begin, true);
-    for (std::size_t word = words.begin; word < words.end; ++word) {
-      prefetchIn(word + 2, false);
-      if (bodies) prefetchIn(word + 1, true);
-      for (std::uint64_t bits = watchedIn(word); bits; bits &= bits - 1) {
-        const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
-        if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
-      }
+    for (std::size_t i = 0; i < 2 * prefetch_distance; ++i) prefetchGeom();
+    for (std::size_t i = 0; i < prefetch_distance; ++i) prefetchBody();
+    while (walk.next(geoms, slot)) {
+      if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
+      prefetchGeom();
+      prefetchBody();
     }
   });
   return used;
+}
+
+GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,
+                                          const SlotSet& changed) const {
+  Untold untold;
+  SlotWalk walk(nullptr, changed, boxes.size, {0, changed.words()});
+  Slot slot;
+  while (walk.next(geoms, slot))
+    if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
+        !packer_.fellAsleep(geoms[slot], slot, boxes) && untold.count++ == 0)
+      untold.first = slot;
+  return untold;
 }
 
 // Room for all slots, with the boxes of before. What is beyond them counts no more.

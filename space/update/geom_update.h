@@ -33,8 +33,15 @@ class GeomUpdate {
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
-  // enabled states. Returns the number of threads used.
-  int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, SlotSet& changed);
+  // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
+  // threads used.
+  int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, bool all, SlotSet& changed);
+  // The geoms that did so, those of `changed` apart, although the rules say that it is told.
+  struct Untold {
+    std::size_t count = 0;
+    Slot first = 0;
+  };
+  Untold findUntold(dxGeom* const* geoms, const BoxSet& boxes, const SlotSet& changed) const;
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
   // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
   // as a whole: the facts are others now, or of boxes that might have stayed more than `most` may

@@ -323,8 +323,12 @@ def many_threads(directory):
 def rest(directory):
     """Scenes of which little moves, on one thread."""
     names = {"all-move": "all move", "some-move": "the same few move, all pairs reported",
+             "some-move-told": "the same few move, the space is told of the rest",
+             "none-move": "none moves, all pairs reported",
+             "none-move-told": "none moves, the space is told of the rest",
              "others-move": "others move in every frame", "some-awake": "the others asleep, all pairs reported",
              "skip-asleep": "the others asleep, pairs at rest left out",
+             "skip-asleep-told": "likewise, the space is told of the rest",
              "skip-static": "the others static, pairs at rest left out",
              "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]

@@ -42,6 +42,12 @@ class ChangingScene {
 
   dSpaceID space() const { return space_; }
 
+  // From now on the space is told of what changes without a word.
+  void promise() {
+    dParallelSAPSpaceSetNotified(space_, 1);
+    telling_ = true;
+  }
+
   // Moves about `part` of the geoms and changes some without a word to the space.
   void change(double part) {
     const std::size_t moves = static_cast<std::size_t>(part * order_.size() + random_.unit());
@@ -117,6 +123,15 @@ class ChangingScene {
         if (body) dBodyEnable(body);
         break;
     }
+    if (telling_) tell(geom);
+  }
+  // Of all geoms at times, or of those that any change of this one may have changed.
+  void tell(dGeomID geom) {
+    if (random_.chance(0.1)) return dParallelSAPSpaceNotify(space_, nullptr);
+    dParallelSAPSpaceNotify(space_, geom);
+    const dBodyID body = dGeomGetBody(geom);
+    for (dGeomID on = body ? dBodyGetFirstGeom(body) : nullptr; on; on = dBodyGetNextGeom(on))
+      dParallelSAPSpaceNotify(space_, on);
   }
   void reAdd() {
     const std::size_t i = random_.below(order_.size());
@@ -133,6 +148,7 @@ class ChangingScene {
   Random random_;
   std::vector<dGeomID> order_;
   double reach_;
+  bool telling_ = false;
 };
 
 }  // namespace sap_test

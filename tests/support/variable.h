@@ -43,7 +43,8 @@ struct BareEnvironment {
       skip_static{"ODE_PARALLEL_SAP_SKIP_STATIC", nullptr},
       skip_asleep{"ODE_PARALLEL_SAP_SKIP_ASLEEP", nullptr},
       cull_planes{"ODE_PARALLEL_SAP_CULL_PLANES", nullptr},
-      tolerance{"ODE_PARALLEL_SAP_TOLERANCE", nullptr};
+      tolerance{"ODE_PARALLEL_SAP_TOLERANCE", nullptr},
+      notified{"ODE_PARALLEL_SAP_NOTIFIED", nullptr};
 };
 
 }  // namespace sap_test

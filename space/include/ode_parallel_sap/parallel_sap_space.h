@@ -275,8 +275,8 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * collider of two of these classes that finds contacts of shapes that do not touch, or that counts
  * its calls, needs dParallelSAPOnCallingThread for its pairs.
  *
- * The collider of two convexes in an ODE without libccd leaves side1 and side2 of its contacts as the
- * caller had them; here they are -1.
+ * The collider of two convexes in an ODE without libccd leaves side1 and side2 of its contacts as
+ * the caller had them; here they are -1.
  *
  * Memory: the contacts of all pairs, kept by the space for the next call. Where there is not
  * enough, pairs are collided and reported one by one, and the flags and reduce callbacks may be
@@ -481,6 +481,34 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 
+/* Nonzero: the program promises to tell the space of what ODE tells no space, so that a frame needs
+ * not look at each geom to see it: where little changes, that is most of a frame. Default: 0. Of a
+ * geom in this space it is to be told, after the call or before, but before the next collide, that
+ *
+ * - its category or collide bits are others (dGeomSetCategoryBits, dGeomSetCollideBits);
+ * - it was enabled or disabled (dGeomEnable, dGeomDisable);
+ * - its body was taken away (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); of a new body
+ *   ODE tells;
+ * - under SetSkipAsleep, its body was woken by a call (dBodyEnable; dBodySetAutoDisableFlag and
+ *   dBodySetAutoDisableDefaults wake a body that they do not let sleep). Bodies that a call or a
+ *   step puts to sleep, and those that a step wakes, need not be told of: where that may happen the
+ *   space looks at the bodies that are awake.
+ *
+ * What moves a geom, changes its size, adds or removes it is told by ODE. A promise that is not
+ * kept may cost pairs or leave some that are no more, until the geom moves.
+ * ODE_PARALLEL_SAP_NOTIFIED=check finds it out. The promise counts from the call on, for all geoms
+ * there are and will be. Pairs and their order are the same with and without it. It has no effect
+ * where every frame is found anew: on the CUDA back end, by a method that was asked for by name,
+ * Sweep apart; and scenes of up to 120 geoms are looked at all the same. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
+
+/* Tells the space that a geom of it may have changed in such a way, or, with `geom` 0, that any of
+ * its geoms may have: the next frame looks at it, or at all. Without SetNotified it has no effect.
+ * May be called in callbacks, where the geom may be changed there, and for geoms from many threads
+ * at once while nothing else is done with the space, so as those calls of ODE may be made. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
+
 /* How far apart two bounding boxes may be on each axis and be reported all the same, in units of
  * length: 0 or more, finite. Default: 0, no pair but those that overlap. No pair that overlaps is
  * ever missed. What it buys: geoms that have moved by less than a quarter of it since their boxes
@@ -615,7 +643,10 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * ODE_PARALLEL_SAP_METHOD=auto|sweep|brute-force|axis-lists, ODE_PARALLEL_SAP_THREADS=n,
  * ODE_PARALLEL_SAP_DEVICES=n; ODE_PARALLEL_SAP_SKIP_STATIC=0|1, ODE_PARALLEL_SAP_SKIP_ASLEEP=0|1,
  * ODE_PARALLEL_SAP_CULL_PLANES=0|1 and ODE_PARALLEL_SAP_TOLERANCE=distance, which change what is
- * reported as dParallelSAPSpaceSetSkipStatic and so on do; ODE_PARALLEL_SAP_STATS=1 (or 0) prints
+ * reported as dParallelSAPSpaceSetSkipStatic and so on do; ODE_PARALLEL_SAP_NOTIFIED=0|1|check, of
+ * which 1 is a dParallelSAPSpaceSetNotified, and with check every space that has that promise looks
+ * at all its geoms in each frame nevertheless, goes by what it finds, and says once through
+ * dMessage if it was not told of a change; ODE_PARALLEL_SAP_STATS=1 (or 0) prints
  * through dMessage, when a space is destroyed, what its frames had to do and where their time went;
  * and in a last line, if a hundredth or more of that time would have been saved by it, which of
  * these variables would have saved how much of it, or which categories of geoms never touched and
