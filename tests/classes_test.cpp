@@ -1,7 +1,9 @@
 // Every class of geom takes part as in ODE's own spaces.
 #include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/mman.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,51 @@
 using namespace sap_test;
 
 namespace {
+
+// Lets ODE make two bodies whose addresses are 64 GiB apart, so that their lower 36 bits are alike.
+// Outlives all that ODE makes meanwhile.
+class FarMemory {
+ public:
+  FarMemory() {
+    void* const at = mmap(nullptr, distance + size, PROT_NONE,
+                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    REQUIRE(at != MAP_FAILED);
+    begin = static_cast<char*>(at);
+    for (char* const end : {begin, begin + distance})
+      REQUIRE(mprotect(end, size, PROT_READ | PROT_WRITE) == 0);
+    dSetAllocHandler(allocate);
+    dSetReallocHandler([](void* at, size_t, size_t bytes) { return std::realloc(at, bytes); });
+    dSetFreeHandler([](void* at, size_t) {
+      if (at < begin || at >= begin + distance + size) std::free(at);
+    });
+  }
+  ~FarMemory() {
+    dSetAllocHandler(nullptr);
+    dSetReallocHandler(nullptr);
+    dSetFreeHandler(nullptr);
+    munmap(begin, distance + size);
+  }
+  FarMemory(const FarMemory&) = delete;
+  FarMemory& operator=(const FarMemory&) = delete;
+
+  // At the lower end or the upper one.
+  dBodyID makeBody(dWorldID world, bool upper) {
+    next = begin + (upper ? distance : 0) + offset;
+    return dBodyCreate(world);
+  }
+
+ private:
+  static constexpr std::size_t distance = std::size_t{1} << 36, size = std::size_t{1} << 16;
+  static constexpr std::size_t offset = 4096;
+  static char *begin, *next;
+
+  static void* allocate(size_t bytes) {
+    char* const at = next;
+    next = nullptr;
+    return at ? at : std::malloc(bytes);
+  }
+};
+char *FarMemory::begin, *FarMemory::next;
 
 void place(dGeomID geom, double x, double y, double z) {
   dGeomSetPosition(geom, static_cast<dReal>(x), static_cast<dReal>(y), static_cast<dReal>(z));
@@ -132,6 +179,31 @@ TEST_CASE("Two geoms of one body are no pair until one leaves it", "[classes]") 
     dBodyDestroy(body);
     CHECK(difference(collide(space), {{0, 1}}) == "");
   }
+}
+
+TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[classes]") {
+  FarMemory memory;
+  for (const Configuration& configuration : configurations())
+    for (const bool unbounded_first : {false, true}) {
+      const dWorldID world = dWorldCreate();
+      std::vector<dGeomID> geoms;
+      INFO(configuration.name << ", unbounded first: " << unbounded_first);
+      {
+        const Space space(configuration);
+        const dBodyID bodies[] = {memory.makeBody(world, false), memory.makeBody(world, true)};
+        // Two on the one body, and one without bounds on the other.
+        for (const bool unbounded : {unbounded_first, !unbounded_first, false}) {
+          geoms.push_back(dCreateSphere(space, unbounded ? dInfinity : dReal(1)));
+          dGeomSetBody(geoms.back(), bodies[unbounded]);
+        }
+        while (geoms.size() < 200) {
+          geoms.push_back(dCreateSphere(space, 1));
+          place(geoms.back(), 3.0 * static_cast<double>(geoms.size()), 50, 0);
+        }
+        CHECK(difference(collide(space), expectedPairs(geoms)) == "");
+      }
+      dWorldDestroy(world);
+    }
 }
 
 TEST_CASE("A plane pairs with what reaches its half-space", "[classes]") {

@@ -25,6 +25,8 @@ class BlockPacker {
   ~BlockPacker() {
     UpdateFacts& facts = part_.facts;
     if (!part_.some_body) part_.some_body = some_body_;
+    // That of the part may have come from another geom of this block.
+    if (some_body_) unlike_ |= part_.some_body ^ some_body_;
     facts.exact_boxes = facts.exact_boxes && exact_boxes_;
     facts.filter_bodies = facts.filter_bodies || shared_bodies_;
     if (unlike_ & ~body_bits || !exact_numbers_) facts.exact_bodies = false;
