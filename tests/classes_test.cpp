@@ -24,23 +24,20 @@ namespace {
 class FarMemory {
  public:
   FarMemory() {
-    void* const at = mmap(nullptr, distance + size, PROT_NONE,
-                          MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    REQUIRE(at != MAP_FAILED);
-    begin = static_cast<char*>(at);
-    for (char* const end : {begin, begin + distance})
-      REQUIRE(mprotect(end, size, PROT_READ | PROT_WRITE) == 0);
+    char* const upper = map(nullptr);
+    begin = map(upper - distance);
+    REQUIRE(begin == upper - distance);
     dSetAllocHandler(allocate);
     dSetReallocHandler([](void* at, size_t, size_t bytes) { return std::realloc(at, bytes); });
     dSetFreeHandler([](void* at, size_t) {
-      if (at < begin || at >= begin + distance + size) std::free(at);
+      if (!isIn(at, begin) && !isIn(at, begin + distance)) std::free(at);
     });
   }
   ~FarMemory() {
     dSetAllocHandler(nullptr);
     dSetReallocHandler(nullptr);
     dSetFreeHandler(nullptr);
-    munmap(begin, distance + size);
+    for (char* const end : {begin, begin + distance}) munmap(end, size);
   }
   FarMemory(const FarMemory&) = delete;
   FarMemory& operator=(const FarMemory&) = delete;
@@ -56,6 +53,12 @@ class FarMemory {
   static constexpr std::size_t offset = 4096;
   static char *begin, *next;
 
+  static char* map(char* wanted) {
+    void* const at = mmap(wanted, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    REQUIRE(at != MAP_FAILED);
+    return static_cast<char*>(at);
+  }
+  static bool isIn(const void* at, const char* begin) { return at >= begin && at < begin + size; }
   static void* allocate(size_t bytes) {
     char* const at = next;
     next = nullptr;
