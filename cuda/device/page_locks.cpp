@@ -29,13 +29,14 @@ class LockedStorage {
       if (known->second.bytes == bytes && known->second.forks == forks_) return true;
       unlock(known);
     }
-    const DriverContext context = currentDriverContext();
+    const Entry entry = {bytes, forks_, currentDriverContext()};
+    const auto place = entries_.emplace(data, entry).first;  // or there would be no memory for it
     if (cudaCallIsToFail() ||
         cudaHostRegister(data, bytes, cudaHostRegisterPortable) != cudaSuccess) {
       cudaGetLastError();  // so that nobody else meets it
+      entries_.erase(place);
       return false;
     }
-    entries_[data] = {bytes, forks_, context};
     Storage::before_unmapping.store(forget, std::memory_order_release);
     return true;
   }
