@@ -20,7 +20,7 @@ class BlockPacker {
         part_(part),
         boxes_(boxes),
         plain_rules_(!packer.rules.skip() && packer.rules.tolerance == 0 && !boxes.wide),
-        plain_state_(packer.rules.notified ? unwatched_state : SlotState{0}),
+        plain_state_(packer.rules.notified ? SlotState{unwatched_state} : SlotState{0}),
         some_body_(part.some_body) {}
   ~BlockPacker() {
     UpdateFacts& facts = part_.facts;
