@@ -55,35 +55,6 @@ void prefetchStatus(const dxBody* body) {
   __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
 }
 
-// Goes through the slots below `slots`, in some words, that have a geom, have not changed and are
-// watched, or all of them.
-class SlotWalk {
- public:
-  SlotWalk(const SlotSet* watched, const SlotSet& changed, std::size_t slots, const Range& words)
-      : watched_(watched), changed_(changed), slots_(slots), word_(words.begin), end_(words.end) {}
-  // False at the end.
-  bool next(dxGeom* const* geoms, Slot& slot) {
-    do {
-      while (!left_) {
-        if (word_ == end_) return false;
-        left_ = (watched_ ? watched_->word(word_) : ~std::uint64_t{0}) & ~changed_.word(word_);
-        first_ = static_cast<Slot>(word_++ * SlotSet::word_slots);
-      }
-      slot = first_ + static_cast<Slot>(__builtin_ctzll(left_));
-      left_ &= left_ - 1;
-      if (slot >= slots_) return false;
-    } while (!geoms[slot]);
-    return true;
-  }
-
- private:
-  const SlotSet* watched_;  // null: all are
-  const SlotSet& changed_;
-  std::size_t slots_, word_, end_;
-  std::uint64_t left_ = 0;
-  Slot first_ = 0;
-};
-
 }  // namespace
 
 // One thread's part of forGeoms(). Geoms that are the calling thread's business are deferred.
@@ -300,28 +271,41 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
   const std::size_t looks = all ? boxes.size : watched_.count();
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified;
+  const auto geomsIn = [&](std::size_t word) {
+    std::uint64_t bits = 0;
+    const std::size_t first = word * SlotSet::word_slots;
+    for (std::size_t i = 0; i < SlotSet::word_slots && first + i < boxes.size; ++i)
+      bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
+    return bits;
+  };
   int used = 1;
   runTeam(noticing, teamFor(looks, grains::packed_slots, threads), [&](int thread, int team) {
     if (thread == 0) used = team;
-    // Lines of bodies are asked for when those of their geoms have come.
-    SlotWalk ahead(all ? nullptr : &watched_, changed, boxes.size,
-                   ownPart(watched_.words(), thread, team));
-    SlotWalk with_body = ahead, walk = ahead;
-    Slot slot;
-    const auto prefetchGeom = [&] {
-      if (ahead.next(geoms, slot))
-        prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
+    const Range words = ownPart(watched_.words(), thread, team);
+    const auto looksIn = [&](std::size_t word) -> std::uint64_t {
+      if (word >= words.end) return 0;
+      return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    const auto prefetchBody = [&] {
-      if (bodies && with_body.next(geoms, slot) && geoms[slot]->body)
-        prefetchStatus(geoms[slot]->body);
+    // Word by word: the lines of geoms two words ahead, those of their bodies one.
+    const auto prefetchIn = [&](std::size_t word, bool of_bodies) {
+      for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
+        const std::size_t slot = word * SlotSet::word_slots + __builtin_ctzll(bits);
+        if (!of_bodies)
+          prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
+        else if (geoms[slot]->body)
+          prefetchStatus(geoms[slot]->body);
+      }
     };
-    for (std::size_t i = 0; i < 2 * prefetch_distance; ++i) prefetchGeom();
-    for (std::size_t i = 0; i < prefetch_distance; ++i) prefetchBody();
-    while (walk.next(geoms, slot)) {
-      if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
-      prefetchGeom();
-      prefetchBody();
+    prefetchIn(words.begin, false);
+    prefetchIn(words.begin + 1, false);
+    if (bodies) prefetchIn(words.begin, true);
+    for (std::size_t word = words.begin; word < words.end; ++word) {
+      prefetchIn(word + 2, false);
+      if (bodies) prefetchIn(word + 1, true);
+      for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
+        const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
+        if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
+      }
     }
   });
   return used;
@@ -330,10 +314,9 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
 GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,
                                           const SlotSet& changed) const {
   Untold untold;
-  SlotWalk walk(nullptr, changed, boxes.size, {0, changed.words()});
-  Slot slot;
-  while (walk.next(geoms, slot))
-    if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
+  for (Slot slot = 0; slot < boxes.size; ++slot)
+    if (geoms[slot] && !changed.contains(slot) &&
+        packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
         !packer_.fellAsleep(geoms[slot], slot, boxes) && untold.count++ == 0)
       untold.first = slot;
   return untold;
