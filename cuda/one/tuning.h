@@ -62,8 +62,9 @@ constexpr std::size_t ring_pieces = 8;
 // Doubled: no difference. Halved: no difference.
 constexpr int threads_with_driver_apart = 4;
 
-// Up to this number of threads pairs travel as such, where their storage can be locked: 8 bytes that
-// no thread has to expand, in place of 4. On 6 threads 1.72 ms for 1.87, on 12 for 1.53.
+// Up to this number of threads pairs travel as such, where their storage can be locked: 8 bytes
+// that no thread has to expand, in place of 4. On 6 threads 1.72 ms in place of 1.87, on 12 in
+// place of 1.53.
 // Unit: threads. From: cuda/check time, cube of 1,000,000.
 // Doubled: no difference. Halved: no difference.
 constexpr int most_fetching_in_place = 8;
