@@ -117,16 +117,22 @@ cudaError_t allocate(void** memory, std::size_t bytes) {
   ++machine().devices[device].in_use;
   return cudaSuccess;
 }
-cudaError_t release(void* memory) {
+// Takes memory off a list of the machine, or answers `unknown` where it is not on it.
+cudaError_t giveBack(void* memory, std::unordered_map<void*, int> Machine::*list,
+                     cudaError_t unknown) {
   const Lock lock(machine().mutex);
   int device = 0;
   if (const cudaError_t status = enter(&device)) return status;
-  const auto owner = machine().owners.find(memory);
-  if (owner == machine().owners.end()) return note(cudaErrorInvalidValue);
-  --machine().devices[owner->second].in_use;
-  machine().owners.erase(owner);
-  std::free(memory);
+  const auto found = (machine().*list).find(memory);
+  if (found == (machine().*list).end()) return note(unknown);
+  --machine().devices[found->second].in_use;
+  (machine().*list).erase(found);
   return cudaSuccess;
+}
+cudaError_t release(void* memory) {
+  const cudaError_t status = giveBack(memory, &Machine::owners, cudaErrorInvalidValue);
+  if (status == cudaSuccess) std::free(memory);
+  return status;
 }
 
 // Whatever else works on a device.
@@ -300,14 +306,7 @@ cudaError_t cudaHostRegister(void* memory, std::size_t, unsigned int) {
   return cudaSuccess;
 }
 cudaError_t cudaHostUnregister(void* memory) {
-  const Lock lock(machine().mutex);
-  int device = 0;
-  if (const cudaError_t status = enter(&device)) return status;
-  const auto locked = machine().locked.find(memory);
-  if (locked == machine().locked.end()) return note(cudaErrorHostMemoryNotRegistered);
-  --machine().devices[locked->second].in_use;
-  machine().locked.erase(locked);
-  return cudaSuccess;
+  return giveBack(memory, &Machine::locked, cudaErrorHostMemoryNotRegistered);
 }
 cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
   *free = *total = std::size_t{1} << 36;
