@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "cuda/check/check.h"
@@ -64,13 +66,55 @@ std::vector<int> devicesFor(int count) {
   return devices;
 }
 
+namespace {
+
+// Finds each scene on every number of devices, and on one by one thread, too, twice: the second
+// time pairs come to where they belong, as far as their storage is large enough.
+class Comparison {
+ public:
+  // One finder and one list for all: buffers of all sizes are met again.
+  Comparison(int threads, int devices)
+      : finder_(makeCudaSweep(devicesFor(devices))), threads_(threads), devices_(devices) {}
+
+  bool isSame(const std::string& what, const BoxSet& boxes, const PairList& expected) {
+    bool same = true;
+    try {
+      for (int used = 1; used <= devices_; ++used)
+        same = isSameBy(used, threads_, what, boxes, expected) && same;
+      for (int time = 0; time < 2; ++time) same = isSameBy(1, 1, what, boxes, expected) && same;
+    } catch (const std::exception& failure) {
+      std::printf("FAILED %s: %s\n", what.c_str(), failure.what());
+      return false;
+    }
+    return same;
+  }
+
+ private:
+  bool isSameBy(int used, int threads, const std::string& what, const BoxSet& boxes,
+                const PairList& expected) {
+    const std::string how =
+        what + ", " + std::to_string(used) + " devices, " + std::to_string(threads) + " threads";
+    finder_->useDevices(used);
+    finder_->find(boxes, threads, found_);
+    const bool same = samePairs(how, expected, found_);
+    if (finder_->devicesUsed() == used) return same;
+    std::printf("FAILED %s: %d were used\n", how.c_str(), finder_->devicesUsed());
+    return false;
+  }
+
+  const std::unique_ptr<CudaPairFinder> finder_;
+  const int threads_, devices_;
+  PairList found_;
+};
+
+}  // namespace
+
 bool compareAll(std::size_t most, int threads, int devices, const std::string& only) {
   const std::size_t sizes[] = {0, 1, 2, 3, 31, 32, 33, 63, 65, 257, 1234, 5000, 100003, 1000000};
-  // One finder for all: buffers of all sizes are met again.
-  const std::unique_ptr<CudaPairFinder> device = makeCudaSweep(devicesFor(devices));
+  Comparison comparison(threads, devices);
   Sweep<float> cpu;
   BoxSet boxes;
-  PairList expected, found;
+  PairList expected;
   bool good = true;
   for (const Scene& scene : scenes()) {
     if (!only.empty() && scene.name != only) continue;
@@ -81,22 +125,9 @@ bool compareAll(std::size_t most, int threads, int devices, const std::string& o
         if (seed == 2 && size > 200000) continue;
         scene.fill(size, seed, boxes);
         cpu.find(boxes, threads, expected);
-        for (int used = 1; used <= devices; ++used) {
-          const std::string what = scene.name + ", " + std::to_string(size) + " boxes, seed " +
-                                   std::to_string(seed) + ", " + std::to_string(used) + " devices";
-          try {
-            device->useDevices(used);
-            device->find(boxes, threads, found);
-          } catch (const std::exception& failure) {
-            std::printf("FAILED %s: %s\n", what.c_str(), failure.what());
-            return false;
-          }
-          good = samePairs(what, expected, found) && good;
-          if (device->devicesUsed() != used) {
-            std::printf("FAILED %s: %d were used\n", what.c_str(), device->devicesUsed());
-            good = false;
-          }
-        }
+        const std::string what =
+            scene.name + ", " + std::to_string(size) + " boxes, seed " + std::to_string(seed);
+        good = comparison.isSame(what, boxes, expected) && good;
         pairs += expected.size();
         for (const Buffer<Pair>& part : expected.parts)
           borderline += std::count_if(part.begin(), part.end(), isMarkedBorderline);

@@ -260,7 +260,7 @@ void DeviceSweep::sendPairs(PairList& to) {
   const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
   c.borderline.reserve(segments);
   c.host_borderline.reserve(segments);
-  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
+  if (segments) CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
   const Lists lists = {c.lists.data(),
                        c.ends.data(),
                        frame_.slots,
@@ -272,6 +272,7 @@ void DeviceSweep::sendPairs(PairList& to) {
     CHECK_CUDA(cudaMemcpyAsync(to.parts[0].data() + first, c.found.data() + first,
                                count * sizeof(Pair), cudaMemcpyDeviceToHost, c.down));
   });
+  if (!segments) return;
   CHECK_CUDA(cudaMemcpyAsync(c.host_borderline.data(), c.borderline.data(), segments,
                              cudaMemcpyDeviceToHost, c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
