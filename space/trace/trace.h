@@ -42,7 +42,6 @@ class Trace {
   }
 
  private:
-  bool begin(const std::string& path);
   // False in the child of a fork, which would write over the files of its parent, unless the name
   // has the process's number in it.
   bool openNamed();
