@@ -27,9 +27,6 @@ bool standInsAreTold();
 // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
 std::unique_ptr<Trace> traceFromEnvironment();
 
-const char* backendName(int backend);
-const char* methodName(int method);
-
 }  // namespace ode_parallel_sap
 
 #endif
