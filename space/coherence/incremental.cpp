@@ -141,15 +141,12 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
   }
   const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
-  int used = 1;
-  runTeam(meeting, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  return runTeam(meeting, threads, [&](int thread, int) {
     Buffer<Pair>& pairs = found_[thread];
     const std::size_t before = pairs.size();
     {
       BufferSink sink(pairs);
-      Range range;
-      while (queue.next(range)) {
+      for (Range range; queue.next(range);) {
         const Task& task = tasks_[range.begin];
         for (std::size_t i = 0; i < level.trees(); ++i)
           if (level.cells(i))
@@ -162,7 +159,6 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
     };
     pairs.resize(std::remove_if(pairs.begin() + before, pairs.end(), gone) - pairs.begin());
   });
-  return used;
 }
 
 // Gives the newest level its place, together with the levels that it has come near in size.

@@ -209,19 +209,15 @@ void PairEvents::findChanges(const Comparison& comparison, int threads) {
     findings.begun.resizeDiscarding(0);
     findings.ended.resizeDiscarding(0);
   }
-  ChunkQueue queue(pieces_.size(), 1);
-  runTeam(comparing, threads, [&](int thread, int) {
+  runChunks(comparing, threads, pieces_.size(), 1, [&](const Range& range, int thread) {
     Findings& findings = findings_[thread];
-    Range range;
-    while (queue.next(range)) {
-      Piece& piece = pieces_[range.begin];
-      piece.thread = static_cast<std::size_t>(thread);
-      piece.first_begun = findings.begun.size();
-      piece.first_ended = findings.ended.size();
-      comparison.run(piece, findings);
-      piece.begun = findings.begun.size() - piece.first_begun;
-      piece.ended = findings.ended.size() - piece.first_ended;
-    }
+    Piece& piece = pieces_[range.begin];
+    piece.thread = static_cast<std::size_t>(thread);
+    piece.first_begun = findings.begun.size();
+    piece.first_ended = findings.ended.size();
+    comparison.run(piece, findings);
+    piece.begun = findings.begun.size() - piece.first_begun;
+    piece.ended = findings.ended.size() - piece.first_ended;
   });
 }
 
@@ -247,15 +243,11 @@ void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
 }
 
 void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
-  ChunkQueue queue(pieces_.size(), 1);
-  runTeam(writing, threads, [&](int, int) {
-    Range range;
-    while (queue.next(range)) {
-      const Piece& piece = pieces_[range.begin];
-      writeEvents(piece, geoms);
-      std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
-      writeNumbers(piece);
-    }
+  runChunks(writing, threads, pieces_.size(), 1, [&](const Range& range, int) {
+    const Piece& piece = pieces_[range.begin];
+    writeEvents(piece, geoms);
+    std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
+    writeNumbers(piece);
   });
 }
 

@@ -106,33 +106,17 @@ class NarrowPhase::Pass {
   // Calls work(range, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
   int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
-    ChunkQueue queue(count, chunk);
-    int used = 1;
-    runTeam(region, threads, [&](int thread, int team) {
-      if (thread == 0) used = team;
-      // Contacts that are told are of classes whose colliders need no data of ODE's.
-      const ThreadData data(way_.tells ? 0 : thread, way_.manual_cleanup);
-      if (!data.ready()) return;
-      Range range;
-      while (queue.next(range)) work(range, thread);
-    });
-    return used;
+    // Contacts that are told are of classes whose colliders need no data of ODE's.
+    return way_.tells ? runChunks(region, threads, count, chunk, work)
+                      : runChunksWithData(region, threads, count, chunk, way_.manual_cleanup, work);
   }
 
-  void prefetchAfter(std::size_t pair) const {
-    if (pair + 2 * pairs_ahead < pairs_.size()) {
-      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o1);
-      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o2);
-      prefetchPose(pairs_[pair + pairs_ahead].o1);
-      prefetchPose(pairs_[pair + pairs_ahead].o2);
-    }
-  }
-
-  // The same of pairs that waited, of which the next one may lie anywhere.
-  void prefetchAfter(std::size_t i, const Buffer<Waiting>& waiting) const {
-    if (i + 2 * pairs_ahead >= waiting.size()) return;
-    const GeomPair &later = pairs_[waiting[i + 2 * pairs_ahead].pair],
-                   &next = pairs_[waiting[i + pairs_ahead].pair];
+  // Asks for what comes after the i-th of `count` pairs; pairOf(i) tells where in the list it is.
+  template <class PairOf>
+  void prefetchAfter(std::size_t i, std::size_t count, PairOf pairOf) const {
+    if (i + 2 * pairs_ahead >= count) return;
+    const GeomPair &later = pairs_[pairOf(i + 2 * pairs_ahead)],
+                   &next = pairs_[pairOf(i + pairs_ahead)];
     prefetchGeom(later.o1);
     prefetchGeom(later.o2);
     prefetchPose(next.o1);
@@ -148,7 +132,7 @@ class NarrowPhase::Pass {
     int flags[most_apart_pairs];
     std::uint32_t wanted = 0, testable = 0;
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
-      prefetchAfter(range.begin + i);
+      prefetchAfter(range.begin + i, pairs_.size(), [](std::size_t pair) { return pair; });
       flags[i] = request_.flagsOf(pairs_[range.begin + i]);
       Found& found = phase_.found_[range.begin + i];
       found = {0, 0, asksForContacts(flags[i]) ? std::uint16_t{0} : nobody, 0};
@@ -297,13 +281,13 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
   }
   // Of pairs of meshes one may take a hundred times as long as another.
   const std::size_t chunk = chunkFor(waiting_.size() / tasks_a_thread, images.count());
-  return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
-                    [&](Range range, int thread) {
-                      for (std::size_t i = range.begin; i < range.end; ++i) {
-                        pass.prefetchAfter(i, waiting_);
-                        pass.collideOn(images[thread], waiting_[i], thread);
-                      }
-                    });
+  return pass.share(
+      colliding_on_images, waiting_.size(), chunk, images.count(), [&](Range range, int thread) {
+        for (std::size_t i = range.begin; i < range.end; ++i) {
+          pass.prefetchAfter(i, waiting_.size(), [&](std::size_t at) { return waiting_[at].pair; });
+          pass.collideOn(images[thread], waiting_[i], thread);
+        }
+      });
 }
 
 void NarrowPhase::collideRest(const Pass& pass) {

@@ -4,6 +4,8 @@
 
 #include <ode/ode.h>
 
+#include "space/data/parallel.h"
+
 namespace ode_parallel_sap {
 
 // ODE's data for a thread of the team, the calling thread apart: that one's is its own business.
@@ -26,6 +28,17 @@ class ThreadData {
   const bool release_;
   bool ready_;
 };
+
+// runChunks() by threads that have such data.
+template <class Work>
+int runChunksWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
+                      bool manual_cleanup, Work&& work) {
+  ChunkQueue queue(count, chunk);
+  return runTeam(region, threads, [&](int thread, int) {
+    const ThreadData data(thread, manual_cleanup);
+    for (Range range; data.ready() && queue.next(range);) work(range, thread);
+  });
+}
 
 }  // namespace ode_parallel_sap
 

@@ -99,12 +99,9 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
   ChunkQueue queue(tasks_.size(), 1);
-  int used = 1;
-  runTeam(sweeping, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int used = runTeam(sweeping, threads, [&](int thread, int) {
     BufferSink sink(found_[thread]);
-    Range range;
-    while (queue.next(range)) run(tasks_[range.begin], boxes.exact, sink);
+    for (Range range; queue.next(range);) run(tasks_[range.begin], boxes.exact, sink);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;

@@ -111,8 +111,7 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
     const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
-    Range range;
-    while (queue.next(range)) search.run(range, hits_[thread], found_[thread]);
+    for (Range range; queue.next(range);) search.run(range, hits_[thread], found_[thread]);
   });
 }
 

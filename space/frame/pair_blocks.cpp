@@ -74,9 +74,7 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
   const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
   std::atomic<bool> failed{false};
   ChunkQueue queue(count, PairBlock::size);
-  int used = 1;
-  runTeam(handing_out, team, [&](int thread, int size) {
-    if (thread == 0) used = size;
+  return runTeam(handing_out, team, [&](int, int) {
     Attempt attempt(failed);
     PairBlock block(request);
     PairCursor cursor(pairs);
@@ -85,7 +83,6 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
       block.handOut(range.begin, count, geoms, cursor);
     attempt.succeed();
   });
-  return used;
 }
 
 }  // namespace ode_parallel_sap

@@ -134,15 +134,12 @@ void RayCaster::Pass::begin(int threads, bool trees) {
 void RayCaster::Pass::castAll(int threads, bool manual_cleanup) {
   constexpr std::size_t most = grains::cast_rays.work / 4;
   const int team = teamFor(request_.count, grains::cast_rays, threads);
-  ChunkQueue queue(request_.count, chunkOf(request_.count, most, team));
-  runTeam(casting, team, [&](int thread, int threads_of_team) {
-    const ThreadData data(thread, manual_cleanup);
-    if (!data.ready()) return;
-    Range range;
-    while (queue.next(range))
-      for (std::size_t ray = range.begin; ray < range.end; ++ray)
-        castOne(ray, thread, threads_of_team == 1);
-  });
+  const std::size_t chunk = chunkOf(request_.count, most, team);
+  runChunksWithData(casting, team, request_.count, chunk, manual_cleanup,
+                    [&](const Range& range, int thread) {
+                      for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                        castOne(ray, thread, team == 1);
+                    });
 }
 
 void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
@@ -296,20 +293,16 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
     for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
     return;
   }
-  ChunkQueue queue(waiting.size(),
-                   chunkOf(waiting.size(), grains::heavy_pairs.work, images.count()));
-  runTeam(colliding_on_images, images.count(), [&](int thread, int) {
-    const ThreadData data(thread, manual_cleanup);
-    if (!data.ready()) return;
-    ColliderImage& image = images[thread];
-    Range range;
-    while (queue.next(range))
-      for (std::size_t i = range.begin; i < range.end; ++i)
-        if (image.serves(probes_[0].geom(), waiting[i].geom))
-          collideLate(waiting[i], thread, &image);
-        else
-          store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
-  });
+  const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
+  runChunksWithData(
+      colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
+      [&](const Range& range, int thread) {
+        for (std::size_t i = range.begin; i < range.end; ++i)
+          if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
+            collideLate(waiting[i], thread, &images[thread]);
+          else
+            store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
+      });
 }
 
 void RayCaster::Pass::collideRest() {

@@ -120,9 +120,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
     part.staying.clear();
     part.some_body = 0;
   }
-  int used = 1;
-  runTeam(updating, parts, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int used = runTeam(updating, parts, [&](int thread, int team) {
     for (int index = thread; index < parts; index += team)
       forPart(geoms, ownPart(count, index, parts), slotOf, useOf, parts_[index]);
   });
@@ -278,9 +276,8 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
       bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
     return bits;
   };
-  int used = 1;
-  runTeam(noticing, teamFor(looks, grains::packed_slots, threads), [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int most = teamFor(looks, grains::packed_slots, threads);
+  return runTeam(noticing, most, [&](int thread, int team) {
     const Range words = ownPart(watched_.words(), thread, team);
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       if (word >= words.end) return 0;
@@ -308,7 +305,6 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
       }
     }
   });
-  return used;
 }
 
 GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,

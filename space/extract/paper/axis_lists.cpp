@@ -79,10 +79,9 @@ template <class Real>
 void AxisLists<Real>::fillLists(int threads) {
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = endpoints_.axis(axis);
-    ChunkQueue queue(rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads));
-    runTeam(filling, threads, [&](int, int) {
-      Range range;
-      while (queue.next(range)) fillPlaces(rows, range.begin, range.end, lists_[axis].data());
+    const std::size_t chunk = chunkOf(rows.pairs(), chunk_pairs, threads);
+    runChunks(filling, threads, rows.pairs(), chunk, [&](const Range& range, int) {
+      fillPlaces(rows, range.begin, range.end, lists_[axis].data());
     });
   }
 }
@@ -134,13 +133,9 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   both_.resize(threads);
   found_.resize(threads);
   for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  ChunkQueue queue(count, chunkOf(count, chunk_pairs, threads));
-  int used = 1;
-  runTeam(meeting, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
-    Range range;
-    while (queue.next(range))
-      meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
+  const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
+  const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
+    meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;
