@@ -25,7 +25,7 @@ class AxisPart {
   std::uint64_t begin() const { return begin_; }
   std::uint64_t end() const { return end_; }
   Slot slotOf(std::uint32_t box) const { return slots_ ? slots_[box] : box; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(own_, before_, numbers_, member_); }
 
  private:
   void restrict(const AxisRows& whole, AxisRows& rows);

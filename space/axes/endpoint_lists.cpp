@@ -194,14 +194,6 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
   complete_ = true;
 }
 
-template <class Real>
-std::size_t EndpointLists<Real>::bytes() const {
-  std::size_t bytes = listed_.bytes() + newcomers_.bytes();
-  for (const Axis& axis : axes_)
-    bytes += axis.endpoints.bytes() + axis.scratch.bytes() + axis.rows.bytes();
-  return bytes;
-}
-
 template class EndpointLists<float>;
 template class EndpointLists<double>;
 

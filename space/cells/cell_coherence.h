@@ -28,7 +28,7 @@ class CellCoherence {
   // Cells were cut anew for the boxes that mayServe() saw, and packed.
   void restart(const std::vector<CellTree<Real>>& trees, std::size_t count);
 
-  std::size_t bytes() const { return active_.bytes() + seen_.bytes() + spans_.bytes(); }
+  std::size_t bytes() const { return bytesOf(active_, seen_, spans_); }
 
  private:
   bool known_ = false;

@@ -335,17 +335,6 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   starts_.push_back(static_cast<std::uint32_t>(count_));
 }
 
-template <class Real>
-std::size_t CellOrder<Real>::bytes() const {
-  std::size_t bytes = positions_.bytes() + bucket_ends_.bytes() + order_.bytes() + starts_.bytes() +
-                      groups_.bytes() + size_classes_.capacity() * sizeof(SizeClasses<Real>) +
-                      quantizers_.capacity() * sizeof(Quantizer<Real>) +
-                      pieces_.capacity() * sizeof(Piece);
-  for (const SizeClasses<Real>& sizes : size_classes_) bytes += sizes.bytes();
-  for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
-  return bytes;
-}
-
 template class CellOrder<float>;
 template class CellOrder<double>;
 

@@ -36,7 +36,7 @@ class CellTree {
   std::size_t cells() const { return cell_count_; }
   // Of the boxes at the last build, if the view has filters.
   const FilterSummary& filters() const { return filter_summary_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_); }
 
  private:
   FilterSummary packFilters(const BoxSet& boxes, const std::uint32_t* starts, std::size_t begin,

@@ -54,9 +54,7 @@ class FilterGroups {
   std::size_t count() const { return count_; }
   // The group of each slot; null where there is but one.
   const std::uint8_t* ofSlots() const { return count_ > 1 ? group_of_slot_.data() : nullptr; }
-  std::size_t bytes() const {
-    return group_of_slot_.bytes() + surveys_.capacity() * sizeof(Survey);
-  }
+  std::size_t bytes() const { return bytesOf(group_of_slot_, surveys_); }
 
  private:
   struct alignas(64) Survey {

@@ -111,8 +111,7 @@ int Incremental<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, in
   const Slot* const slots = newest->slots.data();
   newest->sweep.renumber(slots);
 
-  if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
-  for (Buffer<Pair>& part : found_) part.resizeDiscarding(0);
+  clearForTeam(found_, threads);
   int used = 1;
   if (base_live_) used = meetLevel(newest->sweep, *base_, 0, boxes.exact, threads);
   for (std::size_t i = 0; i < levels_.size(); ++i)
@@ -194,18 +193,6 @@ void Incremental<Real>::settle(const BoxSet& boxes, std::unique_ptr<Level> newes
   const TreeNumber tree = static_cast<TreeNumber>(levels_.size() + 1);
   for (const Slot slot : newest->slots) tree_of_slot_[slot] = tree;
   levels_.push_back(std::move(newest));
-}
-
-template <class Real>
-std::size_t Incremental<Real>::bytes() const {
-  std::size_t bytes =
-      tree_of_slot_.bytes() + gathered_.bytes() + own_pairs_.bytes() + pair_order_.bytes();
-  for (const std::unique_ptr<Level>& level : levels_)
-    bytes += level->sweep.bytes() + level->slots.bytes();
-  for (const std::unique_ptr<Level>& level : spare_levels_)
-    bytes += level->sweep.bytes() + level->slots.bytes();
-  for (const Buffer<Pair>& part : found_) bytes += part.bytes();
-  return bytes;
 }
 
 template class Incremental<float>;

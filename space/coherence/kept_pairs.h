@@ -16,7 +16,7 @@ class KeptPairs {
   void replace(const SlotSet& changed, const PairList& found, int threads, PairList& pairs);
   // Pairs that the last call left where they were.
   std::size_t kept() const { return kept_; }
-  std::size_t bytes() const { return merged_.bytes(); }
+  std::size_t bytes() const { return bytesOf(tasks_, merged_); }
 
  private:
   struct Task {

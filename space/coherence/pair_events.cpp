@@ -315,14 +315,4 @@ void PairEvents::release() {
   }
 }
 
-std::size_t PairEvents::bytes() const {
-  std::size_t bytes = last_pairs_.bytes() + numbers_.bytes() + gone_.bytes() + was_.bytes() +
-                      free_.bytes() + begun_.bytes() + ended_.bytes() + next_pairs_.bytes() +
-                      next_numbers_.bytes() + old_slots_.bytes() +
-                      pieces_.capacity() * sizeof(Piece);
-  for (const Findings& findings : findings_)
-    bytes += findings.begun.bytes() + findings.ended.bytes();
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

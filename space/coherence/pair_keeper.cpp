@@ -101,9 +101,4 @@ int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const 
   return used;
 }
 
-std::size_t PairKeeper::bytes() const {
-  return changed_.bytes() + incremental_.bytes() + wide_incremental_.bytes() + found_.bytes() +
-         kept_pairs_.bytes();
-}
-
 }  // namespace ode_parallel_sap

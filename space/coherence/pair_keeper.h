@@ -64,7 +64,9 @@ class PairKeeper {
   std::size_t kept() const { return kept_; }
   // Whether it left all pairs as they were.
   bool unchanged() const { return changes_ == 0; }
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(changed_, incremental_, wide_incremental_, found_, kept_pairs_);
+  }
 
  private:
   // Who left the pairs of the last frame, and with them what find() can go on from.

@@ -155,12 +155,11 @@ class NarrowPhase::Pass {
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
     const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
                                             wanted, way_.leave_out);
-    const auto add = [&found](std::uint32_t tested, LeftOut::Share& share) {
-      share.tested += static_cast<std::size_t>(__builtin_popcount(tested));
-      share.apart += static_cast<std::size_t>(__builtin_popcount(tested & found.apart));
+    const auto shareOf = [&found](std::uint32_t tested) {
+      return LeftOut::Share{static_cast<std::size_t>(__builtin_popcount(tested)),
+                            static_cast<std::size_t>(__builtin_popcount(tested & found.apart))};
     };
-    add(found.boxes, phase_.shares_[thread].left_out.boxes);
-    add(found.others, phase_.shares_[thread].left_out.others);
+    phase_.shares_[thread].left_out.add({shareOf(found.boxes), shareOf(found.others)});
     return found.apart;
   }
 
@@ -238,13 +237,7 @@ class NarrowPhase::Pass {
 int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way) {
   const int threads = way.threads;
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
-  for (Share& share : shares_) {
-    share.contacts.resizeDiscarding(0);
-    share.heavy.resizeDiscarding(0);
-    share.image.resizeDiscarding(0);
-    share.calling_thread.resizeDiscarding(0);
-    share.left_out = {};
-  }
+  for (Share& share : shares_) share.clear();
   found_.resizeDiscarding(pairs.size());
   const Pass pass(*this, pairs, request, way);
   int used = lookAtAll(pass, threads);
@@ -333,23 +326,8 @@ std::size_t NarrowPhase::contacts() const {
 
 NarrowPhase::LeftOut NarrowPhase::leftOut() const {
   LeftOut all = {};
-  const auto add = [](const LeftOut::Share& from, LeftOut::Share& to) {
-    to.tested += from.tested;
-    to.apart += from.apart;
-  };
-  for (const Share& share : shares_) {
-    add(share.left_out.boxes, all.boxes);
-    add(share.left_out.others, all.others);
-  }
+  for (const Share& share : shares_) all.add(share.left_out);
   return all;
-}
-
-std::size_t NarrowPhase::bytes() const {
-  std::size_t bytes = found_.bytes() + waiting_.bytes();
-  for (const Share& share : shares_)
-    bytes += share.contacts.bytes() + share.heavy.bytes() + share.image.bytes() +
-             share.calling_thread.bytes();
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

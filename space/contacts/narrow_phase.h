@@ -53,8 +53,16 @@ class NarrowPhase {
   struct LeftOut {
     struct Share {
       std::size_t tested, apart;
+      void add(const Share& more) {
+        tested += more.tested;
+        apart += more.apart;
+      }
     } boxes, others;
     std::size_t apart() const { return boxes.apart + others.apart; }
+    void add(const LeftOut& more) {
+      boxes.add(more.boxes);
+      others.add(more.others);
+    }
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
@@ -85,7 +93,7 @@ class NarrowPhase {
   // Of the last run.
   std::size_t contacts() const;
   LeftOut leftOut() const;
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
   static void collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request);
@@ -100,6 +108,14 @@ class NarrowPhase {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, image, calling_thread;
     LeftOut left_out = {};
+
+    void clear() {
+      contacts.resizeDiscarding(0);
+      for (Buffer<Waiting>* const waiting : {&heavy, &image, &calling_thread})
+        waiting->resizeDiscarding(0);
+      left_out = {};
+    }
+    std::size_t bytes() const { return bytesOf(contacts, heavy, image, calling_thread); }
   };
   // Contacts [first, first + count) of a thread's share.
   struct Found {

@@ -70,7 +70,7 @@ class PrecomputedContacts {
   const Counts& last() const { return last_; }  // of the last report
   const Counts& all() const { return all_; }
   void release();
-  std::size_t bytes() const { return list_.bytes() + narrow_phase_.bytes() + changed_.bytes(); }
+  std::size_t bytes() const { return bytesOf(list_, narrow_phase_, changed_); }
 
  private:
   void begin(double least_share, std::size_t slots);

@@ -48,9 +48,7 @@ struct BoxSet {
   bool filter_bodies = false;
   bool exact = false;  // whether no pair needs the exact test
 
-  std::size_t bytes() const {
-    return boxes.bytes() + wide_boxes.bytes() + bits.bytes() + bodies.bytes();
-  }
+  std::size_t bytes() const { return bytesOf(boxes, wide_boxes, bits, bodies); }
 };
 
 template <class Real>

@@ -49,11 +49,7 @@ struct PairList {
     for (const Buffer<Pair>& part : parts) pairs += part.size();
     return pairs;
   }
-  std::size_t bytes() const {
-    std::size_t bytes = 0;
-    for (const Buffer<Pair>& part : parts) bytes += part.bytes();
-    return bytes;
-  }
+  std::size_t bytes() const { return bytesOf(parts, borderline); }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
     if (parts.size() < count) parts.resize(count);

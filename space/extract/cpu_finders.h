@@ -34,8 +34,8 @@ class CPUFinders {
   bool keptCells(bool wide) const { return wide ? wide_sweep_.keptCells() : sweep_.keptCells(); }
 
   std::size_t bytes() const {
-    return sizeof *this + brute_force_.bytes() + wide_brute_force_.bytes() + sweep_.bytes() +
-           wide_sweep_.bytes() + axis_lists_.bytes() + wide_axis_lists_.bytes();
+    return bytesOf(brute_force_, wide_brute_force_, sweep_, wide_sweep_, axis_lists_,
+                   wide_axis_lists_);
   }
 
  private:

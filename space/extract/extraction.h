@@ -43,7 +43,7 @@ class Extraction {
 
   // Gives back what is held, but for the devices: that took too long to get.
   void release() { finders_.reset(); }
-  std::size_t bytes() const { return (finders_ ? finders_->bytes() : 0) + devices_.bytes(); }
+  std::size_t bytes() const { return bytesOf(finders_, devices_); }
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);

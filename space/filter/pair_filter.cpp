@@ -110,12 +110,6 @@ void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
   pair_gaps_.join(pieces_, team, verified.parts[0]);
 }
 
-std::size_t PairFilter::bytes() const {
-  std::size_t segments = pieces_to_test_.capacity() + gaps_.capacity();
-  for (const auto& gaps : gaps_found_) segments += gaps.capacity();
-  return segments * sizeof(PairList::Segment) + pair_gaps_.bytes();
-}
-
 // Long segments are cut, so that what threads take as they come is of like size. Leaves in gaps_
 // where pairs were dropped.
 void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {

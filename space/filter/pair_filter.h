@@ -31,7 +31,9 @@ class PairFilter {
   // Puts into `verified`, another list, the pairs to be reported.
   void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
               PairList& verified);
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(pieces_to_test_, gaps_found_, gaps_, pieces_, pair_gaps_);
+  }
 
  private:
   struct ExactTest;

@@ -25,7 +25,7 @@ class PairGaps {
   void close(std::vector<PairList::Segment>& gaps, int threads, PairList& pairs);
   // Makes the pieces, which follow each other to the end of the part, one.
   void join(const std::vector<Piece>& pieces, int threads, Buffer<Pair>& part);
-  std::size_t bytes() const { return heads_.bytes(); }
+  std::size_t bytes() const { return bytesOf(pieces_, targets_, heads_); }
 
  private:
   using Gap = const PairList::Segment*;

@@ -44,7 +44,7 @@ class PlanePairs {
   // are not clear nor left out by the rules, and leaves them in `pairs`, together with the
   // `others`, which may be the same list. All are ascending. Returns the number of pairs added.
   std::size_t addTo(const PairList& others, const Others& of, int threads, PairList& pairs);
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(all_planes_, planes_, found_, hits_, order_, list_); }
 
  private:
   template <class Real>

@@ -84,7 +84,7 @@ class Slots {
     geoms_.shrink();
     tomes_.shrink();
   }
-  std::size_t bytes() const { return geoms_.bytes() + tomes_.bytes(); }
+  std::size_t bytes() const { return bytesOf(geoms_, tomes_); }
 
  private:
   static void place(dxGeom* geom, std::size_t slot) { SlotHome::put(geom, slot + 1); }

@@ -54,7 +54,7 @@ class SweptBounds {
   // What Slots::close() will do to the slots.
   void closeSlots(const Buffer<dxGeom*>& geoms);
   void shrink() { records_.shrink_to_fit(); }
-  std::size_t bytes() const { return records_.capacity() * sizeof(Record); }
+  std::size_t bytes() const { return bytesOf(records_); }
 
  private:
   // What a body will do in the coming step.

@@ -40,7 +40,7 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_, hits_, found_, marks_, marked_words_); }
 
  private:
   void search(const Geoms& geoms, const dxGeom* geom);

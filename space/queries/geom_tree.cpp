@@ -200,10 +200,4 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   return true;
 }
 
-std::size_t GeomTree::bytes() const {
-  if (!tree_) return 0;
-  return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
-         tree_->wide.bytes();
-}
-
 }  // namespace ode_parallel_sap

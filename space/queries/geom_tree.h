@@ -60,7 +60,7 @@ class GeomTree {
 
   // Gives back all that is held.
   void release() { tree_.reset(); }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_); }
 
  private:
   struct Tree {
@@ -84,6 +84,7 @@ class GeomTree {
     void refresh(const Geoms& geoms, Takes takes);
     double strayingPart(const Geoms& geoms, Takes takes);
     void setUpToDate(std::size_t slots);
+    std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
 
   void note(std::size_t slot);

@@ -157,14 +157,6 @@ void QueryTree<Real>::release() {
   *this = QueryTree();
 }
 
-template <class Real>
-std::size_t QueryTree<Real>::bytes() const {
-  std::size_t bytes = order_.bytes() + places_.bytes() + stray_boxes_.bytes() + stray_ids_.bytes() +
-                      free_strays_.bytes();
-  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
-  return bytes;
-}
-
 template class QueryTree<float>;
 template class QueryTree<double>;
 

@@ -51,7 +51,9 @@ class QueryTree {
   void releaseScratch();
   // Gives everything back. Call build() before anything else.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(order_, trees_, places_, stray_boxes_, stray_ids_, free_strays_);
+  }
 
  private:
   // A place is sixteen times a cell's number, counted through all classes, plus a lane. Strays

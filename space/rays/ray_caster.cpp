@@ -45,9 +45,7 @@ struct alignas(64) Share {
     calling_thread.resizeDiscarding(0);
     slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
   }
-  std::size_t bytes() const {
-    return found.bytes() + late.bytes() + image.bytes() + calling_thread.bytes() + slots.bytes();
-  }
+  std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
 };
 
 bool pairs(const dxGeom* geom, const dxGeom* ray) {
@@ -63,12 +61,7 @@ struct RayCaster::Store {
   Buffer<RayFound> late;
   Buffer<dParallelSAPRayHit> hits;
 
-  std::size_t bytes() const {
-    std::size_t bytes =
-        sizeof *this + blocks.bytes() + waiting.bytes() + late.bytes() + hits.bytes();
-    for (const Share& share : shares) bytes += share.bytes();
-    return bytes;
-  }
+  std::size_t bytes() const { return bytesOf(shares, blocks, waiting, late, hits); }
 };
 
 // A batch on its way.
@@ -420,7 +413,7 @@ void RayCaster::release() {
 }
 
 std::size_t RayCaster::bytes() const {
-  return straight_.bytes() + others_.bytes() + (store_ ? store_->bytes() : 0);
+  return bytesOf(straight_, others_, store_);
 }
 
 }  // namespace ode_parallel_sap

@@ -234,12 +234,4 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
                             scratch.borderline.end());
 }
 
-std::size_t PairOrder::bytes() const {
-  std::size_t bytes = (positions_.capacity() + bucket_begin_.capacity()) * sizeof(std::size_t);
-  for (const Scratch& scratch : scratch_)
-    bytes += scratch.pairs.bytes() + scratch.words.bytes() +
-             scratch.ends.capacity() * sizeof(std::uint32_t);
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

@@ -18,7 +18,7 @@ class PairOrder {
   // `slots`.
   void sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
             PairList& pairs);
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(positions_, bucket_begin_, scratch_); }
 
  private:
   struct alignas(64) Scratch {
@@ -26,6 +26,8 @@ class PairOrder {
     Buffer<Pair> pairs;
     Buffer<std::uint32_t> words;
     std::vector<PairList::Segment> borderline;
+
+    std::size_t bytes() const { return bytesOf(ends, pairs, words, borderline); }
   };
   // Bucket i has the pairs whose earlier slots are i << shift and following.
   struct Buckets {

@@ -56,6 +56,8 @@ struct alignas(64) UpdatePart {
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch
   std::vector<Slot> staying;   // slots whose boxes stay as they are
   std::uintptr_t some_body = 0;
+
+  std::size_t bytes() const { return bytesOf(deferred, staying); }
 };
 
 // Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.

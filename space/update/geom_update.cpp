@@ -412,12 +412,4 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes)
          (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
 }
 
-std::size_t GeomUpdate::bytes() const {
-  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
-                      coarse_clusters_.bytes();
-  for (const UpdatePart& part : parts_)
-    bytes += (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

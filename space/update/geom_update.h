@@ -51,7 +51,9 @@ class GeomUpdate {
   // The slots of the last repack() whose boxes changed, ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
+  }
 
  private:
   template <class SlotOf, class UseOf>

@@ -130,24 +130,14 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   threads = teamFor(count, grains::axis_pairs, threads);
   fillLists(threads);
 
-  both_.resize(threads);
-  found_.resize(threads);
-  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  clearForTeam(both_, threads);
+  clearForTeam(found_, threads);
   const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
   const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
     meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;
-}
-
-template <class Real>
-std::size_t AxisLists<Real>::bytes() const {
-  std::size_t bytes = endpoints_.bytes() + pair_order_.bytes();
-  for (const Buffer<Slot>& list : lists_) bytes += list.bytes();
-  for (const Buffer<Pair>& both : both_) bytes += both.bytes();
-  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
-  return bytes;
 }
 
 template class AxisLists<float>;

@@ -25,7 +25,7 @@ class BruteForce : public PairFinder {
   // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
   // square.
   int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
-  std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
+  std::size_t bytes() const override { return bytesOf(starts_, cells_, borderline_); }
 
  private:
   // Some of the tests: a range of those of each stripe, `stripes` equal parts of the table.
