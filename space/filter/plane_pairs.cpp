@@ -47,14 +47,10 @@ void PlanePairs::take(dxGeom* const* geoms, BoxSet& boxes) {
         all_planes_.push_back(static_cast<Slot>(slot));
     known_ = true;
   }
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   planes_.resizeDiscarding(0);
   for (const Slot slot : all_planes_) {
     if (isEnabled(geoms[slot]) && !hasNaN(geoms[slot])) planes_.push_back(slot);
-    if (boxes.wide)
-      boxes.wide_boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
-    else
-      boxes.boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
+    boxes.deactivate(slot);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "space/queries/query_tree.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
@@ -26,12 +25,6 @@ void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
     group.lower[axis][lane] = box.lower[axis];
     group.upper[axis][lane] = box.upper[axis];
   }
-}
-
-template <class Real>
-constexpr BasicBox<Real> noBox() {
-  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
-  return {{nan, nan, nan}, {nan, nan, nan}};
 }
 
 }  // namespace
@@ -106,7 +99,7 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
     trees_[of].setBox(own, lane, box);
     return;
   }
-  trees_[of].setBox(own, lane, noBox<Real>());
+  trees_[of].setBox(own, lane, inactiveBox<Real>());
   places_[slot] = nowhere;
   if (isActive(box)) addStray(slot, box);
 }
@@ -123,7 +116,7 @@ void QueryTree<Real>::addStray(Slot slot, const BasicBox<Real>& box) {
     stray_boxes_.resize(row + 1);
     stray_ids_.resize(row + 1);
     for (int lane = group_size - 1; lane >= 0; --lane) {
-      put(stray_boxes_[row], lane, noBox<Real>());
+      put(stray_boxes_[row], lane, inactiveBox<Real>());
       stray_ids_[row].slot[lane] = 0;
       free_strays_.push_back(static_cast<std::uint32_t>((cells() + row) * group_size + lane));
     }

@@ -178,14 +178,11 @@ const KernelSet& kernelSet();
 void chooseKernelSet(const KernelSet& set);
 
 template <class Real>
-const Kernels<Real>& kernels();
-template <>
-inline const Kernels<float>& kernels<float>() {
-  return kernelSet().narrow;
-}
-template <>
-inline const Kernels<double>& kernels<double>() {
-  return kernelSet().wide;
+const Kernels<Real>& kernels() {
+  if constexpr (sizeof(Real) == sizeof(float))
+    return kernelSet().narrow;
+  else
+    return kernelSet().wide;
 }
 
 // Every set this processor can run, best first; null ends the list.

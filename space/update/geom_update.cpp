@@ -164,10 +164,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
-    if (boxes.wide)
-      boxes.wide_boxes.resizeDiscarding(slots);
-    else
-      boxes.boxes.resizeDiscarding(slots);
+    boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
     const int used = forGeoms(
         geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
         [&](UpdatePart& part) {
@@ -326,10 +323,7 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     watched_.erase(static_cast<Slot>(slot));
   }
   boxes.size = slots;
-  if (boxes.wide)
-    boxes.wide_boxes.resize(slots);
-  else
-    boxes.boxes.resize(slots);
+  boxes.withBoxes([slots](auto& all) { all.resize(slots); });
   boxes.bits.resize(slots);
   boxes.bodies.resize(slots);
   states_.resize(slots);
