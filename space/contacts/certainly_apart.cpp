@@ -109,7 +109,7 @@ class BoxBatch {
 }  // namespace
 
 // Numbers beyond floats become infinite, and must not trap where the program wants that of its own.
-ApartPairs certainlyApart(const GeomPair* pairs, std::size_t count, std::uint32_t wanted,
+ApartPairs certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted,
                           ApartKinds kinds) {
   const ScopedMode scoped(exactMode());
   BoxBatch boxes;

@@ -50,14 +50,14 @@ void prefetchPose(const dxGeom* geom) {
 
 // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
 // the caller had them: none, not those of another pair.
-void clearSides(const GeomPair& pair, dContactGeom* contacts, int count) {
+void clearSides(const dParallelSAPPair& pair, dContactGeom* contacts, int count) {
   if (pair.o1->type != dConvexClass || pair.o2->type != dConvexClass) return;
   for (int i = 0; i < count; ++i) contacts[i].side1 = contacts[i].side2 = -1;
 }
 
 // Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
 // are.
-std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
+std::uint32_t collide(const dParallelSAPPair& pair, int flags, const ContactRequest& request,
                       Buffer<dContactGeom>& contacts, ColliderImage* image = nullptr) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
@@ -97,7 +97,7 @@ void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
 
 class NarrowPhase::Pass {
  public:
-  Pass(NarrowPhase& phase, const Buffer<GeomPair>& pairs, const ContactRequest& request,
+  Pass(NarrowPhase& phase, const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
        const Way& way)
       : phase_(phase), pairs_(pairs), request_(request), way_(way) {}
 
@@ -115,8 +115,8 @@ class NarrowPhase::Pass {
   template <class PairOf>
   void prefetchAfter(std::size_t i, std::size_t count, PairOf pairOf) const {
     if (i + 2 * pairs_ahead >= count) return;
-    const GeomPair &later = pairs_[pairOf(i + 2 * pairs_ahead)],
-                   &next = pairs_[pairOf(i + pairs_ahead)];
+    const dParallelSAPPair &later = pairs_[pairOf(i + 2 * pairs_ahead)],
+                           &next = pairs_[pairOf(i + pairs_ahead)];
     prefetchGeom(later.o1);
     prefetchGeom(later.o2);
     prefetchPose(next.o1);
@@ -169,7 +169,7 @@ class NarrowPhase::Pass {
       collide(waiting, thread);
       return;
     }
-    const GeomPair& pair = pairs_[waiting.pair];
+    const dParallelSAPPair& pair = pairs_[waiting.pair];
     const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread
                                 ? ColliderUse::CallingThread
                                 : colliderUse(pair.o1, pair.o2);
@@ -220,7 +220,7 @@ class NarrowPhase::Pass {
 
   // Leaves it to the calling thread where the image does not serve it.
   void collideOn(ColliderImage& image, const Waiting& waiting, int thread) const {
-    const GeomPair& pair = pairs_[waiting.pair];
+    const dParallelSAPPair& pair = pairs_[waiting.pair];
     if (image.serves(pair.o1, pair.o2))
       collide(waiting, thread, &image);
     else
@@ -229,12 +229,13 @@ class NarrowPhase::Pass {
 
  private:
   NarrowPhase& phase_;
-  const Buffer<GeomPair>& pairs_;
+  const Buffer<dParallelSAPPair>& pairs_;
   const ContactRequest& request_;
   const Way& way_;
 };
 
-int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way) {
+int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
+                     const Way& way) {
   const int threads = way.threads;
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
   for (Share& share : shares_) share.clear();
@@ -290,7 +291,8 @@ void NarrowPhase::collideRest(const Pass& pass) {
   for (const Waiting& waiting : waiting_) pass.collideLast(waiting);
 }
 
-void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const {
+void NarrowPhase::report(const Buffer<dParallelSAPPair>& pairs,
+                         const ContactRequest& request) const {
   const auto contactsOf = [&](const Found& found) {
     return shares_[found.thread].contacts.data() + found.first;
   };
@@ -302,9 +304,10 @@ void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& re
   }
 }
 
-void NarrowPhase::collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request) {
+void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
+                                  const ContactRequest& request) {
   Buffer<dContactGeom> contacts;
-  for (const GeomPair& pair : pairs) {
+  for (const dParallelSAPPair& pair : pairs) {
     const int flags = request.flagsOf(pair);
     if (!asksForContacts(flags)) continue;
     contacts.resizeDiscarding(0);

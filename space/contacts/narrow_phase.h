@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "space/contacts/certainly_apart.h"
-#include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
 #include "space/data/tuning.h"
 
@@ -22,10 +21,10 @@ struct ContactRequest {
   int flags;
   dParallelSAPContactCallbacks callbacks;
 
-  int flagsOf(const GeomPair& pair) const {
+  int flagsOf(const dParallelSAPPair& pair) const {
     return callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
   }
-  void report(const GeomPair& pair, const dContactGeom* contacts, std::size_t count) const {
+  void report(const dParallelSAPPair& pair, const dContactGeom* contacts, std::size_t count) const {
     callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));
   }
 };
@@ -66,13 +65,13 @@ class NarrowPhase {
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
-  int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
+  int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
-  void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
+  void report(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request) const;
   // After a run that tells: what dCollide returned for the pair at this place of the list, which is
   // this, and its contacts, every `skip` bytes. -1 where that is not known, or where one of the
   // geoms has come to a body or lost it since.
-  int tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts, int skip) const;
+  int tell(std::size_t place, const dParallelSAPPair& pair, dContactGeom* contacts, int skip) const;
   // Asks for the memory of what is told soon after this place.
   void prefetch(std::size_t place) const {
     place += prefetch_distance;
@@ -96,7 +95,7 @@ class NarrowPhase {
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
-  static void collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request);
+  static void collideOneByOne(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request);
 
  private:
   // A pair that had to wait, and its flags.
@@ -126,7 +125,7 @@ class NarrowPhase {
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
   // Which geoms of a pair have a body, and an offset from it: either comes without a notice.
-  static std::uint16_t bodiesOf(const GeomPair& pair);
+  static std::uint16_t bodiesOf(const dParallelSAPPair& pair);
   class Pass;
 
   int lookAtAll(const Pass& pass, int threads);

@@ -19,13 +19,13 @@ std::size_t NarrowPhase::precomputed() const {
 
 // ODE takes the quaternion of a body as it is, and makes a geom's own from its matrix. It takes a
 // body from a geom without a trace, as that stays where it is.
-std::uint16_t NarrowPhase::bodiesOf(const GeomPair& pair) {
+std::uint16_t NarrowPhase::bodiesOf(const dParallelSAPPair& pair) {
   return static_cast<std::uint16_t>((pair.o1->body ? 1 : 0) | (pair.o2->body ? 2 : 0) |
                                     (pair.o1->offset_posr ? 4 : 0) |
                                     (pair.o2->offset_posr ? 8 : 0));
 }
 
-int NarrowPhase::tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts,
+int NarrowPhase::tell(std::size_t place, const dParallelSAPPair& pair, dContactGeom* contacts,
                       int skip) const {
   const Found& found = found_[place];
   if (found.thread == nobody || found.bodies != bodiesOf(pair)) return -1;

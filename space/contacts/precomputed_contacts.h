@@ -86,7 +86,7 @@ class PrecomputedContacts {
 
   CollideHabits habits_;
   NarrowPhase narrow_phase_;
-  Buffer<GeomPair> list_;  // of the pairs from the first on
+  Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
   FloatingPointMode mode_;
 
   // Of the report that runs.
@@ -97,7 +97,7 @@ class PrecomputedContacts {
   std::size_t next_answer_ = 0;  // the place after that of the last one answered
   // That is reported.
   Pair pair_ = 0;
-  GeomPair geoms_ = {};
+  dParallelSAPPair geoms_ = {};
   int kind_ = -1;  // or -1, where it is to be asked again
   bool changed_any_ = false, changed_all_ = false;
   Buffer<unsigned char> changed_;  // by slot, once there is one

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "space/contacts/contact_pairs.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 
@@ -11,21 +12,6 @@ namespace ode_parallel_sap {
 namespace {
 
 Region handing_out("pairs in blocks: blocks");
-
-// Pairs ahead at which the table of geoms is asked for an entry: that of the later geom may be
-// anywhere in it.
-constexpr std::ptrdiff_t ahead = prefetch_distance;
-
-dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
-                          dParallelSAPPair* to) {
-  const Pair* pair = begin;
-  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
-    __builtin_prefetch(&geoms[laterOf(pair[ahead])]);
-    *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
-  }
-  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
-  return to;
-}
 
 // Says in whatever way a thread leaves its work that it did not come to its end.
 class Attempt {

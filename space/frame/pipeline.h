@@ -112,7 +112,7 @@ class Pipeline {
   PairEvents events_;
   NarrowPhase narrow_phase_;
   PrecomputedContacts precomputed_;
-  Buffer<GeomPair> contact_pairs_;
+  Buffer<dParallelSAPPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;

@@ -30,7 +30,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     policy_.learnOfApart(plan, narrow_phase.leftOut());
     PairSample& sample = statistics_.sample();
     sample.pick(pairs.list().size(), [&](std::size_t place) {
-      const GeomPair& pair = pairs.list()[place];
+      const dParallelSAPPair& pair = pairs.list()[place];
       const int contacts = narrow_phase.contactsOf(place);
       sample.see(pair.o1, pair.o2, contacts < 0 ? PairSample::passed_over : contacts);
     });
