@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
+#include "space/geom/slots.h"
 
 namespace ode_parallel_sap {
 
@@ -90,12 +92,11 @@ void PairEvents::forget(Slot slot) {
 // All that stay have lower slots than any that came since, but for those that sit in slots of geoms
 // that are gone, and are marked so. There is room: see reserve().
 void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
-  const std::size_t known = std::min(closed_ ? was_.size() : last_slots_, geoms.size());
-  if (!closed_) was_.resizeDiscarding(known);
-  std::size_t stay = 0;
-  for (Slot slot = 0; slot < known; ++slot)
-    if (geoms[slot]) was_[stay++] = closed_ ? was_[slot] : slot;
-  was_.resize(stay);
+  if (!closed_) {
+    was_.resizeDiscarding(last_slots_);
+    std::iota(was_.begin(), was_.end(), Slot{0});
+  }
+  was_.resize(closeGaps(geoms, was_));
   closed_ = true;
 }
 

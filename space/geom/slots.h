@@ -12,6 +12,16 @@
 
 namespace ode_parallel_sap {
 
+// Makes a table by slot follow what Slots::close() is about to do to these geoms, as far as it
+// reaches. Returns how many of its entries stay.
+template <class Table>
+std::size_t closeGaps(const Buffer<dxGeom*>& geoms, Table& table) {
+  std::size_t stay = 0;
+  for (std::size_t slot = 0; slot < geoms.size() && slot < table.size(); ++slot)
+    if (geoms[slot]) table[stay++] = table[slot];
+  return stay;
+}
+
 // Geoms sit in slots in the order in which they were added; a removed one leaves its slot empty
 // until the slots are closed up. A geom knows its slot: slot + 1 is kept in it (SlotHome). Where
 // that takes the place of dxGeom::tome, the pointers back are kept here, by slot.
