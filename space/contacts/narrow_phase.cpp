@@ -12,6 +12,7 @@
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
+#include "space/geom/prefetch.h"
 
 namespace ode_parallel_sap {
 
@@ -30,21 +31,9 @@ std::size_t chunkFor(std::size_t pairs, int team) {
                                  most_apart_pairs);
 }
 
-// All lines of an object, which need not begin with one.
-void prefetchObject(const void* object, std::size_t size) {
-  const char* const bytes = static_cast<const char*>(object);
-  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
-  __builtin_prefetch(bytes + size - 1);
-}
-
-// The derived classes' sizes follow the base: one line more holds most of them.
-void prefetchGeom(const dxGeom* geom) {
-  prefetchObject(geom, sizeof(dxGeom) + 32);
-}
-
 // The pose, and the beginning of the body, which callbacks ask whether it is awake.
-void prefetchPose(const dxGeom* geom) {
-  if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
+void prefetchPlace(const dxGeom* geom) {
+  prefetchPose(geom);
   if (geom->body) prefetchObject(geom->body, 128);
 }
 
@@ -119,8 +108,8 @@ class NarrowPhase::Pass {
                            &next = pairs_[pairOf(i + pairs_ahead)];
     prefetchGeom(later.o1);
     prefetchGeom(later.o2);
-    prefetchPose(next.o1);
-    prefetchPose(next.o2);
+    prefetchPlace(next.o1);
+    prefetchPlace(next.o2);
   }
 
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.

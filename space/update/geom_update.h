@@ -68,8 +68,12 @@ class GeomUpdate {
   void resizeTo(std::size_t slots, BoxSet& boxes);
   bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
                const BoxSet& boxes);
+  void takeExactness(BoxSet& boxes);
   bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
+  auto listedSlot() const {
+    return [this](std::size_t i) { return slots_[i]; };
+  }
 
   std::vector<UpdatePart> parts_;
   int part_count_ = 0;
