@@ -93,6 +93,7 @@ class Pipeline {
   void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
+  void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "space/frame/pipeline.h"
-#include "space/frame/without_memory.h"
 
 namespace ode_parallel_sap {
 
@@ -69,14 +68,10 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
     return plan;
   }
   Frame frame(store_, plan, facts, scene);
-  if (findPairs(frame, settings)) {
+  if (findPairs(frame, settings))
     pairs.add(frame.pairs, frame.geoms(), frame.updated->spaces, plan.threads);
-  } else {
-    complaints_.ofNoMemory();
-    updateWithoutMemory(scene, frame.result);
-    note(frame.result);
-    collideWithoutMemory(scene, settings.rules, frame.result, &pairs, &dParallelSAPAddPair);
-  }
+  else
+    reportWithoutMemory(frame, &pairs, &dParallelSAPAddPair);
   result = frame.result;
   return plan;
 }
