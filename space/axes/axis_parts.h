@@ -1,6 +1,5 @@
 // A scene cut along its fullest axis, for several devices.
-#ifndef ODE_PARALLEL_SAP_AXIS_PARTS_H
-#define ODE_PARALLEL_SAP_AXIS_PARTS_H
+#pragma once
 
 #include <cstdint>
 
@@ -41,5 +40,3 @@ class AxisPart {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The end points of all boxes, sorted along each axis and kept so from frame to frame.
-#ifndef ODE_PARALLEL_SAP_ENDPOINT_LISTS_H
-#define ODE_PARALLEL_SAP_ENDPOINT_LISTS_H
+#pragma once
 
 #include <cstdint>
 
@@ -85,5 +84,3 @@ class EndpointLists {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

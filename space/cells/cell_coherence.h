@@ -1,6 +1,5 @@
 // Whether cells that were cut for an earlier frame's boxes still serve.
-#ifndef ODE_PARALLEL_SAP_CELL_COHERENCE_H
-#define ODE_PARALLEL_SAP_CELL_COHERENCE_H
+#pragma once
 
 #include <vector>
 
@@ -40,5 +39,3 @@ class CellCoherence {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The boxes cut into cells: sixteen or fewer that are near each other and of like size.
-#ifndef ODE_PARALLEL_SAP_CELL_ORDER_H
-#define ODE_PARALLEL_SAP_CELL_ORDER_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -91,5 +90,3 @@ class CellOrder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // A tree of bounds, sixteen children to a node, over cells of sixteen boxes.
-#ifndef ODE_PARALLEL_SAP_CELL_TREE_H
-#define ODE_PARALLEL_SAP_CELL_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -51,5 +50,3 @@ class CellTree {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

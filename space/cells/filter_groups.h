@@ -1,7 +1,6 @@
 // Boxes divided by their filter bits, so that those which no bits let meet are in cells of their
 // own.
-#ifndef ODE_PARALLEL_SAP_FILTER_GROUPS_H
-#define ODE_PARALLEL_SAP_FILTER_GROUPS_H
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -74,5 +73,3 @@ class FilterGroups {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

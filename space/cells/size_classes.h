@@ -1,7 +1,6 @@
 // Boxes divided by size and shape, so that a large or long box does not blow up the cells of
 // others.
-#ifndef ODE_PARALLEL_SAP_SIZE_CLASSES_H
-#define ODE_PARALLEL_SAP_SIZE_CLASSES_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -58,5 +57,3 @@ class SizeClasses {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

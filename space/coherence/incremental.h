@@ -1,6 +1,5 @@
 // Frames in which few boxes change: only their pairs are found anew.
-#ifndef ODE_PARALLEL_SAP_INCREMENTAL_H
-#define ODE_PARALLEL_SAP_INCREMENTAL_H
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -71,5 +70,3 @@ class Incremental {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The pairs of the last frame, made those of the next one.
-#ifndef ODE_PARALLEL_SAP_KEPT_PAIRS_H
-#define ODE_PARALLEL_SAP_KEPT_PAIRS_H
+#pragma once
 
 #include <vector>
 
@@ -30,5 +29,3 @@ class KeptPairs {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

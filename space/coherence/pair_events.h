@@ -1,7 +1,6 @@
 // Which pairs of a space began and which ended from one frame to the next. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PAIR_EVENTS_H
-#define ODE_PARALLEL_SAP_PAIR_EVENTS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -120,5 +119,3 @@ class PairEvents {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Keeps boxes and pairs from frame to frame while little changes. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_PAIR_KEEPER_H
-#define ODE_PARALLEL_SAP_PAIR_KEEPER_H
+#pragma once
 
 #include <cstddef>
 #include <utility>
@@ -98,5 +97,3 @@ class PairKeeper {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Numbers for pairs while they last: the lowest free ones first.
-#ifndef ODE_PARALLEL_SAP_PAIR_NUMBERS_H
-#define ODE_PARALLEL_SAP_PAIR_NUMBERS_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -46,5 +45,3 @@ class PairNumbers {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // What decides whether dCollide finds a contact of two shapes, one pair at a time. See
 // certainly_apart.h.
-#ifndef ODE_PARALLEL_SAP_APART_SHAPES_H
-#define ODE_PARALLEL_SAP_APART_SHAPES_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -241,5 +240,3 @@ inline bool areApart(const BoxShape& box, const PlaneShape& plane) {
 
 }  // namespace apart_shapes
 }  // namespace ode_parallel_sap
-
-#endif

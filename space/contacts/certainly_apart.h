@@ -1,7 +1,6 @@
 // Pairs of which dCollide certainly finds no contact, found without it. Sees ODE's private headers
 // in its source only.
-#ifndef ODE_PARALLEL_SAP_CERTAINLY_APART_H
-#define ODE_PARALLEL_SAP_CERTAINLY_APART_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -38,5 +37,3 @@ ApartPairs certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std:
                           ApartKinds kinds);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The pairs that are to be collided: the list behind the `pairs` of dParallelSAPAddPair.
-#ifndef ODE_PARALLEL_SAP_CONTACT_PAIRS_H
-#define ODE_PARALLEL_SAP_CONTACT_PAIRS_H
+#pragma once
 
 #include "space/contacts/narrow_phase.h"
 #include "space/data/pair_list.h"
@@ -39,5 +38,3 @@ void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
                Buffer<dParallelSAPPair>& all);
 
 }  // namespace ode_parallel_sap
-
-#endif

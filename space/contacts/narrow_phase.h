@@ -1,7 +1,6 @@
 // The narrow phase: ODE's colliders on a list of pairs, by a team of threads. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_NARROW_PHASE_H
-#define ODE_PARALLEL_SAP_NARROW_PHASE_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -139,5 +138,3 @@ class NarrowPhase {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

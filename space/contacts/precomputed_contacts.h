@@ -1,7 +1,6 @@
 // Contacts that are found before a program that knows dCollide only asks for them. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
-#define ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -128,5 +127,3 @@ class PrecomputedContacts::Report {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // ODE's data for the threads of a team.
-#ifndef ODE_PARALLEL_SAP_THREAD_DATA_H
-#define ODE_PARALLEL_SAP_THREAD_DATA_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -41,5 +40,3 @@ int runChunksWithData(Region& region, int threads, std::size_t count, std::size_
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The boxes of one frame: what the update stage hands to the extraction, on whatever back end.
-#ifndef ODE_PARALLEL_SAP_BOX_SET_H
-#define ODE_PARALLEL_SAP_BOX_SET_H
+#pragma once
 
 #include <cstdint>
 #include <limits>
@@ -90,5 +89,3 @@ const BasicBox<Real>* boxesOf(const BoxSet& boxes) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

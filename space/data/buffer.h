@@ -1,6 +1,5 @@
 // Uninitialised, cache-line aligned storage that is reused from frame to frame.
-#ifndef ODE_PARALLEL_SAP_BUFFER_H
-#define ODE_PARALLEL_SAP_BUFFER_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -156,5 +155,3 @@ void gather(const std::vector<Share>& shares, Buffer<T> Share::*list, Buffer<T>&
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

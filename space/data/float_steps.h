@@ -1,6 +1,5 @@
 // Floats as integers of the same order. For the host and for kernels.
-#ifndef ODE_PARALLEL_SAP_FLOAT_STEPS_H
-#define ODE_PARALLEL_SAP_FLOAT_STEPS_H
+#pragma once
 
 #include <string.h>
 
@@ -47,5 +46,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool isBorderline(float low, float high) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

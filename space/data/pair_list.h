@@ -1,6 +1,5 @@
 // Pairs of slots, and the lists in which the extraction hands them on.
-#ifndef ODE_PARALLEL_SAP_PAIR_LIST_H
-#define ODE_PARALLEL_SAP_PAIR_LIST_H
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -107,5 +106,3 @@ class PairCursor {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The one way threads are started here: an OpenMP team that survives exceptions.
-#ifndef ODE_PARALLEL_SAP_PARALLEL_H
-#define ODE_PARALLEL_SAP_PARALLEL_H
+#pragma once
 
 #include <omp.h>
 
@@ -100,5 +99,3 @@ int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk,
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

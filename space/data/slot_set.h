@@ -1,6 +1,5 @@
 // A set of slots: one bit each.
-#ifndef ODE_PARALLEL_SAP_SLOT_SET_H
-#define ODE_PARALLEL_SAP_SLOT_SET_H
+#pragma once
 
 #include <cstdint>
 
@@ -65,5 +64,3 @@ class SlotSet {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

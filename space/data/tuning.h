@@ -1,7 +1,6 @@
 // The tuned constants that several rooms share, and the work from which on threads are worth their
 // start, stage by stage.
-#ifndef ODE_PARALLEL_SAP_DATA_TUNING_H
-#define ODE_PARALLEL_SAP_DATA_TUNING_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -189,5 +188,3 @@ constexpr Grain cast_rays = {collided_pairs.work / 4, Grain::whole};
 }  // namespace grains
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The methods that run on the CPU, each for boxes of floats and of doubles.
-#ifndef ODE_PARALLEL_SAP_CPU_FINDERS_H
-#define ODE_PARALLEL_SAP_CPU_FINDERS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -37,5 +36,3 @@ struct CPUFinders {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

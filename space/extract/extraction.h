@@ -1,6 +1,5 @@
 // The extraction stage: boxes in, pairs out, by the method and on the back end of the plan.
-#ifndef ODE_PARALLEL_SAP_EXTRACTION_H
-#define ODE_PARALLEL_SAP_EXTRACTION_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -55,5 +54,3 @@ class Extraction {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Subdivided sweep and prune: the default method.
-#ifndef ODE_PARALLEL_SAP_SWEEP_H
-#define ODE_PARALLEL_SAP_SWEEP_H
+#pragma once
 
 #include <vector>
 
@@ -59,5 +58,3 @@ class Sweep : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

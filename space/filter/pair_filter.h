@@ -1,6 +1,5 @@
 // The filter stage: what boxes could not decide is decided on the geoms.
-#ifndef ODE_PARALLEL_SAP_PAIR_FILTER_H
-#define ODE_PARALLEL_SAP_PAIR_FILTER_H
+#pragma once
 
 #include <vector>
 
@@ -49,5 +48,3 @@ class PairFilter {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

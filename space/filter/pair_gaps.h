@@ -1,6 +1,5 @@
 // Lists from which pairs were dropped, closed up by a team of threads.
-#ifndef ODE_PARALLEL_SAP_PAIR_GAPS_H
-#define ODE_PARALLEL_SAP_PAIR_GAPS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -41,5 +40,3 @@ class PairGaps {
 Pair* moveKept(const Pair* begin, const Pair* end, Pair* to);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // The pairs of planes with all other geoms, less those that are clear of them. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PLANE_PAIRS_H
-#define ODE_PARALLEL_SAP_PLANE_PAIRS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -65,5 +64,3 @@ class PlanePairs {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

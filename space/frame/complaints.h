@@ -1,6 +1,5 @@
 // What a space tells the program through dMessage, each of it once.
-#ifndef ODE_PARALLEL_SAP_COMPLAINTS_H
-#define ODE_PARALLEL_SAP_COMPLAINTS_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -63,5 +62,3 @@ class Complaints {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

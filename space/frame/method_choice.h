@@ -1,6 +1,5 @@
 // Which of the methods on the CPU is the fastest for a scene.
-#ifndef ODE_PARALLEL_SAP_METHOD_CHOICE_H
-#define ODE_PARALLEL_SAP_METHOD_CHOICE_H
+#pragma once
 
 #include <cstddef>
 
@@ -45,5 +44,3 @@ class MethodChoice {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: the stages of
 // a frame. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_PIPELINE_H
-#define ODE_PARALLEL_SAP_PIPELINE_H
+#pragma once
 
 #include <cstddef>
 
@@ -122,5 +121,3 @@ class Pipeline {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

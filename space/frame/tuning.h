@@ -1,6 +1,5 @@
 // The tuned constants of decisions.
-#ifndef ODE_PARALLEL_SAP_FRAME_TUNING_H
-#define ODE_PARALLEL_SAP_FRAME_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -77,5 +76,3 @@ constexpr double worth_another_try = 2;
 constexpr double least_missed_ms = 50;
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // Geoms lie scattered in memory: what will be read of them is asked for ahead. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PREFETCH_H
-#define ODE_PARALLEL_SAP_PREFETCH_H
+#pragma once
 
 #include <cstddef>
 
@@ -26,5 +25,3 @@ inline void prefetchPose(const dxGeom* geom) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

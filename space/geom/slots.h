@@ -1,6 +1,5 @@
 // Which geom is in which slot. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SLOTS_H
-#define ODE_PARALLEL_SAP_SLOTS_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -104,5 +103,3 @@ class Slots {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The environment that stands in where a program sets nothing.
-#ifndef ODE_PARALLEL_SAP_ENVIRONMENT_H
-#define ODE_PARALLEL_SAP_ENVIRONMENT_H
+#pragma once
 
 #include <memory>
 
@@ -28,5 +27,3 @@ bool standInsAreTold();
 std::unique_ptr<Trace> traceFromEnvironment();
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Geoms that ODE makes dirty without a word to their space. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SILENT_GEOMS_H
-#define ODE_PARALLEL_SAP_SILENT_GEOMS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -86,5 +85,3 @@ void makeDirty(dxSpace* space, bool telling);
 bool mayBeSilent(const dxGeom* geom);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Boxes that cover the motion of the coming step. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
-#define ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -82,5 +81,3 @@ class SweptBounds {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

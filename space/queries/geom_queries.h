@@ -1,6 +1,5 @@
 // Which geoms of a space another geom's AABB overlaps: dSpaceCollide2. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_QUERIES_H
-#define ODE_PARALLEL_SAP_GEOM_QUERIES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -56,5 +55,3 @@ class GeomQueries {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // A QueryTree over geoms of a space that is kept where queries come often enough to pay for it.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_TREE_H
-#define ODE_PARALLEL_SAP_GEOM_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -105,5 +104,3 @@ template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Boxes by slot in a tree that is kept from query to query while some of them move.
-#ifndef ODE_PARALLEL_SAP_QUERY_TREE_H
-#define ODE_PARALLEL_SAP_QUERY_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -134,5 +133,3 @@ void QueryTree<Real>::visitAlong(const RayQuery<Real>& ray, Real& limit, Visit v
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // How far from a ray and a geom's AABB ODE's ray colliders may find a hit. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_RAY_BOUNDS_H
-#define ODE_PARALLEL_SAP_RAY_BOUNDS_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -121,5 +120,3 @@ Real limitFor(dReal distance) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // Batches of rays against a space: dParallelSAPSpaceRays and dParallelSAPSpaceRayHits. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_RAY_CASTER_H
-#define ODE_PARALLEL_SAP_RAY_CASTER_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -82,5 +81,3 @@ class RayCaster {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

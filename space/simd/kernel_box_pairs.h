@@ -1,6 +1,5 @@
 // Pairs of boxes that ODE's collider certainly finds apart. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_BOX_PAIRS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_BOX_PAIRS_H
+#pragma once
 
 #include <string.h>
 
@@ -190,5 +189,3 @@ unsigned boxesApart(const BoxPairs<Real>& pairs) {
 }
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Rays against boxes. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_RAYS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_RAYS_H
+#pragma once
 
 #include "space/simd/kernels.h"
 #include "space/simd/registers.h"
@@ -42,5 +41,3 @@ unsigned meetRay(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit
 }
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // The inner loops, compiled once for each instruction set and chosen at run time.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNELS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNELS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -192,5 +191,3 @@ const KernelSet* const* allKernelSets();
 const KernelSet* kernelSetNamed(const char* name);
 
 }  // namespace ode_parallel_sap
-
-#endif

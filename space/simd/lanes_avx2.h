@@ -1,6 +1,5 @@
 // Sixteen lanes as two AVX2 registers.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_AVX2_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_AVX2_H
+#pragma once
 
 #include <immintrin.h>
 
@@ -160,5 +159,3 @@ struct Lanes : ScalarLanes, EightSorter {
 };
 
 }  // namespace
-
-#endif

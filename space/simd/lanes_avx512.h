@@ -1,6 +1,5 @@
 // Sixteen lanes as one AVX-512 register (F, DQ, VL).
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
+#pragma once
 
 #include <immintrin.h>
 
@@ -130,5 +129,3 @@ struct Lanes::Row<double> : RowByPointer<Lanes, double> {
 };
 
 }  // namespace
-
-#endif

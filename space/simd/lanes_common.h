@@ -1,6 +1,5 @@
 // What several sets of lanes share. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_COMMON_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_COMMON_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -70,5 +69,3 @@ struct ScalarLanes {
 };
 
 }  // namespace
-
-#endif

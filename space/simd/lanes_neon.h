@@ -1,6 +1,5 @@
 // Sixteen lanes as four NEON registers: every 64-bit ARM processor.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_NEON_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_NEON_H
+#pragma once
 
 #include <arm_neon.h>
 
@@ -228,5 +227,3 @@ struct Lanes::Row {
 };
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Sixteen lanes in plain C++, for processors without one of the other sets.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_PORTABLE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -48,5 +47,3 @@ struct Lanes : ScalarLanes {
 };
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Sixteen lanes as four SSE2 registers: every x86-64 processor.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_SSE2_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_SSE2_H
+#pragma once
 
 #include <emmintrin.h>
 
@@ -104,5 +103,3 @@ struct Lanes : ScalarLanes {
 };
 
 }  // namespace
-
-#endif

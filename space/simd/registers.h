@@ -1,7 +1,6 @@
 // A register of lanes, in the notation that GCC and Clang have for all instruction sets. Internal
 // linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_REGISTERS_H
-#define ODE_PARALLEL_SAP_SIMD_REGISTERS_H
+#pragma once
 
 namespace {
 
@@ -24,5 +23,3 @@ struct Register {
 };
 
 }  // namespace
-
-#endif

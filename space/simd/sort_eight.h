@@ -1,7 +1,6 @@
 // Short lists of pairs in order without a branch, for sets of lanes with AVX2. Internal linkage, as
 // in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_SORT_EIGHT_H
-#define ODE_PARALLEL_SAP_SIMD_SORT_EIGHT_H
+#pragma once
 
 #include <immintrin.h>
 
@@ -40,5 +39,3 @@ struct EightSorter {
 };
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Pairs found in any order by several threads, put in the order of the report.
-#ifndef ODE_PARALLEL_SAP_PAIR_ORDER_H
-#define ODE_PARALLEL_SAP_PAIR_ORDER_H
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -55,5 +54,3 @@ class PairOrder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

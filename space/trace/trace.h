@@ -1,7 +1,6 @@
 // Writes what is in a space, frame by frame, to a file that others can replay: README.md of this
 // room. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_TRACE_H
-#define ODE_PARALLEL_SAP_TRACE_H
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -57,5 +56,3 @@ class Trace {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

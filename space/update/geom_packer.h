@@ -1,6 +1,5 @@
 // One geom in, one box out: the innermost step of the update stage. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_PACKER_H
-#define ODE_PARALLEL_SAP_GEOM_PACKER_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -90,5 +89,3 @@ class GeomPacker {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The update stage: geoms in, boxes out. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_UPDATE_H
-#define ODE_PARALLEL_SAP_GEOM_UPDATE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -90,5 +89,3 @@ class GeomUpdate {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

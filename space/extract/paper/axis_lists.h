@@ -1,6 +1,5 @@
 // Overlapping pairs of each axis as lists, and the pairs common to all three.
-#ifndef ODE_PARALLEL_SAP_AXIS_LISTS_H
-#define ODE_PARALLEL_SAP_AXIS_LISTS_H
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -47,5 +46,3 @@ class AxisLists : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

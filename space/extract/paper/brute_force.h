@@ -1,6 +1,5 @@
 // Brute force: every pair of boxes is tested.
-#ifndef ODE_PARALLEL_SAP_BRUTE_FORCE_H
-#define ODE_PARALLEL_SAP_BRUTE_FORCE_H
+#pragma once
 
 #include <vector>
 
@@ -45,5 +44,3 @@ class BruteForce : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif
