@@ -65,8 +65,7 @@ void Incremental<Real>::leaveTrees(const BoxSet& boxes, const Buffer<Slot>& chan
     tree = no_tree;
   };
   for (std::size_t slot = boxes.size; slot < before; ++slot) leave(slot);
-  tree_of_slot_.resize(std::max(before, boxes.size));  // trees may still name slots that are gone
-  std::fill(tree_of_slot_.begin() + before, tree_of_slot_.end(), no_tree);
+  tree_of_slot_.growTo(boxes.size, no_tree);  // trees may still name slots that are gone
   for (const Slot slot : changed) leave(slot);
 }
 

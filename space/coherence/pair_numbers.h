@@ -19,10 +19,7 @@ class PairNumbers {
   // Room for `count` numbers in use. Throws std::bad_alloc; take() and give() do not.
   void reserve(std::size_t count) {
     if (count > most) throw std::bad_alloc();
-    const std::size_t before = words_.size(), words = (count + word_numbers - 1) / word_numbers;
-    if (words <= before) return;
-    words_.resize(words);
-    std::fill(words_.begin() + before, words_.end(), ~std::uint64_t{0});
+    words_.growTo((count + word_numbers - 1) / word_numbers, ~std::uint64_t{0});
   }
   // The lowest free number. There is room.
   Number take() {

@@ -28,6 +28,12 @@ class PrecomputedContacts {
     unsigned long long precomputed = 0;  // pairs that were collided beforehand
     unsigned long long used = 0;         // of those, pairs whose contacts were asked for
     unsigned long long contacts = 0;     // of those
+
+    void add(const Counts& more) {
+      precomputed += more.precomputed;
+      used += more.used;
+      contacts += more.contacts;
+    }
   };
   // Geoms by slot, so many.
   struct Scope {

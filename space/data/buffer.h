@@ -45,6 +45,13 @@ class Buffer {
     if (size > capacity_) reallocate(size > capacity_ + capacity_ / 2 ? size : capacity_ * 3 / 2);
     size_ = size;
   }
+  // Makes it no smaller than that; what is new gets this value.
+  void growTo(std::size_t size, const T& value) {
+    const std::size_t before = size_;
+    if (size <= before) return;
+    resize(size);
+    std::fill(data_ + before, data_ + size, value);
+  }
   // Sets the size; the contents are lost if the storage has to grow. As nothing is copied then, it
   // grows by little.
   void resizeDiscarding(std::size_t size) {

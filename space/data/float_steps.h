@@ -1,4 +1,4 @@
-// Floats as integers of the same order. For the host and for kernels.
+// Floats as integers of the same order, and doubles. For the host and, of floats, for kernels.
 #pragma once
 
 #include <string.h>
@@ -13,6 +13,16 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline std::int32_t bitsOf(float value) {
   std::int32_t bits;
   memcpy(&bits, &value, sizeof bits);
   return bits;
+}
+inline std::uint64_t bitsOf(double value) {
+  std::uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+inline double doubleOf(std::uint64_t bits) {
+  double value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
 }
 ODE_PARALLEL_SAP_BOTH_SIDES inline float floatOf(std::int32_t bits) {
   float value;

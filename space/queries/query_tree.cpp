@@ -74,12 +74,8 @@ bool QueryTree<Real>::fits(Slot slot, const BasicBox<Real>& box) const {
 
 template <class Real>
 void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
-  const std::size_t known = places_.size();
-  if (slot >= known) {
-    if (!isActive(box)) return;
-    places_.resize(slot + 1);
-    std::fill(places_.begin() + known, places_.end(), nowhere);
-  }
+  if (slot >= places_.size() && !isActive(box)) return;
+  places_.growTo(slot + std::size_t{1}, nowhere);
   const std::uint32_t place = places_[slot];
   if (place == nowhere) {
     if (isActive(box)) addStray(slot, box);
