@@ -24,8 +24,7 @@ int mostContactThreads(std::size_t pairs, const Settings& settings) {
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
   return mechanisms::small_scenes && slots <= smallest_scene &&
-         settings.method != dParallelSAPMethodSweep &&
-         settings.method != dParallelSAPMethodAxisLists &&
+         (isAuto(settings) || settings.method == dParallelSAPMethodBruteForce) &&
          settings.backend != dParallelSAPBackendCUDA;
 }
 

@@ -50,6 +50,11 @@ enum { silent_changes, told_changes, checked_changes };
 constexpr Name notified_modes[] = {
     {silent_changes, "0"}, {told_changes, "1"}, {checked_changes, "check"}};
 
+template <std::size_t count>
+bool isNamed(const Name (&names)[count], int value) {
+  return std::any_of(names, names + count, [=](const Name& name) { return name.value == value; });
+}
+
 // Null where a variable is not set, or to nothing.
 const char* textOf(const char* variable) {
   const char* const text = std::getenv(variable);
@@ -142,14 +147,16 @@ void readRules(PackRules& rules) {
 
 }  // namespace
 
-bool hasBackend(int backend) {
-  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU ||
-         (backend == dParallelSAPBackendCUDA && deviceAvailable());
+bool isBackend(int number) {
+  return isNamed(backends, number);
 }
 
-bool hasMethod(int method) {
-  return method == dParallelSAPMethodAuto || method == dParallelSAPMethodSweep ||
-         method == dParallelSAPMethodBruteForce || method == dParallelSAPMethodAxisLists;
+bool isMethod(int number) {
+  return isNamed(methods, number);
+}
+
+bool hasBackend(int backend) {
+  return backend != dParallelSAPBackendCUDA || deviceAvailable();
 }
 
 Settings settingsFromEnvironment() {
@@ -157,7 +164,7 @@ Settings settingsFromEnvironment() {
   constexpr int most_devices = 1024;       // fixed: beyond it is a slip of the pen
   constexpr int most_megabytes = 1 << 30;  // fixed: likewise
   readName("ODE_PARALLEL_SAP_BACKEND", backends, settings.backend, hasBackend);
-  readName("ODE_PARALLEL_SAP_METHOD", methods, settings.method, hasMethod);
+  readName("ODE_PARALLEL_SAP_METHOD", methods, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
   readRules(settings.rules);

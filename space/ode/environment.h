@@ -8,9 +8,11 @@
 
 namespace ode_parallel_sap {
 
-// Whether this build on this machine has it. Auto is always to be had.
+// Whether the number is one of the header's.
+bool isBackend(int number);
+bool isMethod(int number);
+// Whether this build on this machine has it. All methods are to be had.
 bool hasBackend(int backend);
-bool hasMethod(int method);
 
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
 // once; complaints go to dMessage.
