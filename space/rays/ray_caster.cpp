@@ -95,7 +95,7 @@ class RayCaster::Pass {
 
   void castOne(std::size_t ray, int thread, bool alone);
   void meetAll(Flight& flight) const;
-  void meetStraight(Flight& flight) const;
+  void meetBounded(Flight& flight) const;
   void meetOthers(Flight& flight, const GeomTree& tree) const;
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const;
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const;
@@ -149,7 +149,7 @@ void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
   {
     const ScopedMode exact(exactMode());
     if (trees_) {
-      meetStraight(flight);
+      meetBounded(flight);
       meetOthers(flight, caster_.others_);
     } else {
       meetAll(flight);
@@ -167,15 +167,15 @@ void RayCaster::Pass::meetAll(Flight& flight) const {
   }
 }
 
-void RayCaster::Pass::meetStraight(Flight& flight) const {
+void RayCaster::Pass::meetBounded(Flight& flight) const {
   dReal direction[3];
   flight.probe.direction(direction);
   const dReal* const origin = flight.probe.origin();
   if (!isUsualRay(origin, direction)) {
-    meetOthers(flight, caster_.straight_);
+    meetOthers(flight, caster_.bounded_);
     return;
   }
-  caster_.straight_.withTree([&](const auto& tree) {
+  caster_.bounded_.withTree([&](const auto& tree) {
     using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
     Real limit = limitFor<Real>(flight.reach);
     tree.visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
@@ -354,8 +354,8 @@ RayCaster::~RayCaster() = default;
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
   const ScopedMode mode(exactMode());
   const double queries = static_cast<double>(request.count);
-  const bool straight = straight_.bringUpToDate(geoms, way.threads, queries);
-  return others_.bringUpToDate(geoms, way.threads, queries) && straight;
+  const bool bounded = bounded_.bringUpToDate(geoms, way.threads, queries);
+  return others_.bringUpToDate(geoms, way.threads, queries) && bounded;
 }
 
 std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const Way& way) {
@@ -407,13 +407,13 @@ std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& reques
 }
 
 void RayCaster::release() {
-  straight_.release();
+  bounded_.release();
   others_.release();
   store_.reset();
 }
 
 std::size_t RayCaster::bytes() const {
-  return bytesOf(straight_, others_, store_);
+  return bytesOf(bounded_, others_, store_);
 }
 
 }  // namespace ode_parallel_sap
