@@ -42,7 +42,7 @@ Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPla
   return finders().with(boxes.wide, [&](auto& by) {
     Found found;
     if (plan.dense) {
-      found.threads = by.brute_force.findDense(boxes, plan.threads, plan.places_of_a_pair, pairs);
+      found.threads = by.brute_force.findDense(boxes, plan.threads, pairs);
       found.method = dParallelSAPMethodBruteForce;
       if (found.threads > 0) return found;
     }

@@ -13,10 +13,9 @@ namespace ode_parallel_sap {
 
 // What the policy decided of the extraction.
 struct ExtractionPlan {
-  int method = 0;                      // a dParallelSAPMethod, never Auto
-  bool dense = false;                  // tested all with all for as long as it proves to be one
-  std::uint64_t places_of_a_pair = 0;  // what a dense scene is: every so many-th pair overlaps
-  int devices = 0;                     // 0: on the CPU
+  int method = 0;      // a dParallelSAPMethod, never Auto
+  bool dense = false;  // tested all with all for as long as it proves to be one
+  int devices = 0;     // 0: on the CPU
   int threads = 1;
   std::uint64_t axis_lists_bytes = 0;
 };

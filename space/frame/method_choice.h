@@ -5,6 +5,7 @@
 
 #include "space/data/back_off.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 #include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {

@@ -73,7 +73,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
   extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
                      MethodChoice::isDense(facts.slots, facts.last_pairs);
-  extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)

@@ -16,12 +16,6 @@ constexpr std::size_t least_swept = 200;
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t most_tested = 650;
 
-// Testing all is faster whatever their number where so many of all pairs overlap: from 300 to
-// 10,000 boxes from every 40th to 50th place in the table of all with all on.
-// Unit: places. From: peers, one-place.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t places_of_a_pair = 45;
-
 // The sweep stays the choice while cells are cut in one frame of so many.
 // Unit: frames. From: peers, brownian of 300.
 // Doubled: no difference. Halved: no difference.

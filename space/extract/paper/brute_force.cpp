@@ -115,8 +115,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 // Each round tests a part of each stripe, since the geoms that a program makes first are often
 // unlike the others.
 template <class Real>
-int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
-                                PairList& pairs) {
+int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, PairList& pairs) {
   constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;

@@ -19,11 +19,11 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  // The same for scenes in which more than every `places_of_a_pair`-th place of the table is
+  // The same for scenes in which more than every places_of_a_pair-th place of the table is
   // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
   // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
   // square.
-  int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
+  int findDense(const BoxSet& boxes, int threads, PairList& pairs);
   std::size_t bytes() const override { return bytesOf(starts_, cells_, borderline_); }
 
  private:
