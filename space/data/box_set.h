@@ -37,8 +37,8 @@ inline void makeInactive(BasicBox<Real>& box) {
 }
 
 // The exact box, of bounds as ODE keeps them: lower and upper on each axis.
-template <class Real>
-inline BasicBox<Real> boxOfBounds(const Real* bounds) {
+template <class Real, class Bound>
+inline BasicBox<Real> boxOfBounds(const Bound* bounds) {
   return {{bounds[0], bounds[2], bounds[4]}, {bounds[1], bounds[3], bounds[5]}};
 }
 
