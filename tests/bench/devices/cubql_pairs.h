@@ -27,7 +27,8 @@ struct CubqlTimes {
   float download = 0;  // from there to the last pair in host memory
 };
 
-// Boxes and pairs are in locked pages. Throws DeviceFailure.
+// Boxes and pairs are in locked pages. Throws DeviceFailure; failures of cuBQL's own calls end the
+// program.
 class CubqlPairs {
  public:
   // A copy of the boxes, and room for so many pairs.
