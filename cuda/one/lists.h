@@ -34,6 +34,9 @@ void summariseLists(const std::uint32_t* counts, const unsigned long long* ends,
 // of list i. Does nothing if the pairs did not fit.
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
                   std::uint32_t* lists, const KernelQueue& queue);
+// The same with `count` pairs, of which those of plan->own are taken.
+void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
+                     unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue);
 
 // Words of the segments that hold `words` words, headers included.
 constexpr std::size_t segmentedSize(std::size_t words) {
