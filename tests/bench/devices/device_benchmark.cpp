@@ -256,9 +256,7 @@ std::vector<Outcome> check(const Cell& cell, const Peers& peers, Limit& limit) {
     outcome.difference = differenceOf(cell, peers[i]->pairs());
     if (outcome.difference.missing || outcome.difference.extra) outcome.status = wrong;
     outcome.done = outcome.status == wrong || ms > slow_ms;
-    if (outcome.status == wrong || ms <= slow_ms) continue;
-    outcome.ms = {ms};
-    outcome.stages = peers[i]->stages();
+    if (outcome.status != wrong && outcome.done) outcome.ms = {ms};
   }
   return outcomes;
 }
@@ -291,9 +289,10 @@ void takeTurns(const Peers& peers, std::vector<Outcome>& outcomes) {
 }
 
 void takeStages(DevicePeer& peer, Outcome& outcome) {
+  const int frames = outcome.done ? 1 : 9;
   std::array<std::vector<double>, stage_columns.size()> all;
   peer.measureStages(true);
-  for (int frame = 0; frame < 9; ++frame) {
+  for (int frame = 0; frame < frames; ++frame) {
     peer.find();
     const StageTimes times = peer.stages();
     for (std::size_t i = 0; i < all.size(); ++i) all[i].push_back(times[i]);
@@ -309,7 +308,7 @@ bool recordCell(const Cell& cell, const Options& options, Limit& limit, Csv& csv
   takeTurns(peers, outcomes);
   bool right = true;
   for (std::size_t i = 0; i < peers.size(); ++i) {
-    if (!outcomes[i].done) takeStages(*peers[i], outcomes[i]);
+    if (!outcomes[i].ms.empty()) takeStages(*peers[i], outcomes[i]);
     right = outcomes[i].status != wrong && right;
     writeRow(csv, cell, *peers[i], outcomes[i], options.threads);
   }
