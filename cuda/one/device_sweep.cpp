@@ -38,6 +38,7 @@ void DeviceSweep::wait() {
 
 void DeviceSweep::begin(const Frame& frame) {
   frame_ = frame;
+  sorted_ = false;
   if (!context_) context_ = std::make_unique<Context>(device_);
   Context& c = *context_;
   reserve();
@@ -202,13 +203,16 @@ void DeviceSweep::list(const std::uint32_t* counts) {
 }
 
 // Asks for what the host has to know, and has the pairs put into their lists meanwhile unless
-// others have some of them.
+// others have some of them. Few lists are sorted as well, before it is known whether all is done:
+// many are better sorted while others travel.
 void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
   if (!frame_.isShared()) {
     scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
     mark(Scattered);
+    sorted_ = pairs_expected_ <= most_sorted_at_once;
+    if (sorted_) sortAll();
   }
 
   CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
@@ -260,13 +264,41 @@ void DeviceSweep::takePairs(const Found* found, std::size_t count) {
   mark(Scattered);
 }
 
+// The lists after scatter, and where they go when they are sorted. The pairs are in their lists by
+// then: the places of found ones are taken for sorted ones, unless other devices may still be
+// reading them.
+Lists DeviceSweep::lists(bool in_place) {
+  Context& c = *context_;
+  Lists lists = {c.lists.data(), c.ends.data(), frame_.boxes, c.plan.data(), c.pairPlaces(), {}};
+  if (in_place)
+    lists.to.pairs = {sortedPairs().data(), c.borderline.data()};
+  else
+    lists.to.segments = c.segments.data();
+  return lists;
+}
+
+void DeviceSweep::sortAll() {
+  Context& c = *context_;
+  if (frame_.in_place) clearBorderline(c.pairPlaces());
+  device::sortLists(lists(frame_.in_place), 0, blocks(), c.queue());
+}
+
+void DeviceSweep::clearBorderline(std::size_t pairs) {
+  Context& c = *context_;
+  const std::size_t segments = (pairs + segment_words - 1) / segment_words;
+  c.borderline.reserve(segments);
+  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
+}
+
 // Calls sorted(i) when it has asked for what words [i, i + 1) * piece_words need.
 template <class Sorted>
-void DeviceSweep::sortInPieces(const Lists& lists, std::size_t piece_words, Sorted sorted) {
+void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted) {
   Context& c = *context_;
   const std::size_t total = pairs(), pieces = (total + piece_words - 1) / piece_words;
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
+  const bool sort = !sorted_ || in_place != frame_.in_place;
+  if (sort && in_place) clearBorderline(total);
   std::size_t block = 0;
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t words = std::min(total, (piece + 1) * piece_words);
@@ -274,12 +306,12 @@ void DeviceSweep::sortInPieces(const Lists& lists, std::size_t piece_words, Sort
     const std::size_t end =
         words == total ? blocks()
                        : std::lower_bound(begins + block, begins + blocks(), words) - begins;
-    device::sortLists(lists, block, end, c.queue());
+    if (sort) device::sortLists(lists(in_place), block, end, c.queue());
     block = end;
     if (!long_lists) sorted(piece);
   }
   if (long_lists) {
-    sortLongLists(lists, {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
+    sortLongLists(lists(in_place), {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
                   c.long_store, c.queue());
     for (std::size_t piece = 0; piece < pieces; ++piece) sorted(piece);
   }
@@ -291,25 +323,18 @@ void DeviceSweep::sortLists(std::size_t piece_words) {
   const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
   c.segments.reserve(segmentedSize(pairs()));
-  const Lists lists = {c.lists.data(), c.ends.data(), frame_.boxes, {c.segments.data(), {}}};
-  sortInPieces(lists, piece_words,
+  sortInPieces(false, piece_words,
                [&](std::size_t piece) { CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute)); });
 }
 
-// The pairs are in their lists by now: the places of found ones are taken for sorted ones, unless
-// other devices may still be reading them.
 void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   constexpr std::size_t piece_pairs = piece_segments * segment_words;
   Context& c = *context_;
   const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
   if (total == 0) return;
-  c.borderline.reserve(segments);
   c.host_borderline.reserve(segments);
-  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
-  Found* const sorted = sortedPairs().data();
-  const Lists lists = {
-      c.lists.data(), c.ends.data(), frame_.boxes, {nullptr, {sorted, c.borderline.data()}}};
-  sortInPieces(lists, piece_pairs, [&](std::size_t piece) {
+  const Found* const sorted = sortedPairs().data();
+  sortInPieces(true, piece_pairs, [&](std::size_t piece) {
     const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
     CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
     CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));

@@ -23,7 +23,8 @@ class DeviceSweep {
   struct Frame {
     std::size_t boxes = 0;
     bool filter_bits = false, filter_bodies = false, exact = false;
-    device::Part part;  // of the scene, which pairs are this device's
+    bool in_place = false;  // whether pairs are to travel as such (sendPairs), as far as is known
+    device::Part part;      // of the scene, which pairs are this device's
     bool isShared() const { return part.count > 1; }
   };
 
@@ -95,8 +96,11 @@ class DeviceSweep {
   void search(bool ignore_clusters);
   void list(const std::uint32_t* counts);
   void collect();
+  void sortAll();
+  void clearBorderline(std::size_t pairs);
   template <class Sorted>
-  void sortInPieces(const device::Lists& lists, std::size_t piece_words, Sorted sorted);
+  void sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted);
+  device::Lists lists(bool in_place);
   device::CellStore cellStore();
   device::FoundPairs foundPairs();
   DeviceBuffer<device::Found>& sortedPairs() {
@@ -111,6 +115,7 @@ class DeviceSweep {
   std::unique_ptr<Context> context_;
   Frame frame_;
   std::size_t pairs_expected_ = 0;
+  bool sorted_ = false;  // all but the long lists, as the frame's in_place says
   device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
   // The same after the sort, which leaves its result in either array; and after the sort that is
   // replayed.

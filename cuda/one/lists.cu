@@ -123,10 +123,13 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
 // have at most list_block * long_list words.
 template <class Write>
 __global__ void __launch_bounds__(list_block)
-    sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
-               std::size_t slots, std::size_t first_block, Write write) {
+    sortKernel(Lists of, std::size_t first_block, Write write) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
+  if (of.plan->counters.found > of.capacity) return;
+  const std::uint32_t* const __restrict__ lists = of.words;
+  const unsigned long long* const ends = of.ends;
+  const std::size_t slots = of.slots;
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
   const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
   const unsigned long long begin = slot == 0 ? 0 : ends[min(slot, slots) - 1];
@@ -282,8 +285,8 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
   const auto sort = [&](auto write) {
-    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream,
-           lists.words, lists.ends, lists.slots, begin, write);
+    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream, lists,
+           begin, write);
   };
   if (begin == end) return;
   if (lists.to.segments)

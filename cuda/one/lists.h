@@ -63,13 +63,15 @@ struct Lists {
   const std::uint32_t* words;
   const unsigned long long* ends;
   std::size_t slots;
+  const ScenePlan* plan;
+  unsigned long long capacity;  // of found pairs: nothing is in the lists if these did not fit
   struct {
     std::uint32_t* segments;  // null: into pairs
     SortedPairs pairs;
   } to;
 };
 
-// Sorts the lists of blocks [begin, end) but the long ones.
+// Sorts the lists of blocks [begin, end) but the long ones. Does nothing if the pairs did not fit.
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue);
 
 // What sorting long lists needs beside them; grows as needed.

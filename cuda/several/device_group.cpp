@@ -244,8 +244,12 @@ void DeviceGroup::complete() {
   }
 }
 
+bool DeviceGroup::wantsInPlace(int threads) const {
+  return isShared() || threads <= device::most_fetching_in_place;
+}
+
 void DeviceGroup::fetch(const BoxSet& boxes, int threads, PairList& pairs) {
-  bool in_place = isShared() || threads <= device::most_fetching_in_place;
+  bool in_place = wantsInPlace(threads);
   pairs.clear(members_.size());
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
@@ -278,6 +282,7 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
                     boxes.filter_bits,
                     boxes.filter_bodies,
                     boxes.exact,
+                    wantsInPlace(threads),
                     {static_cast<std::uint32_t>(index), count}});
     });
     if (isShared()) link();

@@ -61,6 +61,7 @@ class DeviceGroup {
   void sharePairs();
   bool divideClusters(int round);
   void complete();
+  bool wantsInPlace(int threads) const;
   void fetch(const BoxSet& boxes, int threads, PairList& pairs);
 
   const std::vector<DeviceSweep*> members_;
