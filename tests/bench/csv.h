@@ -38,6 +38,7 @@ class Csv {
  public:
   // Throws std::runtime_error.
   explicit Csv(const CsvFile& file);
+  Csv(const std::string& path, bool append) : Csv(CsvFile{path, append}) {}
   ~Csv();
   Csv(const Csv&) = delete;
   Csv& operator=(const Csv&) = delete;
