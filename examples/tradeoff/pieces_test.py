@@ -177,12 +177,13 @@ class Packed(unittest.TestCase):
             self.assertEqual(ran.returncode, 0, ran.stdout)
             self.assertEqual({row["status"] for row in read(out, "scenes")}, {"ok"})
             self.assertEqual({row["commit"] for row in read(out, "scenes")}, {table.commit()})
-            # Of its own libraries one that is none: had it taken those of the build, nothing would be wrong.
+            # The libraries of the build would do as well, and nothing would be seen: so those packed are made none.
             with open(os.path.join(packed, "double", "lib", "libode-parallel-sap.so.0"), "w"):
                 pass
-            ran = subprocess.run([os.path.join(packed, "run"), "double", "tradeoff-point", "precision"], **plain)
-            self.assertIn("libode-parallel-sap.so.0", ran.stdout)
-            self.assertNotEqual(ran.returncode, 0)
+            for arguments in ("double", "tradeoff-point", "precision"), ("--smoke", "--no-figures", "--out", out + "2"):
+                ran = subprocess.run([os.path.join(packed, "run"), *arguments], **plain)
+                self.assertNotEqual(ran.returncode, 0, arguments)
+                self.assertIn("libode-parallel-sap.so.0: file too short", ran.stdout)
 
 
 if __name__ == "__main__":
