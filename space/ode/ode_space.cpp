@@ -347,8 +347,10 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   // A query within the callback has hits of its own.
   Buffer<dxGeom*> hits = queries_.takeHits();
   try {
-    queries_.find(slots_.geoms(), geom, settings.rules.cull_planes,
-                  pipeline_.teamFor(slots_.size(), settings), hits);
+    queries_.find(slots_.geoms(), geom,
+                  {settings.rules.cull_planes, !any_swept.load(std::memory_order_relaxed),
+                   pipeline_.teamFor(slots_.size(), settings)},
+                  hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(), settings.rules, geom, data, callback);

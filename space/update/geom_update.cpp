@@ -25,18 +25,6 @@ constexpr std::size_t block_size = prefetched_block;
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
-bool hasGimpact() {
-  static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
-  return has;
-}
-
-// Whether other threads may compute other geoms' AABBs at the same time: not where user code runs,
-// where a sub-space cleans its geoms, or where geoms share caches.
-bool needsCallingThread(const dxGeom* geom) {
-  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
-         (geom->type == dTriMeshClass && hasGimpact());
-}
-
 void prefetch(const void* object, std::size_t size) {
   const char* const bytes = static_cast<const char*>(object);
   for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
