@@ -2,6 +2,7 @@
 // what each query would have found by itself, whatever happens in between. Teams are of little
 // work, so built from the library's objects.
 #include <ode_parallel_sap/parallel_sap_space.h>
+#include <omp.h>
 
 #include <limits>
 #include <vector>
@@ -230,4 +231,26 @@ TEST_CASE("What a program does between two queries of its own shows in the next 
       REQUIRE(difference(walk.goOneByOne(every), twin.goOneByOne(every)) == "");
     }
   }
+}
+
+// Two batches are done alone to know what they take; the next one is a team's.
+TEST_CASE("A space that never collides has threads without being told how many", "[queries]") {
+  const ScopedGrain grain(1);
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(3);
+  {
+    Walk walk(true, seedOr(194));
+    std::vector<dParallelSAPRay> rays(100);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      rays[i] = {{dReal(i % 10), dReal(i / 10), -1, 0}, {0, 0, 1, 0}, 10, ~0ul, ~0ul};
+    std::vector<dParallelSAPRayHit> hits(rays.size());
+    const auto shared = timesShared();
+    for (int frame = 0; frame < 3; ++frame) {
+      walk.go(0, 1);
+      dParallelSAPSpaceRays(walk.asked(), rays.data(), rays.size(), 0, hits.data());
+    }
+    CHECK(timesShared().at("queries ahead: searches") > shared.at("queries ahead: searches"));
+    CHECK(timesShared().at("rays: rays") > shared.at("rays: rays"));
+  }
+  omp_set_num_threads(before);
 }

@@ -1,6 +1,7 @@
 #include "space/queries/geom_queries.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "space/data/slot_set.h"
@@ -79,8 +80,9 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
     const ScopedMode mode(exactMode());
     has_tree = tree_.bringUpToDate(geoms, way.threads);
   }
-  if (has_tree && way.threads > 1 && way.foreseen && ahead_.isDue(geom))
-    ahead_.find(geoms, tree_, geom, way.threads);
+  batch_.queries = 0;
+  if (has_tree && way.ahead && way.foreseen && ahead_.isDue(geom))
+    lookAhead(geoms, geom, way.ahead);
   const ScopedMode mode(exactMode());
   QueriesAhead::Answer known;
   if (has_tree && ahead_.take(geom, known)) {
@@ -99,6 +101,14 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
     found += pairs(own, geom) && !(way.cull_planes && areClearByPlane(own, geom));
   }
   hits.resize(found);
+}
+
+void GeomQueries::lookAhead(const Geoms& geoms, dxGeom* geom, int threads) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  batch_.queries = ahead_.find(geoms, tree_, geom, threads);
+  batch_.threads = threads;
+  batch_.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
 void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {

@@ -34,13 +34,23 @@ class GeomQueries {
   struct Way {
     bool cull_planes;
     bool foreseen;  // no AABB depends on when it is asked for
-    int threads;    // the most; one gains nothing from looking ahead
+    int threads;    // the most that build a tree
+    int ahead;      // the most that look ahead; 0: nobody does
   };
   // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
   // by ODE's formula, the AABBTest calls apart, and, if `way.cull_planes`, are not clear of a plane
   // that is one of the two. All AABBs are up to date, that of `geom` is without NaN. Throws
   // std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits);
+
+  // What was found together by the last find(): of how many queries, 0 if none were, by how many
+  // threads and how long that took.
+  struct Batch {
+    std::size_t queries = 0;
+    int threads = 1;
+    double ms = 0;
+  };
+  const Batch& lastBatch() const { return batch_; }
 
   // Storage for hits, kept between queries. One that is taken by a query is free for no other.
   Buffer<dxGeom*> takeHits() { return std::move(hits_); }
@@ -55,6 +65,7 @@ class GeomQueries {
   std::size_t bytes() const;
 
  private:
+  void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
   void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   template <class Visit>
@@ -62,6 +73,7 @@ class GeomQueries {
 
   GeomTree tree_;
   QueriesAhead ahead_;
+  Batch batch_;
   Buffer<dxGeom*> hits_;
   Buffer<Slot> found_;
   // A bit a slot, and a bit for each word of those; all 0 between queries.
