@@ -43,6 +43,15 @@ class Pipeline {
   int threadsForRays(std::size_t rays, const Settings& settings) const {
     return policy_.threadsForRays(rays, settings);
   }
+  int threadsForQueries(std::size_t slots, const Settings& settings) const {
+    return policy_.threadsForQueries(slots, settings);
+  }
+  void learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms) {
+    policy_.learnOfRays(settings, threads, rays, ms);
+  }
+  void learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms) {
+    policy_.learnOfQueries(settings, threads, queries, ms);
+  }
 
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {

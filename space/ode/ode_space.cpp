@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "space/frame/hints.h"
+#include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
@@ -347,13 +348,18 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   // A query within the callback has hits of its own.
   Buffer<dxGeom*> hits = queries_.takeHits();
   try {
-    queries_.find(slots_.geoms(), geom, settings.rules.cull_planes,
-                  pipeline_.teamFor(slots_.size(), settings), hits);
+    queries_.find(slots_.geoms(), geom,
+                  {settings.rules.cull_planes, !any_swept.load(std::memory_order_relaxed),
+                   pipeline_.teamFor(slots_.size(), settings),
+                   pipeline_.threadsForQueries(slots_.size(), settings)},
+                  hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(), settings.rules, geom, data, callback);
     return;
   }
+  const GeomQueries::Batch& batch = queries_.lastBatch();
+  if (batch.queries) pipeline_.learnOfQueries(settings, batch.threads, batch.queries, batch.ms);
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;
@@ -370,8 +376,11 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
-  return rays_ ? rays_->cast(slots_.geoms(), request, way)
-               : RayCaster().cast(slots_.geoms(), request, way);
+  StageClock clock;
+  const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way)
+                                 : RayCaster().cast(slots_.geoms(), request, way);
+  pipeline_.learnOfRays(settings, way.threads, request.count, clock.lap());
+  return hits;
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -50,6 +50,11 @@ class GeomTree {
     return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
   }
 
+  // Leaves in `found` the slots of the geoms whose AABBs overlap that of `geom`, each once, in no
+  // order. The tree is up to date. Needs exactMode(); may run on many threads at once. Throws
+  // std::bad_alloc.
+  void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const;
+
   // A frame went by: what no query asked for in many of them is given back. Whether it was.
   bool noteFrame() {
     if (!tree_ || ++idle_frames_ != idle_frames) return false;
