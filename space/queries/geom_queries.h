@@ -20,6 +20,7 @@ class GeomQueries {
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
 
   void changed(std::size_t slot) { tree_.changed(slot); }
+  bool neverAsked() const { return tree_.neverAsked(); }
   void reset() { tree_.reset(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
