@@ -1,7 +1,6 @@
 // The statistics of a space: derived from what frames did, and summed, here and nowhere else. No
 // decision reads them.
-#ifndef ODE_PARALLEL_SAP_STATISTICS_H
-#define ODE_PARALLEL_SAP_STATISTICS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -94,5 +93,3 @@ class Statistics {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Bounds of a geom, laid out for tests of few boxes with all others. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_FACING_BOX_H
-#define ODE_PARALLEL_SAP_FACING_BOX_H
+#pragma once
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -79,5 +78,3 @@ inline bool FacingBox::Turned::overlaps(const FacingBox& box) const {
 #endif
 
 }  // namespace ode_parallel_sap
-
-#endif

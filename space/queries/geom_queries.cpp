@@ -126,8 +126,4 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int t
   }
 }
 
-std::size_t GeomQueries::bytes() const {
-  return hits_.bytes() + tree_.bytes() + found_.bytes() + marks_.bytes() + marked_words_.bytes();
-}
-
 }  // namespace ode_parallel_sap
