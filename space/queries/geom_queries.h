@@ -27,6 +27,7 @@ class GeomQueries {
     ahead_.drop();
     tree_.reset();
   }
+  bool neverAsked() const { return tree_.neverAsked(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
