@@ -1,6 +1,5 @@
 // What a finder keeps on its device.
-#ifndef ODE_PARALLEL_SAP_CUDA_CONTEXT_H
-#define ODE_PARALLEL_SAP_CUDA_CONTEXT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -97,5 +96,3 @@ struct Context {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // The stages of one frame on one device, from boxes that have come to lists that can leave. Whoever
 // has devices do a frame (cuda/several/device_group.h) decides how boxes come and how lists leave.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_SWEEP_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_SWEEP_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -125,5 +124,3 @@ class DeviceSweep {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // A frame on one device or on several.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_GROUP_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_GROUP_H
+#pragma once
 
 #include <chrono>
 #include <cstddef>
@@ -71,5 +70,3 @@ class DeviceGroup {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -19,6 +19,14 @@ inline bool isUserClass(const dxGeom* geom) {
   return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
 }
 
+// Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
+// where a sub-space cleans its geoms, or where geoms share caches.
+inline bool needsCallingThread(const dxGeom* geom) {
+  static const bool has_gimpact = dCheckConfiguration("ODE_EXT_gimpact") != 0;
+  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
+         (geom->type == dTriMeshClass && has_gimpact);
+}
+
 // Enabled, not zero-sized and not an empty sub-space.
 inline bool isEnabled(const dxGeom* geom) {
   return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&

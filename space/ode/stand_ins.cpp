@@ -48,9 +48,9 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
-    settings.precompute = precomputeFromEnvironment();
-    settings.rules.notified = standInsAreTold();
-    counted_ = settings.print_stats;
+    changeSettings().precompute = precomputeFromEnvironment();
+    changeSettings().rules.notified = standInsAreTold();
+    counted_ = settings().print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);

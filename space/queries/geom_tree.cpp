@@ -192,4 +192,31 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   return true;
 }
 
+<<<<<<< HEAD
+=======
+void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const {
+  withTree([&](const auto& tree) {
+    found.resizeDiscarding(geoms.size() + tree.spare);
+    bool coarse;
+    found.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found.data()));
+  });
+  // Where the boxes cannot decide, the AABBs do.
+  Slot* next = found.data();
+  for (Slot slot : found) {
+    if (slot & borderline_slot) {
+      slot &= ~borderline_slot;
+      if (!boxesOverlap(geoms[slot], geom)) continue;
+    }
+    *next++ = slot;
+  }
+  found.resize(next - found.data());
+}
+
+std::size_t GeomTree::bytes() const {
+  if (!tree_) return 0;
+  return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
+         tree_->wide.bytes();
+}
+
+>>>>>>> i-pairs
 }  // namespace ode_parallel_sap

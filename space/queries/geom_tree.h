@@ -35,6 +35,8 @@ class GeomTree {
     ++changes_;
     if (tree_) note(slot);
   }
+  // No query ever asked it, so it has nothing to keep of what changes.
+  bool neverAsked() const { return !asked_; }
   void reset();
 
   // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
@@ -49,6 +51,11 @@ class GeomTree {
   auto withTree(Work work) const {
     return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
   }
+
+  // Leaves in `found` the slots of the geoms whose AABBs overlap that of `geom`, each once, in no
+  // order. The tree is up to date. Needs exactMode(); may run on many threads at once. Throws
+  // std::bad_alloc.
+  void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const;
 
   // A frame went by: what no query asked for in many of them is given back. Whether it was.
   bool noteFrame() {

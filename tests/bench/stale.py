@@ -20,6 +20,7 @@ DEVICES = ("space", "cuda")
 # around it, so `tuning` and `ablation` are of the whole library, too.
 TIMED = {
     "sort": ("space/sort", "space/simd", "space/data", "tests/bench/sort_benchmark.cpp"),
+    "instructions": ("space/simd", "space/extract", "space/cells", "space/sort", "space/data", "tests/instructions"),
     "narrow": ("space/contacts", "space/ode", "space/geom", "space/data"),
     "apart": ("space/contacts", "space/geom", "space/data"),
     "collide": DEVICES,

@@ -395,7 +395,22 @@ def step(directory):
     return markdown(["boxes"] + heads, lines, [machine(rows)])
 
 
-TABLES = {"step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
+def instructions(directory):
+    """What the sweep takes with each instruction set, whatever the processor."""
+    rows = read(directory, "instructions")
+    parts = [(part, n) for part in ("loops", "sweep") for n in values(rows, "n")]
+    lines = []
+    for processor, name in dict.fromkeys((row["processor"], row["set"]) for row in rows):
+        cells = {(row["part"], row["n"]): row["a_pair"] for row in rows
+                 if (row["processor"], row["set"]) == (processor, name)}
+        lines.append(["%s, %s" % (processor, name)] + [shown(cells[part]) for part in parts])
+    heads = ["%s, %s boxes" % ("inner loops" if part == "loops" else "whole sweep", count(n)) for part, n in parts]
+    row = rows[0]
+    return markdown(["instructions a pair"] + heads, lines,
+                    ["%s; commit %s, %s" % (row["compiler"], row["commit"], row["date"])])
+
+
+TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
