@@ -22,10 +22,11 @@ class CachedGraph {
   // What makes two frames' work the same: sizes, and that no buffer was moved in between, which
   // shows in their bytes.
   struct Key {
-    std::size_t slots, device_bytes;
+    std::size_t boxes, device_bytes, part, parts;
     bool exact;
     bool operator==(const Key& other) const {
-      return slots == other.slots && device_bytes == other.device_bytes && exact == other.exact;
+      return boxes == other.boxes && device_bytes == other.device_bytes && part == other.part &&
+             parts == other.parts && exact == other.exact;
     }
   };
 

@@ -9,7 +9,7 @@ namespace device {
 
 // Threads of a block: eight such blocks fill a processor, and shared memory holds what they share.
 // Unit: threads. From: cuda/check time, all scenes.
-// Doubled: the check program fails. Halved: the check program fails.
+// Doubled: the paper's lists of 20,000 boxes take 1.16 times as long. Halved: no difference.
 constexpr int block_threads = 256;
 
 // Blocks of a kernel whose threads take items in strides: as many as a processor holds at once.

@@ -52,10 +52,10 @@ struct CellStore {
   TreeLayout layout;
 };
 
-// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot in the
-// scene, its high.w the greatest magnitude of the bounds, negative if the box is a guest.
-void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Share& share,
-               const ScenePlan* plan, const CellStore& to, const KernelQueue& queue);
+// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot, its
+// high.w the greatest magnitude of the bounds.
+void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const ScenePlan* plan,
+               const CellStore& to, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

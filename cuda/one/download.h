@@ -32,8 +32,8 @@ class Download {
     bool exact;                     // no pair is borderline
   };
 
-  // Fills the one part of `pairs`, which has room for them. Returns the number of threads used.
-  int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs);
+  // Fills a part of `pairs`, which has room for them. Returns the number of threads used.
+  int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs, std::size_t part);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:

@@ -1,6 +1,5 @@
 // Floating-point modes of threads: rounding, flushing of denormals, traps.
-#ifndef ODE_PARALLEL_SAP_FLOATING_POINT_H
-#define ODE_PARALLEL_SAP_FLOATING_POINT_H
+#pragma once
 
 // A test goes the last of these ways, the C library's, on every processor.
 #if defined(ODE_PARALLEL_SAP_C_LIBRARY_MODES)
@@ -100,5 +99,3 @@ class ScopedMode {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // When what a space holds has become too much for its scene.
-#ifndef ODE_PARALLEL_SAP_MEMORY_WATCH_H
-#define ODE_PARALLEL_SAP_MEMORY_WATCH_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -42,5 +41,3 @@ class MemoryWatch {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: the stages of
 // a frame. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_PIPELINE_H
-#define ODE_PARALLEL_SAP_PIPELINE_H
+#pragma once
 
 #include <cstddef>
 
@@ -102,6 +101,7 @@ class Pipeline {
   void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
+  void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
@@ -121,7 +121,7 @@ class Pipeline {
   PairEvents events_;
   NarrowPhase narrow_phase_;
   PrecomputedContacts precomputed_;
-  Buffer<GeomPair> contact_pairs_;
+  Buffer<dParallelSAPPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
@@ -130,5 +130,3 @@ class Pipeline {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -24,8 +24,7 @@ int mostContactThreads(std::size_t pairs, const Settings& settings) {
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
   return mechanisms::small_scenes && slots <= smallest_scene &&
-         settings.method != dParallelSAPMethodSweep &&
-         settings.method != dParallelSAPMethodAxisLists &&
+         (isAuto(settings) || settings.method == dParallelSAPMethodBruteForce) &&
          settings.backend != dParallelSAPBackendCUDA;
 }
 
@@ -80,7 +79,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
   extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
                      MethodChoice::isDense(facts.slots, facts.last_pairs);
-  extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)

@@ -1,6 +1,5 @@
 // All that is decided about a frame, and what was learnt from those before it.
-#ifndef ODE_PARALLEL_SAP_POLICY_H
-#define ODE_PARALLEL_SAP_POLICY_H
+#pragma once
 
 #include <cstddef>
 
@@ -74,5 +73,3 @@ class Policy {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

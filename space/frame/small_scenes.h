@@ -1,6 +1,5 @@
 // Scenes so small that they need no boxes. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SMALL_SCENES_H
-#define ODE_PARALLEL_SAP_SMALL_SCENES_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -133,5 +132,3 @@ class SmallScenes {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // The statistics of a space: derived from what frames did, and summed, here and nowhere else. No
 // decision reads them.
-#ifndef ODE_PARALLEL_SAP_STATISTICS_H
-#define ODE_PARALLEL_SAP_STATISTICS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -78,5 +77,3 @@ class Statistics {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

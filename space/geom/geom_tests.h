@@ -1,7 +1,6 @@
 // ODE's tests on geoms and pairs of geoms, by pointer: the last word where boxes cannot decide.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_TESTS_H
-#define ODE_PARALLEL_SAP_GEOM_TESTS_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -111,5 +110,3 @@ inline void cleanGeom(dxGeom* geom) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -22,13 +22,6 @@ ParallelSAPSpace& checked(dSpaceID space) {
   return *own;
 }
 
-int choose(int& setting, int value, int last, bool (*has)(int)) {
-  dUASSERT(value >= 0 && value <= last, "no such method or back end");
-  if (value < 0 || value > last || !has(value)) return 0;
-  setting = value;
-  return 1;
-}
-
 std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
                  const dParallelSAPPairEvent** pairs) {
   *pairs = events.size() ? events.data() : nullptr;
@@ -59,8 +52,12 @@ int dSpaceIsParallelSAP(dSpaceID space) {
 }
 
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
-  return choose(checked(space).settings.backend, backend, dParallelSAPBackendCUDA,
-                ode_parallel_sap::hasBackend);
+  ParallelSAPSpace& own = checked(space);
+  const bool known = ode_parallel_sap::isBackend(backend);
+  dUASSERT(known, "no such back end");
+  if (!known || !ode_parallel_sap::hasBackend(backend)) return 0;
+  own.settings.backend = backend;
+  return 1;
 }
 
 int dParallelSAPSpaceGetBackend(dSpaceID space) {
@@ -68,8 +65,11 @@ int dParallelSAPSpaceGetBackend(dSpaceID space) {
 }
 
 int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
-  return choose(checked(space).settings.method, method, dParallelSAPMethodAxisLists,
-                ode_parallel_sap::hasMethod);
+  ParallelSAPSpace& own = checked(space);
+  const bool known = ode_parallel_sap::isMethod(method);
+  dUASSERT(known, "no such method");
+  if (known) own.settings.method = method;
+  return known;
 }
 
 int dParallelSAPSpaceGetMethod(dSpaceID space) {

@@ -384,9 +384,8 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
-  return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          swept_.bytes() + queries_.bytes() +
-                                          (rays_ ? rays_->bytes() : 0) + pipeline_.bytes());
+  return pipeline_.statistics().onRequest(
+      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_));
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -1,6 +1,5 @@
 // The dSpace itself: what ODE sees of it. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_ODE_SPACE_H
-#define ODE_PARALLEL_SAP_ODE_SPACE_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -119,5 +118,3 @@ class ParallelSAPSpace : public dxSpace {
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space);
 
 }  // namespace ode_parallel_sap
-
-#endif

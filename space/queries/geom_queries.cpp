@@ -132,9 +132,4 @@ void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxG
   }
 }
 
-std::size_t GeomQueries::bytes() const {
-  return hits_.bytes() + tree_.bytes() + ahead_.bytes() + found_.bytes() + marks_.bytes() +
-         marked_words_.bytes();
-}
-
 }  // namespace ode_parallel_sap

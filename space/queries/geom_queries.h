@@ -1,6 +1,5 @@
 // Which geoms of a space another geom's AABB overlaps: dSpaceCollide2. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_QUERIES_H
-#define ODE_PARALLEL_SAP_GEOM_QUERIES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -62,7 +61,7 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_, ahead_, hits_, found_, marks_, marked_words_); }
 
  private:
   void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
@@ -81,5 +80,3 @@ class GeomQueries {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

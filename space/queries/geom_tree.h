@@ -1,7 +1,6 @@
 // A QueryTree over geoms of a space that is kept where queries come often enough to pay for it.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_TREE_H
-#define ODE_PARALLEL_SAP_GEOM_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -65,7 +64,7 @@ class GeomTree {
 
   // Gives back all that is held.
   void release() { tree_.reset(); }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_); }
 
  private:
   struct Tree {
@@ -89,6 +88,7 @@ class GeomTree {
     void refresh(const Geoms& geoms, Takes takes);
     double strayingPart(const Geoms& geoms, Takes takes);
     void setUpToDate(std::size_t slots);
+    std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
 
   void note(std::size_t slot);
@@ -109,5 +109,3 @@ template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Queries that are likely to come, found together by a team. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_QUERIES_AHEAD_H
-#define ODE_PARALLEL_SAP_QUERIES_AHEAD_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -47,7 +46,7 @@ class QueriesAhead {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(items_, shares_); }
 
  private:
   struct Item {
@@ -61,6 +60,7 @@ class QueriesAhead {
   struct Share {
     Buffer<Slot> slots;
     Buffer<dxGeom*> geoms;
+    std::size_t bytes() const { return bytesOf(slots, geoms); }
   };
 
   // fixed: a program that asks about so many geoms of a list in their order goes on with it.
@@ -86,5 +86,3 @@ class QueriesAhead {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // AABBs of ODE's simple classes, without a virtual call for each. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_STOCK_BOUNDS_H
-#define ODE_PARALLEL_SAP_STOCK_BOUNDS_H
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -156,5 +155,3 @@ class StockBounds {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

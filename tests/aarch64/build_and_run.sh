@@ -2,8 +2,9 @@
 # build_and_run.sh SOURCE BUILD [OPTION]...
 #
 # The preset aarch64 with these options in a directory of its own: an example and the tests of pairs, their order and
-# what is kept, the parts behind the interface included, on 64-bit ARM. An emulator tells nothing of threads that it
-# would not tell of one, and takes some fifty times as long as a processor: one thread, and a tenth of the random work.
+# what is kept, the parts behind the interface included, on 64-bit ARM, and the count of what NEON saves. An emulator tells
+# nothing of threads that it would not tell of one, and takes some fifty times as long as a processor: one thread, and a
+# tenth of the random work.
 set -euo pipefail
 source=$1 build=$2 jobs=$(nproc)
 shift 2
@@ -20,7 +21,7 @@ echo '#include <catch2/catch.hpp>' | "$compiler" -E -x c++ - >/dev/null 2>&1 ||
   [ -e "$("$compiler" -print-file-name=libCatch2.a)" ] || without "Catch2 for aarch64" "catch2, or from version 3 on catch2:arm64"
 
 cmake -S "$source" -B "$build" --preset aarch64 "-DODE_PARALLEL_SAP_PROPERTY_TESTS=pairs;order;kept" "$@"
-cmake --build "$build" --parallel "$jobs" --target minimal core-tests c-library-modes property-tests
+cmake --build "$build" --parallel "$jobs" --target minimal core-tests c-library-modes property-tests sweep-count
 export OMP_THREAD_LIMIT=1 ODE_PARALLEL_SAP_TEST_SCALE=0.1
 exec ctest --test-dir "$build" --parallel "$jobs" --output-on-failure --no-tests=error --timeout 900 \
-  -R '^(examples\.minimal|core|core\.c-library-modes|install\.arithmetic|pairs|order|kept)$'
+  -R '^(examples\.minimal|core|core\.c-library-modes|install\.arithmetic|instructions|pairs|order|kept)$'

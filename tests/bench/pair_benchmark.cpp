@@ -427,7 +427,7 @@ bool runsOn(const PeerKind& kind, int threads) {
 int run(int argc, char** argv) {
   const std::vector<SceneKind> scenes = chosenScenes();
   const std::vector<PeerKind> peers = chosenPeers();
-  Csv csv(options().csv, options().append);
+  Csv csv({options().csv, options().append});
   Runner runner(csv);
   std::vector<std::unique_ptr<Stage>> stages;
   std::vector<std::unique_ptr<Cell>> cells;

@@ -20,10 +20,12 @@ DEVICES = ("space", "cuda")
 # around it, so `tuning` and `ablation` are of the whole library, too.
 TIMED = {
     "sort": ("space/sort", "space/simd", "space/data", "tests/bench/sort_benchmark.cpp"),
+    "instructions": ("space/simd", "space/extract", "space/cells", "space/sort", "space/data", "tests/instructions"),
     "narrow": ("space/contacts", "space/ode", "space/geom", "space/data"),
     "apart": ("space/contacts", "space/geom", "space/data"),
     "collide": DEVICES,
     "devices": DEVICES,
+    "device-rivals": DEVICES,
     "figure14": DEVICES,
     "figure15": DEVICES,
     "parts": ("space", "examples/pile"),

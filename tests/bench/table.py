@@ -364,6 +364,24 @@ def devices(directory):
     return markdown(["boxes"] + names + ["Auto", "by the best"], table, [machine(rows)])
 
 
+def device_rivals(directory):
+    """One device: the sweep and cuBQL's trees, each builder at its best, host to host and the device's part of it."""
+    rows = read(directory, "device-rivals")
+    peers = [OURS] + [peer for peer in values(rows, "peer") if peer != OURS]
+    lines = []
+    for scene in values(rows, "scene"):
+        for n in values([row for row in rows if row["scene"] == scene], "n"):
+            cells = [min(timed(rows, scene=scene, n=n, peer=peer), key=lambda row: row["median_ms"], default=None)
+                     for peer in peers]
+            theirs = [cell["median_ms"] for cell in cells[1:] if cell]
+            gain = theirs and cells[0] and min(theirs) / cells[0]["median_ms"]
+            pairs = next(row["pairs"] for row in rows if row["scene"] == scene and row["n"] == n)
+            lines.append([scene, count(n), count(pairs)] +
+                         ["%s (%s)" % (shown(cell["median_ms"]), shown(cell["device_ms"])) if cell else "–"
+                          for cell in cells] + [shown(gain or None, "×")])
+    return markdown(["ms, host to host (device)", "boxes", "pairs"] + peers + ["gain"], lines, [machine(rows)])
+
+
 def step(directory):
     """The pairs of a frame, and the whole step with them."""
     rows = read(directory, "step")
@@ -377,13 +395,29 @@ def step(directory):
     return markdown(["boxes"] + heads, lines, [machine(rows)])
 
 
-TABLES = {"step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
+def instructions(directory):
+    """What the sweep takes with each instruction set, whatever the processor."""
+    rows = read(directory, "instructions")
+    parts = [(part, n) for part in ("loops", "sweep") for n in values(rows, "n")]
+    lines = []
+    for processor, name in dict.fromkeys((row["processor"], row["set"]) for row in rows):
+        cells = {(row["part"], row["n"]): row["a_pair"] for row in rows
+                 if (row["processor"], row["set"]) == (processor, name)}
+        lines.append(["%s, %s" % (processor, name)] + [shown(cells[part]) for part in parts])
+    heads = ["%s, %s boxes" % ("inner loops" if part == "loops" else "whole sweep", count(n)) for part, n in parts]
+    row = rows[0]
+    return markdown(["instructions a pair"] + heads, lines,
+                    ["%s; commit %s, %s" % (row["compiler"], row["commit"], row["date"])])
+
+
+TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"),
+          "device-rivals": (device_rivals, "device-rivals"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
           "many-threads": (many_threads, "nearest")}
 

@@ -106,23 +106,23 @@ struct TorusMesh {
 };
 
 TorusMesh* torus_mesh = nullptr;
-dHeightfieldDataID height_data = nullptr;
 
 dGeomID createTorus() {
   if (!torus_mesh) torus_mesh = new TorusMesh;
   return dCreateTriMesh(nullptr, torus_mesh->data, nullptr, nullptr, nullptr);
 }
 
-dGeomID createHeightfield() {
+dHeightfieldDataID createHeights() {
   constexpr int kSamples = 9;
-  if (!height_data) {
-    static float heights[kSamples * kSamples];
+  static const std::vector<float> heights = [] {
+    std::vector<float> made;
     for (int i = 0; i < kSamples * kSamples; ++i)
-      heights[i] = static_cast<float>(0.4 * std::sin(1.7 * i));
-    height_data = dGeomHeightfieldDataCreate();
-    dGeomHeightfieldDataBuildSingle(height_data, heights, 0, 4, 4, kSamples, kSamples, 1, 0, 1, 0);
-  }
-  return dCreateHeightfield(nullptr, height_data, 1);
+      made.push_back(static_cast<float>(0.4 * std::sin(1.7 * i)));
+    return made;
+  }();
+  const dHeightfieldDataID data = dGeomHeightfieldDataCreate();
+  dGeomHeightfieldDataBuildSingle(data, heights.data(), 0, 4, 4, kSamples, kSamples, 1, 0, 1, 0);
+  return data;
 }
 
 dGeomID createConvex() {
@@ -148,7 +148,7 @@ dGeomID createTransform() {
 }
 #pragma GCC diagnostic pop
 
-dGeomID create(Kind kind) {
+dGeomID create(Kind kind, dHeightfieldDataID heights) {
   switch (kind) {
     case Kind::Sphere:
       return dCreateSphere(nullptr, real(0.6));
@@ -181,7 +181,7 @@ dGeomID create(Kind kind) {
     case Kind::User:
       return dCreateGeom(userClass());
     case Kind::Heightfield:
-      return createHeightfield();
+      return dCreateHeightfield(nullptr, heights, 1);
     case Kind::Plane:
       return dCreatePlane(nullptr, 0, 0, 1, 0);
     case Kind::Count:
@@ -275,6 +275,7 @@ ContactScene::~ContactScene() {
     if (dGeomGetClass(geom) == dTriMeshClass) dGeomTriMeshClearTCCache(geom);
     dGeomDestroy(geom);
   }
+  if (heights_) dGeomHeightfieldDataDestroy(heights_);
   dWorldDestroy(world_);
 }
 
@@ -284,7 +285,8 @@ dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed) {
 
 dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed, dSpaceID space) {
   Random random(seed);
-  const dGeomID geom = create(kind);
+  if (kind == Kind::Heightfield && !heights_) heights_ = createHeights();
+  const dGeomID geom = create(kind, heights_);
   geoms_.push_back(geom);
   dSpaceAdd(space, geom);
   if (kind == Kind::Plane) return geom;
@@ -330,8 +332,6 @@ void releaseContactShapes() {
   if (torus_mesh) dGeomTriMeshDataDestroy(torus_mesh->data);
   delete torus_mesh;
   torus_mesh = nullptr;
-  if (height_data) dGeomHeightfieldDataDestroy(height_data);
-  height_data = nullptr;
 }
 
 }  // namespace sap_test

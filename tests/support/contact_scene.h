@@ -84,6 +84,8 @@ class ContactScene {
   dSpaceID space_;
   dWorldID world_;
   std::vector<dGeomID> geoms_;
+  // Of this scene alone: ODE's collider writes to them, and scenes may be collided at once.
+  dHeightfieldDataID heights_ = nullptr;
 };
 
 // In which threads the user's code ran since the last call: only this one?

@@ -1,0 +1,84 @@
+// sweep-count SET WHAT BOXES FRAMES
+//
+// For a tool that counts instructions (count.py): finds the pairs of a dense cube of boxes FRAMES
+// times, on one thread and with the instruction set SET. WHAT is `sweep`, all of the extraction by
+// a sweep that has seen no other frame, or `loops`, the inner loops alone, over cells that are
+// there. Prints the pairs of a frame; ends with 77 where the processor lacks the set.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "space/data/floating_point.h"
+#include "space/data/round_outward.h"
+#include "space/extract/sweep.h"
+#include "space/simd/kernels.h"
+#include "space/simd/sink.h"
+#include "support/scenes.h"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+BoxSet denseCube(std::size_t n) {
+  BoxSet set;
+  set.size = n;
+  set.boxes.resize(n);
+  set.exact = true;
+  const sap_test::Boxes scene = sap_test::denseCube(n, 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    double bounds[6];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[2 * axis] = scene[i].low[axis];
+      bounds[2 * axis + 1] = scene[i].high[axis];
+    }
+    set.exact = roundOutward<double>(bounds, set.boxes[i]).exact && set.exact;
+  }
+  return set;
+}
+
+std::size_t sweepFrames(const BoxSet& boxes, int frames) {
+  std::size_t pairs = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    Sweep<float> sweep;
+    PairList list;
+    sweep.find(boxes, 1, list);
+    pairs = 0;
+    for (const Buffer<Pair>& part : list.parts) pairs += part.size();
+  }
+  return pairs;
+}
+
+// Boxes of one size are one tree: what is missing shows in the number of pairs.
+std::size_t loopFrames(const BoxSet& boxes, int frames) {
+  const ScopedMode mode(exactMode());
+  Sweep<float> sweep;
+  sweep.build(boxes, 1);
+  Buffer<Pair> found;
+  for (int frame = 0; frame < frames; ++frame) {
+    found.resizeDiscarding(0);
+    BufferSink sink(found);
+    for (std::size_t i = 0; i < sweep.trees(); ++i) {
+      TreeView<float> tree = sweep.tree(i);
+      tree.filters = nullptr;
+      kernels<float>().selfPairs(tree, 0, sweep.cells(i), boxes.exact, sink);
+    }
+  }
+  return found.size();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 5 || (std::strcmp(argv[2], "sweep") != 0 && std::strcmp(argv[2], "loops") != 0)) {
+    std::fprintf(stderr, "usage: %s SET sweep|loops BOXES FRAMES\n", argv[0]);
+    return 2;
+  }
+  const KernelSet* const set = kernelSetNamed(argv[1]);
+  if (!set) return 77;
+  chooseKernelSet(*set);
+  const BoxSet boxes = denseCube(std::strtoul(argv[3], nullptr, 10));
+  const int frames = std::atoi(argv[4]);
+  const bool loops = std::strcmp(argv[2], "loops") == 0;
+  std::printf("%zu\n", loops ? loopFrames(boxes, frames) : sweepFrames(boxes, frames));
+  return 0;
+}
