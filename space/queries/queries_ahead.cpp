@@ -158,10 +158,4 @@ void QueriesAhead::release() {
   *this = QueriesAhead();
 }
 
-std::size_t QueriesAhead::bytes() const {
-  std::size_t bytes = items_.bytes();
-  for (const Share& share : shares_) bytes += share.slots.bytes() + share.geoms.bytes();
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

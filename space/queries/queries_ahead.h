@@ -46,7 +46,7 @@ class QueriesAhead {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(items_, shares_); }
 
  private:
   struct Item {
@@ -60,6 +60,7 @@ class QueriesAhead {
   struct Share {
     Buffer<Slot> slots;
     Buffer<dxGeom*> geoms;
+    std::size_t bytes() const { return bytesOf(slots, geoms); }
   };
 
   // fixed: a program that asks about so many geoms of a list in their order goes on with it.
