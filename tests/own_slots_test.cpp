@@ -1,4 +1,5 @@
-// Which lists are whose, where several devices share a scene. Host code, too, so no device is needed.
+// Which lists are whose, where several devices share a scene. Host code, too, so no device is
+// needed.
 #include <algorithm>
 #include <vector>
 
