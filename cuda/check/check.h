@@ -1,6 +1,5 @@
 // The parts of the check program. Each returns whether all went well.
-#ifndef ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
-#define ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -22,8 +21,10 @@ std::vector<int> devicesFor(int count);
 
 // Each scene, or `only` one, at each size up to `most` against the CPU, on 1 to `devices` devices.
 bool compareAll(std::size_t most, int threads, int devices, const std::string& only = "");
-// Every CUDA call of a frame fails once.
-bool checkFaults(int threads, int devices);
+// Every CUDA call of a frame fails once; of one that is measured, too.
+bool checkFaults(int threads, int devices, bool measuring = false);
+// Devices of one generation with other numbers of processors share a scene.
+bool checkSizesOfDevices(int threads);
 // Two finders on two threads; many finders one after the other.
 bool checkSharing(int threads);
 
@@ -52,5 +53,3 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
 void profile(const std::string& scene, std::size_t size, int threads);
 
 }  // namespace cuda_check
-
-#endif

@@ -1,6 +1,5 @@
 // CUDA's resources as C++ objects, and its errors as exceptions.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -22,6 +21,9 @@ bool cudaCallIsToFail();
 #define CHECK_CUDA(call)         \
   ::ode_parallel_sap::checkCuda( \
       ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
+
+// How many there are on the device.
+int processorsOf(int device);
 
 // What the driver keeps for the program on a device, whichever of its libraries has it made.
 using DriverContext = CUctx_st*;
@@ -107,5 +109,3 @@ class Event {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // For tests: lets CUDA fail as it does on other machines and on bad days.
-#ifndef ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
-#define ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
+#pragma once
 
 #include <cstddef>
 
@@ -17,9 +16,11 @@ void failCudaAllocation(unsigned long long allocation);
 enum class PretendedMachine { Real, NoDriver, NoDevice, TooOld };
 void pretendMachine(PretendedMachine machine);
 
+// Has every second of those who ask for a device's processors told half of them, as if it were a
+// smaller one of its generation.
+void pretendSmallerDevices(bool smaller);
+
 // Bytes free on device 0.
 std::size_t freeDeviceMemory();
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Work that is the same frame after frame, handed to the device in one call.
-#ifndef ODE_PARALLEL_SAP_CUDA_GRAPH_H
-#define ODE_PARALLEL_SAP_CUDA_GRAPH_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -78,5 +77,3 @@ class CachedGraph {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

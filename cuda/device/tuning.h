@@ -1,6 +1,5 @@
 // The tuned constants of work on devices, for all of cuda/.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_TUNING_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -35,5 +34,3 @@ constexpr int spins_before_yield = 2000;
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The sweep on CUDA devices, as the rest of the library sees it. No CUDA type in here.
-#ifndef ODE_PARALLEL_SAP_CUDA_SWEEP_H
-#define ODE_PARALLEL_SAP_CUDA_SWEEP_H
+#pragma once
 
 #include <cstddef>
 #include <functional>
@@ -69,5 +68,3 @@ std::unique_ptr<CudaPairFinder> makeCudaSweep(DeviceSource devices);
 std::unique_ptr<CudaPairFinder> makeCudaSweep(const std::vector<int>& devices = {0});
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Which of the machine's devices can be used.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -60,5 +59,3 @@ class DevicePool {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

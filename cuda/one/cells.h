@@ -1,6 +1,5 @@
 // The middle stages on the device: boxes sorted along the curve, cut into cells, put into a tree.
-#ifndef ODE_PARALLEL_SAP_CUDA_CELLS_H
-#define ODE_PARALLEL_SAP_CUDA_CELLS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -59,5 +58,3 @@ void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Sce
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

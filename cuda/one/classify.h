@@ -1,6 +1,5 @@
 // First stages on the device: classes of like size and shape, and each box's key.
-#ifndef ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
-#define ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -15,8 +14,8 @@ namespace device {
 
 // Empties what the stages count in `plan`.
 void clearPlan(ScenePlan* plan, cudaStream_t stream);
-// Only what the search counts.
-void clearSearch(ScenePlan* plan, cudaStream_t stream);
+// Only what the search counts; and that there are clusters, if they are to be ignored.
+void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream);
 
 // Counts boxes [begin, end) by bin. `boxes` are 24-byte boxes.
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,
@@ -28,5 +27,3 @@ void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uin
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What a finder keeps on its device.
-#ifndef ODE_PARALLEL_SAP_CUDA_CONTEXT_H
-#define ODE_PARALLEL_SAP_CUDA_CONTEXT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -36,12 +35,11 @@ enum Stage {
 // Everything that lives on the device. The streams come last, so that they are the first to go:
 // they wait for what is under way, and nothing is freed while it is in use.
 struct Context {
-  explicit Context(int device) {
-    CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+  explicit Context(int device) : processors(processorsOf(device)) {
     for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
   }
 
-  int processors = 0;
+  const int processors;
   DeviceBuffer<float> boxes;
   DeviceBuffer<FilterBits> bits;
   DeviceBuffer<std::uint32_t> bodies;
@@ -97,5 +95,3 @@ struct Context {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

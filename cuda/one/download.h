@@ -1,6 +1,5 @@
 // Brings the sorted lists to the host and makes pairs of them while more arrive.
-#ifndef ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
-#define ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -45,5 +44,3 @@ class Download {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

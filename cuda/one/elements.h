@@ -1,7 +1,6 @@
 // What kernels do with one bound, one box or one pair. Compiled for the host too, where it is held
 // against the CPU's rules without a device (tests/elements_test).
-#ifndef ODE_PARALLEL_SAP_CUDA_ELEMENTS_H
-#define ODE_PARALLEL_SAP_CUDA_ELEMENTS_H
+#pragma once
 
 #include <math.h>
 
@@ -74,5 +73,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(const Record& box) {
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The last stages on the device: pairs found in no order become one sorted list a slot.
-#ifndef ODE_PARALLEL_SAP_CUDA_LISTS_H
-#define ODE_PARALLEL_SAP_CUDA_LISTS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -94,5 +93,3 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Where several devices share a scene: which lists are a device's own.
-#ifndef ODE_PARALLEL_SAP_CUDA_OWN_LISTS_H
-#define ODE_PARALLEL_SAP_CUDA_OWN_LISTS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -28,5 +27,3 @@ void keepOwnCounts(const unsigned long long* ends, std::size_t slots, const Part
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

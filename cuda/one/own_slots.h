@@ -1,6 +1,5 @@
 // Which slots' lists are a device's own, where several share a scene. For kernels and host.
-#ifndef ODE_PARALLEL_SAP_CUDA_OWN_SLOTS_H
-#define ODE_PARALLEL_SAP_CUDA_OWN_SLOTS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -33,5 +32,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline std::uint32_t firstSlotOf(std::uint32_t index
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Plain data that the stages on the device leave for each other.
-#ifndef ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
-#define ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -109,5 +108,3 @@ constexpr std::size_t record_bytes = 32;
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

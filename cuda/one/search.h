@@ -1,6 +1,5 @@
 // The search on the device: every cell meets the cells ahead of it that its bounds reach.
-#ifndef ODE_PARALLEL_SAP_CUDA_SEARCH_H
-#define ODE_PARALLEL_SAP_CUDA_SEARCH_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -47,5 +46,3 @@ void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of the sweep on one device.
-#ifndef ODE_PARALLEL_SAP_CUDA_ONE_TUNING_H
-#define ODE_PARALLEL_SAP_CUDA_ONE_TUNING_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -77,5 +76,3 @@ constexpr int most_fetching_in_place = 8;
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -48,6 +48,20 @@ def run_study(folder, *arguments, **environment):
     return result.stdout
 
 
+def script(folder, name, *lines):
+    """An executable of the shell in the folder."""
+    path = os.path.join(folder, name)
+    with open(path, "w") as file:
+        file.write("\n".join(("#!/bin/sh",) + lines) + "\n")
+    os.chmod(path, 0o755)
+    return path
+
+
+def before_the_program(folder, line):
+    """A script that runs this line and then is the program."""
+    return script(folder, "instead", line, "exec %s \"$@\"" % program)
+
+
 def read(folder, name):
     with open(os.path.join(folder, name + ".csv"), newline="") as file:
         return list(csv.DictReader(file))
@@ -158,11 +172,8 @@ class Study(unittest.TestCase):
     def test_several_points_at_once_have_each_its_share_of_the_cores(self):
         count = len(os.sched_getaffinity(0))
         with tempfile.TemporaryDirectory() as folder:
-            told, log = os.path.join(folder, "told"), os.path.join(folder, "log")
-            with open(told, "w") as file:  # the program, once it has told which cores it may use
-                file.write("#!/bin/sh\necho \"$* $(grep Cpus_allowed_list /proc/self/status)\" >>%s\nexec %s \"$@\"\n" %
-                           (log, program))
-            os.chmod(told, 0o755)
+            log = os.path.join(folder, "log")  # of the cores that the program may use
+            told = before_the_program(folder, "echo \"$* $(grep Cpus_allowed_list /proc/self/status)\" >>" + log)
             run_study(folder, "--only", "scenes", "--double", told)
             scenes = read(folder, "scenes")
             with open(log) as file:
@@ -271,9 +282,7 @@ class Sources(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             called = os.path.join(folder, "called")
             for name in ("apt-get", "cmake", "sudo"):
-                with open(os.path.join(folder, name), "w") as file:
-                    file.write("#!/bin/sh\necho %s >>%s\nexit 1\n" % (name, called))
-                os.chmod(file.name, 0o755)
+                script(folder, name, "echo %s >>%s" % (name, called), "exit 1")
             for name in ("matplotlib", "tqdm"):  # in place of the real ones
                 with open(os.path.join(folder, name + ".py"), "w") as file:
                     file.write("raise ImportError('not installed')\n")
@@ -477,10 +486,7 @@ class Rows(unittest.TestCase):
 
     def test_a_setting_that_always_fails_is_in_the_tables(self):
         with tempfile.TemporaryDirectory() as folder:
-            fails = os.path.join(folder, "fails")
-            with open(fails, "w") as file:
-                file.write("#!/bin/sh\ncase \"$*\" in *'--contacts 1 '*) exit 3;; esac\nexec %s \"$@\"\n" % program)
-            os.chmod(fails, 0o755)
+            fails = before_the_program(folder, "case \"$*\" in *'--contacts 1 '*) exit 3;; esac")
             run_study(folder, "--only", "scenes", "--double", fails)
             self.assertIn("1 contact a pair", choices(folder))
             self.assertRegex(choices(folder), r"\| failed \|")

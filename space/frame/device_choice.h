@@ -1,6 +1,5 @@
 // Where the pairs of a scene are found soonest: on the processor, or on how many devices.
-#ifndef ODE_PARALLEL_SAP_DEVICE_CHOICE_H
-#define ODE_PARALLEL_SAP_DEVICE_CHOICE_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -179,5 +178,3 @@ class DeviceChoice {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif
