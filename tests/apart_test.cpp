@@ -186,7 +186,7 @@ class Pair {
     return dCollide(a.get(), b.get(), flags, found, sizeof *found);
   }
   bool isLeftOut(bool& tested) const {
-    const GeomPair pair = {a.get(), b.get()};
+    const dParallelSAPPair pair = {a.get(), b.get()};
     const ApartPairs found = certainlyApart(&pair, 1, 1, kAll);
     tested = found.boxes | found.others;
     return found.apart;
@@ -350,7 +350,7 @@ TEST_CASE("Every instruction set leaves out the same pairs of boxes", "[apart]")
   INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
   Random random(seed);
   std::vector<Pair> geoms;
-  std::vector<GeomPair> pairs;
+  std::vector<dParallelSAPPair> pairs;
   for (int i = 0; i < 32; ++i) {
     geoms.emplace_back(dBoxClass, dBoxClass, random, Numbers::degenerate);
     geoms.back().move(geoms.back().unit() * random.between(0, 0.4));
@@ -375,7 +375,7 @@ TEST_CASE("Every instruction set leaves out the same pairs of boxes", "[apart]")
 TEST_CASE("Nothing traps that would not trap in ODE", "[apart]") {
   const Geom a(dCreateBox(nullptr, 1, 1, 1)), b(dCreateBox(nullptr, 1, 1, 1));
   dGeomSetPosition(b.get(), kSingle ? dReal(1e19) : dReal(1e99), 0, 0);
-  const GeomPair pair = {a.get(), b.get()};
+  const dParallelSAPPair pair = {a.get(), b.get()};
   const FloatingPointMode scoped(FloatingPointMode::kTrapping);
   CHECK(certainlyApart(&pair, 1, 1, kAll).boxes == 1);
 }
@@ -387,7 +387,7 @@ TEST_CASE("An offset geom that has not followed its body is not tested", "[apart
   dGeomSetBody(a.get(), body);
   dGeomSetOffsetPosition(a.get(), 0, 0, 1);
   dGeomSetPosition(b.get(), 0, 0, 9);
-  const GeomPair pair = {a.get(), b.get()};
+  const dParallelSAPPair pair = {a.get(), b.get()};
   dGeomGetPosition(a.get());
   CHECK(certainlyApart(&pair, 1, 1, kAll).apart == 1);
   dBodySetPosition(body, 0, 0, 9);

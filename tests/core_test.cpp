@@ -58,7 +58,6 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
 }
 
 TEST_CASE("A dense scene is tested to its end, and what turns out to be none is given up") {
-  constexpr std::uint64_t places_of_a_pair = 45;
   const std::uint64_t seed = sap_test::seedOr(3);
   INFO("seed " << seed);
   const auto boxesIn = [&](std::size_t n, double side) {
@@ -77,12 +76,12 @@ TEST_CASE("A dense scene is tested to its end, and what turns out to be none is 
     for (const int threads : {1, 2, 3, 7}) {
       INFO(n << " boxes, " << threads << " threads");
       const Case cluster = makeCase(boxesIn(n, 2), false, true);
-      REQUIRE(brute_force.findDense(cluster.boxes, threads, places_of_a_pair, list) > 0);
+      REQUIRE(brute_force.findDense(cluster.boxes, threads, list) > 0);
       check(joined(list), cluster);
       checkBorderlineSegments(list);
       if (n < 1234) continue;  // less than what may be tested in vain
       const Case spread = makeCase(boxesIn(n, 40), false, true);
-      CHECK(brute_force.findDense(spread.boxes, threads, places_of_a_pair, list) == 0);
+      CHECK(brute_force.findDense(spread.boxes, threads, list) == 0);
     }
   // A few that are unlike all others do not decide, whether they came first or last.
   for (const bool first : {true, false}) {
@@ -95,7 +94,7 @@ TEST_CASE("A dense scene is tested to its end, and what turns out to be none is 
       }
     }
     const Case mixed = makeCase(boxes, false, true);
-    REQUIRE(brute_force.findDense(mixed.boxes, 2, places_of_a_pair, list) > 0);
+    REQUIRE(brute_force.findDense(mixed.boxes, 2, list) > 0);
     check(joined(list), mixed);
   }
 }

@@ -30,6 +30,8 @@ const std::string machine = [] {
   std::vector<bool> full;
   for (const char device : devices) full.push_back(device == 'f');
   FakeCuda::setDevices(full);
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    if (devices[i] == 'o') FakeCuda::setGeneration(static_cast<int>(i), 8);
   return devices;
 }();
 
@@ -135,6 +137,30 @@ TEST_CASE("Devices are counted without those that are left out", "[.][free-full-
   CHECK(FakeCuda::device(1).tried == 1);
   REQUIRE(messages.all().size() == 1);
   CHECK(names(messages.all()[0], "GPU 1"));
+}
+
+TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]") {
+  REQUIRE(machine == "-o-");
+  const sap_test::Messages messages;
+  {
+    Scene scene(dParallelSAPBackendCUDA, 3);
+    CHECK(scene.collide(3).devices == 2);
+    CHECK(FakeCuda::device(0).launches > 0);
+    CHECK(FakeCuda::device(1).launches == 0);
+    CHECK(FakeCuda::device(2).launches > 0);
+    REQUIRE(messages.all().size() == 1);
+    CHECK(messages.all()[0].find("GPU 1 cannot be used (another generation than GPU 0)") !=
+          std::string::npos);
+    // Linked once, whatever spaces follow.
+    CHECK(FakeCuda::device(0).linked == 1);
+    CHECK(FakeCuda::device(2).linked == 1);
+    Scene second(dParallelSAPBackendCUDA, 2);
+    CHECK(second.collide(3).devices == 2);
+    CHECK(messages.all().size() == 1);
+  }
+  CHECK(FakeCuda::device(0).in_use == 0);
+  CHECK(FakeCuda::device(2).in_use == 0);
+  CHECK(FakeCuda::callsWithoutContext() == 0);
 }
 
 TEST_CASE("Where all devices are full each is named and frames are the CPU's", "[.][full-full]") {

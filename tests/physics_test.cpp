@@ -88,6 +88,18 @@ TEST_CASE("A rescue is one of the ways, and rescues") {
   CHECK(rescues);
 }
 
+TEST_CASE("A rescue that was to stop says that it did not look everywhere") {
+  const Extreme& extreme = named("boxes of 0.2 m at a plate of 0.1 m, 100 m/s");
+  Limits limits;
+  limits.seconds = 0.1;
+  int asked = 0;
+  const Rescue stopped = rescue(extreme, limits, [&asked] { return ++asked > 2; });
+  CHECK(asked == 3);
+  CHECK_FALSE(stopped.looked_everywhere);
+  CHECK(stopped.name.empty());
+  CHECK(rescue(extreme, limits).looked_everywhere);
+}
+
 TEST_CASE("What tunnels with stock spaces is stopped where the pairs of fast geoms are stepped") {
   Setting swept;
   swept.swept = true;

@@ -157,6 +157,18 @@ dParallelSAPRay grazing(dGeomID geom, double size, Random& random) {
   return rayOf(from, along, far * random.between(0.9, 2));
 }
 
+// That many shapes of like sizes in a space, and the chance that made them.
+struct RoundScene {
+  Space space;
+  World world{space};
+  Random random;
+
+  RoundScene(std::uint64_t seed, std::size_t n, double size, const double (&at)[3], double spread)
+      : random(seed) {
+    populateRound(world, n, size, at, spread, random);
+  }
+};
+
 }  // namespace
 
 TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCollide find",
@@ -165,10 +177,8 @@ TEST_CASE("Rays that graze their geoms from far away hit what rounding lets dCol
   std::size_t beyond = 0;
   for (const double size : {1e-3, 1.0, 50.0})
     for (const double away : {0.0, 1e3, 1e7}) {
-      const Space space;
-      World world(space);
-      Random random(seed);
-      populateRound(world, 200, size, {away, -away / 3, away}, 4 * size, random);
+      RoundScene scene(seed, 200, size, {away, -away / 3, away}, 4 * size);
+      auto& [space, world, random] = scene;
       Rays rays;
       for (int i = 0; i < scaled(3000); ++i)
         rays.push_back(grazing(world.geoms()[random.below(200)], size, random));
@@ -194,10 +204,8 @@ TEST_CASE("Rays in scenes of any size and place hit what a loop over dCollide hi
   for (const double size : {1e-310, 1e-160, 1e-40, 1e-6, 1e6, 1e14, 1e20, 1e40, 1e100})
     for (const double away : {0.0, 1e6, 1e16}) {
       if (static_cast<dReal>(size) == 0 || static_cast<dReal>(size * 1e6) == kInfinity) continue;
-      const Space space;
-      World world(space);
-      Random random(seed);
-      populateRound(world, 150, size, {size * away, 0, -size * away}, 5 * size, random);
+      RoundScene scene(seed, 150, size, {size * away, 0, -size * away}, 5 * size);
+      auto& [space, world, random] = scene;
       const Rays rays = raysAt(world.geoms(), 200, random);
       INFO("size " << size << ", " << away << " away, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
       REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
@@ -304,10 +312,8 @@ TEST_CASE("What is no ray hits nothing", "[rays]") {
 
 TEST_CASE("Rays keep up with a space that is edited between them", "[rays]") {
   const std::uint64_t seed = seedOr(451);
-  Random random(seed);
-  const Space space;
-  World world(space);
-  populateRound(world, 300, 1, {0, 0, 0}, 5, random);
+  RoundScene scene(seed, 300, 1, {0, 0, 0}, 5);
+  auto& [space, world, random] = scene;
   for (int step = 0; step < scaled(300); ++step) {
     const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
     const std::size_t what = random.below(8);
@@ -340,10 +346,8 @@ TEST_CASE("Rays keep up with a space that is edited between them", "[rays]") {
 TEST_CASE("Rays are cast in the program's floating-point mode, on every thread", "[rays]") {
   if (!FloatingPointMode::kCanBeSet) return;
   const std::uint64_t seed = seedOr(461);
-  Random random(seed);
-  const Space space;
-  World world(space);
-  populateRound(world, 200, 1, {0, 0, 0}, 5, random);
+  RoundScene scene(seed, 200, 1, {0, 0, 0}, 5);
+  auto& [space, world, random] = scene;
   Rays rays = raysAt(world.geoms(), 200, random);
   for (int i = 0; i < 200; ++i)
     rays.push_back(grazing(world.geoms()[random.below(200)], 1, random));
@@ -359,10 +363,8 @@ TEST_CASE("Rays are cast in the program's floating-point mode, on every thread",
 
 TEST_CASE("The callback of all hits may throw and cast rays again", "[rays]") {
   const std::uint64_t seed = seedOr(471);
-  Random random(seed);
-  const Space space;
-  World world(space);
-  populateRound(world, 300, 1, {0, 0, 0}, 4, random);
+  RoundScene scene(seed, 300, 1, {0, 0, 0}, 4);
+  auto& [space, world, random] = scene;
   const Rays rays = raysAt(world.geoms(), 60, random);
   struct Nest {
     const Space& space;
@@ -389,10 +391,8 @@ TEST_CASE("The callback of all hits may throw and cast rays again", "[rays]") {
 
 TEST_CASE("Where there is no memory for a batch its rays are cast one by one", "[rays]") {
   const std::uint64_t seed = seedOr(481);
-  Random random(seed);
-  const Space space;
-  World world(space);
-  populateRound(world, 300, 1, {0, 0, 0}, 4, random);
+  RoundScene scene(seed, 300, 1, {0, 0, 0}, 4);
+  auto& [space, world, random] = scene;
   const Rays rays = raysAt(world.geoms(), 60, random);
   world.take(createUserBox(space, {-1e3, 1e3, -1e3, 1e3, -1e3, 1e3}, false, failWithoutMemory));
   const OwedRays owed = owedRays(world.geoms(), rays, 0);

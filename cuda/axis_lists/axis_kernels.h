@@ -1,6 +1,5 @@
 // The pairs common to all three axes, on the device.
-#ifndef ODE_PARALLEL_SAP_CUDA_AXIS_KERNELS_H
-#define ODE_PARALLEL_SAP_CUDA_AXIS_KERNELS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -53,5 +52,3 @@ void findCommon(const AxisViews& axes, const Places& places, const CommonPairs& 
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The paper's lists of pairs on one or several CUDA devices, as the rest of the library sees them.
-#ifndef ODE_PARALLEL_SAP_CUDA_AXIS_LISTS_H
-#define ODE_PARALLEL_SAP_CUDA_AXIS_LISTS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -41,5 +40,3 @@ class CudaAxisListsFinder : public PairFinder {
 std::unique_ptr<CudaAxisListsFinder> makeCudaAxisLists();
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of the paper's lists on devices.
-#ifndef ODE_PARALLEL_SAP_CUDA_AXIS_LISTS_TUNING_H
-#define ODE_PARALLEL_SAP_CUDA_AXIS_LISTS_TUNING_H
+#pragma once
 
 namespace ode_parallel_sap {
 namespace device {
@@ -13,5 +12,3 @@ constexpr int pairs_a_thread = 8;
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

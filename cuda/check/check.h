@@ -1,6 +1,5 @@
 // The parts of the check program. Each returns whether all went well.
-#ifndef ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
-#define ODE_PARALLEL_SAP_CUDA_CHECK_CHECK_H
+#pragma once
 
 #include <cstddef>
 #include <string>
@@ -52,5 +51,3 @@ bool recordTimes(const std::string& path, std::size_t most, int threads, int dev
 void profile(const std::string& scene, std::size_t size, int threads);
 
 }  // namespace cuda_check
-
-#endif

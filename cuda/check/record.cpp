@@ -156,19 +156,15 @@ std::map<int, std::vector<double>> takeTurns(Frames& frames, const std::vector<i
   return times;
 }
 
-// Where a frame's time goes: the kernels of one device, the host's part of any number.
+// Where a frame's time goes: the kernels of the first device, and the host's part.
 std::vector<CudaStageTimes> stagesOf(Frames& frames, Finders& finders, int way) {
   std::vector<CudaStageTimes> stages;
   if (way <= 0) return stages;
   CudaPairFinder& finder = finders.on(way);
-  finder.measure(way == 1);
+  finder.measure(true);
   for (int i = 0; i < 9; ++i) {
     frames.find(way);
     stages.push_back(finder.times());
-    if (way == 1) continue;
-    stages.back() = CudaStageTimes();
-    stages.back().host_wait = finder.times().host_wait;
-    stages.back().host_pairs = finder.times().host_pairs;
   }
   finder.measure(false);
   return stages;

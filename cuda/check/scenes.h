@@ -1,6 +1,5 @@
 // Boxes in all the distributions that a broad phase may meet.
-#ifndef ODE_PARALLEL_SAP_CUDA_CHECK_SCENES_H
-#define ODE_PARALLEL_SAP_CUDA_CHECK_SCENES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -21,5 +20,3 @@ const std::vector<Scene>& scenes();
 const Scene& sceneOf(const std::string& name);
 
 }  // namespace cuda_check
-
-#endif

@@ -32,6 +32,21 @@ std::vector<double> timesOf(int repeats, Work work) {
   return times;
 }
 
+void printStages(CudaPairFinder& finder, const BoxSet& boxes, int threads, int repeats) {
+  PairList pairs;
+  finder.measure(true);
+  std::vector<double> stages[11];
+  for (int i = 0; i < repeats; ++i) {
+    finder.find(boxes, threads, pairs);
+    const CudaStageTimes& t = finder.times();
+    const double all[11] = {t.upload,  t.classify, t.sort,     t.cells,     t.search,    t.scan,
+                            t.scatter, t.lists,    t.device(), t.host_wait, t.host_pairs};
+    for (int stage = 0; stage < 11; ++stage) stages[stage].push_back(all[stage]);
+  }
+  finder.measure(false);
+  for (const std::vector<double>& stage : stages) std::printf("%6.3f ", medianOf(stage));
+}
+
 void timeScene(const Scene& scene, std::size_t size, int threads) {
   constexpr int warm_up = 4;  // fixed: how times are taken
   const int repeats = size > 2000000 ? 15 : 31;
@@ -43,15 +58,6 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
   for (int i = 0; i < warm_up; ++i) device->find(boxes, threads, pairs);
   const std::vector<double> times = timesOf(repeats, [&] { device->find(boxes, threads, pairs); });
 
-  device->measure(true);
-  std::vector<double> stages[11];
-  for (int i = 0; i < repeats; ++i) {
-    device->find(boxes, threads, pairs);
-    const CudaStageTimes& t = device->times();
-    const double all[11] = {t.upload,  t.classify, t.sort,     t.cells,     t.search,    t.scan,
-                            t.scatter, t.lists,    t.device(), t.host_wait, t.host_pairs};
-    for (int stage = 0; stage < 11; ++stage) stages[stage].push_back(all[stage]);
-  }
   cpu.find(boxes, threads, expected);
   const double cpu_ms =
       medianOf(timesOf(size > 2000000 ? 2 : 4, [&] { cpu.find(boxes, threads, expected); }));
@@ -60,7 +66,7 @@ void timeScene(const Scene& scene, std::size_t size, int threads) {
   std::printf("%-9s %8zu %9zu%s %7.3f %7.3f %6.3f | ", scene.name.c_str(), size, pairs.size(),
               pairs.size() == expected.size() ? " " : "!", median, best,
               1e6 * median / static_cast<double>(std::max<std::size_t>(1, pairs.size())));
-  for (const std::vector<double>& stage : stages) std::printf("%6.3f ", medianOf(stage));
+  printStages(*device, boxes, threads, repeats);
   std::printf("| %8.2f %5.1f %6.0f\n", cpu_ms, cpu_ms / median, device->deviceBytes() / 1048576.0);
   std::fflush(stdout);
 }
@@ -71,15 +77,11 @@ void timeDevice(const BoxSet& boxes, int threads, int devices, const Scene& scen
   finder->useDevices(devices);
   PairList pairs;
   for (int i = 0; i < 6; ++i) finder->find(boxes, threads, pairs);
-  std::vector<double> wait, write;
-  const std::vector<double> times = timesOf(repeats, [&] {
-    finder->find(boxes, threads, pairs);
-    wait.push_back(finder->times().host_wait);
-    write.push_back(finder->times().host_pairs);
-  });
-  std::printf("%-9s %9zu %d %10zu %8.3f %8.3f | %8.3f %8.3f\n", scene.name.c_str(), boxes.size,
-              devices, pairs.size(), medianOf(times), *std::min_element(times.begin(), times.end()),
-              medianOf(wait), medianOf(write));
+  const std::vector<double> times = timesOf(repeats, [&] { finder->find(boxes, threads, pairs); });
+  std::printf("%-9s %9zu %d %10zu %8.3f %8.3f | ", scene.name.c_str(), boxes.size, devices,
+              pairs.size(), medianOf(times), *std::min_element(times.begin(), times.end()));
+  printStages(*finder, boxes, threads, repeats);
+  std::printf("\n");
   std::fflush(stdout);
 }
 
@@ -117,7 +119,9 @@ bool recordCells(const std::string& path, int threads) {
 }
 
 bool timeDevices(std::size_t most, int threads, int devices) {
-  std::printf("scene         boxes devices  pairs   median     best |  to known  to written, ms\n");
+  std::printf(
+      "scene         boxes devices  pairs   median     best |  upld  class   sort  cells search  "
+      " scan  scatt  lists device   wait  write, ms\n");
   for (std::size_t size = 250000; size <= most; size *= 4) {
     BoxSet boxes;
     const Scene& scene = sceneOf("cube");

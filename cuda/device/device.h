@@ -1,6 +1,5 @@
 // CUDA's resources as C++ objects, and its errors as exceptions.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -107,5 +106,3 @@ class Event {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

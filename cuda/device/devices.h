@@ -1,6 +1,5 @@
 // Which devices there are, and how one fails. No CUDA type in here.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICES_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICES_H
+#pragma once
 
 #include <stdexcept>
 #include <string>
@@ -25,5 +24,3 @@ struct FailedDevice {
 std::vector<int> cudaDevices(std::string* why = nullptr);
 
 }  // namespace ode_parallel_sap
-
-#endif

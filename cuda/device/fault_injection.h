@@ -1,6 +1,5 @@
 // For tests: lets CUDA fail as it does on other machines and on bad days.
-#ifndef ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
-#define ODE_PARALLEL_SAP_CUDA_FAULT_INJECTION_H
+#pragma once
 
 #include <cstddef>
 
@@ -21,5 +20,3 @@ void pretendMachine(PretendedMachine machine);
 std::size_t freeDeviceMemory();
 
 }  // namespace ode_parallel_sap
-
-#endif

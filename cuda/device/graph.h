@@ -1,6 +1,5 @@
 // Work that is the same frame after frame, handed to the device in one call.
-#ifndef ODE_PARALLEL_SAP_CUDA_GRAPH_H
-#define ODE_PARALLEL_SAP_CUDA_GRAPH_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -22,10 +21,11 @@ class CachedGraph {
   // What makes two frames' work the same: sizes, and that no buffer was moved in between, which
   // shows in their bytes.
   struct Key {
-    std::size_t slots, device_bytes;
+    std::size_t boxes, device_bytes, part, parts;
     bool exact;
     bool operator==(const Key& other) const {
-      return slots == other.slots && device_bytes == other.device_bytes && exact == other.exact;
+      return boxes == other.boxes && device_bytes == other.device_bytes && part == other.part &&
+             parts == other.parts && exact == other.exact;
     }
   };
 
@@ -77,5 +77,3 @@ class CachedGraph {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

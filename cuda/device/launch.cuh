@@ -1,6 +1,5 @@
 // Starts kernels.
-#ifndef ODE_PARALLEL_SAP_CUDA_LAUNCH_CUH
-#define ODE_PARALLEL_SAP_CUDA_LAUNCH_CUH
+#pragma once
 
 #include <cuda_runtime.h>
 
@@ -43,5 +42,3 @@ inline std::size_t blocksFor(std::size_t items, const KernelQueue& queue) {
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

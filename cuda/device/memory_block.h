@@ -1,6 +1,5 @@
 // Storage of a kind that is dear to allocate. Plain host code.
-#ifndef ODE_PARALLEL_SAP_CUDA_MEMORY_BLOCK_H
-#define ODE_PARALLEL_SAP_CUDA_MEMORY_BLOCK_H
+#pragma once
 
 #include <cstddef>
 
@@ -46,5 +45,3 @@ class MemoryBlock {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Host storage that a device reads and writes where it is.
-#ifndef ODE_PARALLEL_SAP_CUDA_PAGE_LOCKS_H
-#define ODE_PARALLEL_SAP_CUDA_PAGE_LOCKS_H
+#pragma once
 
 #include <cstddef>
 
@@ -24,5 +23,3 @@ class PageLock {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

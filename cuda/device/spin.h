@@ -1,6 +1,5 @@
 // Waits for another thread that is expected within microseconds.
-#ifndef ODE_PARALLEL_SAP_CUDA_SPIN_H
-#define ODE_PARALLEL_SAP_CUDA_SPIN_H
+#pragma once
 
 #include <thread>
 
@@ -24,5 +23,3 @@ inline void spinUntil(Done done) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The sweep on CUDA devices, as the rest of the library sees it. No CUDA type in here.
-#ifndef ODE_PARALLEL_SAP_CUDA_SWEEP_H
-#define ODE_PARALLEL_SAP_CUDA_SWEEP_H
+#pragma once
 
 #include <cstddef>
 #include <functional>
@@ -26,7 +25,7 @@ struct CudaStageTimes {
   float lists = 0;       // lists sorted
   float host_wait = 0;   // on the host: from the last box staged to the number of pairs known
   float host_pairs = 0;  // on the host: from there to the last pair written
-  // Of several devices only the two last ones are known, and host_wait begins with the frame.
+  // Of several devices those of the first; `scan` and `scatter` include what they tell each other.
   // All stages from the last box's arrival to the last list sorted.
   float device() const { return classify + sort + cells + search + scan + scatter + lists; }
 };
@@ -59,7 +58,8 @@ class CudaPairFinder : public PairFinder {
 };
 
 // Where a finder gets its devices from: the i-th, counted from 0, or -1 where there are not so
-// many. The same one may come more than once, and stands for several then.
+// many. The same one may come more than once, and stands for several then. All are of one
+// generation (compute capability).
 using DeviceSource = std::function<int(std::size_t i)>;
 
 // A finder on the first of these devices, as many as it is told to use. Touches neither driver nor
@@ -68,5 +68,3 @@ std::unique_ptr<CudaPairFinder> makeCudaSweep(DeviceSource devices);
 std::unique_ptr<CudaPairFinder> makeCudaSweep(const std::vector<int>& devices = {0});
 
 }  // namespace ode_parallel_sap
-
-#endif

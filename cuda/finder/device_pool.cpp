@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <string>
 #include <utility>
 
+#include "cuda/device/device.h"
 #include "cuda/finder/cuda_sweep.h"
 
 namespace ode_parallel_sap {
@@ -33,6 +35,14 @@ BoxSet smallScene() {
       boxes.boxes[i].upper[axis] = boxes.boxes[i].lower[axis] + 1.5f;
     }
   return boxes;
+}
+
+// Its compute capability.
+std::pair<int, int> generationOf(int device) {
+  std::pair<int, int> generation;
+  CHECK_CUDA(cudaDeviceGetAttribute(&generation.first, cudaDevAttrComputeCapabilityMajor, device));
+  CHECK_CUDA(cudaDeviceGetAttribute(&generation.second, cudaDevAttrComputeCapabilityMinor, device));
+  return generation;
 }
 
 }  // namespace
@@ -72,6 +82,8 @@ void DevicePool::makeReady(int device) {
     return;
   }
   try {
+    if (!usable_.empty() && generationOf(device) != generationOf(usable_[0]))
+      throw DeviceFailure("another generation than GPU " + std::to_string(usable_[0]));
     PairList pairs;
     makeCudaSweep({device})->find(smallScene(), 1, pairs);
     usable_.push_back(device);

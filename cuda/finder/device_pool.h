@@ -1,6 +1,5 @@
 // Which of the machine's devices can be used.
-#ifndef ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
-#define ODE_PARALLEL_SAP_CUDA_DEVICE_POOL_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -13,8 +12,9 @@
 namespace ode_parallel_sap {
 
 // The devices of this machine, for all spaces of the program. One that cannot be made ready (it has
-// no memory for a context, say) is left out for the rest of the program; the others are counted as
-// if it were not there. For use by any number of threads at once.
+// no memory for a context, say), or is of another generation than the first, with which it could
+// not share a scene, is left out for the rest of the program; the others are counted as if it were
+// not there. For use by any number of threads at once.
 class DevicePool {
  public:
   static DevicePool& get();
@@ -59,5 +59,3 @@ class DevicePool {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

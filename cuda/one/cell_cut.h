@@ -1,6 +1,5 @@
 // Where the sorted order is cut into cells: each place can tell for itself. For kernels and host.
-#ifndef ODE_PARALLEL_SAP_CUDA_CELL_CUT_H
-#define ODE_PARALLEL_SAP_CUDA_CELL_CUT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -80,5 +79,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline CellCut cellCutAt(const Key* keys, std::size_
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

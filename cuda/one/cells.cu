@@ -5,7 +5,6 @@
 #include <cub/device/device_select.cuh>
 
 #include "cuda/one/cell_cut.h"
-#include "cuda/one/place.h"
 #include "cuda/one/primitives.cuh"
 
 namespace ode_parallel_sap {
@@ -31,16 +30,10 @@ struct Levels {
   Records at[most_levels];
 };
 
-__device__ inline void putShare(const Share& share, std::uint32_t slot, Record& box) {
-  const float low = share.axis == 0 ? box.low.x : share.axis == 1 ? box.low.y : box.low.z;
-  box.low.w = __uint_as_float(slot);
-  if (placeOf(low, slot) < share.first) box.high.w = -box.high.w;
-}
-
 // One block a node of level 1, one warp a cell, one lane a box. Places are below plan->active, as
 // starts are ascending and the last cell ends there; slots are below the number of boxes.
 __global__ void __launch_bounds__(pack_threads)
-    packKernel(OrderedBoxes boxes, const std::uint32_t* starts, Share share, const ScenePlan* plan,
+    packKernel(OrderedBoxes boxes, const std::uint32_t* starts, const ScenePlan* plan,
                Records sorted, Levels levels) {
   __shared__ Record bounds[fan_out];
   const std::uint32_t cell_count = plan->counters.cells, active = plan->active;
@@ -53,13 +46,10 @@ __global__ void __launch_bounds__(pack_threads)
       const bool used = lane < end - start;
       Record box = {};
       if (used) {
-        const std::uint32_t i = boxes.slots[start + lane];
-        box = loadBox(boxes.boxes, i);
+        const std::uint32_t slot = boxes.slots[start + lane];
+        box = loadBox(boxes.boxes, slot);
         box.high.w = magnitudeOf(box.low, box.high);
-        if (share.slot_of)
-          putShare(share, share.slot_of[i], box);
-        else
-          box.low.w = __uint_as_float(i);
+        box.low.w = __uint_as_float(slot);
         sorted.put(start + lane, box);
       }
       Record all = warpBounds(box, used);
@@ -157,14 +147,14 @@ template void cutCells(const std::uint32_t*, std::size_t, ScenePlan*, std::uint8
 template void cutCells(const std::uint64_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
                        const ScratchQueue&);
 
-void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Share& share,
-               const ScenePlan* plan, const CellStore& to, const KernelQueue& queue) {
+void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const ScenePlan* plan,
+               const CellStore& to, const KernelQueue& queue) {
   Levels levels;
   for (int level = 0; level < most_levels; ++level)
     levels.at[level] = recordsIn(to.tree, to.layout.records, to.layout.begin[level]);
   // About what cells of half their size make; the blocks take further nodes in strides.
   launch("pack cells", packKernel, blocksFor(boxes.count, fan_out * cell_size / 2, queue),
-         pack_threads, queue.stream, boxes, starts, share, plan, recordsIn(to.sorted, boxes.count),
+         pack_threads, queue.stream, boxes, starts, plan, recordsIn(to.sorted, boxes.count),
          levels);
   launch("build levels", levelKernel, 1, level_threads, queue.stream, plan, levels);
 }

@@ -1,6 +1,5 @@
 // The middle stages on the device: boxes sorted along the curve, cut into cells, put into a tree.
-#ifndef ODE_PARALLEL_SAP_CUDA_CELLS_H
-#define ODE_PARALLEL_SAP_CUDA_CELLS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -52,12 +51,10 @@ struct CellStore {
   TreeLayout layout;
 };
 
-// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot in the
-// scene, its high.w the greatest magnitude of the bounds, negative if the box is a guest.
-void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const Share& share,
-               const ScenePlan* plan, const CellStore& to, const KernelQueue& queue);
+// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot, its
+// high.w the greatest magnitude of the bounds.
+void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const ScenePlan* plan,
+               const CellStore& to, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // First stages on the device: classes of like size and shape, and each box's key.
-#ifndef ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
-#define ODE_PARALLEL_SAP_CUDA_CLASSIFY_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -28,5 +27,3 @@ void assignKeys(const float* boxes, std::size_t count, ScenePlan* plan, std::uin
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Clusters: boxes that their keys do not tell apart, because others lie far away.
-#ifndef ODE_PARALLEL_SAP_CUDA_CROWDS_H
-#define ODE_PARALLEL_SAP_CUDA_CROWDS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -22,5 +21,3 @@ bool divideClusters(const OrderedBoxes& boxes, const Key* keys, ScenePlan* plan,
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What a finder keeps on its device.
-#ifndef ODE_PARALLEL_SAP_CUDA_CONTEXT_H
-#define ODE_PARALLEL_SAP_CUDA_CONTEXT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -45,10 +44,6 @@ struct Context {
   DeviceBuffer<float> boxes;
   DeviceBuffer<FilterBits> bits;
   DeviceBuffer<std::uint32_t> bodies;
-  // Only where several devices share a scene (shares.h): filters by box, and what gives boxes their
-  // slots.
-  DeviceBuffer<FilterBits> dealt_bits;
-  DeviceBuffer<std::uint32_t> dealt_bodies, slot_of, members, first_boxes;
   DeviceBuffer<device::ScenePlan> plan;
   DeviceBuffer<std::uint32_t> keys[2], slots[2], starts;
   DeviceBuffer<std::uint64_t> long_keys[2];
@@ -61,6 +56,10 @@ struct Context {
   DeviceBuffer<device::Found> found;
   DeviceBuffer<std::uint32_t> lists, segments;
   DeviceBuffer<std::uint8_t> borderline;  // where pairs travel as such (lists.h)
+  // Only where several devices share a scene: the sums of what all have counted, and the sorted own
+  // pairs. What the others have counted and found, if it cannot be read where it is.
+  DeviceBuffer<std::uint32_t> all_counts, copied_counts;
+  DeviceBuffer<device::Found> own_pairs, copied_pairs;
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
@@ -68,11 +67,13 @@ struct Context {
   PinnedBuffer<std::uint32_t> host_has_list;
   PinnedBuffer<std::uint8_t> host_borderline;
 
+  std::vector<int> linked, readable;  // devices it was linked with; whose memory it can read
+
   PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
   Upload upload;
   Download download;
   std::vector<std::unique_ptr<Event>> stage_events, ready;
-  Event piece_here, filters_here, summarised, result_here, has_list_here;
+  Event piece_here, slice_here, filters_here, searched, summarised, result_here;
   CachedGraph graph;
   Stream compute, up, down;
 
@@ -81,9 +82,9 @@ struct Context {
            host_borderline.bytes() + upload.bytes() + download.bytes();
   }
   std::size_t deviceBytes() const {
-    return boxes.bytes() + bits.bytes() + bodies.bytes() + dealt_bits.bytes() +
-           dealt_bodies.bytes() + slot_of.bytes() + members.bytes() + first_boxes.bytes() +
-           plan.bytes() + keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
+    return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
+           copied_counts.bytes() + own_pairs.bytes() + copied_pairs.bytes() + plan.bytes() +
+           keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
            starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
            sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
            has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
@@ -95,5 +96,3 @@ struct Context {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Keys along a space-filling (Z) curve through a range of centres. For kernels and host.
-#ifndef ODE_PARALLEL_SAP_CUDA_CURVE_H
-#define ODE_PARALLEL_SAP_CUDA_CURVE_H
+#pragma once
 
 #include "cuda/one/elements.h"
 #include "space/data/curve_digits.h"
@@ -59,5 +58,3 @@ struct Curve : CurveDigits {
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -15,10 +15,6 @@ namespace {
 // needs.
 constexpr std::size_t first_pairs_a_box = 8;
 
-// fixed: each round divides clusters by their own range, and boxes differ by next to nothing where
-// it takes more than a few; any bound will do.
-constexpr int most_rounds = 16;
-
 }  // namespace
 
 DriverContext DeviceSweep::driverContext() {
@@ -32,25 +28,36 @@ void DeviceSweep::release() {
   context_.reset();
 }
 
-void DeviceSweep::begin(std::size_t boxes) {
+void DeviceSweep::wait() {
+  if (!context_) return;
+  const ScopedDevice device(driver_context_, std::nothrow);
+  for (const cudaStream_t stream :
+       {cudaStream_t(context_->up), cudaStream_t(context_->compute), cudaStream_t(context_->down)})
+    cudaStreamSynchronize(stream);
+}
+
+void DeviceSweep::begin(const Frame& frame) {
+  frame_ = frame;
+  sorted_ = false;
   if (!context_) context_ = std::make_unique<Context>(device_);
   Context& c = *context_;
-  c.boxes.reserve(boxes * 6);
-  c.plan.reserve(1);
+  reserve();
   mark(Start);
   clearPlan(c.plan.data(), c.compute);
 }
 
-void DeviceSweep::arrived(std::size_t first, std::size_t last) {
+void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stream) {
   Context& c = *context_;
-  CHECK_CUDA(cudaEventRecord(c.piece_here, c.up));
+  CHECK_CUDA(cudaEventRecord(c.piece_here, stream));
   CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.piece_here, 0));
   survey(c.boxes.data(), first, last, c.plan.data(), c.queue());
 }
 
 void DeviceSweep::reserve() {
   Context& c = *context_;
-  const std::size_t boxes = frame_.boxes, slots = frame_.slots;
+  const std::size_t boxes = frame_.boxes, slots = boxes;
+  c.boxes.reserve(boxes * 6);
+  c.plan.reserve(1);
   for (int i = 0; i < 2; ++i) {
     c.keys[i].reserve(boxes);
     c.slots[i].reserve(boxes);
@@ -62,6 +69,7 @@ void DeviceSweep::reserve() {
   c.sorted.reserve(boxes * record_bytes);
   c.tree.reserve(TreeLayout(boxes).records * record_bytes);
   c.counts.reserve(slots + 1);
+  if (frame_.isShared()) c.all_counts.reserve(slots + 1);
   c.ends.reserve(slots + 1);
   c.block_begins.reserve(blocks() + 1);
   c.has_list.reserve((slots + 31) / 32);
@@ -69,7 +77,7 @@ void DeviceSweep::reserve() {
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks() + 1);
   c.host_has_list.reserve((slots + 31) / 32);
-  reservePairs(std::max(pairs_expected_, boxes * first_pairs_a_box));
+  reservePairs(std::max(pairs_expected_, boxes * first_pairs_a_box / frame_.part.count));
 }
 
 void DeviceSweep::reservePairs(std::size_t pairs) {
@@ -79,11 +87,12 @@ void DeviceSweep::reservePairs(std::size_t pairs) {
   c.segments.reserve(segmentedSize(c.pairPlaces()));
 }
 
-void DeviceSweep::startRecorded() {
+void DeviceSweep::orderAndSearch() {
   Context& c = *context_;
   c.graph.run(
       [&] {
-        return CachedGraph::Key{frame_.slots, c.deviceBytes(), frame_.exact};
+        return CachedGraph::Key{frame_.boxes, c.deviceBytes(), frame_.part.index, frame_.part.count,
+                                frame_.exact};
       },
       c.compute,
       [&] {
@@ -94,6 +103,7 @@ void DeviceSweep::startRecorded() {
       });
   sorted_keys_ = recorded_keys_;
   sorted_slots_ = recorded_slots_;
+  if (!frame_.isShared()) collect();
 }
 
 // Orders the boxes along the curve and builds the cells.
@@ -121,8 +131,8 @@ device::FoundPairs DeviceSweep::foundPairs() {
 
 void DeviceSweep::buildCells() {
   Context& c = *context_;
-  packCells({c.boxes.data(), slots_.current, frame_.boxes}, c.starts.data(), frame_.share,
-            c.plan.data(), cellStore(), c.queue());
+  packCells({c.boxes.data(), slots_.current, frame_.boxes}, c.starts.data(), c.plan.data(),
+            cellStore(), c.queue());
 }
 
 // Returns whether the order has become any better.
@@ -149,29 +159,61 @@ bool DeviceSweep::divideClusters(int round) {
   return true;
 }
 
-// Finds the pairs, and where their lists will be.
 void DeviceSweep::search(bool ignore_clusters) {
   Context& c = *context_;
-  const std::size_t slots = frame_.slots;
-  CHECK_CUDA(cudaMemsetAsync(c.counts.data(), 0, (slots + 1) * sizeof(std::uint32_t), c.compute));
+  CHECK_CUDA(
+      cudaMemsetAsync(c.counts.data(), 0, (frame_.boxes + 1) * sizeof(std::uint32_t), c.compute));
   const SearchFilter filter = {
       frame_.filter_bits ? reinterpret_cast<const uint2*>(c.bits.data()) : nullptr,
       frame_.filter_bodies ? c.bodies.data() : nullptr};
-  findPairs(cellStore(), {filter, frame_.exact, ignore_clusters}, c.plan.data(), foundPairs(),
-            c.counts.data(), c.queue());
+  findPairs(cellStore(), {filter, frame_.part, frame_.exact, ignore_clusters}, c.plan.data(),
+            foundPairs(), c.counts.data(), c.queue());
   mark(Searched);
-  scanCounts(c.counts.data(), c.ends.data(), slots, c.queue());
-  summariseLists(c.counts.data(), c.ends.data(), slots, c.plan.data(),
+  if (!frame_.isShared()) list(c.counts.data());
+}
+
+void DeviceSweep::search() {
+  search(false);
+  if (!frame_.isShared()) collect();
+}
+
+void DeviceSweep::searchAgain(bool ignore_clusters) {
+  clearSearch(context_->plan.data(), context_->compute);
+  search(ignore_clusters);
+  if (!frame_.isShared()) collect();
+}
+
+void DeviceSweep::listOwn(const PartCounts& counts) {
+  Context& c = *context_;
+  const std::size_t slots = frame_.boxes;
+  addCounts(counts, c.all_counts.data(), c.queue());
+  scanCounts(c.all_counts.data(), c.ends.data(), slots, c.queue());
+  keepOwnCounts(c.ends.data(), slots, frame_.part, c.plan.data(), c.all_counts.data(), c.queue());
+  list(c.all_counts.data());
+  collect();
+}
+
+// Finds where the lists will be.
+void DeviceSweep::list(const std::uint32_t* counts) {
+  Context& c = *context_;
+  scanCounts(counts, c.ends.data(), frame_.boxes, c.queue());
+  summariseLists(counts, c.ends.data(), frame_.boxes, c.plan.data(),
                  {c.has_list.data(), c.block_begins.data(), c.long_slots.data()}, c.queue());
   mark(Scanned);
 }
 
-// Asks for what the host has to know, and has the pairs put into their lists meanwhile.
+// Asks for what the host has to know, and has the pairs put into their lists meanwhile unless
+// others have some of them. Few lists are sorted as well, before it is known whether all is done:
+// many are better sorted while others travel.
 void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
-  scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
-  mark(Scattered);
+  if (!frame_.isShared()) {
+    scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+    mark(Scattered);
+    sorted_ = pairs_expected_ <= most_sorted_at_once;
+    if (sorted_) sortAll();
+  }
 
   CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
   CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
@@ -181,50 +223,82 @@ void DeviceSweep::collect() {
                              c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
   CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
-                             (frame_.slots + 31) / 32 * sizeof(std::uint32_t),
+                             (frame_.boxes + 31) / 32 * sizeof(std::uint32_t),
                              cudaMemcpyDeviceToHost, c.down));
 }
 
-void DeviceSweep::finish() {
-  bool ignore_clusters = false;
-  for (int round = 0; !findAll();) {
-    if (context_->host_counters[0].clustered && !ignore_clusters)
-      ignore_clusters = round == most_rounds || !divideClusters(round++);
-    search(ignore_clusters);
-    collect();
-  }
+std::size_t DeviceSweep::found() const {
+  return context_->host_counters[0].found;
 }
 
 std::size_t DeviceSweep::pairs() const {
   return context_->host_begins[blocks()];
 }
 
-// Waits for the number of pairs. False if the search has to be made again: for want of places, of
-// which there are enough then, or in a cluster.
-bool DeviceSweep::findAll() {
+bool DeviceSweep::isClustered() const {
+  return context_->host_counters[0].clustered != 0;
+}
+
+bool DeviceSweep::isDone() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
-  const Counters& counters = c.host_counters[0];
-  const std::size_t total = pairs();
-  pairs_expected_ = total + total / 4;
-  const bool fits = counters.found <= c.pairPlaces();
+  const std::size_t kept = frame_.isShared() ? std::max(pairs(), found()) : pairs();
+  pairs_expected_ = kept + kept / 4;
+  const bool fits = found() <= c.pairPlaces();
   if (!fits) {
     // Warps leave some places empty, not always the same number.
-    pairs_expected_ = std::max<std::size_t>(pairs_expected_, counters.found + counters.found / 16);
+    pairs_expected_ = std::max(pairs_expected_, found() + found() / 16);
     reservePairs(pairs_expected_);
   }
-  const bool done = fits && !counters.clustered;
-  if (!done) clearSearch(c.plan.data(), c.compute);
-  return done;
+  return fits && !isClustered();
+}
+
+void DeviceSweep::reserveOwn() {
+  context_->lists.reserve(pairs());
+  context_->own_pairs.reserve(pairs());
+}
+
+void DeviceSweep::takePairs(const Found* found, std::size_t count) {
+  Context& c = *context_;
+  scatterOwnPairs(found, count, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+  mark(Scattered);
+}
+
+// The lists after scatter, and where they go when they are sorted. The pairs are in their lists by
+// then: the places of found ones are taken for sorted ones, unless other devices may still be
+// reading them.
+Lists DeviceSweep::lists(bool in_place) {
+  Context& c = *context_;
+  Lists lists = {c.lists.data(), c.ends.data(), frame_.boxes, c.plan.data(), c.pairPlaces(), {}};
+  if (in_place)
+    lists.to.pairs = {sortedPairs().data(), c.borderline.data()};
+  else
+    lists.to.segments = c.segments.data();
+  return lists;
+}
+
+void DeviceSweep::sortAll() {
+  Context& c = *context_;
+  if (frame_.in_place) clearBorderline(c.pairPlaces());
+  device::sortLists(lists(frame_.in_place), 0, blocks(), c.queue());
+}
+
+void DeviceSweep::clearBorderline(std::size_t pairs) {
+  Context& c = *context_;
+  const std::size_t segments = (pairs + segment_words - 1) / segment_words;
+  c.borderline.reserve(segments);
+  CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
 }
 
 // Calls sorted(i) when it has asked for what words [i, i + 1) * piece_words need.
 template <class Sorted>
-void DeviceSweep::sortInPieces(const Lists& lists, std::size_t piece_words, Sorted sorted) {
+void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted) {
   Context& c = *context_;
   const std::size_t total = pairs(), pieces = (total + piece_words - 1) / piece_words;
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
+  const bool sort = !sorted_ || in_place != frame_.in_place;
+  if (sort && in_place) clearBorderline(total);
   std::size_t block = 0;
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t words = std::min(total, (piece + 1) * piece_words);
@@ -232,12 +306,12 @@ void DeviceSweep::sortInPieces(const Lists& lists, std::size_t piece_words, Sort
     const std::size_t end =
         words == total ? blocks()
                        : std::lower_bound(begins + block, begins + blocks(), words) - begins;
-    device::sortLists(lists, block, end, c.queue());
+    if (sort) device::sortLists(lists(in_place), block, end, c.queue());
     block = end;
     if (!long_lists) sorted(piece);
   }
   if (long_lists) {
-    sortLongLists(lists, {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
+    sortLongLists(lists(in_place), {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
                   c.long_store, c.queue());
     for (std::size_t piece = 0; piece < pieces; ++piece) sorted(piece);
   }
@@ -248,38 +322,38 @@ void DeviceSweep::sortLists(std::size_t piece_words) {
   Context& c = *context_;
   const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
-  const Lists lists = {c.lists.data(), c.ends.data(), frame_.slots, {c.segments.data(), {}}};
-  sortInPieces(lists, piece_words,
+  c.segments.reserve(segmentedSize(pairs()));
+  sortInPieces(false, piece_words,
                [&](std::size_t piece) { CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute)); });
 }
 
-// The found pairs are in their lists by now: their places are taken for sorted ones.
-void DeviceSweep::sendPairs(PairList& to) {
+void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   constexpr std::size_t piece_pairs = piece_segments * segment_words;
   Context& c = *context_;
   const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
-  c.borderline.reserve(segments);
+  if (total == 0) return;
   c.host_borderline.reserve(segments);
-  if (segments) CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
-  const Lists lists = {c.lists.data(),
-                       c.ends.data(),
-                       frame_.slots,
-                       {nullptr, {c.found.data(), c.borderline.data()}}};
-  sortInPieces(lists, piece_pairs, [&](std::size_t piece) {
+  const Found* const sorted = sortedPairs().data();
+  sortInPieces(true, piece_pairs, [&](std::size_t piece) {
     const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
     CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
     CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));
-    CHECK_CUDA(cudaMemcpyAsync(to.parts[0].data() + first, c.found.data() + first,
-                               count * sizeof(Pair), cudaMemcpyDeviceToHost, c.down));
+    CHECK_CUDA(cudaMemcpyAsync(to.parts[part].data() + first, sorted + first, count * sizeof(Pair),
+                               cudaMemcpyDeviceToHost, c.down));
   });
-  if (!segments) return;
   CHECK_CUDA(cudaMemcpyAsync(c.host_borderline.data(), c.borderline.data(), segments,
                              cudaMemcpyDeviceToHost, c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
+}
+
+void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
+  Context& c = *context_;
+  const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
+  if (total == 0) return;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
   for (std::size_t i = 0; i < segments; ++i)
     if (c.host_borderline[i])
-      to.borderline.push_back({0, i * segment_words, std::min((i + 1) * segment_words, total)});
+      to.borderline.push_back({part, i * segment_words, std::min((i + 1) * segment_words, total)});
 }
 
 void DeviceSweep::mark(Stage stage) {

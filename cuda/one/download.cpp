@@ -36,11 +36,13 @@ Download::Download() {
 // Lists on their way, piece by piece. Each thread makes pairs of its part of a piece.
 class Download::Transfer {
  public:
-  Transfer(Download& download, const Lists& lists, cudaStream_t stream, Pair* to)
+  Transfer(Download& download, const Lists& lists, cudaStream_t stream, PairList& pairs,
+           std::size_t part)
       : download_(download),
         lists_(lists),
         stream_(stream),
-        to_(to),
+        to_(pairs.parts[part].data()),
+        part_(part),
         piece_words_(pieceWords(lists.words)),
         pieces_(piecesFor(lists.words)),
         expanded_(pieces_) {}
@@ -99,7 +101,7 @@ class Download::Transfer {
       if (expandSegment(here + segment * segment_size, end - begin, lists_.has_list,
                         to_ + base + begin) &&
           !lists_.exact)
-        noteBorderline(to_, {0, base + begin, base + end}, download_.borderline_[thread]);
+        noteBorderline(to_, {part_, base + begin, base + end}, download_.borderline_[thread]);
     }
     expanded_[piece].fetch_add(1, std::memory_order_release);
   }
@@ -108,19 +110,20 @@ class Download::Transfer {
   const Lists lists_;
   const cudaStream_t stream_;
   Pair* const to_;
-  const std::size_t piece_words_, pieces_;
+  const std::size_t part_, piece_words_, pieces_;
   std::vector<std::atomic<int>> expanded_;  // threads that are done with each piece
   std::atomic<std::size_t> arrived_{0};     // pieces
   std::atomic<bool> failed_{false};
 };
 
-int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs) {
+int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs,
+                  std::size_t part) {
   if (lists.words == 0) return 1;
   ring_.reserve(piece_segments * segment_size * ring_pieces);
   threads = teamFor(lists.words, grain_words, threads);
   if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
   for (auto& segments : borderline_) segments.clear();
-  Transfer transfer(*this, lists, stream, pairs.parts[0].data());
+  Transfer transfer(*this, lists, stream, pairs, part);
   int used = 1;
   runTeam(expanding, threads, [&](int thread, int team) {
     if (thread == 0) used = team;

@@ -1,6 +1,5 @@
 // Brings the sorted lists to the host and makes pairs of them while more arrive.
-#ifndef ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
-#define ODE_PARALLEL_SAP_CUDA_DOWNLOAD_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -32,8 +31,8 @@ class Download {
     bool exact;                     // no pair is borderline
   };
 
-  // Fills the one part of `pairs`, which has room for them. Returns the number of threads used.
-  int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs);
+  // Fills a part of `pairs`, which has room for them. Returns the number of threads used.
+  int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs, std::size_t part);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:
@@ -45,5 +44,3 @@ class Download {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // What kernels do with one bound, one box or one pair. Compiled for the host too, where it is held
 // against the CPU's rules without a device (tests/elements_test).
-#ifndef ODE_PARALLEL_SAP_CUDA_ELEMENTS_H
-#define ODE_PARALLEL_SAP_CUDA_ELEMENTS_H
+#pragma once
 
 #include <math.h>
 
@@ -47,7 +46,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlapIsBorderline(const float4& low_a,
 }
 
 // Whether two boxes overlap by so much more than two steps that overlapIsBorderline need not be
-// asked. The size of each high.w is the greatest magnitude of its bounds: a step is at most 2^-22
+// asked. Each high.w is the greatest magnitude of its bounds: a step is at most 2^-22
 // of it, a quarter of the distance wanted, or the smallest number there is.
 ODE_PARALLEL_SAP_BOTH_SIDES inline bool isClear(const float4& low_a, const float4& high_a,
                                                 const float4& low_b, const float4& high_b) {
@@ -55,12 +54,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool isClear(const float4& low_a, const float
   const float y = fminf(high_b.y - low_a.y, high_a.y - low_b.y);
   const float z = fminf(high_b.z - low_a.z, high_a.z - low_b.z);
   const float smallest_normal = 1.17549435e-38f;
-  return fminf(x, fminf(y, z)) >
-         fmaf(fmaxf(fabsf(high_a.w), fabsf(high_b.w)), 1.0f / (1 << 20), smallest_normal);
-}
-// The sign of high.w tells guests (scene_plan.h).
-ODE_PARALLEL_SAP_BOTH_SIDES inline bool isGuest(const float4& high) {
-  return bitsOf(high.w) < 0;
+  return fminf(x, fminf(y, z)) > fmaf(fmaxf(high_a.w, high_b.w), 1.0f / (1 << 20), smallest_normal);
 }
 ODE_PARALLEL_SAP_BOTH_SIDES inline float magnitudeOf(const float4& low, const float4& high) {
   return fmaxf(fmaxf(fmaxf(fabsf(low.x), fabsf(high.x)), fmaxf(fabsf(low.y), fabsf(high.y))),
@@ -79,5 +73,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int binOf(const Record& box) {
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // From what the device sends to pairs.
-#ifndef ODE_PARALLEL_SAP_CUDA_EXPAND_H
-#define ODE_PARALLEL_SAP_CUDA_EXPAND_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -17,5 +16,3 @@ bool expandSegment(const std::uint32_t* segment, std::size_t words, const std::u
                    Pair* pairs);
 
 }  // namespace ode_parallel_sap
-
-#endif

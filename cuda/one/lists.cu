@@ -58,18 +58,21 @@ __global__ void __launch_bounds__(list_block)
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
 // places in its list at once. These are whatever the counter gives: below the list's end, as the
-// list has one place for each pair found.
+// list has one place for each pair found. Of only_own pairs the others are taken for none.
+template <bool only_own>
 __global__ void __launch_bounds__(block_threads)
     scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
                   const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
-  const unsigned long long count = plan->counters.found;
+  const unsigned long long count = only_own ? capacity : plan->counters.found;
   if (count > capacity) return;
+  const SlotRange own = only_own ? plan->own : SlotRange{0, 0};
   const int lane = threadIdx.x % 32;
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long first = blockIdx.x * std::size_t{block_threads} + threadIdx.x - lane;
        first < count; first += stride) {
-    const Found pair = first + lane < count ? found[first + lane] : nothing_found;
+    Found pair = first + lane < count ? found[first + lane] : nothing_found;
     const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
+    if (only_own && !(earlier >= own.begin && earlier < own.end)) pair = nothing_found;
     const std::uint32_t before = __shfl_up_sync(all_lanes, earlier, 1);
     const unsigned heads = __ballot_sync(all_lanes, lane == 0 || before != earlier);
     const int head = 31 - __clz(static_cast<int>(heads & (all_lanes >> (31 - lane))));
@@ -120,10 +123,13 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
 // have at most list_block * long_list words.
 template <class Write>
 __global__ void __launch_bounds__(list_block)
-    sortKernel(const std::uint32_t* __restrict__ lists, const unsigned long long* ends,
-               std::size_t slots, std::size_t first_block, Write write) {
+    sortKernel(Lists of, std::size_t first_block, Write write) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
+  if (of.plan->counters.found > of.capacity) return;
+  const std::uint32_t* const __restrict__ lists = of.words;
+  const unsigned long long* const ends = of.ends;
+  const std::size_t slots = of.slots;
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
   const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
   const unsigned long long begin = slot == 0 ? 0 : ends[min(slot, slots) - 1];
@@ -266,14 +272,21 @@ void summariseLists(const std::uint32_t* counts, const unsigned long long* ends,
 
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
                   std::uint32_t* lists, const KernelQueue& queue) {
-  launch("scatter pairs", scatterKernel, std::size_t(queue.processors) * blocks_a_processor,
+  launch("scatter pairs", scatterKernel<false>, std::size_t(queue.processors) * blocks_a_processor,
          block_threads, queue.stream, found.pairs, found.capacity, plan, ends, lists);
+}
+
+void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
+                     unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue) {
+  launch("scatter own pairs", scatterKernel<true>,
+         std::size_t(queue.processors) * blocks_a_processor, block_threads, queue.stream, found,
+         count, plan, ends, lists);
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
   const auto sort = [&](auto write) {
-    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream,
-           lists.words, lists.ends, lists.slots, begin, write);
+    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream, lists,
+           begin, write);
   };
   if (begin == end) return;
   if (lists.to.segments)

@@ -1,6 +1,5 @@
 // The last stages on the device: pairs found in no order become one sorted list a slot.
-#ifndef ODE_PARALLEL_SAP_CUDA_LISTS_H
-#define ODE_PARALLEL_SAP_CUDA_LISTS_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -34,6 +33,9 @@ void summariseLists(const std::uint32_t* counts, const unsigned long long* ends,
 // of list i. Does nothing if the pairs did not fit.
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
                   std::uint32_t* lists, const KernelQueue& queue);
+// The same with `count` pairs, of which those of plan->own are taken.
+void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
+                     unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue);
 
 // Words of the segments that hold `words` words, headers included.
 constexpr std::size_t segmentedSize(std::size_t words) {
@@ -60,13 +62,15 @@ struct Lists {
   const std::uint32_t* words;
   const unsigned long long* ends;
   std::size_t slots;
+  const ScenePlan* plan;
+  unsigned long long capacity;  // of found pairs: nothing is in the lists if these did not fit
   struct {
     std::uint32_t* segments;  // null: into pairs
     SortedPairs pairs;
   } to;
 };
 
-// Sorts the lists of blocks [begin, end) but the long ones.
+// Sorts the lists of blocks [begin, end) but the long ones. Does nothing if the pairs did not fit.
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue);
 
 // What sorting long lists needs beside them; grows as needed.
@@ -89,5 +93,3 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

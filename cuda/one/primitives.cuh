@@ -1,6 +1,5 @@
 // Small device functions that several stages use.
-#ifndef ODE_PARALLEL_SAP_CUDA_PRIMITIVES_CUH
-#define ODE_PARALLEL_SAP_CUDA_PRIMITIVES_CUH
+#pragma once
 
 #include <cuda_runtime.h>
 
@@ -80,5 +79,3 @@ __device__ inline Record loadBox(const float* boxes, std::size_t i) {
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

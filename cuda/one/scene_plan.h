@@ -1,6 +1,5 @@
 // Plain data that the stages on the device leave for each other.
-#ifndef ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
-#define ODE_PARALLEL_SAP_CUDA_SCENE_PLAN_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -69,10 +68,18 @@ struct Counters {
   std::uint32_t clustered;  // whether more boxes share a key than a search can bear
 };
 
+// Slots [begin, end).
+struct SlotRange {
+  std::uint32_t begin, end;
+};
+
 // Written on the device only. Cleared up to `table` before each frame.
 struct ScenePlan {
   Counters counters;
   std::uint32_t histogram[bins];
+
+  // Whose lists are the device's own, where several share the scene.
+  SlotRange own;
 
   // From the classes on.
   std::uint8_t table[bins];  // class by bin
@@ -89,13 +96,11 @@ struct OrderedBoxes {
   std::size_t count;
 };
 
-// What is a device's own where several share a scene (partition.h): the pairs of which not both
-// boxes are guests, which begin before `first` on the axis.
-struct Share {
-  const std::uint32_t* slot_of = nullptr;  // by box, on the device; null: all is its own, box i is
-                                           // that of slot i
-  int axis = 0;
-  std::uint64_t first = 0;
+// What is a device's own of a scene that `count` devices have: every count-th group of cells to
+// search, and the lists of one range of slots.
+constexpr int most_parts = 16;  // fixed: as many devices as a machine has; a limit of arrays
+struct Part {
+  std::uint32_t index = 0, count = 1;
 };
 
 // fixed: the size of a record, a box or the bounds of several: primitives.cuh.
@@ -103,5 +108,3 @@ constexpr std::size_t record_bytes = 32;
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

@@ -62,7 +62,6 @@ struct Search {
   std::uint32_t* const counts;
   const int lane;
   std::uint32_t query_count = 0;
-  unsigned query_guests = 0;  // bits of those boxes
   int queued = 0, own_left = 0, celled = 0, stacked = 0;
 
   // Which of the query's boxes may meet box `slot` by their bits and bodies.
@@ -138,7 +137,6 @@ struct Search {
           static_cast<std::uint32_t>(overlap(space.query_low[q], space.query_high[q], low, high))
           << q;
     if (place < own_left) hits &= (1u << place) - 1;
-    if (isGuest(high)) hits &= ~query_guests;
     if (!used) hits = 0;
     if (filtered) hits = passing(hits, __float_as_uint(low.w));
     if (__any_sync(all_lanes, hits)) write(hits, low, high);
@@ -205,9 +203,9 @@ struct Search {
   }
 };
 
-// One warp a cell, cells in strides of the grid. Levels, counts and nodes are those of the tree
-// that plan->counters.cells gives; a child is read only below its level's count, a box only below
-// its cell's.
+// One warp a cell, cells in strides of the grids of all parts. Levels, counts and nodes are those
+// of the tree that plan->counters.cells gives; a child is read only below its level's count, a box
+// only below its cell's.
 template <bool exact, bool filtered>
 __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     searchKernel(const Records sorted, const Tree tree, SearchRules rules, ScenePlan* plan,
@@ -233,8 +231,10 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
       spaces[warp], rules.filter, {plan, found.pairs, found.capacity}, counts, lane};
   WarpSpace& space = spaces[warp];
 
-  const std::uint32_t stride = gridDim.x * search_warps;
-  for (std::uint32_t cell = blockIdx.x * search_warps + warp; cell < cell_count; cell += stride) {
+  const Part part = rules.part;
+  const std::uint32_t stride = gridDim.x * part.count * search_warps;
+  for (std::uint32_t cell = (blockIdx.x * part.count + part.index) * search_warps + warp;
+       cell < cell_count; cell += stride) {
     const Record query = tree.level[0][cell];
     const std::uint32_t start = __float_as_uint(query.low.w);
     search.query_count = __float_as_uint(query.high.w);
@@ -242,7 +242,6 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     if (lane < search.query_count) own = sorted[start + lane];
     space.query_low[lane] = space.low[lane] = own.low;
     space.query_high[lane] = space.high[lane] = own.high;
-    search.query_guests = __ballot_sync(all_lanes, isGuest(own.high));
     if (lane == 0) space.stack[0] = static_cast<std::uint32_t>(top_level) << level_shift;
     __syncwarp();
     search.queued = search.own_left = search.query_count;

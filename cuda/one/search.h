@@ -1,6 +1,5 @@
 // The search on the device: every cell meets the cells ahead of it that its bounds reach.
-#ifndef ODE_PARALLEL_SAP_CUDA_SEARCH_H
-#define ODE_PARALLEL_SAP_CUDA_SEARCH_H
+#pragma once
 
 #include <cuda_runtime_api.h>
 
@@ -26,6 +25,7 @@ struct SearchFilter {
 
 struct SearchRules {
   SearchFilter filter;
+  Part part;             // of the cells that are searched
   bool exact;            // no pair is borderline
   bool ignore_clusters;  // or else nothing is done in a clustered scene
 };
@@ -38,13 +38,11 @@ struct FoundPairs {
 // Places behind that capacity, into which goes what does not fit: the hits of a warp.
 constexpr std::size_t overflow_places = std::size_t{cell_size} * cell_size;
 
-// Writes the pairs to `found`, in no order, as far as they go into it, and takes counters.found
-// places for them; adds up in counts[] the pairs of each earlier slot, all of them whatever the
-// capacity.
+// Writes the pairs of each searched cell with itself and those ahead to `found`, in no order, as
+// far as they go into it, and takes counters.found places for them; adds up in counts[] the pairs
+// of each earlier slot, all of them whatever the capacity.
 void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
                const FoundPairs& found, std::uint32_t* counts, const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap
-
-#endif

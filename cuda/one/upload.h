@@ -1,6 +1,5 @@
 // Brings plain arrays from the host's memory to the device.
-#ifndef ODE_PARALLEL_SAP_CUDA_UPLOAD_H
-#define ODE_PARALLEL_SAP_CUDA_UPLOAD_H
+#pragma once
 
 #include <cstddef>
 #include <functional>
@@ -41,5 +40,3 @@ class Upload {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -39,7 +39,7 @@ def own(path, programs):
 
 
 def check(program, precision):
-    status, said = measure.measure([program, "--describe"])
+    status, said = measure.measure([program, "--describe"]) or ("there was no time to ask", {})
     if status != "ok" or "precision" not in said:
         raise SystemExit("tradeoff.py: %s --describe does not say what scene it is (%s). Its main is to end with "
                          "tradeoff::run, of harness.h." % (program, status))
@@ -63,11 +63,23 @@ class Result(NamedTuple):
 
 
 class Study:
-    """Measures as it is asked. `measures` is false for a report: then what is missing is an error of its own."""
+    """What there is to say of a scene by the rows that there are, and which are missing (see measure.Source)."""
 
-    def __init__(self, scene, mode, table, parts, measures=True):
-        self.scene, self.mode, self.table, self.cores, self.measures = scene, mode, table, parts, measures
+    alone = staticmethod(lambda point: False)
+    columns = None
+
+    def __init__(self, scene, mode, table, precisions):
+        self.scene, self.mode, self.table, self.title = scene, mode, table, scene.title
         self.reference, self.done = settings.REFERENCE[mode], {}
+        self.settings = settings.settings_of(mode, precisions, scene.bodies)
+
+    def wanted(self):
+        """The points without which nothing more can be said; none where all is said."""
+        try:
+            examine(self)
+            return []
+        except Missing as missing:
+            return missing.points
 
     def point(self, setting, seed):
         return dict(scene=self.scene.name, bodies=self.scene.bodies, density=self.scene.density, **setting._asdict(),
@@ -78,22 +90,19 @@ class Study:
                  if name not in ("scene", "bodies", "density", "precision")}
         return [*self.scene.commands[point["precision"]], *measure.words_of(given)]
 
+    def pace(self):
+        return Pace([row for row in list(self.table.rows) if row["scene"] == self.scene.name])
+
+    def need(self, points):
+        """Raises Missing unless all of them were measured."""
+        missing = self.table.missing(points)
+        if missing:
+            raise Missing("%s: %d of %d points" % (self.scene.name, len(missing), len(points)), missing)
+
     def rows_of(self, setting, seeds):
         points = [self.point(setting, seed) for seed in seeds]
-        rows = self.table.of(points)
-        if len(rows) < len(points):
-            raise Missing("%s: %s, %d of %d seeds" % (self.scene.name, settings.name_of(setting), len(rows), len(points)))
-        return rows
-
-    def run(self, requests):
-        """Both what is asked for and the reference of the same seeds, the reference first."""
-        if not self.measures:
-            return
-        seeds = sorted({seed for _, some in requests for seed in some})
-        for title, asked in (("reference", [(setting, seeds) for setting in self.reference]), ("settings", requests)):
-            points = [self.point(setting, seed) for setting, some in asked for seed in some]
-            points.sort(key=work_of, reverse=True)  # what takes long is not begun last, beside idle cores
-            measure.run(self.table, "%s, %s" % (self.scene.title, title), points, self.command, None, self.cores)
+        self.need(points)
+        return self.table.of(points)
 
     def members(self, seed):
         if seed not in self.done:
@@ -109,9 +118,13 @@ class Study:
         return outcomes.kind_of(self.members(1)[0])
 
     def errors(self, requests):
-        self.run(requests)
+        """Of the settings, against the reference's runs of the same seeds. What of either is missing is asked for at
+        once, so that as much as can be is measured side by side."""
+        seeds = sorted({seed for _, some in requests for seed in some})
+        asked = [*requests, *((setting, seeds) for setting in self.reference)]
+        self.need([self.point(setting, seed) for setting, some in asked for seed in some])
         return [[outcomes.error(row, self.members(int(row["seed"])), self.kind)
-                 for row in self.rows_of(setting, seeds)] for setting, seeds in requests]
+                 for row in self.rows_of(setting, some)] for setting, some in requests]
 
     def cost(self, setting):
         return self.cost_interval(setting).mean
@@ -123,13 +136,41 @@ class Study:
         return stats.interval([row["cpu_s_per_s"] for row in rows], most=math.inf)
 
 
-def work_of(point):
-    """What it costs, about, against others of the same scene."""
-    return point["iterations"] / point["dt"]
-
-
 class Missing(Exception):
-    """A row that a report needs is not there."""
+    """Points that are not measured yet."""
+
+    def __init__(self, text, points):
+        super().__init__(text)
+        self.points = points
+
+
+# A step of one body takes about so long, for as many iterations and these; a run is some seconds of simulated time.
+ITERATIONS_BESIDES = 30
+SECONDS_OF_WORK = 5e-7
+
+
+def work_of(point):
+    return (point["bodies"] or 10) * (ITERATIONS_BESIDES + point["iterations"]) / point["dt"]
+
+
+class Pace:
+    """How long points of a scene take, about, by those that were measured."""
+
+    def __init__(self, rows):
+        known = [row for row in rows if row["status"] == "ok"]
+        work = sum(map(work_of, known))
+        self.seconds_of_work = sum(row["took_s"] for row in known) / work if work else SECONDS_OF_WORK
+        self.by_setting = {}
+        for row in known:
+            self.by_setting.setdefault(setting_of(row), []).append(row["took_s"])
+
+    def expected(self, point):
+        same = self.by_setting.get(setting_of(point))
+        return sum(same) / len(same) if same else work_of(point) * self.seconds_of_work
+
+
+def setting_of(row):
+    return settings.Setting(*(row[name] for name in settings.Setting._fields))
 
 
 def reference_error(study, seeds):
@@ -138,10 +179,10 @@ def reference_error(study, seeds):
     return stats.interval(errors)
 
 
-def examine(study, precisions):
-    plan = settings.PLANS[study.mode]
-    names = settings.settings_of(study.mode, precisions, study.scene.bodies)
-    intervals, winners = stats.decide(names, study.errors, study.cost, settings.LIMITS, plan)
+def examine(study):
+    plan, names = settings.PLANS[study.mode], study.settings
+    alone = [name for name in names if name == settings.BASE or settings.is_varied_alone(name)]
+    intervals, winners = stats.decide(names, study.errors, study.cost, settings.LIMITS, plan, alone)
     rows = {name: study.rows_of(name, range(1, intervals[name].count + 1)) for name in names}
     parts, failures, errors = {}, {}, {}
     for name in names:

@@ -141,8 +141,8 @@ class Trial {
     const Vector moved = minus(vectorOf(dBodyGetPosition(basis_.top)), top_);
     const Vector along = minus(moved, scaled(basis_.up, dot(moved, basis_.up)));
     Row row;
-    row.add("cpu_s_per_s", stepper_.spent.cpu / time_);
-    row.add("wall_s_per_s", stepper_.spent.wall / time_);
+    row.add("cpu_s_per_s", stepper_.spent.cpu() / time_);
+    row.add("wall_s_per_s", stepper_.spent.wall() / time_);
     row.add("pairs_a_step", static_cast<double>(stepper_.pairs) / static_cast<double>(steps_));
     row.add("simulated_s", time_);
     row.add("bodies_seen", basis_.bodies.size());

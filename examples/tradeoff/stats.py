@@ -3,6 +3,7 @@
 An error is a share from 0 to 1, one for each seed; what is asked is whether its mean over all seeds there could be is
 within a limit. Nothing here knows what was measured, so that made-up data can test it."""
 
+import functools
 from typing import NamedTuple
 
 import numpy
@@ -17,14 +18,22 @@ class Interval(NamedTuple):
     high: float
     count: int
 
-    def verdict(self, limit):
-        return "within" if self.high <= limit else "beyond" if self.low > limit else "open"
+    def verdict(self, limit, least=0):
+        """Of fewer values than `least` nothing is said to be within."""
+        if self.low > limit:
+            return "beyond"
+        return "within" if self.high <= limit and self.count >= least else "open"
 
 
 def interval(values, level=LEVEL, most=1.0, least=0.0):
     """Where the mean is, by the bootstrap's t (Efron, Tibshirani: An Introduction to the Bootstrap, 12.5): of a dozen
     skewed values its intervals hold as often as they say, where those of plain percentiles are too short.
     The same values always get the same interval. Values are from `least` to `most`."""
+    return interval_of(tuple(values), level, most, least)
+
+
+@functools.lru_cache(maxsize=None)  # a study asks again after each row
+def interval_of(values, level, most, least):
     values = numpy.asarray(values, dtype=float)
     count, mean = len(values), float(numpy.mean(values))
     if count < 2:
@@ -50,8 +59,10 @@ def rate_at_most(count, level=LEVEL):
 
 
 class Plan(NamedTuple):
-    """How many seeds a setting gets: first so many, then some more at each look while a limit is open."""
+    """How many seeds a setting gets: first so many, then some more at each look while a limit is open. What is beyond
+    every limit at the first look, or dearer than something that is within, gets no more."""
     first: int = 12
+    least: int = 12  # of whatever is said to be within a limit
     more: int = 6
     most: int = 24
     fresh: int = 24  # of a winner's confirmation, other seeds than these
@@ -77,22 +88,23 @@ class Winner(NamedTuple):
     refused: tuple
 
 
-def open_limits(name, intervals, costs, limits):
+def open_limits(name, intervals, costs, limits, least=0):
     """The limits at which this setting is open, and nothing cheaper is within."""
     def cheaper_is_within(limit):
-        return any(other.high <= limit and costs[n] < costs[name] for n, other in intervals.items())
-    return [limit for limit in limits if intervals[name].verdict(limit) == "open" and not cheaper_is_within(limit)]
+        return any(other.verdict(limit, least) == "within" and costs[n] < costs[name] for n, other in intervals.items())
+    return [limit for limit in limits if intervals[name].verdict(limit, least) == "open" and not cheaper_is_within(limit)]
 
 
-def explore(names, measure, cost, limits, plan):
-    """Intervals of all settings, with as many seeds each as it takes. `measure` gets [(name, seeds)] and returns the
-    errors of each; `cost` is that of a name, once it was measured."""
+def explore(names, measure, cost, limits, plan, kept=()):
+    """Intervals of all settings, with as many seeds each as it takes; of those `kept` with no fewer than the least.
+    `measure` gets [(name, seeds)] and returns the errors of each; `cost` is that of a name, once it was measured."""
     errors = dict(zip(names, map(list, measure([(name, range(1, plan.first + 1)) for name in names]))))
     intervals = {name: interval(errors[name], plan.level()) for name in names}
     while True:
         costs = {name: cost(name) for name in names}
         wanted = [name for name in names if len(errors[name]) < plan.most and
-                  open_limits(name, intervals, costs, limits)]
+                  ((name in kept and len(errors[name]) < plan.least) or
+                   open_limits(name, intervals, costs, limits, plan.least))]
         if not wanted:
             return intervals
         asked = [(name, range(len(errors[name]) + 1, min(len(errors[name]) + plan.more, plan.most) + 1))
@@ -102,12 +114,21 @@ def explore(names, measure, cost, limits, plan):
             intervals[name] = interval(errors[name], plan.level())
 
 
-def confirm(intervals, measure, cost, limit, plan):
-    """The cheapest setting whose interval clears the limit, and does so again with seeds that did not choose it."""
-    candidates = sorted((name for name, found in intervals.items() if found.high <= limit), key=cost)[:plan.tries]
+def candidates(intervals, cost, limit, plan):
+    within = [name for name, found in intervals.items() if found.verdict(limit, plan.least) == "within"]
+    return sorted(within, key=cost)[:plan.tries]
+
+
+def fresh_seeds(plan):
+    return range(FRESH_SEED, FRESH_SEED + plan.fresh)
+
+
+def confirm(intervals, measure, cost, limit, plan, known):
+    """The cheapest setting whose interval clears the limit, and does so again with seeds that did not choose it.
+    `known` are errors of such seeds, by name."""
     refused = []
-    for name in candidates:
-        errors, = measure([(name, range(FRESH_SEED, FRESH_SEED + plan.fresh))])
+    for name in candidates(intervals, cost, limit, plan):
+        errors = known[name] if name in known else measure([(name, fresh_seeds(plan))])[0]
         fresh = interval(errors, plan.confirmation_level())
         if fresh.high <= limit:
             return Winner(limit, name, fresh, tuple(refused))
@@ -115,10 +136,13 @@ def confirm(intervals, measure, cost, limit, plan):
     return Winner(limit, None, None, tuple(refused))
 
 
-def decide(names, measure, cost, limits, plan):
+def decide(names, measure, cost, limits, plan, kept=()):
     """Returns the intervals by name, and a Winner for each limit."""
-    intervals = explore(names, measure, cost, limits, plan)
-    return intervals, [confirm(intervals, measure, cost, limit, plan) for limit in limits]
+    intervals = explore(names, measure, cost, limits, plan, kept)
+    # Asked for in one go, so that the first candidates of all limits can be measured side by side.
+    first = list(dict.fromkeys(name for limit in limits for name in candidates(intervals, cost, limit, plan)[:1]))
+    known = dict(zip(first, measure([(name, fresh_seeds(plan)) for name in first]))) if first else {}
+    return intervals, [confirm(intervals, measure, cost, limit, plan, known) for limit in limits]
 
 
 def front(intervals, costs):

@@ -94,6 +94,22 @@ class Seeds(unittest.TestCase):
     def test_stop_where_the_limit_is_clear(self):
         self.assertEqual(self.counted([0.4, 0.001], limits=(0.05,)), {0: PLAN.first, 1: PLAN.first})
 
+    def test_stop_at_the_first_look_where_a_setting_cannot_win(self):
+        plan = stats.Plan(first=6, least=12, more=6, most=24)
+        fails, within, kept, open_at = 0, 1, 2, 3
+        means = {fails: [1.0], within: [0.001, 0.002], kept: [0.7, 0.75, 0.8, 0.85, 0.9, 0.95], open_at: [0.01, 0.09]}
+
+        def measure(requests):
+            return [[means[name][s % len(means[name])] for s in seeds] for name, seeds in requests]
+        intervals = stats.explore(list(means), measure, lambda name: 9 - name, (0.05,), plan, (kept,))
+        self.assertEqual({name: found.count for name, found in intervals.items()},
+                         {fails: plan.first, within: plan.least, kept: plan.least, open_at: plan.most})
+
+    def test_that_are_few_say_beyond_but_not_within(self):
+        found = stats.Interval(0.04, 0.03, 0.05, 6)
+        self.assertEqual([found.verdict(limit, 12) for limit in (0.02, 0.04, 0.05)], ["beyond", "open", "open"])
+        self.assertEqual(stats.candidates({0: found}, lambda name: 1, 0.05, stats.Plan()), [])
+
     def test_go_on_to_the_most_where_it_is_not(self):
         asked = []
         stats.explore([0], lambda requests: asked.extend(requests) or [[0.02 + 0.06 * (s % 2) for s in requests[0][1]]],

@@ -4,9 +4,15 @@ if(ODE_PARALLEL_SAP_PRECISION STREQUAL "DOUBLE")
   if(ODE_PARALLEL_SAP_PYTHON)
     add_test(NAME examples.tradeoff COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/smoke_test.py"
                                             $<TARGET_FILE:tradeoff-point> $<TARGET_FILE:own-scene>)
+    add_test(NAME examples.tradeoff.pieces COMMAND "${ODE_PARALLEL_SAP_PYTHON}"
+                                                   "${CMAKE_CURRENT_SOURCE_DIR}/pieces_test.py"
+                                                   $<TARGET_FILE:tradeoff-point>)
     add_test(NAME examples.tradeoff.stats COMMAND "${ODE_PARALLEL_SAP_PYTHON}"
                                                   "${CMAKE_CURRENT_SOURCE_DIR}/stats_test.py")
-    set_tests_properties(examples.tradeoff.stats PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
+    add_test(NAME examples.tradeoff.readme COMMAND "${ODE_PARALLEL_SAP_PYTHON}"
+                                                   "${CMAKE_CURRENT_SOURCE_DIR}/readme_test.py")
+    set_tests_properties(examples.tradeoff.pieces examples.tradeoff.readme examples.tradeoff.stats
+                         PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)
   else()
     add_test(NAME examples.tradeoff COMMAND ${CMAKE_COMMAND} -E echo "Skipped: needs Debian's python3")
     set_tests_properties(examples.tradeoff PROPERTIES SKIP_REGULAR_EXPRESSION Skipped)

@@ -22,6 +22,7 @@ try:
     from tqdm import tqdm
 
     import accuracy
+    import estimate
     import measure
     import settings
     import study
@@ -32,7 +33,7 @@ except ImportError as error:
     lacking = error
 
 BROAD_COLUMNS = ("ms", "least_ms", "pairs", "exact_pairs", "extra_per_exact", "missed", "extra_of_stored",
-                 "missed_of_stored")
+                 "missed_of_stored", "took_s")
 
 
 def find_programs(options):
@@ -46,7 +47,8 @@ def find_programs(options):
             print("Single precision is left out: there is no %s. It needs a second build, with an ODE of single "
                   "precision:\n  cmake --preset single && cmake --build build/single --target tradeoff-point" % path)
             continue
-        says = subprocess.run([path, "precision"], stdout=subprocess.PIPE, text=True).stdout.strip()
+        says = subprocess.run([path, "precision"], stdout=subprocess.PIPE, text=True,
+                              env=measure.environment_of(path)).stdout.strip()
         if says != precision:
             sys.exit("tradeoff.py: %s is for an ODE of %s precision, not %s" % (path, says or "unknown", precision))
         programs[precision] = path
@@ -68,13 +70,15 @@ def parser():
         made.add_argument("--" + precision, metavar="PROGRAM", help="tradeoff-point for an ODE of %s precision" % precision,
                           default=os.path.join(TOP, "build", build, "examples", "tradeoff", "tradeoff-point"))
     made.add_argument("--at-once", type=int, metavar="N", help="measure N points at a time, each on its share of the cores "
-                      "(default: of scenes as many as there are cores; of the broad phase one). Of the broad phase only "
-                      "those on one thread")
+                      "(default: of scenes as many as there are cores; of the broad phase one). Points of the broad phase "
+                      "on more than one thread have all cores")
     made.add_argument("--report", action="store_true",
                       help="measure nothing: draw and conclude from the rows that there are, from whatever machine")
     made.add_argument("--no-figures", dest="figures", action="store_false", help="draw nothing: needs no matplotlib")
-    made.add_argument("--seconds", type=float, metavar="S", help="begin no point after so many seconds; what is "
-                      "left, the same command measures when it is called again")
+    made.add_argument("--seconds", type=float, metavar="S", help="end after so many seconds; what is left, the same command "
+                      "measures when it is called again")
+    made.add_argument("--estimate", action="store_true", help="say what it costs in core-minutes, by scene and stage; "
+                      "measures two points of a scene that has no rows")
     made.add_argument("--trace", metavar="FILE", help="study the program of this trace instead: see examples/trace")
     made.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
     return made
@@ -109,7 +113,7 @@ def parse():
         path = getattr(options, name)
         if path and not os.path.isfile(path):
             made.error("--%s: there is no file %s" % (name.replace("_", "-"), path))
-    if options.trace and (options.program or options.only or options.write or options.report):
+    if options.trace and (options.program or options.only or options.write or options.report or options.seconds):
         made.error("--trace goes with --out, --smoke and the programs only")
     if options.program_single and not options.program:
         made.error("--program-single goes with --program")
@@ -131,28 +135,34 @@ def note(rows, points):
     return text + ", %d of %d points not measured" % (missing, len(points)) if missing else text
 
 
-def study_broad(options, programs):
-    """Measures, draws, and returns what there is to say: the advice, and the tables."""
+def broad_source(options, programs):
+    """What the study of the broad phase measures, or has rows of."""
     table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY, len(measure.all_cores()))
     if options.report:
         points = study.broad_points(options.mode, table.values("precision"), "cuda" in table.values("backend"))
     else:
-        probe = measure.measure([programs["double"], "broad", "--backend", "cuda", "--boxes", "2", "--frames", "1"])
-        points = study.broad_points(options.mode, list(programs), probe[0] == "ok")
+        found = measure.measure([programs["double"], "broad", "--backend", "cuda", "--boxes", "2", "--frames", "1"])
+        points = study.broad_points(options.mode, list(programs), bool(found) and found[0] == "ok")
         table.check_machine()
 
-        def command_of(point):
-            given = {name: value for name, value in point.items() if name != "precision"}
-            return [programs[point["precision"]], "broad", *measure.words_of(given)]
+    def command_of(point):
+        given = {name: value for name, value in point.items() if name != "precision"}
+        return [programs[point["precision"]], "broad", *measure.words_of(given)]
 
-        measure.run(table, "broad", points, command_of, BROAD_COLUMNS, [measure.all_cores()] * (options.at_once or 1),
-                    alone=lambda point: point["threads"] != 1)
-    rows = table.of(points)
+    return measure.Source("broad", table, points, command_of, BROAD_COLUMNS,
+                          lambda point: point["threads"] != 1 or options.at_once is None, study.broad_seconds)
+
+
+def conclude_broad(source, options):
+    """Draws, and returns what there is to say: the advice, and the tables."""
+    rows = source.table.of(source.points)
     entries = study.broad_entries(rows)
     if not entries:
-        sys.exit("tradeoff.py: no rows to report on in " + table.path)
-    draw(options, "broad", entries, options.out, note(rows, points))
-    advice = "Broad phase, {:,} boxes, %s:\n%s".format(points[0]["boxes"]) % (note(rows, points), words.broad_advice(entries))
+        sys.exit("tradeoff.py: no rows to report on in " + source.table.path)
+    said = note(rows, source.points)
+    draw(options, "broad", entries, options.out, said)
+    boxes = source.points[0]["boxes"]
+    advice = "Broad phase, {:,} boxes, %s:\n%s".format(boxes) % (said, words.broad_advice(entries))
     return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
 
 
@@ -166,25 +176,24 @@ def scenes_of(options, programs):
             if options.scene in (None, name)]
 
 
-def study_scenes(options, programs):
-    """Likewise, for each scene."""
-    parts = measure.shares(options.at_once or len(measure.all_cores()))
+def scene_sources(options, programs, parts):
     table = Table(os.path.join(options.out, "scenes.csv"), settings.KEY, len(parts[0]))
     if not options.report:
         table.check_machine()
-    advice, tables = [], []
-    for scene in scenes_of(options, programs):
-        precisions = table.values("precision") if options.report else list(scene.commands)
-        try:
-            result = accuracy.examine(accuracy.Study(scene, options.mode, table, parts, not options.report), precisions)
-        except accuracy.Missing as missing:
-            sys.exit("tradeoff.py: %s lacks %s. Without --report it is measured" % (table.path, missing))
-        rows = [row for found in result.rows.values() for row in found]
-        source = note(rows, rows)
-        draw(options, "scene", result, settings.LIMITS, options.out, source)
-        advice.append(words.scene_advice(result, source))
-        tables.append("%s:\n\n%s" % (scene.title, words.scene_tables(result)))
-    return "\n".join(advice), "\n".join(tables)
+    return [accuracy.Study(scene, options.mode, table, table.values("precision") if options.report else list(scene.commands))
+            for scene in scenes_of(options, programs)]
+
+
+def conclude_scene(source, options):
+    """Likewise."""
+    try:
+        result = accuracy.examine(source)
+    except accuracy.Missing as missing:
+        sys.exit("tradeoff.py: %s lacks %s. Without --report it is measured" % (source.table.path, missing))
+    rows = [row for found in result.rows.values() for row in found]
+    said = note(rows, rows)
+    draw(options, "scene", result, settings.LIMITS, options.out, said)
+    return words.scene_advice(result, said), "%s:\n\n%s" % (source.title, words.scene_tables(result))
 
 
 def study_trace(options, programs):
@@ -219,6 +228,16 @@ def write_between(path, text):
         file.write(before + begin + "\n" + text + "\n" + end + rest.split(end, 1)[1])
 
 
+def measure_all(sources, parts, options):
+    try:
+        measure.run(sources, parts)
+    except measure.OutOfTime as up:
+        ended, = up.args
+        print("tradeoff.py: %g seconds are up, in which %d points ended. %s" % (
+            options.seconds, ended, "The same command goes on from here." if ended else "More are needed for any."))
+        sys.exit(75 if ended else 1)
+
+
 def main():
     options = parse()
     programs = {} if options.report or options.program else find_programs(options)
@@ -226,12 +245,14 @@ def main():
     if options.trace:
         return study_trace(options, programs)
     only = "scenes" if options.program or options.scene else options.only
-    try:
-        said = [part(options, programs) for name, part in (("broad", study_broad), ("scenes", study_scenes))
-                if only in (None, name)]
-    except measure.OutOfTime:
-        print("tradeoff.py: %g seconds are up. The same command goes on from here." % options.seconds)
-        sys.exit(75)
+    parts = measure.shares(options.at_once or len(measure.all_cores()))
+    broad = [broad_source(options, programs)] if only != "scenes" else []
+    scenes = scene_sources(options, programs, parts) if only != "broad" else []
+    if options.estimate:
+        return print(estimate.text(broad, scenes, parts))
+    if not options.report:
+        measure_all(broad + scenes, parts, options)
+    said = [conclude_broad(source, options) for source in broad] + [conclude_scene(source, options) for source in scenes]
     text = "\n".join(advice + "\n" + tables for advice, tables in said)
     path = os.path.join(options.out, "choices.md")
     with open(path, "w") as file:

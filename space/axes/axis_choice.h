@@ -1,6 +1,5 @@
 // In which order the axes are asked for a pair.
-#ifndef ODE_PARALLEL_SAP_AXIS_CHOICE_H
-#define ODE_PARALLEL_SAP_AXIS_CHOICE_H
+#pragma once
 
 #include <cstdint>
 #include <utility>
@@ -22,5 +21,3 @@ inline AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

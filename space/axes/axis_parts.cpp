@@ -65,10 +65,4 @@ void AxisPart::cut(const AxisRows* const (&whole)[3], const AxisChoice& axes, in
   }
 }
 
-std::size_t AxisPart::bytes() const {
-  std::size_t bytes = before_.bytes() + numbers_.bytes() + member_.bytes();
-  for (const AxisRows& rows : own_) bytes += rows.bytes();
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

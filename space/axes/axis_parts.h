@@ -1,6 +1,5 @@
 // A scene cut along its fullest axis, for several devices.
-#ifndef ODE_PARALLEL_SAP_AXIS_PARTS_H
-#define ODE_PARALLEL_SAP_AXIS_PARTS_H
+#pragma once
 
 #include <cstdint>
 
@@ -25,7 +24,7 @@ class AxisPart {
   std::uint64_t begin() const { return begin_; }
   std::uint64_t end() const { return end_; }
   Slot slotOf(std::uint32_t box) const { return slots_ ? slots_[box] : box; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(own_, before_, numbers_, member_); }
 
  private:
   void restrict(const AxisRows& whole, AxisRows& rows);
@@ -41,5 +40,3 @@ class AxisPart {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

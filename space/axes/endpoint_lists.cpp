@@ -21,9 +21,7 @@ std::uint32_t orderOf(float value) {
   return unsignedStepNumber(value);
 }
 std::uint64_t orderOf(double value) {
-  value += 0.0;  // makes one of the two zeros
-  std::uint64_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
+  const std::uint64_t bits = bitsOf(value + 0.0);  // makes one of the two zeros
   return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;
 }
 
@@ -192,14 +190,6 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
     }
   });
   complete_ = true;
-}
-
-template <class Real>
-std::size_t EndpointLists<Real>::bytes() const {
-  std::size_t bytes = listed_.bytes() + newcomers_.bytes();
-  for (const Axis& axis : axes_)
-    bytes += axis.endpoints.bytes() + axis.scratch.bytes() + axis.rows.bytes();
-  return bytes;
 }
 
 template class EndpointLists<float>;

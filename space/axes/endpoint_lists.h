@@ -1,6 +1,5 @@
 // The end points of all boxes, sorted along each axis and kept so from frame to frame.
-#ifndef ODE_PARALLEL_SAP_ENDPOINT_LISTS_H
-#define ODE_PARALLEL_SAP_ENDPOINT_LISTS_H
+#pragma once
 
 #include <cstdint>
 
@@ -30,9 +29,7 @@ struct AxisRows {
   std::uint32_t rowOf(std::uint64_t place) const;
   // Fills in `begins` and `inverted`.
   void layOut();
-  std::size_t bytes() const {
-    return order.bytes() + ranks.bytes() + reach.bytes() + begins.bytes();
-  }
+  std::size_t bytes() const { return bytesOf(order, ranks, reach, begins); }
 };
 
 // One end point of a box. Ascending: by value, the two zeros being one; at one value lower bounds
@@ -64,13 +61,15 @@ class EndpointLists {
   // and sorted anew where much has.
   void update(const BoxSet& boxes, int threads);
   const AxisRows& axis(int axis) const { return axes_[axis].rows; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(axes_, listed_, newcomers_); }
 
  private:
   struct Axis {
     Buffer<Endpoint<Real>> endpoints, scratch;
     AxisRows rows;
     int anew_for = 0;  // frames that are not worth an attempt at repairing
+
+    std::size_t bytes() const { return bytesOf(endpoints, scratch, rows); }
   };
   void compareMembers(const BasicBox<Real>* boxes, std::size_t slots);
   bool repair(const BasicBox<Real>* boxes, int axis);
@@ -85,5 +84,3 @@ class EndpointLists {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of sorted end points.
-#ifndef ODE_PARALLEL_SAP_AXES_TUNING_H
-#define ODE_PARALLEL_SAP_AXES_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -13,5 +12,3 @@ namespace ode_parallel_sap {
 constexpr std::size_t least_members_a_newcomer = 1024;
 
 }  // namespace ode_parallel_sap
-
-#endif

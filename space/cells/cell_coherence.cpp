@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region looking("cell drift: active boxes");
+Region looking("cell coherence: active boxes");
 
 // Sums of the extents of what is below a node. Not a number where there is nothing.
 template <class Real>

@@ -1,6 +1,5 @@
 // Whether cells that were cut for an earlier frame's boxes still serve.
-#ifndef ODE_PARALLEL_SAP_CELL_COHERENCE_H
-#define ODE_PARALLEL_SAP_CELL_COHERENCE_H
+#pragma once
 
 #include <vector>
 
@@ -28,7 +27,7 @@ class CellCoherence {
   // Cells were cut anew for the boxes that mayServe() saw, and packed.
   void restart(const std::vector<CellTree<Real>>& trees, std::size_t count);
 
-  std::size_t bytes() const { return active_.bytes() + seen_.bytes() + spans_.bytes(); }
+  std::size_t bytes() const { return bytesOf(active_, seen_, spans_); }
 
  private:
   bool known_ = false;
@@ -40,5 +39,3 @@ class CellCoherence {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

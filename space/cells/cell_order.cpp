@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "space/cells/tuning.h"
 #include "space/data/mechanisms.h"
@@ -225,12 +226,8 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
   bucket_ends_.resizeDiscarding(buckets_);
   std::uint32_t position = 0;
   for (std::size_t bucket = 0; bucket < buckets_; ++bucket) {
-    for (int part = 0; part < threads; ++part) {
-      std::uint32_t& cell = positions_[buckets_ * part + bucket];
-      const std::uint32_t count = cell;
-      cell = position;
-      position += count;
-    }
+    for (int part = 0; part < threads; ++part)
+      position += std::exchange(positions_[buckets_ * part + bucket], position);
     bucket_ends_[bucket] = position;
   }
   count_ = position;
@@ -285,18 +282,14 @@ void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int so
 template <class Real>
 void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
   if (piece_starts_.size() < pieces_.size()) piece_starts_.resize(pieces_.size());
-  ChunkQueue queue(pieces_.size(), 1);
-  runTeam(cutting, threads, [&](int, int) {
+  runChunks(cutting, threads, pieces_.size(), 1, [&](const Range& range, int) {
     Cutter cutter = {boxesOf<Real>(boxes), records_, scratch_};
-    Range range;
-    while (queue.next(range)) {
-      const Piece& piece = pieces_[range.begin];
-      Buffer<std::uint32_t>& starts = piece_starts_[range.begin];
-      starts.resizeDiscarding(0);
-      cutter.sortPiece(piece);
-      cutter.cut(piece, 0, starts);
-      for (std::size_t i = piece.begin; i < piece.end; ++i) order_[i] = slotOf(records_[i]);
-    }
+    const Piece& piece = pieces_[range.begin];
+    Buffer<std::uint32_t>& starts = piece_starts_[range.begin];
+    starts.resizeDiscarding(0);
+    cutter.sortPiece(piece);
+    cutter.cut(piece, 0, starts);
+    for (std::size_t i = piece.begin; i < piece.end; ++i) order_[i] = slotOf(records_[i]);
   });
 }
 
@@ -340,17 +333,6 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
                         size_classes_[members_[i].group].isUnbounded(members_[i].index)});
   }
   starts_.push_back(static_cast<std::uint32_t>(count_));
-}
-
-template <class Real>
-std::size_t CellOrder<Real>::bytes() const {
-  std::size_t bytes = positions_.bytes() + bucket_ends_.bytes() + order_.bytes() + starts_.bytes() +
-                      groups_.bytes() + size_classes_.capacity() * sizeof(SizeClasses<Real>) +
-                      quantizers_.capacity() * sizeof(Quantizer<Real>) +
-                      pieces_.capacity() * sizeof(Piece);
-  for (const SizeClasses<Real>& sizes : size_classes_) bytes += sizes.bytes();
-  for (const Buffer<std::uint32_t>& starts : piece_starts_) bytes += starts.bytes();
-  return bytes;
 }
 
 template class CellOrder<float>;

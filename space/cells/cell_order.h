@@ -1,6 +1,5 @@
 // The boxes cut into cells: sixteen or fewer that are near each other and of like size.
-#ifndef ODE_PARALLEL_SAP_CELL_ORDER_H
-#define ODE_PARALLEL_SAP_CELL_ORDER_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -41,7 +40,10 @@ class CellOrder {
   const std::uint32_t* order() const { return order_.data(); }
   const std::uint32_t* starts() const { return starts_.data(); }
   const std::vector<Class>& classes() const { return classes_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(groups_, size_classes_, quantizers_, positions_, bucket_ends_, pieces_,
+                   piece_starts_, order_, starts_);
+  }
 
  private:
   // Records [begin, end), alike in all digits of their keys above the lowest `digits`. Those may be
@@ -88,5 +90,3 @@ class CellOrder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

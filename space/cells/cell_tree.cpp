@@ -135,11 +135,6 @@ void CellTree<Real>::renumber(const Slot* slots) {
     for (std::uint32_t& slot : ids_[cell].slot) slot = slots[slot];
 }
 
-template <class Real>
-std::size_t CellTree<Real>::bytes() const {
-  return groups_.bytes() + ids_.bytes() + filters_.bytes();
-}
-
 template class CellTree<float>;
 template class CellTree<double>;
 

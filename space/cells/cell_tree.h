@@ -1,6 +1,5 @@
 // A tree of bounds, sixteen children to a node, over cells of sixteen boxes.
-#ifndef ODE_PARALLEL_SAP_CELL_TREE_H
-#define ODE_PARALLEL_SAP_CELL_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -36,7 +35,7 @@ class CellTree {
   std::size_t cells() const { return cell_count_; }
   // Of the boxes at the last build, if the view has filters.
   const FilterSummary& filters() const { return filter_summary_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_); }
 
  private:
   FilterSummary packFilters(const BoxSet& boxes, const std::uint32_t* starts, std::size_t begin,
@@ -51,5 +50,3 @@ class CellTree {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // Boxes divided by their filter bits, so that those which no bits let meet are in cells of their
 // own.
-#ifndef ODE_PARALLEL_SAP_FILTER_GROUPS_H
-#define ODE_PARALLEL_SAP_FILTER_GROUPS_H
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -54,9 +53,7 @@ class FilterGroups {
   std::size_t count() const { return count_; }
   // The group of each slot; null where there is but one.
   const std::uint8_t* ofSlots() const { return count_ > 1 ? group_of_slot_.data() : nullptr; }
-  std::size_t bytes() const {
-    return group_of_slot_.bytes() + surveys_.capacity() * sizeof(Survey);
-  }
+  std::size_t bytes() const { return bytesOf(group_of_slot_, surveys_); }
 
  private:
   struct alignas(64) Survey {
@@ -76,5 +73,3 @@ class FilterGroups {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Keys along a space-filling (Z) curve through a box of centres.
-#ifndef ODE_PARALLEL_SAP_QUANTIZER_H
-#define ODE_PARALLEL_SAP_QUANTIZER_H
+#pragma once
 
 #include <cstdint>
 
@@ -62,5 +61,3 @@ class Quantizer {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

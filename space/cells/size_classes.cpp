@@ -107,9 +107,7 @@ void SizeClasses<Real>::choose(const BoxSet& boxes, int threads, const std::uint
                                std::uint8_t group) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   for (int attempt = 0;; ++attempt) {
-    int parts = 1;
-    runTeam(surveying, threads, [&](int thread, int team) {
-      if (thread == 0) parts = team;
+    const int parts = runTeam(surveying, threads, [&](int thread, int team) {
       Survey& own = surveys_[thread];
       own.clear();
       const Range range = ownPart(boxes.size, thread, team);

@@ -1,7 +1,6 @@
 // Boxes divided by size and shape, so that a large or long box does not blow up the cells of
 // others.
-#ifndef ODE_PARALLEL_SAP_SIZE_CLASSES_H
-#define ODE_PARALLEL_SAP_SIZE_CLASSES_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -9,6 +8,7 @@
 
 #include "space/cells/quantizer.h"
 #include "space/data/box_set.h"
+#include "space/data/buffer.h"
 #include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
@@ -29,7 +29,7 @@ class SizeClasses {
   bool isUnbounded(int index) const { return has_unbounded_ && index == count_ - 1; }
   // The class of a box that is not NaN.
   int of(const BasicBox<Real>& box) const { return table_[binOf(box)]; }
-  std::size_t bytes() const { return surveys_.capacity() * sizeof(Survey); }
+  std::size_t bytes() const { return bytesOf(surveys_); }
 
  private:
   static constexpr int bins = size_rules::bins;
@@ -57,5 +57,3 @@ class SizeClasses {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

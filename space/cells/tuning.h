@@ -1,6 +1,5 @@
 // The tuned constants of cells.
-#ifndef ODE_PARALLEL_SAP_CELLS_TUNING_H
-#define ODE_PARALLEL_SAP_CELLS_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -37,5 +36,3 @@ constexpr std::size_t most_piece_boxes = 8192;
 constexpr int digits_for_clusters = 5;
 
 }  // namespace ode_parallel_sap
-
-#endif

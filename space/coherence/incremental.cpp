@@ -65,8 +65,7 @@ void Incremental<Real>::leaveTrees(const BoxSet& boxes, const Buffer<Slot>& chan
     tree = no_tree;
   };
   for (std::size_t slot = boxes.size; slot < before; ++slot) leave(slot);
-  tree_of_slot_.resize(std::max(before, boxes.size));  // trees may still name slots that are gone
-  std::fill(tree_of_slot_.begin() + before, tree_of_slot_.end(), no_tree);
+  tree_of_slot_.growTo(boxes.size, no_tree);  // trees may still name slots that are gone
   for (const Slot slot : changed) leave(slot);
 }
 
@@ -111,8 +110,7 @@ int Incremental<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, in
   const Slot* const slots = newest->slots.data();
   newest->sweep.renumber(slots);
 
-  if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
-  for (Buffer<Pair>& part : found_) part.resizeDiscarding(0);
+  clearForTeam(found_, threads);
   int used = 1;
   if (base_live_) used = meetLevel(newest->sweep, *base_, 0, boxes.exact, threads);
   for (std::size_t i = 0; i < levels_.size(); ++i)
@@ -141,15 +139,12 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
   }
   const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
-  int used = 1;
-  runTeam(meeting, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  return runTeam(meeting, threads, [&](int thread, int) {
     Buffer<Pair>& pairs = found_[thread];
     const std::size_t before = pairs.size();
     {
       BufferSink sink(pairs);
-      Range range;
-      while (queue.next(range)) {
+      for (Range range; queue.next(range);) {
         const Task& task = tasks_[range.begin];
         for (std::size_t i = 0; i < level.trees(); ++i)
           if (level.cells(i))
@@ -162,7 +157,6 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
     };
     pairs.resize(std::remove_if(pairs.begin() + before, pairs.end(), gone) - pairs.begin());
   });
-  return used;
 }
 
 // Gives the newest level its place, together with the levels that it has come near in size.
@@ -198,18 +192,6 @@ void Incremental<Real>::settle(const BoxSet& boxes, std::unique_ptr<Level> newes
   const TreeNumber tree = static_cast<TreeNumber>(levels_.size() + 1);
   for (const Slot slot : newest->slots) tree_of_slot_[slot] = tree;
   levels_.push_back(std::move(newest));
-}
-
-template <class Real>
-std::size_t Incremental<Real>::bytes() const {
-  std::size_t bytes =
-      tree_of_slot_.bytes() + gathered_.bytes() + own_pairs_.bytes() + pair_order_.bytes();
-  for (const std::unique_ptr<Level>& level : levels_)
-    bytes += level->sweep.bytes() + level->slots.bytes();
-  for (const std::unique_ptr<Level>& level : spare_levels_)
-    bytes += level->sweep.bytes() + level->slots.bytes();
-  for (const Buffer<Pair>& part : found_) bytes += part.bytes();
-  return bytes;
 }
 
 template class Incremental<float>;

@@ -1,6 +1,5 @@
 // Frames in which few boxes change: only their pairs are found anew.
-#ifndef ODE_PARALLEL_SAP_INCREMENTAL_H
-#define ODE_PARALLEL_SAP_INCREMENTAL_H
+#pragma once
 
 #include <cstdint>
 #include <memory>
@@ -32,13 +31,18 @@ class Incremental {
   // `found`, ascending, every overlapping pair that one of them takes part in, as
   // PairFinder::find would. Returns the number of threads used.
   int find(const BoxSet& boxes, const Buffer<Slot>& changed, int threads, PairList& found);
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(tree_of_slot_, levels_, spare_levels_, gathered_, tasks_, found_, own_pairs_,
+                   pair_order_);
+  }
 
  private:
   struct Level {
     Sweep<Real> sweep;
     Buffer<Slot> slots;    // that came in, ascending
     std::size_t live = 0;  // those that are still here
+
+    std::size_t bytes() const { return bytesOf(sweep, slots); }
   };
   struct Task {
     std::size_t queries, begin, end;  // a tree of the newest level, and cells of it
@@ -66,5 +70,3 @@ class Incremental {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

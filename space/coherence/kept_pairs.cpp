@@ -58,16 +58,12 @@ void KeptPairs::replace(const SlotSet& changed, const PairList& found, int threa
                         PairList& pairs) {
   planTasks(pairs, found, threads);
   merged_.clear(tasks_.size());
-  ChunkQueue queue(tasks_.size(), 1);
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
-  runTeam(merging, team, [&](int, int) {
-    Range range;
-    while (queue.next(range)) {
-      const Task& task = tasks_[range.begin];
-      kept += mergePart(task.begin, task.end, task.found_begin, task.found_end, changed,
-                        merged_.parts[range.begin]);
-    }
+  runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
+    const Task& task = tasks_[range.begin];
+    kept += mergePart(task.begin, task.end, task.found_begin, task.found_end, changed,
+                      merged_.parts[range.begin]);
   });
   kept_ = kept;
   std::swap(pairs, merged_);

@@ -1,6 +1,5 @@
 // The pairs of the last frame, made those of the next one.
-#ifndef ODE_PARALLEL_SAP_KEPT_PAIRS_H
-#define ODE_PARALLEL_SAP_KEPT_PAIRS_H
+#pragma once
 
 #include <vector>
 
@@ -16,7 +15,7 @@ class KeptPairs {
   void replace(const SlotSet& changed, const PairList& found, int threads, PairList& pairs);
   // Pairs that the last call left where they were.
   std::size_t kept() const { return kept_; }
-  std::size_t bytes() const { return merged_.bytes(); }
+  std::size_t bytes() const { return bytesOf(tasks_, merged_); }
 
  private:
   struct Task {
@@ -30,5 +29,3 @@ class KeptPairs {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

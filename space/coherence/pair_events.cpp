@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
+#include "space/geom/slots.h"
 
 namespace ode_parallel_sap {
 
@@ -90,12 +92,11 @@ void PairEvents::forget(Slot slot) {
 // All that stay have lower slots than any that came since, but for those that sit in slots of geoms
 // that are gone, and are marked so. There is room: see reserve().
 void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
-  const std::size_t known = std::min(closed_ ? was_.size() : last_slots_, geoms.size());
-  if (!closed_) was_.resizeDiscarding(known);
-  std::size_t stay = 0;
-  for (Slot slot = 0; slot < known; ++slot)
-    if (geoms[slot]) was_[stay++] = closed_ ? was_[slot] : slot;
-  was_.resize(stay);
+  if (!closed_) {
+    was_.resizeDiscarding(last_slots_);
+    std::iota(was_.begin(), was_.end(), Slot{0});
+  }
+  was_.resize(closeGaps(geoms, was_));
   closed_ = true;
 }
 
@@ -209,19 +210,15 @@ void PairEvents::findChanges(const Comparison& comparison, int threads) {
     findings.begun.resizeDiscarding(0);
     findings.ended.resizeDiscarding(0);
   }
-  ChunkQueue queue(pieces_.size(), 1);
-  runTeam(comparing, threads, [&](int thread, int) {
+  runChunks(comparing, threads, pieces_.size(), 1, [&](const Range& range, int thread) {
     Findings& findings = findings_[thread];
-    Range range;
-    while (queue.next(range)) {
-      Piece& piece = pieces_[range.begin];
-      piece.thread = static_cast<std::size_t>(thread);
-      piece.first_begun = findings.begun.size();
-      piece.first_ended = findings.ended.size();
-      comparison.run(piece, findings);
-      piece.begun = findings.begun.size() - piece.first_begun;
-      piece.ended = findings.ended.size() - piece.first_ended;
-    }
+    Piece& piece = pieces_[range.begin];
+    piece.thread = static_cast<std::size_t>(thread);
+    piece.first_begun = findings.begun.size();
+    piece.first_ended = findings.ended.size();
+    comparison.run(piece, findings);
+    piece.begun = findings.begun.size() - piece.first_begun;
+    piece.ended = findings.ended.size() - piece.first_ended;
   });
 }
 
@@ -247,15 +244,11 @@ void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
 }
 
 void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
-  ChunkQueue queue(pieces_.size(), 1);
-  runTeam(writing, threads, [&](int, int) {
-    Range range;
-    while (queue.next(range)) {
-      const Piece& piece = pieces_[range.begin];
-      writeEvents(piece, geoms);
-      std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
-      writeNumbers(piece);
-    }
+  runChunks(writing, threads, pieces_.size(), 1, [&](const Range& range, int) {
+    const Piece& piece = pieces_[range.begin];
+    writeEvents(piece, geoms);
+    std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
+    writeNumbers(piece);
   });
 }
 
@@ -321,16 +314,6 @@ void PairEvents::release() {
     numbers_.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }
-}
-
-std::size_t PairEvents::bytes() const {
-  std::size_t bytes = last_pairs_.bytes() + numbers_.bytes() + gone_.bytes() + was_.bytes() +
-                      free_.bytes() + begun_.bytes() + ended_.bytes() + next_pairs_.bytes() +
-                      next_numbers_.bytes() + old_slots_.bytes() +
-                      pieces_.capacity() * sizeof(Piece);
-  for (const Findings& findings : findings_)
-    bytes += findings.begun.bytes() + findings.ended.bytes();
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

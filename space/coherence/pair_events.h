@@ -1,7 +1,6 @@
 // Which pairs of a space began and which ended from one frame to the next. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PAIR_EVENTS_H
-#define ODE_PARALLEL_SAP_PAIR_EVENTS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -65,7 +64,10 @@ class PairEvents {
 
   // Gives back what the next frame need not have, and what the last one told.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(last_pairs_, numbers_, gone_, was_, free_, begun_, ended_, next_pairs_,
+                   next_numbers_, old_slots_, pieces_, findings_);
+  }
 
  private:
   // A part of the new pairs, the old ones that belong before its end, and what was found there.
@@ -77,6 +79,8 @@ class PairEvents {
   };
   struct alignas(64) Findings {
     Buffer<std::size_t> begun, ended;  // places, new and old
+
+    std::size_t bytes() const { return bytesOf(begun, ended); }
   };
   class Comparison;
 
@@ -115,5 +119,3 @@ class PairEvents {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -86,9 +86,9 @@ int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const 
   candidates_ = 0;
   int used = threads_;
   if (changes_) {
-    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, lent.finders.sweep<double>(),
+    used = std::max(used, boxes.wide ? findChanged(wide_incremental_, lent.finders.wide.sweep,
                                                    geom_update, boxes, threads)
-                                     : findChanged(incremental_, lent.finders.sweep<float>(),
+                                     : findChanged(incremental_, lent.finders.narrow.sweep,
                                                    geom_update, boxes, threads));
     candidates_ = found_.size();
     lent.filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
@@ -99,11 +99,6 @@ int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const 
     kept_ = pairs.size();
   }
   return used;
-}
-
-std::size_t PairKeeper::bytes() const {
-  return changed_.bytes() + incremental_.bytes() + wide_incremental_.bytes() + found_.bytes() +
-         kept_pairs_.bytes();
 }
 
 }  // namespace ode_parallel_sap

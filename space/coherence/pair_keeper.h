@@ -1,6 +1,5 @@
 // Keeps boxes and pairs from frame to frame while little changes. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_PAIR_KEEPER_H
-#define ODE_PARALLEL_SAP_PAIR_KEEPER_H
+#pragma once
 
 #include <cstddef>
 #include <utility>
@@ -64,7 +63,9 @@ class PairKeeper {
   std::size_t kept() const { return kept_; }
   // Whether it left all pairs as they were.
   bool unchanged() const { return changes_ == 0; }
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(changed_, incremental_, wide_incremental_, found_, kept_pairs_);
+  }
 
  private:
   // Who left the pairs of the last frame, and with them what find() can go on from.
@@ -96,5 +97,3 @@ class PairKeeper {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

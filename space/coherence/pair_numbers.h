@@ -1,6 +1,5 @@
 // Numbers for pairs while they last: the lowest free ones first.
-#ifndef ODE_PARALLEL_SAP_PAIR_NUMBERS_H
-#define ODE_PARALLEL_SAP_PAIR_NUMBERS_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -20,10 +19,7 @@ class PairNumbers {
   // Room for `count` numbers in use. Throws std::bad_alloc; take() and give() do not.
   void reserve(std::size_t count) {
     if (count > most) throw std::bad_alloc();
-    const std::size_t before = words_.size(), words = (count + word_numbers - 1) / word_numbers;
-    if (words <= before) return;
-    words_.resize(words);
-    std::fill(words_.begin() + before, words_.end(), ~std::uint64_t{0});
+    words_.growTo((count + word_numbers - 1) / word_numbers, ~std::uint64_t{0});
   }
   // The lowest free number. There is room.
   Number take() {
@@ -46,5 +42,3 @@ class PairNumbers {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of what is kept from one frame to the next.
-#ifndef ODE_PARALLEL_SAP_COHERENCE_TUNING_H
-#define ODE_PARALLEL_SAP_COHERENCE_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -29,5 +28,3 @@ constexpr std::size_t changed_chunk_cells = 4;
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 }  // namespace ode_parallel_sap
-
-#endif

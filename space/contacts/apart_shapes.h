@@ -1,7 +1,6 @@
 // What decides whether dCollide finds a contact of two shapes, one pair at a time. See
 // certainly_apart.h.
-#ifndef ODE_PARALLEL_SAP_APART_SHAPES_H
-#define ODE_PARALLEL_SAP_APART_SHAPES_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -11,25 +10,6 @@
 
 namespace ode_parallel_sap {
 namespace apart_shapes {
-
-// Poses are ODE's: matrices of three rows of four numbers each, whose columns are axes.
-struct BallShape {
-  const dReal* centre;
-  double radius;
-};
-struct RodShape {  // a capsule, along the third axis
-  const dReal* centre;
-  const dReal* matrix;
-  double radius, length;
-};
-struct BrickShape {
-  const dReal* centre;
-  const dReal* matrix;
-  const dReal* sides;
-};
-struct HalfSpaceShape {  // normal * x <= distance
-  const dReal* plane;
-};
 
 // Bounds an error of ODE's in any rounding mode, and more than that of one here.
 constexpr double epsilon = static_cast<double>(std::numeric_limits<dReal>::epsilon());
@@ -67,12 +47,6 @@ inline double lengthOf(const Vector& a) {
 inline double sizeOf(const Vector& a) {
   return std::fabs(a.x) + std::fabs(a.y) + std::fabs(a.z);
 }
-inline Vector vectorOf(const dReal* v) {
-  return {v[0], v[1], v[2]};
-}
-inline Vector columnOf(const dReal* matrix, int column) {
-  return {matrix[column], matrix[4 + column], matrix[8 + column]};
-}
 
 // False where anything is NaN.
 inline bool isBounded(double size) {
@@ -81,28 +55,36 @@ inline bool isBounded(double size) {
 inline bool isAxis(const Vector& axis) {
   return dot(axis, axis) <= 4;
 }
+// Of a place on an axis, to that part of it.
+inline double clip(double x, double most) {
+  return std::max(-most, std::min(x, most));
+}
 
-struct Brick {
-  Vector axis[3];
-  double half[3];
+struct SphereShape {
+  Vector centre;
+  double radius;
+};
 
-  explicit Brick(const BrickShape& shape) {
-    for (int i = 0; i < 3; ++i) {
-      axis[i] = columnOf(shape.matrix, i);
-      half[i] = 0.5 * shape.sides[i];
-    }
-  }
+struct PlaneShape {  // normal * x <= distance
+  Vector normal;
+  double distance;
+};
+
+struct BoxShape {
+  Vector centre, axis[3];
+  double half[3];  // sides
+
   bool isSound() const {
     return half[0] >= 0 && half[1] >= 0 && half[2] >= 0 &&
            dot(axis[0], axis[0]) + dot(axis[1], axis[1]) + dot(axis[2], axis[2]) <= 4;
   }
   double size() const { return half[0] + half[1] + half[2]; }
-  // Of a place relative to the centre, or of one in the brick.
+  // Of a place relative to the centre, or of one in the box.
   Vector inside(const Vector& p) const {
     return {dot(p, axis[0]), dot(p, axis[1]), dot(p, axis[2])};
   }
   Vector outside(const Vector& t) const { return t.x * axis[0] + t.y * axis[1] + t.z * axis[2]; }
-  Vector clip(const Vector& t) const {
+  Vector clipped(const Vector& t) const {
     return {clip(t.x, half[0]), clip(t.y, half[1]), clip(t.z, half[2])};
   }
   // How far it reaches along n.
@@ -110,24 +92,16 @@ struct Brick {
     return half[0] * std::fabs(dot(n, axis[0])) + half[1] * std::fabs(dot(n, axis[1])) +
            half[2] * std::fabs(dot(n, axis[2]));
   }
-
- private:
-  static double clip(double x, double most) { return std::max(-most, std::min(x, most)); }
 };
 
-struct Rod {
+struct CapsuleShape {
   Vector centre, axis;
-  double half, radius;
+  double half, radius;  // of the length
 
-  explicit Rod(const RodShape& shape)
-      : centre(vectorOf(shape.centre)),
-        axis(columnOf(shape.matrix, 2)),
-        half(0.5 * shape.length),
-        radius(shape.radius) {}
   bool isSound() const { return half >= 0 && isAxis(axis); }
   // Ends are computed from the centre in space, and rounded as such.
   double size() const { return sizeOf(centre) + half + std::fabs(radius); }
-  double clip(double along) const { return std::max(-half, std::min(along, half)); }
+  double clipped(double along) const { return clip(along, half); }
   Vector at(double along) const { return centre + along * axis; }
 };
 
@@ -141,84 +115,78 @@ inline bool isBetween(const Vector& n, const Vector& between, double reach, doub
 // areApart() is true only if dCollide certainly returns 0. All need exactMode().
 
 // dCollideSpheres: the distance of the centres against the sum of the radii.
-inline bool areApart(const BallShape& a, const BallShape& b) {
-  const Vector between = vectorOf(b.centre) - vectorOf(a.centre);
+inline bool areApart(const SphereShape& a, const SphereShape& b) {
+  const Vector between = b.centre - a.centre;
   const double radii = a.radius + b.radius;
   const double size = sizeOf(between) + std::fabs(a.radius) + std::fabs(b.radius);
   return isBounded(size) && lengthOf(between) > radii + rounding * size;
 }
 
 // dCollideSphereBox clips the centre to the box. One that it does not find outside touches.
-inline bool areApart(const BallShape& ball, const BrickShape& shape) {
-  const Brick brick(shape);
-  const Vector between = vectorOf(ball.centre) - vectorOf(shape.centre);
-  const double size = sizeOf(between) + brick.size() + std::fabs(ball.radius);
-  if (!brick.isSound() || !isBounded(size)) return false;
+inline bool areApart(const SphereShape& sphere, const BoxShape& box) {
+  const Vector between = sphere.centre - box.centre;
+  const double size = sizeOf(between) + box.size() + std::fabs(sphere.radius);
+  if (!box.isSound() || !isBounded(size)) return false;
   const double error = rounding * size;
-  const Vector t = brick.inside(between);
-  if (!(std::fabs(t.x) > brick.half[0] + error || std::fabs(t.y) > brick.half[1] + error ||
-        std::fabs(t.z) > brick.half[2] + error))
+  const Vector t = box.inside(between);
+  if (!(std::fabs(t.x) > box.half[0] + error || std::fabs(t.y) > box.half[1] + error ||
+        std::fabs(t.z) > box.half[2] + error))
     return false;
-  return lengthOf(between - brick.outside(brick.clip(t))) > ball.radius + error;
+  return lengthOf(between - box.outside(box.clipped(t))) > sphere.radius + error;
 }
 
-inline bool areApart(const BallShape& ball, const HalfSpaceShape& half_space) {
-  const Vector normal = vectorOf(half_space.plane), centre = vectorOf(ball.centre);
-  const double distance = half_space.plane[3];
-  const double size = sizeOf(centre) + std::fabs(distance) + std::fabs(ball.radius);
-  return isAxis(normal) && isBounded(size) &&
-         dot(normal, centre) - distance - ball.radius > rounding * size;
+inline bool areApart(const SphereShape& sphere, const PlaneShape& plane) {
+  const double size = sizeOf(sphere.centre) + std::fabs(plane.distance) + std::fabs(sphere.radius);
+  return isAxis(plane.normal) && isBounded(size) &&
+         dot(plane.normal, sphere.centre) - plane.distance - sphere.radius > rounding * size;
 }
 
 // dCollideCapsuleSphere: two spheres, one at that place of the capsule's axis which is nearest.
-inline bool areApart(const RodShape& shape, const BallShape& ball) {
-  const Rod rod(shape);
-  const Vector centre = vectorOf(ball.centre);
-  const double size = rod.size() + sizeOf(centre) + std::fabs(ball.radius);
-  if (!rod.isSound() || !isBounded(size)) return false;
-  const Vector nearest = rod.at(rod.clip(dot(rod.axis, centre - rod.centre)));
-  return lengthOf(centre - nearest) > rod.radius + ball.radius + rounding * size;
+inline bool areApart(const CapsuleShape& capsule, const SphereShape& sphere) {
+  const double size = capsule.size() + sizeOf(sphere.centre) + std::fabs(sphere.radius);
+  if (!capsule.isSound() || !isBounded(size)) return false;
+  const Vector nearest =
+      capsule.at(capsule.clipped(dot(capsule.axis, sphere.centre - capsule.centre)));
+  return lengthOf(sphere.centre - nearest) > capsule.radius + sphere.radius + rounding * size;
 }
 
 // dCollideCapsuleBox: two spheres, one of no radius, at a place on the capsule's axis and one in
 // the box, whichever it finds; or two boxes if these are closer than 1e-15 (1e-6 in single
 // precision).
-inline bool areApart(const RodShape& rod_shape, const BrickShape& brick_shape) {
-  const Rod rod(rod_shape);
-  const Brick brick(brick_shape);
-  const Vector centre = vectorOf(brick_shape.centre);
-  const double size = rod.size() + sizeOf(centre) + brick.size();
-  if (!rod.isSound() || !brick.isSound() || !isBounded(size)) return false;
-  const Vector between = rod.centre - centre;
-  const Vector start = brick.inside(between), along = brick.inside(rod.axis);
+inline bool areApart(const CapsuleShape& capsule, const BoxShape& box) {
+  const double size = capsule.size() + sizeOf(box.centre) + box.size();
+  if (!capsule.isSound() || !box.isSound() || !isBounded(size)) return false;
+  const Vector between = capsule.centre - box.centre;
+  const Vector start = box.inside(between), along = box.inside(capsule.axis);
   // From one to the other by turns; where that ends too early no harm is done.
-  double place = rod.clip(-dot(start, along) / dot(along, along));
+  double place = capsule.clipped(-dot(start, along) / dot(along, along));
   Vector apart = {};
   for (int turn = 0; turn < 3; ++turn) {
     const Vector on_axis = start + place * along;
-    const Vector in_brick = brick.clip(on_axis);
-    apart = on_axis - in_brick;
-    place = rod.clip(dot(in_brick - start, along) / dot(along, along));
+    const Vector in_box = box.clipped(on_axis);
+    apart = on_axis - in_box;
+    place = capsule.clipped(dot(in_box - start, along) / dot(along, along));
   }
-  const Vector n = brick.outside(apart);
+  const Vector n = box.outside(apart);
   constexpr double least_distance = single ? 2e-6 : 2e-15;
-  return isBetween(n, between, rod.half * std::fabs(dot(n, rod.axis)) + brick.reach(n),
-                   std::max(rod.radius, least_distance) + rounding * size);
+  return isBetween(n, between, capsule.half * std::fabs(dot(n, capsule.axis)) + box.reach(n),
+                   std::max(capsule.radius, least_distance) + rounding * size);
 }
 
-// The places on the axes of two rods, not parallel, that are nearest to each other.
-inline Vector betweenNearest(const Rod& a, const Rod& b, double cosine, double squared_sine) {
+// The places on the axes of two capsules, not parallel, that are nearest to each other.
+inline Vector betweenNearest(const CapsuleShape& a, const CapsuleShape& b, double cosine,
+                             double squared_sine) {
   const Vector between = b.centre - a.centre;
   const double on_a = dot(a.axis, between), on_b = dot(b.axis, between);
-  const double at_a = a.clip((on_a - cosine * on_b) / squared_sine);
-  const double at_b = b.clip(cosine * at_a - on_b);
-  const double again = a.clip(cosine * at_b + on_a);
+  const double at_a = a.clipped((on_a - cosine * on_b) / squared_sine);
+  const double at_b = b.clipped(cosine * at_a - on_b);
+  const double again = a.clipped(cosine * at_b + on_a);
   return b.at(at_b) - a.at(again);
 }
 
-// Whether two rods, parallel for all that ODE can see, are certainly beside each other for a while:
-// it then takes places of both axes in that range.
-inline bool areBeside(const Rod& a, const Rod& b, double error) {
+// Whether two capsules, parallel for all that ODE can see, are certainly beside each other for a
+// while: it then takes places of both axes in that range.
+inline bool areBeside(const CapsuleShape& a, const CapsuleShape& b, double error) {
   const double shift = std::fabs(dot(a.axis, b.centre - a.centre));
   return a.half > 0 && b.half > 0 && shift + 4 * error < a.half + b.half;
 }
@@ -228,8 +196,7 @@ inline bool areBeside(const Rod& a, const Rod& b, double error) {
 // short beside its distance from the origin that its ends, rounded, have another direction, the
 // places may be anywhere on lines that are no longer the axes. Above, they are off by errors that
 // are divided by 1 - cosine^2.
-inline bool areApart(const RodShape& first, const RodShape& second) {
-  const Rod a(first), b(second);
+inline bool areApart(const CapsuleShape& a, const CapsuleShape& b) {
   const double size = a.size() + b.size();
   constexpr double unit_error = 0x1p-20;  // fixed: far beyond the rounding of an axis
   if (!isBounded(size) || !(a.half >= 0) || !(b.half >= 0) ||
@@ -256,27 +223,20 @@ inline bool areApart(const RodShape& first, const RodShape& second) {
 }
 
 // dCollideCapsulePlane looks at the deeper end.
-inline bool areApart(const RodShape& shape, const HalfSpaceShape& half_space) {
-  const Rod rod(shape);
-  const Vector normal = vectorOf(half_space.plane);
-  const double distance = half_space.plane[3];
-  const double size = rod.size() + std::fabs(distance);
-  if (!rod.isSound() || !isAxis(normal) || !isBounded(size)) return false;
-  const double height = dot(normal, rod.centre) - rod.half * std::fabs(dot(normal, rod.axis));
-  return height - distance - rod.radius > rounding * size;
+inline bool areApart(const CapsuleShape& capsule, const PlaneShape& plane) {
+  const double size = capsule.size() + std::fabs(plane.distance);
+  if (!capsule.isSound() || !isAxis(plane.normal) || !isBounded(size)) return false;
+  const double height =
+      dot(plane.normal, capsule.centre) - capsule.half * std::fabs(dot(plane.normal, capsule.axis));
+  return height - plane.distance - capsule.radius > rounding * size;
 }
 
 // dCollideBoxPlane looks at the deepest corner.
-inline bool areApart(const BrickShape& shape, const HalfSpaceShape& half_space) {
-  const Brick brick(shape);
-  const Vector normal = vectorOf(half_space.plane), centre = vectorOf(shape.centre);
-  const double distance = half_space.plane[3];
-  const double size = sizeOf(centre) + brick.size() + std::fabs(distance);
-  if (!brick.isSound() || !isAxis(normal) || !isBounded(size)) return false;
-  return dot(normal, centre) - brick.reach(normal) - distance > rounding * size;
+inline bool areApart(const BoxShape& box, const PlaneShape& plane) {
+  const double size = sizeOf(box.centre) + box.size() + std::fabs(plane.distance);
+  if (!box.isSound() || !isAxis(plane.normal) || !isBounded(size)) return false;
+  return dot(plane.normal, box.centre) - box.reach(plane.normal) - plane.distance > rounding * size;
 }
 
 }  // namespace apart_shapes
 }  // namespace ode_parallel_sap
-
-#endif

@@ -17,52 +17,68 @@ bool isKnown(const dxGeom* geom) {
   return geom->type < 32 && known >> geom->type & 1 && !(geom->gflags & GEOM_POSR_BAD);
 }
 
-BallShape ballOf(const dxGeom* geom) {
-  return {geom->final_posr->pos, static_cast<const dxSphere*>(geom)->radius};
+Vector vectorOf(const dReal* v) {
+  return {v[0], v[1], v[2]};
 }
-RodShape rodOf(const dxGeom* geom) {
-  const dxCapsule* const capsule = static_cast<const dxCapsule*>(geom);
-  return {geom->final_posr->pos, geom->final_posr->R, capsule->radius, capsule->lz};
+Vector centreOf(const dxGeom* geom) {
+  return vectorOf(geom->final_posr->pos);
 }
-BrickShape brickOf(const dxGeom* geom) {
-  return {geom->final_posr->pos, geom->final_posr->R, static_cast<const dxBox*>(geom)->side};
-}
-HalfSpaceShape halfSpaceOf(const dxGeom* geom) {
-  return {static_cast<const dxPlane*>(geom)->p};
+// Axes are columns of a matrix of three rows of four numbers each.
+Vector axisOf(const dxGeom* geom, int axis) {
+  const dReal* const matrix = geom->final_posr->R;
+  return {matrix[axis], matrix[4 + axis], matrix[8 + axis]};
 }
 
-bool isBallApart(const dxGeom* ball, const dxGeom* other) {
+SphereShape sphereOf(const dxGeom* geom) {
+  return {centreOf(geom), static_cast<const dxSphere*>(geom)->radius};
+}
+CapsuleShape capsuleOf(const dxGeom* geom) {
+  const dxCapsule* const capsule = static_cast<const dxCapsule*>(geom);
+  return {centreOf(geom), axisOf(geom, 2), 0.5 * capsule->lz, capsule->radius};
+}
+BoxShape boxOf(const dxGeom* geom) {
+  const dReal* const side = static_cast<const dxBox*>(geom)->side;
+  return {centreOf(geom),
+          {axisOf(geom, 0), axisOf(geom, 1), axisOf(geom, 2)},
+          {0.5 * side[0], 0.5 * side[1], 0.5 * side[2]}};
+}
+PlaneShape planeOf(const dxGeom* geom) {
+  const dReal* const p = static_cast<const dxPlane*>(geom)->p;
+  return {vectorOf(p), p[3]};
+}
+
+bool isSphereApart(const dxGeom* sphere, const dxGeom* other) {
   switch (other->type) {
     case dSphereClass:
-      return areApart(ballOf(ball), ballOf(other));
+      return areApart(sphereOf(sphere), sphereOf(other));
     case dBoxClass:
-      return areApart(ballOf(ball), brickOf(other));
+      return areApart(sphereOf(sphere), boxOf(other));
     case dPlaneClass:
-      return areApart(ballOf(ball), halfSpaceOf(other));
+      return areApart(sphereOf(sphere), planeOf(other));
     default:
-      return areApart(rodOf(other), ballOf(ball));
+      return areApart(capsuleOf(other), sphereOf(sphere));
   }
 }
 
-bool isRodApart(const dxGeom* rod, const dxGeom* other) {
+bool isCapsuleApart(const dxGeom* capsule, const dxGeom* other) {
   switch (other->type) {
     case dBoxClass:
-      return areApart(rodOf(rod), brickOf(other));
+      return areApart(capsuleOf(capsule), boxOf(other));
     case dPlaneClass:
-      return areApart(rodOf(rod), halfSpaceOf(other));
+      return areApart(capsuleOf(capsule), planeOf(other));
     default:
-      return areApart(rodOf(rod), rodOf(other));
+      return areApart(capsuleOf(capsule), capsuleOf(other));
   }
 }
 
 // For all of the known classes but two boxes. ODE has no collider of two planes.
 bool isPairApart(const dxGeom* a, const dxGeom* b) {
-  if (a->type == dSphereClass) return isBallApart(a, b);
-  if (b->type == dSphereClass) return isBallApart(b, a);
-  if (a->type == dCapsuleClass) return isRodApart(a, b);
-  if (b->type == dCapsuleClass) return isRodApart(b, a);
-  if (a->type == dBoxClass) return areApart(brickOf(a), halfSpaceOf(b));
-  return b->type == dBoxClass && areApart(brickOf(b), halfSpaceOf(a));
+  if (a->type == dSphereClass) return isSphereApart(a, b);
+  if (b->type == dSphereClass) return isSphereApart(b, a);
+  if (a->type == dCapsuleClass) return isCapsuleApart(a, b);
+  if (b->type == dCapsuleClass) return isCapsuleApart(b, a);
+  if (a->type == dBoxClass) return areApart(boxOf(a), planeOf(b));
+  return b->type == dBoxClass && areApart(boxOf(b), planeOf(a));
 }
 
 // Pairs of boxes wait here for each other.
@@ -109,7 +125,7 @@ class BoxBatch {
 }  // namespace
 
 // Numbers beyond floats become infinite, and must not trap where the program wants that of its own.
-ApartPairs certainlyApart(const GeomPair* pairs, std::size_t count, std::uint32_t wanted,
+ApartPairs certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted,
                           ApartKinds kinds) {
   const ScopedMode scoped(exactMode());
   BoxBatch boxes;

@@ -1,12 +1,11 @@
 // Pairs of which dCollide certainly finds no contact, found without it. Sees ODE's private headers
 // in its source only.
-#ifndef ODE_PARALLEL_SAP_CERTAINLY_APART_H
-#define ODE_PARALLEL_SAP_CERTAINLY_APART_H
+#pragma once
+
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
 #include <cstdint>
-
-#include "space/contacts/geom_pair.h"
 
 namespace ode_parallel_sap {
 
@@ -34,9 +33,7 @@ struct ApartPairs {
 // `apart` holds what they find apart whatever the errors of rounding are, theirs and those made
 // here, in every rounding mode, with denormals flushed or not, and whatever numbers poses, sizes
 // and matrices hold. It takes the rest for one that might touch.
-ApartPairs certainlyApart(const GeomPair* pairs, std::size_t count, std::uint32_t wanted,
+ApartPairs certainlyApart(const dParallelSAPPair* pairs, std::size_t count, std::uint32_t wanted,
                           ApartKinds kinds);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What a program does with the pairs that are reported to it. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_COLLIDE_HABITS_H
-#define ODE_PARALLEL_SAP_COLLIDE_HABITS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -101,5 +100,3 @@ class CollideHabits {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Private images of ODE for the threads of a team. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_COLLIDER_IMAGES_H
-#define ODE_PARALLEL_SAP_COLLIDER_IMAGES_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -57,5 +56,3 @@ class ColliderImages {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Which of ODE's colliders may run in several threads at once.
-#ifndef ODE_PARALLEL_SAP_COLLIDER_THREADS_H
-#define ODE_PARALLEL_SAP_COLLIDER_THREADS_H
+#pragma once
 
 #include "space/geom/ode_private.h"
 
@@ -17,5 +16,3 @@ enum class ColliderUse {
 ColliderUse colliderUse(dxGeom* a, dxGeom* b);
 
 }  // namespace ode_parallel_sap
-
-#endif

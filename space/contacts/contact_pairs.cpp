@@ -1,5 +1,6 @@
 #include "space/contacts/contact_pairs.h"
 
+#include <algorithm>
 #include <new>
 
 #include "space/data/parallel.h"
@@ -14,7 +15,7 @@ Region listing("contacts: list of pairs");
 
 }  // namespace
 
-ContactPairs::ContactPairs(const ContactRequest& request, Buffer<GeomPair>&& storage)
+ContactPairs::ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>&& storage)
     : request_(request), list_(std::move(storage)) {
   list_.resizeDiscarding(0);
 }
@@ -49,17 +50,31 @@ void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces,
   listPairs(pairs, geoms, threads, list_);
 }
 
-void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads, Buffer<GeomPair>& all) {
+// The table of geoms is asked for an entry some pairs ahead: that of the later geom may be anywhere
+// in it.
+dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
+                          dParallelSAPPair* to) {
+  constexpr std::ptrdiff_t ahead = prefetch_distance;
+  const Pair* pair = begin;
+  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
+    __builtin_prefetch(&geoms[laterOf(pair[ahead])]);
+    *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
+  }
+  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
+  return to;
+}
+
+void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
+               Buffer<dParallelSAPPair>& all) {
   all.resizeDiscarding(pairs.size());
   std::size_t at = 0;
   for (const Buffer<Pair>& part : pairs.parts) {
-    GeomPair* const list = all.data() + at;
+    dParallelSAPPair* const list = all.data() + at;
     at += part.size();
     const int team = teamFor(part.size(), grains::listed_pairs, threads);
     runTeam(listing, team, [&](int thread, int threads_of_team) {
       const Range range = ownPart(part.size(), thread, threads_of_team);
-      for (std::size_t i = range.begin; i < range.end; ++i)
-        list[i] = {geoms[earlierOf(part[i])], geoms[laterOf(part[i])]};
+      resolve(part.data() + range.begin, part.data() + range.end, geoms, list + range.begin);
     });
   }
 }
@@ -72,7 +87,7 @@ bool ContactPairs::makeRoom(std::size_t pairs) try {
 }
 
 void ContactPairs::collideNow() {
-  const Buffer<GeomPair> list = std::move(list_);
+  const Buffer<dParallelSAPPair> list = std::move(list_);
   NarrowPhase::collideOneByOne(list, request_);
 }
 

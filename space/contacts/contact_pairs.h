@@ -1,6 +1,5 @@
 // The pairs that are to be collided: the list behind the `pairs` of dParallelSAPAddPair.
-#ifndef ODE_PARALLEL_SAP_CONTACT_PAIRS_H
-#define ODE_PARALLEL_SAP_CONTACT_PAIRS_H
+#pragma once
 
 #include "space/contacts/narrow_phase.h"
 #include "space/data/pair_list.h"
@@ -10,7 +9,7 @@ namespace ode_parallel_sap {
 class ContactPairs {
  public:
   // Takes over the storage of a list, to give it back by release().
-  ContactPairs(const ContactRequest& request, Buffer<GeomPair>&& storage);
+  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>&& storage);
 
   // Adds a pair, or in the place of one with a space what the request says is to be collided then.
   // Where there is no memory for it, the pairs so far are collided and reported at once.
@@ -19,20 +18,23 @@ class ContactPairs {
   // none of the geoms is one.
   void add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads);
 
-  const Buffer<GeomPair>& list() const { return list_; }
-  Buffer<GeomPair>&& release() { return std::move(list_); }
+  const Buffer<dParallelSAPPair>& list() const { return list_; }
+  Buffer<dParallelSAPPair>&& release() { return std::move(list_); }
 
  private:
   bool makeRoom(std::size_t pairs);
   void collideNow();
 
   const ContactRequest& request_;
-  Buffer<GeomPair> list_;
+  Buffer<dParallelSAPPair> list_;
 };
 
+// Writes the pairs of geoms behind pairs of slots to `to`; returns what comes after them.
+dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
+                          dParallelSAPPair* to);
+
 // Makes `all` the pairs of a space whose geoms these are, by slot.
-void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads, Buffer<GeomPair>& all);
+void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
+               Buffer<dParallelSAPPair>& all);
 
 }  // namespace ode_parallel_sap
-
-#endif

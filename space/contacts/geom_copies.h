@@ -1,6 +1,5 @@
 // Stand-ins for geoms that a collider of ODE writes to. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_COPIES_H
-#define ODE_PARALLEL_SAP_GEOM_COPIES_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -34,5 +33,3 @@ class GeomCopies {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

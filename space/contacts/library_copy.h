@@ -1,6 +1,5 @@
 // A second copy of a shared library of this process, with variables of its own.
-#ifndef ODE_PARALLEL_SAP_LIBRARY_COPY_H
-#define ODE_PARALLEL_SAP_LIBRARY_COPY_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -59,5 +58,3 @@ class LibraryCopy {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -12,6 +12,7 @@
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
+#include "space/geom/prefetch.h"
 
 namespace ode_parallel_sap {
 
@@ -30,34 +31,22 @@ std::size_t chunkFor(std::size_t pairs, int team) {
                                  most_apart_pairs);
 }
 
-// All lines of an object, which need not begin with one.
-void prefetchObject(const void* object, std::size_t size) {
-  const char* const bytes = static_cast<const char*>(object);
-  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
-  __builtin_prefetch(bytes + size - 1);
-}
-
-// The derived classes' sizes follow the base: one line more holds most of them.
-void prefetchGeom(const dxGeom* geom) {
-  prefetchObject(geom, sizeof(dxGeom) + 32);
-}
-
 // The pose, and the beginning of the body, which callbacks ask whether it is awake.
-void prefetchPose(const dxGeom* geom) {
-  if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
+void prefetchPlace(const dxGeom* geom) {
+  prefetchPose(geom);
   if (geom->body) prefetchObject(geom->body, 128);
 }
 
 // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
 // the caller had them: none, not those of another pair.
-void clearSides(const GeomPair& pair, dContactGeom* contacts, int count) {
+void clearSides(const dParallelSAPPair& pair, dContactGeom* contacts, int count) {
   if (pair.o1->type != dConvexClass || pair.o2->type != dConvexClass) return;
   for (int i = 0; i < count; ++i) contacts[i].side1 = contacts[i].side2 = -1;
 }
 
 // Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
 // are.
-std::uint32_t collide(const GeomPair& pair, int flags, const ContactRequest& request,
+std::uint32_t collide(const dParallelSAPPair& pair, int flags, const ContactRequest& request,
                       Buffer<dContactGeom>& contacts, ColliderImage* image = nullptr) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
@@ -97,7 +86,7 @@ void prefetchContacts(const dContactGeom* contacts, std::size_t count) {
 
 class NarrowPhase::Pass {
  public:
-  Pass(NarrowPhase& phase, const Buffer<GeomPair>& pairs, const ContactRequest& request,
+  Pass(NarrowPhase& phase, const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
        const Way& way)
       : phase_(phase), pairs_(pairs), request_(request), way_(way) {}
 
@@ -106,37 +95,21 @@ class NarrowPhase::Pass {
   // Calls work(range, thread) for all of [0, count) by a team, and returns the team's size.
   template <class Work>
   int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
-    ChunkQueue queue(count, chunk);
-    int used = 1;
-    runTeam(region, threads, [&](int thread, int team) {
-      if (thread == 0) used = team;
-      // Contacts that are told are of classes whose colliders need no data of ODE's.
-      const ThreadData data(way_.tells ? 0 : thread, way_.manual_cleanup);
-      if (!data.ready()) return;
-      Range range;
-      while (queue.next(range)) work(range, thread);
-    });
-    return used;
+    // Contacts that are told are of classes whose colliders need no data of ODE's.
+    return way_.tells ? runChunks(region, threads, count, chunk, work)
+                      : runChunksWithData(region, threads, count, chunk, way_.manual_cleanup, work);
   }
 
-  void prefetchAfter(std::size_t pair) const {
-    if (pair + 2 * pairs_ahead < pairs_.size()) {
-      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o1);
-      prefetchGeom(pairs_[pair + 2 * pairs_ahead].o2);
-      prefetchPose(pairs_[pair + pairs_ahead].o1);
-      prefetchPose(pairs_[pair + pairs_ahead].o2);
-    }
-  }
-
-  // The same of pairs that waited, of which the next one may lie anywhere.
-  void prefetchAfter(std::size_t i, const Buffer<Waiting>& waiting) const {
-    if (i + 2 * pairs_ahead >= waiting.size()) return;
-    const GeomPair &later = pairs_[waiting[i + 2 * pairs_ahead].pair],
-                   &next = pairs_[waiting[i + pairs_ahead].pair];
+  // Asks for what comes after the i-th of `count` pairs; pairOf(i) tells where in the list it is.
+  template <class PairOf>
+  void prefetchAfter(std::size_t i, std::size_t count, PairOf pairOf) const {
+    if (i + 2 * pairs_ahead >= count) return;
+    const dParallelSAPPair &later = pairs_[pairOf(i + 2 * pairs_ahead)],
+                           &next = pairs_[pairOf(i + pairs_ahead)];
     prefetchGeom(later.o1);
     prefetchGeom(later.o2);
-    prefetchPose(next.o1);
-    prefetchPose(next.o2);
+    prefetchPlace(next.o1);
+    prefetchPlace(next.o2);
   }
 
   // Looks at a chunk of pairs: first for their flags, then which are apart, then at the others.
@@ -148,7 +121,7 @@ class NarrowPhase::Pass {
     int flags[most_apart_pairs];
     std::uint32_t wanted = 0, testable = 0;
     for (std::size_t i = 0; i < range.end - range.begin; ++i) {
-      prefetchAfter(range.begin + i);
+      prefetchAfter(range.begin + i, pairs_.size(), [](std::size_t pair) { return pair; });
       flags[i] = request_.flagsOf(pairs_[range.begin + i]);
       Found& found = phase_.found_[range.begin + i];
       found = {0, 0, asksForContacts(flags[i]) ? std::uint16_t{0} : nobody, 0};
@@ -171,12 +144,11 @@ class NarrowPhase::Pass {
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
     const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
                                             wanted, way_.leave_out);
-    const auto add = [&found](std::uint32_t tested, LeftOut::Share& share) {
-      share.tested += static_cast<std::size_t>(__builtin_popcount(tested));
-      share.apart += static_cast<std::size_t>(__builtin_popcount(tested & found.apart));
+    const auto shareOf = [&found](std::uint32_t tested) {
+      return LeftOut::Share{static_cast<std::size_t>(__builtin_popcount(tested)),
+                            static_cast<std::size_t>(__builtin_popcount(tested & found.apart))};
     };
-    add(found.boxes, phase_.shares_[thread].left_out.boxes);
-    add(found.others, phase_.shares_[thread].left_out.others);
+    phase_.shares_[thread].left_out.add({shareOf(found.boxes), shareOf(found.others)});
     return found.apart;
   }
 
@@ -186,7 +158,7 @@ class NarrowPhase::Pass {
       collide(waiting, thread);
       return;
     }
-    const GeomPair& pair = pairs_[waiting.pair];
+    const dParallelSAPPair& pair = pairs_[waiting.pair];
     const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread
                                 ? ColliderUse::CallingThread
                                 : colliderUse(pair.o1, pair.o2);
@@ -237,7 +209,7 @@ class NarrowPhase::Pass {
 
   // Leaves it to the calling thread where the image does not serve it.
   void collideOn(ColliderImage& image, const Waiting& waiting, int thread) const {
-    const GeomPair& pair = pairs_[waiting.pair];
+    const dParallelSAPPair& pair = pairs_[waiting.pair];
     if (image.serves(pair.o1, pair.o2))
       collide(waiting, thread, &image);
     else
@@ -246,21 +218,16 @@ class NarrowPhase::Pass {
 
  private:
   NarrowPhase& phase_;
-  const Buffer<GeomPair>& pairs_;
+  const Buffer<dParallelSAPPair>& pairs_;
   const ContactRequest& request_;
   const Way& way_;
 };
 
-int NarrowPhase::run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way) {
+int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
+                     const Way& way) {
   const int threads = way.threads;
   if (shares_.size() < static_cast<std::size_t>(threads)) shares_.resize(threads);
-  for (Share& share : shares_) {
-    share.contacts.resizeDiscarding(0);
-    share.heavy.resizeDiscarding(0);
-    share.image.resizeDiscarding(0);
-    share.calling_thread.resizeDiscarding(0);
-    share.left_out = {};
-  }
+  for (Share& share : shares_) share.clear();
   found_.resizeDiscarding(pairs.size());
   const Pass pass(*this, pairs, request, way);
   int used = lookAtAll(pass, threads);
@@ -297,13 +264,13 @@ int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
   }
   // Of pairs of meshes one may take a hundred times as long as another.
   const std::size_t chunk = chunkFor(waiting_.size() / tasks_a_thread, images.count());
-  return pass.share(colliding_on_images, waiting_.size(), chunk, images.count(),
-                    [&](Range range, int thread) {
-                      for (std::size_t i = range.begin; i < range.end; ++i) {
-                        pass.prefetchAfter(i, waiting_);
-                        pass.collideOn(images[thread], waiting_[i], thread);
-                      }
-                    });
+  return pass.share(
+      colliding_on_images, waiting_.size(), chunk, images.count(), [&](Range range, int thread) {
+        for (std::size_t i = range.begin; i < range.end; ++i) {
+          pass.prefetchAfter(i, waiting_.size(), [&](std::size_t at) { return waiting_[at].pair; });
+          pass.collideOn(images[thread], waiting_[i], thread);
+        }
+      });
 }
 
 void NarrowPhase::collideRest(const Pass& pass) {
@@ -313,7 +280,8 @@ void NarrowPhase::collideRest(const Pass& pass) {
   for (const Waiting& waiting : waiting_) pass.collideLast(waiting);
 }
 
-void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const {
+void NarrowPhase::report(const Buffer<dParallelSAPPair>& pairs,
+                         const ContactRequest& request) const {
   const auto contactsOf = [&](const Found& found) {
     return shares_[found.thread].contacts.data() + found.first;
   };
@@ -325,9 +293,10 @@ void NarrowPhase::report(const Buffer<GeomPair>& pairs, const ContactRequest& re
   }
 }
 
-void NarrowPhase::collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request) {
+void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
+                                  const ContactRequest& request) {
   Buffer<dContactGeom> contacts;
-  for (const GeomPair& pair : pairs) {
+  for (const dParallelSAPPair& pair : pairs) {
     const int flags = request.flagsOf(pair);
     if (!asksForContacts(flags)) continue;
     contacts.resizeDiscarding(0);
@@ -341,6 +310,35 @@ void NarrowPhase::collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRe
   }
 }
 
+void NarrowPhase::precomputeNothing() {
+  found_.resizeDiscarding(0);
+  for (Share& share : shares_) share.contacts.resizeDiscarding(0);
+}
+
+std::size_t NarrowPhase::precomputed() const {
+  return static_cast<std::size_t>(std::count_if(
+      found_.begin(), found_.end(), [](const Found& found) { return found.thread != nobody; }));
+}
+
+// ODE takes the quaternion of a body as it is, and makes a geom's own from its matrix. It takes a
+// body from a geom without a trace, as that stays where it is.
+std::uint16_t NarrowPhase::bodiesOf(const dParallelSAPPair& pair) {
+  return static_cast<std::uint16_t>((pair.o1->body ? 1 : 0) | (pair.o2->body ? 2 : 0) |
+                                    (pair.o1->offset_posr ? 4 : 0) |
+                                    (pair.o2->offset_posr ? 8 : 0));
+}
+
+int NarrowPhase::tell(std::size_t place, const dParallelSAPPair& pair, dContactGeom* contacts,
+                      int skip) const {
+  const Found& found = found_[place];
+  if (found.thread == nobody || found.bodies != bodiesOf(pair)) return -1;
+  const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
+  for (std::uint32_t i = 0; i < found.count; ++i)
+    copyWritten(told[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                                          static_cast<std::ptrdiff_t>(i) * skip));
+  return static_cast<int>(found.count);
+}
+
 std::size_t NarrowPhase::contacts() const {
   std::size_t contacts = 0;
   for (const Share& share : shares_) contacts += share.contacts.size();
@@ -349,23 +347,8 @@ std::size_t NarrowPhase::contacts() const {
 
 NarrowPhase::LeftOut NarrowPhase::leftOut() const {
   LeftOut all = {};
-  const auto add = [](const LeftOut::Share& from, LeftOut::Share& to) {
-    to.tested += from.tested;
-    to.apart += from.apart;
-  };
-  for (const Share& share : shares_) {
-    add(share.left_out.boxes, all.boxes);
-    add(share.left_out.others, all.others);
-  }
+  for (const Share& share : shares_) all.add(share.left_out);
   return all;
-}
-
-std::size_t NarrowPhase::bytes() const {
-  std::size_t bytes = found_.bytes() + waiting_.bytes();
-  for (const Share& share : shares_)
-    bytes += share.contacts.bytes() + share.heavy.bytes() + share.image.bytes() +
-             share.calling_thread.bytes();
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

@@ -1,7 +1,6 @@
 // The narrow phase: ODE's colliders on a list of pairs, by a team of threads. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_NARROW_PHASE_H
-#define ODE_PARALLEL_SAP_NARROW_PHASE_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "space/contacts/certainly_apart.h"
-#include "space/contacts/geom_pair.h"
 #include "space/data/buffer.h"
 #include "space/data/tuning.h"
 
@@ -22,10 +20,10 @@ struct ContactRequest {
   int flags;
   dParallelSAPContactCallbacks callbacks;
 
-  int flagsOf(const GeomPair& pair) const {
+  int flagsOf(const dParallelSAPPair& pair) const {
     return callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
   }
-  void report(const GeomPair& pair, const dContactGeom* contacts, std::size_t count) const {
+  void report(const dParallelSAPPair& pair, const dContactGeom* contacts, std::size_t count) const {
     callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));
   }
 };
@@ -53,18 +51,26 @@ class NarrowPhase {
   struct LeftOut {
     struct Share {
       std::size_t tested, apart;
+      void add(const Share& more) {
+        tested += more.tested;
+        apart += more.apart;
+      }
     } boxes, others;
     std::size_t apart() const { return boxes.apart + others.apart; }
+    void add(const LeftOut& more) {
+      boxes.add(more.boxes);
+      others.add(more.others);
+    }
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
-  int run(const Buffer<GeomPair>& pairs, const ContactRequest& request, const Way& way);
+  int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
-  void report(const Buffer<GeomPair>& pairs, const ContactRequest& request) const;
+  void report(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request) const;
   // After a run that tells: what dCollide returned for the pair at this place of the list, which is
   // this, and its contacts, every `skip` bytes. -1 where that is not known, or where one of the
   // geoms has come to a body or lost it since.
-  int tell(std::size_t place, const GeomPair& pair, dContactGeom* contacts, int skip) const;
+  int tell(std::size_t place, const dParallelSAPPair& pair, dContactGeom* contacts, int skip) const;
   // Asks for the memory of what is told soon after this place.
   void prefetch(std::size_t place) const {
     place += prefetch_distance;
@@ -85,10 +91,10 @@ class NarrowPhase {
   // Of the last run.
   std::size_t contacts() const;
   LeftOut leftOut() const;
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
-  static void collideOneByOne(const Buffer<GeomPair>& pairs, const ContactRequest& request);
+  static void collideOneByOne(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request);
 
  private:
   // A pair that had to wait, and its flags.
@@ -100,6 +106,14 @@ class NarrowPhase {
     Buffer<dContactGeom> contacts;
     Buffer<Waiting> heavy, image, calling_thread;
     LeftOut left_out = {};
+
+    void clear() {
+      contacts.resizeDiscarding(0);
+      for (Buffer<Waiting>* const waiting : {&heavy, &image, &calling_thread})
+        waiting->resizeDiscarding(0);
+      left_out = {};
+    }
+    std::size_t bytes() const { return bytesOf(contacts, heavy, image, calling_thread); }
   };
   // Contacts [first, first + count) of a thread's share.
   struct Found {
@@ -110,7 +124,7 @@ class NarrowPhase {
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
   // Which geoms of a pair have a body, and an offset from it: either comes without a notice.
-  static std::uint16_t bodiesOf(const GeomPair& pair);
+  static std::uint16_t bodiesOf(const dParallelSAPPair& pair);
   class Pass;
 
   int lookAtAll(const Pass& pass, int threads);
@@ -124,5 +138,3 @@ class NarrowPhase {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The program's dCollide.
-#ifndef ODE_PARALLEL_SAP_ODE_COLLIDE_H
-#define ODE_PARALLEL_SAP_ODE_COLLIDE_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -13,5 +12,3 @@ namespace ode_parallel_sap {
 inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // A private image of ODE: the program's own libode once more, with caches and tables of its own.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_ODE_IMAGE_H
-#define ODE_PARALLEL_SAP_ODE_IMAGE_H
+#pragma once
 
 #include <cstddef>
 
@@ -82,5 +81,3 @@ class OdeImage {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -82,7 +82,7 @@ int PrecomputedContacts::precompute(const PairList& pairs, const Scope& scope, d
 
 void PrecomputedContacts::release() {
   tellNothing();
-  list_ = Buffer<GeomPair>();
+  list_ = Buffer<dParallelSAPPair>();
   narrow_phase_ = NarrowPhase();
   changed_ = Buffer<unsigned char>();
 }

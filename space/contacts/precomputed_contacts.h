@@ -1,7 +1,6 @@
 // Contacts that are found before a program that knows dCollide only asks for them. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
-#define ODE_PARALLEL_SAP_PRECOMPUTED_CONTACTS_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -29,6 +28,12 @@ class PrecomputedContacts {
     unsigned long long precomputed = 0;  // pairs that were collided beforehand
     unsigned long long used = 0;         // of those, pairs whose contacts were asked for
     unsigned long long contacts = 0;     // of those
+
+    void add(const Counts& more) {
+      precomputed += more.precomputed;
+      used += more.used;
+      contacts += more.contacts;
+    }
   };
   // Geoms by slot, so many.
   struct Scope {
@@ -70,7 +75,7 @@ class PrecomputedContacts {
   const Counts& last() const { return last_; }  // of the last report
   const Counts& all() const { return all_; }
   void release();
-  std::size_t bytes() const { return list_.bytes() + narrow_phase_.bytes() + changed_.bytes(); }
+  std::size_t bytes() const { return bytesOf(list_, narrow_phase_, changed_); }
 
  private:
   void begin(double least_share, std::size_t slots);
@@ -86,7 +91,7 @@ class PrecomputedContacts {
 
   CollideHabits habits_;
   NarrowPhase narrow_phase_;
-  Buffer<GeomPair> list_;  // of the pairs from the first on
+  Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
   FloatingPointMode mode_;
 
   // Of the report that runs.
@@ -97,7 +102,7 @@ class PrecomputedContacts {
   std::size_t next_answer_ = 0;  // the place after that of the last one answered
   // That is reported.
   Pair pair_ = 0;
-  GeomPair geoms_ = {};
+  dParallelSAPPair geoms_ = {};
   int kind_ = -1;  // or -1, where it is to be asked again
   bool changed_any_ = false, changed_all_ = false;
   Buffer<unsigned char> changed_;  // by slot, once there is one
@@ -128,5 +133,3 @@ class PrecomputedContacts::Report {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Which contacts of a pair to keep: what reduce callbacks of dParallelSAPSpaceCollideContacts call.
-#ifndef ODE_PARALLEL_SAP_REDUCERS_H
-#define ODE_PARALLEL_SAP_REDUCERS_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -20,5 +19,3 @@ int keepDeepest(dContactGeom* contacts, int count, int most);
 int keepSpread(dContactGeom* contacts, int count, int most);
 
 }  // namespace ode_parallel_sap
-
-#endif

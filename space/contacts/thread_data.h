@@ -1,8 +1,9 @@
 // ODE's data for the threads of a team.
-#ifndef ODE_PARALLEL_SAP_THREAD_DATA_H
-#define ODE_PARALLEL_SAP_THREAD_DATA_H
+#pragma once
 
 #include <ode/ode.h>
+
+#include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
 
@@ -27,6 +28,15 @@ class ThreadData {
   bool ready_;
 };
 
-}  // namespace ode_parallel_sap
+// runChunks() by threads that have such data.
+template <class Work>
+int runChunksWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
+                      bool manual_cleanup, Work&& work) {
+  ChunkQueue queue(count, chunk);
+  return runTeam(region, threads, [&](int thread, int) {
+    const ThreadData data(thread, manual_cleanup);
+    for (Range range; data.ready() && queue.next(range);) work(range, thread);
+  });
+}
 
-#endif
+}  // namespace ode_parallel_sap

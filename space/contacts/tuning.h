@@ -1,6 +1,5 @@
 // The tuned constants of the narrow phase.
-#ifndef ODE_PARALLEL_SAP_CONTACTS_TUNING_H
-#define ODE_PARALLEL_SAP_CONTACTS_TUNING_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -21,5 +20,3 @@ constexpr std::uint64_t pairs_worth_an_image = 1000;
 constexpr std::size_t pairs_ahead = 4;
 
 }  // namespace ode_parallel_sap
-
-#endif

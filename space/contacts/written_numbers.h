@@ -1,6 +1,5 @@
 // Which numbers of contacts a collider has written.
-#ifndef ODE_PARALLEL_SAP_WRITTEN_NUMBERS_H
-#define ODE_PARALLEL_SAP_WRITTEN_NUMBERS_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -48,5 +47,3 @@ inline void copyWritten(const dContactGeom& from, dContactGeom& to) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Leaves out for a while what turned out not to pay, longer each time.
-#ifndef ODE_PARALLEL_SAP_BACK_OFF_H
-#define ODE_PARALLEL_SAP_BACK_OFF_H
+#pragma once
 
 #include <algorithm>
 
@@ -30,5 +29,3 @@ class BackOff {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,8 +1,9 @@
 // The boxes of one frame: what the update stage hands to the extraction, on whatever back end.
-#ifndef ODE_PARALLEL_SAP_BOX_SET_H
-#define ODE_PARALLEL_SAP_BOX_SET_H
+#pragma once
 
 #include <cstdint>
+#include <limits>
+#include <type_traits>
 
 #include "space/data/buffer.h"
 
@@ -23,6 +24,22 @@ using Box = BasicBox<float>;
 template <class Real>
 inline bool isActive(const BasicBox<Real>& box) {
   return box.lower[0] == box.lower[0];
+}
+
+template <class Real>
+constexpr BasicBox<Real> inactiveBox() {
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
+  return {{nan, nan, nan}, {nan, nan, nan}};
+}
+template <class Real>
+inline void makeInactive(BasicBox<Real>& box) {
+  box = inactiveBox<Real>();
+}
+
+// The exact box, of bounds as ODE keeps them: lower and upper on each axis.
+template <class Real, class Bound>
+inline BasicBox<Real> boxOfBounds(const Bound* bounds) {
+  return {{bounds[0], bounds[2], bounds[4]}, {bounds[1], bounds[3], bounds[5]}};
 }
 
 // ODE's category and collide bits. Two geoms may collide if either's category meets the other's
@@ -48,20 +65,23 @@ struct BoxSet {
   bool filter_bodies = false;
   bool exact = false;  // whether no pair needs the exact test
 
-  std::size_t bytes() const {
-    return boxes.bytes() + wide_boxes.bytes() + bits.bytes() + bodies.bytes();
+  // Calls use(buffer) with the one of the two that is filled.
+  template <class Use>
+  void withBoxes(Use use) {
+    wide ? use(wide_boxes) : use(boxes);
   }
+  void deactivate(Slot slot) {
+    withBoxes([slot](auto& all) { makeInactive(all[slot]); });
+  }
+  std::size_t bytes() const { return bytesOf(boxes, wide_boxes, bits, bodies); }
 };
 
 template <class Real>
-Buffer<BasicBox<Real>>& boxBufferOf(BoxSet& boxes);
-template <>
-inline Buffer<BasicBox<float>>& boxBufferOf<float>(BoxSet& boxes) {
-  return boxes.boxes;
-}
-template <>
-inline Buffer<BasicBox<double>>& boxBufferOf<double>(BoxSet& boxes) {
-  return boxes.wide_boxes;
+Buffer<BasicBox<Real>>& boxBufferOf(BoxSet& boxes) {
+  if constexpr (std::is_same<Real, float>::value)
+    return boxes.boxes;
+  else
+    return boxes.wide_boxes;
 }
 template <class Real>
 const BasicBox<Real>* boxesOf(const BoxSet& boxes) {
@@ -69,5 +89,3 @@ const BasicBox<Real>* boxesOf(const BoxSet& boxes) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

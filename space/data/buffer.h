@@ -1,10 +1,10 @@
 // Uninitialised, cache-line aligned storage that is reused from frame to frame.
-#ifndef ODE_PARALLEL_SAP_BUFFER_H
-#define ODE_PARALLEL_SAP_BUFFER_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <memory>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -44,6 +44,13 @@ class Buffer {
   void resize(std::size_t size) {
     if (size > capacity_) reallocate(size > capacity_ + capacity_ / 2 ? size : capacity_ * 3 / 2);
     size_ = size;
+  }
+  // Makes it no smaller than that; what is new gets this value.
+  void growTo(std::size_t size, const T& value) {
+    const std::size_t before = size_;
+    if (size <= before) return;
+    resize(size);
+    std::fill(data_ + before, data_ + size, value);
   }
   // Sets the size; the contents are lost if the storage has to grow. As nothing is copied then, it
   // grows by little.
@@ -109,6 +116,40 @@ class Buffer {
   std::size_t storage_size_ = 0;  // in bytes
 };
 
+// The bytes that things hold: what says so itself, and lists of such things or of plain elements.
+template <class T>
+std::size_t bytesOf(const T& one) {
+  return one.bytes();
+}
+template <class T>
+std::size_t bytesOf(const std::unique_ptr<T>& one) {
+  return one ? sizeof(T) + one->bytes() : 0;
+}
+template <class T, std::size_t count>
+std::size_t bytesOf(const T (&list)[count]) {
+  std::size_t bytes = 0;
+  for (const T& one : list) bytes += bytesOf(one);
+  return bytes;
+}
+template <class T>
+std::size_t bytesOf(const std::vector<T>& list) {
+  std::size_t bytes = list.capacity() * sizeof(T);
+  if constexpr (!std::is_trivially_copyable<T>::value)
+    for (const T& one : list) bytes += bytesOf(one);
+  return bytes;
+}
+template <class First, class Second, class... Rest>
+std::size_t bytesOf(const First& first, const Second& second, const Rest&... rest) {
+  return bytesOf(first) + bytesOf(second, rest...);
+}
+
+// Makes a list for each of so many threads, and all of them empty.
+template <class T>
+void clearForTeam(std::vector<Buffer<T>>& lists, int threads) {
+  if (lists.size() < static_cast<std::size_t>(threads)) lists.resize(threads);
+  for (Buffer<T>& list : lists) list.resizeDiscarding(0);
+}
+
 // Makes one list of those that threads have made, each in a share of its own.
 template <class Share, class T>
 void gather(const std::vector<Share>& shares, Buffer<T> Share::*list, Buffer<T>& all) {
@@ -121,5 +162,3 @@ void gather(const std::vector<Share>& shares, Buffer<T> Share::*list, Buffer<T>&
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

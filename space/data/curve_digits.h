@@ -1,7 +1,6 @@
 // Which axis each digit of a key along a space-filling (Z) curve belongs to: what Quantizer on the
 // CPU and Curve on a device have in common. For the host and for kernels.
-#ifndef ODE_PARALLEL_SAP_CURVE_DIGITS_H
-#define ODE_PARALLEL_SAP_CURVE_DIGITS_H
+#pragma once
 
 #include "space/data/both_sides.h"
 
@@ -39,5 +38,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline double extentToMeasureBy(double extent, doubl
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
-// Floats as integers of the same order. For the host and for kernels.
-#ifndef ODE_PARALLEL_SAP_FLOAT_STEPS_H
-#define ODE_PARALLEL_SAP_FLOAT_STEPS_H
+// Floats as integers of the same order, and doubles. For the host and, of floats, for kernels.
+#pragma once
 
 #include <string.h>
 
@@ -14,6 +13,16 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline std::int32_t bitsOf(float value) {
   std::int32_t bits;
   memcpy(&bits, &value, sizeof bits);
   return bits;
+}
+inline std::uint64_t bitsOf(double value) {
+  std::uint64_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+inline double doubleOf(std::uint64_t bits) {
+  double value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
 }
 ODE_PARALLEL_SAP_BOTH_SIDES inline float floatOf(std::int32_t bits) {
   float value;
@@ -47,5 +56,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool isBorderline(float low, float high) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

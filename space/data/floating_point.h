@@ -1,6 +1,5 @@
 // Floating-point modes of threads: rounding, flushing of denormals, traps.
-#ifndef ODE_PARALLEL_SAP_FLOATING_POINT_H
-#define ODE_PARALLEL_SAP_FLOATING_POINT_H
+#pragma once
 
 // A test goes the last of these ways, the C library's, on every processor.
 #if defined(ODE_PARALLEL_SAP_C_LIBRARY_MODES)
@@ -84,8 +83,9 @@ inline bool differs(const FloatingPointMode&, const FloatingPointMode&) {
 // run in exactMode(), whatever the program was compiled with.
 class ScopedMode {
  public:
-  explicit ScopedMode(const FloatingPointMode& mode)
-      : before_(currentMode()), changed_(differs(before_, mode)) {
+  // `is_on`: it is known to be the thread's.
+  explicit ScopedMode(const FloatingPointMode& mode, bool is_on = false)
+      : before_(is_on ? mode : currentMode()), changed_(!is_on && differs(before_, mode)) {
     if (changed_) setMode(mode);
   }
   ~ScopedMode() {
@@ -100,5 +100,3 @@ class ScopedMode {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

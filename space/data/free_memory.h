@@ -1,6 +1,5 @@
 // How much memory the machine has to spare.
-#ifndef ODE_PARALLEL_SAP_FREE_MEMORY_H
-#define ODE_PARALLEL_SAP_FREE_MEMORY_H
+#pragma once
 
 #include <cstdint>
 
@@ -11,5 +10,3 @@ namespace ode_parallel_sap {
 std::uint64_t freeMemory();
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What the paper's lists throw where there is no memory for them.
-#ifndef ODE_PARALLEL_SAP_LISTS_TOO_LONG_H
-#define ODE_PARALLEL_SAP_LISTS_TOO_LONG_H
+#pragma once
 
 #include <cstdint>
 #include <stdexcept>
@@ -16,5 +15,3 @@ class ListsTooLong : public std::runtime_error {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

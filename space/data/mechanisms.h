@@ -1,6 +1,5 @@
 // What is done beyond the plain pipeline so that frames take less time.
-#ifndef ODE_PARALLEL_SAP_MECHANISMS_H
-#define ODE_PARALLEL_SAP_MECHANISMS_H
+#pragma once
 
 // Pairs and their order depend on none of these. tests/bench/ablation.py builds the library once
 // without each and measures what that costs (tests/bench/ABLATION.md); one that gains nothing goes.
@@ -67,7 +66,8 @@ constexpr bool query_trees = true;
 constexpr bool kept_query_tree = true;
 // Its cells have room for boxes to move in.
 constexpr bool wide_query_cells = true;
+// Of geoms that come in the order of their list, the next ones are looked for together
+// (QueriesAhead).
+constexpr bool queries_ahead = true;
 
 }  // namespace ode_parallel_sap::mechanisms
-
-#endif

@@ -1,6 +1,5 @@
 // What every method of finding pairs implements, on whatever back end.
-#ifndef ODE_PARALLEL_SAP_PAIR_FINDER_H
-#define ODE_PARALLEL_SAP_PAIR_FINDER_H
+#pragma once
 
 #include <cstddef>
 
@@ -24,5 +23,3 @@ class PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Pairs of slots, and the lists in which the extraction hands them on.
-#ifndef ODE_PARALLEL_SAP_PAIR_LIST_H
-#define ODE_PARALLEL_SAP_PAIR_LIST_H
+#pragma once
 
 #include <algorithm>
 #include <cstdint>
@@ -49,11 +48,7 @@ struct PairList {
     for (const Buffer<Pair>& part : parts) pairs += part.size();
     return pairs;
   }
-  std::size_t bytes() const {
-    std::size_t bytes = 0;
-    for (const Buffer<Pair>& part : parts) bytes += part.bytes();
-    return bytes;
-  }
+  std::size_t bytes() const { return bytesOf(parts, borderline); }
   // Empties `parts` parts for reuse; further ones keep their storage but hold nothing.
   void clear(std::size_t count) {
     if (parts.size() < count) parts.resize(count);
@@ -111,5 +106,3 @@ class PairCursor {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

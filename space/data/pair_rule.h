@@ -1,6 +1,5 @@
 // What still decides about a pair of overlapping boxes: filters, and whether floats can be trusted.
-#ifndef ODE_PARALLEL_SAP_PAIR_RULE_H
-#define ODE_PARALLEL_SAP_PAIR_RULE_H
+#pragma once
 
 #include "space/data/box_set.h"
 #include "space/data/float_steps.h"
@@ -39,5 +38,3 @@ inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The one way threads are started here: an OpenMP team that survives exceptions.
-#ifndef ODE_PARALLEL_SAP_PARALLEL_H
-#define ODE_PARALLEL_SAP_PARALLEL_H
+#pragma once
 
 #include <omp.h>
 
@@ -40,29 +39,34 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
 // Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer,
 // one in the child of a process that had teams) and returns when all are done. All run in the
 // calling thread's floating-point mode: OpenMP's threads would otherwise keep the one they were
-// born with. The first exception of any thread is thrown again on the caller's.
+// born with. The first exception of any thread is thrown again on the caller's. Returns the team's
+// size.
 template <class Work>
-void runTeam(Region& region, int threads, Work&& work) {
+int runTeam(Region& region, int threads, Work&& work) {
   if (threads <= 1 || teamsAreLost()) {
     work(0, 1);
-    return;
+    return 1;
   }
   expectChildren();
   const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;
   TeamWatch watch(region);
+  int team = 1;
 #pragma omp parallel num_threads(threads)
   {
     const ScopedMode callers_mode(mode);
-    const TeamWatch::Member member(watch, omp_get_num_threads());
+    const int thread = omp_get_thread_num(), size = omp_get_num_threads();
+    const TeamWatch::Member member(watch, size);
+    if (thread == 0) team = size;
     try {
-      work(omp_get_thread_num(), omp_get_num_threads());
+      work(thread, size);
     } catch (...) {
       if (!failed.test_and_set()) failure = std::current_exception();
     }
   }
   if (failure) std::rethrow_exception(failure);
+  return team;
 }
 
 // Chunks of [0, count) handed out to whoever asks next.
@@ -85,6 +89,13 @@ class ChunkQueue {
   alignas(64) std::atomic<std::size_t> next_{0};
 };
 
-}  // namespace ode_parallel_sap
+// Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
+template <class Work>
+int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
+  ChunkQueue queue(count, chunk);
+  return runTeam(region, threads, [&](int thread, int) {
+    for (Range range; queue.next(range);) work(range, thread);
+  });
+}
 
-#endif
+}  // namespace ode_parallel_sap

@@ -1,6 +1,5 @@
 // Exact bounds to conservative float bounds.
-#ifndef ODE_PARALLEL_SAP_ROUND_OUTWARD_H
-#define ODE_PARALLEL_SAP_ROUND_OUTWARD_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -154,5 +153,3 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
 #endif
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // How boxes are divided by size and shape: what SizeClasses on the CPU and the stage `classify` on
 // a device have in common. For the host and for kernels.
-#ifndef ODE_PARALLEL_SAP_SIZE_RULES_H
-#define ODE_PARALLEL_SAP_SIZE_RULES_H
+#pragma once
 
 #include <cstdint>
 
@@ -101,5 +100,3 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int splitWindow(const std::uint32_t* counts, 
 
 }  // namespace size_rules
 }  // namespace ode_parallel_sap
-
-#endif

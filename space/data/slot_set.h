@@ -1,6 +1,5 @@
 // A set of slots: one bit each.
-#ifndef ODE_PARALLEL_SAP_SLOT_SET_H
-#define ODE_PARALLEL_SAP_SLOT_SET_H
+#pragma once
 
 #include <cstdint>
 
@@ -23,12 +22,7 @@ class SlotSet {
   bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }
 
   // Makes room for slots below `slots`; never less than before.
-  void growTo(std::size_t slots) {
-    const std::size_t words = (slots + word_slots - 1) / word_slots, before = words_.size();
-    if (words <= before) return;
-    words_.resize(words);
-    for (std::size_t i = before; i < words; ++i) words_[i] = 0;
-  }
+  void growTo(std::size_t slots) { words_.growTo((slots + word_slots - 1) / word_slots, 0); }
   void clear() {
     for (std::uint64_t& word : words_) word = 0;
   }
@@ -65,5 +59,3 @@ class SlotSet {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

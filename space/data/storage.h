@@ -1,6 +1,5 @@
 // Where buffers get their storage.
-#ifndef ODE_PARALLEL_SAP_STORAGE_H
-#define ODE_PARALLEL_SAP_STORAGE_H
+#pragma once
 
 #include <atomic>
 #include <cstddef>
@@ -99,5 +98,3 @@ class Storage {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

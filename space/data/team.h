@@ -1,6 +1,5 @@
 // How many threads some work is given to, and what tests do to that.
-#ifndef ODE_PARALLEL_SAP_TEAM_H
-#define ODE_PARALLEL_SAP_TEAM_H
+#pragma once
 
 #include <algorithm>
 #include <atomic>
@@ -142,5 +141,3 @@ class TeamWatch {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // The tuned constants that several rooms share, and the work from which on threads are worth their
 // start, stage by stage.
-#ifndef ODE_PARALLEL_SAP_DATA_TUNING_H
-#define ODE_PARALLEL_SAP_DATA_TUNING_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +13,12 @@ namespace ode_parallel_sap {
 // Unit: slots. From: small, flat-layer and heap.
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t smallest_scene = 120;
+
+// Testing all is faster whatever their number where so many of all pairs overlap: from 300 to
+// 10,000 boxes from every 40th to 50th place in the table of all with all on.
+// Unit: places. From: peers, one-place.
+// Doubled: no difference. Halved: no difference.
+constexpr std::size_t places_of_a_pair = 45;
 
 // Parts that work is cut into for each thread, where its parts may differ: threads that are done
 // early take more.
@@ -89,10 +94,11 @@ constexpr std::uint32_t least_shape_share = 16;
 constexpr double coarse_growth = 1.0 / 32;
 
 // Storage from this size on is the system's own pages: the heap would keep what buffers leave
-// behind on their way to their size (up to 70 bytes a geom where they hold 170 in the end).
-// Unit: bytes. From: memory, 100,000 boxes.
-// Doubled: no difference. Halved: -5 % of time.
-constexpr std::size_t least_mapped = std::size_t{1} << 18;
+// behind on their way to their size (up to 70 bytes a geom where they hold 170 in the end), and
+// pages can be locked for a device (10,000 boxes: 0.9 of the time of the heap's).
+// Unit: bytes. From: memory, 100,000 boxes; cuda/check cells, cube of 10,000.
+// Doubled: no difference. Halved: no difference.
+constexpr std::size_t least_mapped = std::size_t{1} << 16;
 
 // A team of two takes about 2 us to start while its threads still spin from the last one, and 10 to
 // 50 us once they sleep, as in a frame's first stage; each further thread of a larger one adds some
@@ -186,8 +192,10 @@ constexpr Grain heavy_pairs = {8, Grain::whole};
 // 30 us to 0.1 ms.
 constexpr Grain cast_rays = {collided_pairs.work / 4, Grain::whole};
 
+// Geoms of a list that are looked for in the tree of queries: 0.2 to 0.4 us each among 100,000 boxes
+// (query-benchmark, spaces), 13 to 26 us.
+constexpr Grain searches = cast_rays;
+
 }  // namespace grains
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The CUDA back end as the space sees it, whether or not this build has one.
-#ifndef ODE_PARALLEL_SAP_DEVICE_BACKEND_H
-#define ODE_PARALLEL_SAP_DEVICE_BACKEND_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -60,5 +59,3 @@ class DeviceBackend {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -39,17 +39,19 @@ int Extraction::findOnDevices(int method, const BoxSet& boxes, const ExtractionP
 
 Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPlan& plan,
                             PairList& pairs) {
-  Found found;
-  if (plan.dense) {
-    found.threads = finders().findDense(boxes, plan.threads, plan.places_of_a_pair, pairs);
-    found.method = dParallelSAPMethodBruteForce;
-    if (found.threads > 0) return found;
-  }
-  found.method = method;
-  found.threads =
-      finders().of(method, boxes.wide, plan.axis_lists_bytes).find(boxes, plan.threads, pairs);
-  found.kept_cells = method == dParallelSAPMethodSweep && finders().keptCells(boxes.wide);
-  return found;
+  return finders().with(boxes.wide, [&](auto& by) {
+    Found found;
+    if (plan.dense) {
+      found.threads = by.brute_force.findDense(boxes, plan.threads, pairs);
+      found.method = dParallelSAPMethodBruteForce;
+      if (found.threads > 0) return found;
+    }
+    found.method = method;
+    by.axis_lists.limit(plan.axis_lists_bytes);
+    found.threads = by.of(method).find(boxes, plan.threads, pairs);
+    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
+    return found;
+  });
 }
 
 }  // namespace ode_parallel_sap

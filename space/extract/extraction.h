@@ -1,6 +1,5 @@
 // The extraction stage: boxes in, pairs out, by the method and on the back end of the plan.
-#ifndef ODE_PARALLEL_SAP_EXTRACTION_H
-#define ODE_PARALLEL_SAP_EXTRACTION_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -14,10 +13,9 @@ namespace ode_parallel_sap {
 
 // What the policy decided of the extraction.
 struct ExtractionPlan {
-  int method = 0;                      // a dParallelSAPMethod, never Auto
-  bool dense = false;                  // tested all with all for as long as it proves to be one
-  std::uint64_t places_of_a_pair = 0;  // what a dense scene is: every so many-th pair overlaps
-  int devices = 0;                     // 0: on the CPU
+  int method = 0;      // a dParallelSAPMethod, never Auto
+  bool dense = false;  // tested all with all for as long as it proves to be one
+  int devices = 0;     // 0: on the CPU
   int threads = 1;
   std::uint64_t axis_lists_bytes = 0;
 };
@@ -43,7 +41,7 @@ class Extraction {
 
   // Gives back what is held, but for the devices: that took too long to get.
   void release() { finders_.reset(); }
-  std::size_t bytes() const { return (finders_ ? finders_->bytes() : 0) + devices_.bytes(); }
+  std::size_t bytes() const { return bytesOf(finders_, devices_); }
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
@@ -55,5 +53,3 @@ class Extraction {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -96,15 +96,11 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   build(boxes, threads);
   planTasks(boxes, threads);
 
-  if (found_.size() < static_cast<std::size_t>(threads)) found_.resize(threads);
-  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  clearForTeam(found_, threads);
   ChunkQueue queue(tasks_.size(), 1);
-  int used = 1;
-  runTeam(sweeping, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int used = runTeam(sweeping, threads, [&](int thread, int) {
     BufferSink sink(found_[thread]);
-    Range range;
-    while (queue.next(range)) run(tasks_[range.begin], boxes.exact, sink);
+    for (Range range; queue.next(range);) run(tasks_[range.begin], boxes.exact, sink);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;
@@ -126,15 +122,6 @@ void Sweep<Real>::releaseSpare(std::size_t slots) {
   if (2 * all_held > 3 * all_needed)
     for (std::size_t thread = 0; thread < found_.size(); ++thread)
       found_[thread].clearTo(needed(thread));
-}
-
-template <class Real>
-std::size_t Sweep<Real>::bytes() const {
-  std::size_t bytes = order_.bytes() + cell_coherence_.bytes() + pair_order_.bytes() +
-                      tasks_.capacity() * sizeof(Task);
-  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
-  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
-  return bytes;
 }
 
 template class Sweep<float>;

@@ -1,6 +1,5 @@
 // Subdivided sweep and prune: the default method.
-#ifndef ODE_PARALLEL_SAP_SWEEP_H
-#define ODE_PARALLEL_SAP_SWEEP_H
+#pragma once
 
 #include <vector>
 
@@ -22,7 +21,9 @@ template <class Real>
 class Sweep : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override;
+  std::size_t bytes() const override {
+    return bytesOf(order_, cell_coherence_, trees_, tasks_, found_, pair_order_);
+  }
 
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
   // serve, and packs the trees over them.
@@ -57,5 +58,3 @@ class Sweep : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

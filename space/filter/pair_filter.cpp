@@ -110,12 +110,6 @@ void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
   pair_gaps_.join(pieces_, team, verified.parts[0]);
 }
 
-std::size_t PairFilter::bytes() const {
-  std::size_t segments = pieces_to_test_.capacity() + gaps_.capacity();
-  for (const auto& gaps : gaps_found_) segments += gaps.capacity();
-  return segments * sizeof(PairList::Segment) + pair_gaps_.bytes();
-}
-
 // Long segments are cut, so that what threads take as they come is of like size. Leaves in gaps_
 // where pairs were dropped.
 void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
@@ -133,15 +127,13 @@ void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pair
   if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
   for (auto& gaps : gaps_found_) gaps.clear();
   const ScopedMode mode(exactMode());
-  ChunkQueue queue(pieces, std::max<std::size_t>(pieces * most / count, 1));
-  runTeam(testing, team, [&](int thread, int) {
-    Range range;
-    while (queue.next(range))
-      for (std::size_t i = range.begin; i < range.end; ++i) {
-        const PairList::Segment& piece = pieces_to_test_[i];
-        Pair* const part = pairs.parts[piece.part].data();
-        if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
-      }
+  const std::size_t chunk = std::max<std::size_t>(pieces * most / count, 1);
+  runChunks(testing, team, pieces, chunk, [&](const Range& range, int thread) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const PairList::Segment& piece = pieces_to_test_[i];
+      Pair* const part = pairs.parts[piece.part].data();
+      if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
+    }
   });
   for (const auto& gaps : gaps_found_) gaps_.insert(gaps_.end(), gaps.begin(), gaps.end());
 }

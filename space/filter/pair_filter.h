@@ -1,6 +1,5 @@
 // The filter stage: what boxes could not decide is decided on the geoms.
-#ifndef ODE_PARALLEL_SAP_PAIR_FILTER_H
-#define ODE_PARALLEL_SAP_PAIR_FILTER_H
+#pragma once
 
 #include <vector>
 
@@ -31,7 +30,9 @@ class PairFilter {
   // Puts into `verified`, another list, the pairs to be reported.
   void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
               PairList& verified);
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(pieces_to_test_, gaps_found_, gaps_, pieces_, pair_gaps_);
+  }
 
  private:
   struct ExactTest;
@@ -47,5 +48,3 @@ class PairFilter {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

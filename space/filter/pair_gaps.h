@@ -1,6 +1,5 @@
 // Lists from which pairs were dropped, closed up by a team of threads.
-#ifndef ODE_PARALLEL_SAP_PAIR_GAPS_H
-#define ODE_PARALLEL_SAP_PAIR_GAPS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -25,7 +24,7 @@ class PairGaps {
   void close(std::vector<PairList::Segment>& gaps, int threads, PairList& pairs);
   // Makes the pieces, which follow each other to the end of the part, one.
   void join(const std::vector<Piece>& pieces, int threads, Buffer<Pair>& part);
-  std::size_t bytes() const { return heads_.bytes(); }
+  std::size_t bytes() const { return bytesOf(pieces_, targets_, heads_); }
 
  private:
   using Gap = const PairList::Segment*;
@@ -41,5 +40,3 @@ class PairGaps {
 Pair* moveKept(const Pair* begin, const Pair* end, Pair* to);
 
 }  // namespace ode_parallel_sap
-
-#endif

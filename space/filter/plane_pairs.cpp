@@ -47,14 +47,10 @@ void PlanePairs::take(dxGeom* const* geoms, BoxSet& boxes) {
         all_planes_.push_back(static_cast<Slot>(slot));
     known_ = true;
   }
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   planes_.resizeDiscarding(0);
   for (const Slot slot : all_planes_) {
     if (isEnabled(geoms[slot]) && !hasNaN(geoms[slot])) planes_.push_back(slot);
-    if (boxes.wide)
-      boxes.wide_boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
-    else
-      boxes.boxes[slot] = {{nan, nan, nan}, {nan, nan, nan}};
+    boxes.deactivate(slot);
   }
 }
 
@@ -102,17 +98,13 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   for (const Slot slot : planes_) half_spaces.push_back(halfSpaceOf<Real>(geoms[slot]));
   const std::size_t cells = (boxes.size + group_size - 1) / group_size;
   threads = teamFor(cells * planes_.size(), grains::geom_tests, threads);
-  if (found_.size() < static_cast<std::size_t>(threads)) {
-    found_.resize(threads);
-    hits_.resize(threads);
-  }
-  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
+  clearForTeam(found_, threads);
+  clearForTeam(hits_, threads);
   ChunkQueue queue(cells, chunkOf(cells, chunk_cells, threads));
   runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
     const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
-    Range range;
-    while (queue.next(range)) search.run(range, hits_[thread], found_[thread]);
+    for (Range range; queue.next(range);) search.run(range, hits_[thread], found_[thread]);
   });
 }
 
@@ -166,13 +158,6 @@ void PlanePairs::merge(const PairList& others, const Buffer<Pair>& added, PairLi
       pair = run_end;
     }
   std::copy(add, added.end(), next);
-}
-
-std::size_t PlanePairs::bytes() const {
-  std::size_t bytes = all_planes_.bytes() + planes_.bytes() + order_.bytes() + list_.bytes();
-  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
-  for (const Buffer<HalfSpaceHits>& hits : hits_) bytes += hits.bytes();
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

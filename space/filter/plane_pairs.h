@@ -1,7 +1,6 @@
 // The pairs of planes with all other geoms, less those that are clear of them. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PLANE_PAIRS_H
-#define ODE_PARALLEL_SAP_PLANE_PAIRS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
@@ -44,7 +43,7 @@ class PlanePairs {
   // are not clear nor left out by the rules, and leaves them in `pairs`, together with the
   // `others`, which may be the same list. All are ascending. Returns the number of pairs added.
   std::size_t addTo(const PairList& others, const Others& of, int threads, PairList& pairs);
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(all_planes_, planes_, found_, hits_, order_, list_); }
 
  private:
   template <class Real>
@@ -65,5 +64,3 @@ class PlanePairs {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,12 +1,12 @@
 // What a space tells the program through dMessage, each of it once.
-#ifndef ODE_PARALLEL_SAP_COMPLAINTS_H
-#define ODE_PARALLEL_SAP_COMPLAINTS_H
+#pragma once
 
 #include <ode/ode.h>
 
 #include <cstddef>
 #include <new>
 #include <unordered_set>
+#include <utility>
 
 #include "space/data/lists_too_long.h"
 
@@ -30,31 +30,28 @@ class Complaints {
     if (!invalid_.empty()) invalid_.erase(geom);
   }
   void ofUntold(const dxGeom* geom, std::size_t count) {
-    if (!untold_)
+    if (!std::exchange(untold_, true))
       dMessage(0,
                "parallel SAP space: %zu geoms changed, geom %p first, of which the space was not "
                "told, as it was promised to be (dParallelSAPSpaceSetNotified)",
                count, static_cast<const void*>(geom));
-    untold_ = true;
   }
   void ofTooLong(const ListsTooLong& lists) {
-    if (!too_long_)
+    if (!std::exchange(too_long_, true))
       dMessage(0,
                "parallel SAP space: the method AxisLists would need %.1f MB for the pairs of each "
                "axis and may take %.1f MB; the method Sweep is used where it does not fit",
                static_cast<double>(lists.needed) / 1e6, static_cast<double>(lists.allowed) / 1e6);
-    too_long_ = true;
   }
   void ofNoMemory() {
-    if (!no_memory_) dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
-    no_memory_ = true;
+    if (!std::exchange(no_memory_, true))
+      dMessage(0, "parallel SAP space: out of memory, pairs are tested one by one");
   }
   void ofUnreportedEvents() {
-    if (!unreported_events_)
+    if (!std::exchange(unreported_events_, true))
       dMessage(0,
                "parallel SAP space: out of memory, which pairs began and ended is told by a later "
                "frame");
-    unreported_events_ = true;
   }
 
  private:
@@ -63,5 +60,3 @@ class Complaints {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Where the pairs of a scene are found soonest: on the processor, or on how many devices.
-#ifndef ODE_PARALLEL_SAP_DEVICE_CHOICE_H
-#define ODE_PARALLEL_SAP_DEVICE_CHOICE_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -145,12 +144,12 @@ class DeviceChoice {
 
   bool isKnown(int devices) const { return options_[devices].off > 0; }
 
-  // Milliseconds, by the shape of the curves on an H200 with sixteen cores (cuda/README.md).
+  // Milliseconds, by the shape of the curves on one and two H200 (cuda/README.md).
   static double model(int devices, std::size_t boxes, double pairs) {
     const double n = static_cast<double>(boxes);
     if (devices == 0) return 0.002 + 0.9e-5 * n + 2e-6 * pairs;
     const double shared = 0.75e-6 * n + 0.155e-6 * pairs;
-    return devices == 1 ? 0.09 + shared : 0.4 + 1.1 * shared / devices;
+    return devices == 1 ? 0.09 + shared : 0.16 + (0.2 + 0.84 / devices) * shared;
   }
   // An option that was never tried is taken to be as far off as the nearest one with fewer devices.
   double predict(int devices, std::size_t boxes, double pairs) const {
@@ -179,5 +178,3 @@ class DeviceChoice {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

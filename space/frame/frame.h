@@ -1,6 +1,5 @@
 // One frame on its way through the stages, with all that one stage leaves to the next.
-#ifndef ODE_PARALLEL_SAP_FRAME_H
-#define ODE_PARALLEL_SAP_FRAME_H
+#pragma once
 
 #include <utility>
 
@@ -62,5 +61,3 @@ class Frame {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

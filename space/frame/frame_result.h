@@ -1,6 +1,5 @@
 // What a frame did: written by the stages, read by the policy and for the statistics.
-#ifndef ODE_PARALLEL_SAP_FRAME_RESULT_H
-#define ODE_PARALLEL_SAP_FRAME_RESULT_H
+#pragma once
 
 #include <cstddef>
 
@@ -30,5 +29,3 @@ struct FrameResult {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Statistics summed over frames, and over spaces.
-#ifndef ODE_PARALLEL_SAP_FRAME_SUMS_H
-#define ODE_PARALLEL_SAP_FRAME_SUMS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -51,5 +50,3 @@ class FrameSums {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

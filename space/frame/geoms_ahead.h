@@ -1,6 +1,5 @@
 // What near callbacks read of geoms, asked for before they are called.
-#ifndef ODE_PARALLEL_SAP_GEOMS_AHEAD_H
-#define ODE_PARALLEL_SAP_GEOMS_AHEAD_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -66,5 +65,3 @@ class GeomsAhead {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

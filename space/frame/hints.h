@@ -1,6 +1,5 @@
 // What would have made frames quicker, from what they were seen to do.
-#ifndef ODE_PARALLEL_SAP_HINTS_H
-#define ODE_PARALLEL_SAP_HINTS_H
+#pragma once
 
 #include <string>
 
@@ -14,5 +13,3 @@ namespace ode_parallel_sap {
 std::string hintsOf(const FrameSums::Sums& frames, const SampledPairs& seen);
 
 }  // namespace ode_parallel_sap
-
-#endif

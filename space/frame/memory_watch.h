@@ -1,6 +1,5 @@
 // When what a space holds has become too much for its scene.
-#ifndef ODE_PARALLEL_SAP_MEMORY_WATCH_H
-#define ODE_PARALLEL_SAP_MEMORY_WATCH_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -33,6 +32,11 @@ class MemoryWatch {
     return true;
   }
 
+  // Whether frames of so few geoms change nothing that it will say, with all their pairs.
+  bool mayMiss(std::size_t geoms) const {
+    return largest_ < least_need && 10 * geoms + geoms * geoms / 2 < least_need;
+  }
+
  private:
   static constexpr std::size_t least_need = 20000;  // fixed: some hundred KB are not worth it
 
@@ -42,5 +46,3 @@ class MemoryWatch {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,11 +1,11 @@
 // Which of the methods on the CPU is the fastest for a scene.
-#ifndef ODE_PARALLEL_SAP_METHOD_CHOICE_H
-#define ODE_PARALLEL_SAP_METHOD_CHOICE_H
+#pragma once
 
 #include <cstddef>
 
 #include "space/data/back_off.h"
 #include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
 #include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
@@ -45,5 +45,3 @@ class MethodChoice {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

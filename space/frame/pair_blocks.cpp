@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "space/contacts/contact_pairs.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 
@@ -11,21 +12,6 @@ namespace ode_parallel_sap {
 namespace {
 
 Region handing_out("pairs in blocks: blocks");
-
-// Pairs ahead at which the table of geoms is asked for an entry: that of the later geom may be
-// anywhere in it.
-constexpr std::ptrdiff_t ahead = prefetch_distance;
-
-dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
-                          dParallelSAPPair* to) {
-  const Pair* pair = begin;
-  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
-    __builtin_prefetch(&geoms[laterOf(pair[ahead])]);
-    *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
-  }
-  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
-  return to;
-}
 
 // Says in whatever way a thread leaves its work that it did not come to its end.
 class Attempt {
@@ -74,9 +60,7 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
   const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
   std::atomic<bool> failed{false};
   ChunkQueue queue(count, PairBlock::size);
-  int used = 1;
-  runTeam(handing_out, team, [&](int thread, int size) {
-    if (thread == 0) used = size;
+  return runTeam(handing_out, team, [&](int, int) {
     Attempt attempt(failed);
     PairBlock block(request);
     PairCursor cursor(pairs);
@@ -85,7 +69,6 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
       block.handOut(range.begin, count, geoms, cursor);
     attempt.succeed();
   });
-  return used;
 }
 
 }  // namespace ode_parallel_sap

@@ -1,6 +1,5 @@
 // The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs.
-#ifndef ODE_PARALLEL_SAP_PAIR_BLOCKS_H
-#define ODE_PARALLEL_SAP_PAIR_BLOCKS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -51,5 +50,3 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
                   int threads);
 
 }  // namespace ode_parallel_sap
-
-#endif

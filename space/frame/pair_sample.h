@@ -1,7 +1,6 @@
 // Picks pairs at random from those of all frames, to see of what kinds they are and how long the
 // near callback takes for them.
-#ifndef ODE_PARALLEL_SAP_PAIR_SAMPLE_H
-#define ODE_PARALLEL_SAP_PAIR_SAMPLE_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -107,5 +106,3 @@ class PairSample {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -27,11 +27,8 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
       }
       frame.result.report_ms = frame.clock.lap();
     } else {
-      complaints_.ofNoMemory();
-      updateWithoutMemory(scene, frame.result);
-      note(frame.result);
       frame.clock.begin(Stage::report);
-      collideWithoutMemory(scene, settings.rules, frame.result, data, callback);
+      reportWithoutMemory(frame, data, callback);
       frame.clock.lap();
     }
     frame.result.total_ms = frame.clock.total();
@@ -154,6 +151,14 @@ void Pipeline::select(Frame& frame) {
     frame.result.candidates += plane_pairs_.addTo(
         verifying ? others_ : candidates_,
         {frame.geoms(), boxes_, rules, frame.updated->user_classes}, threads, frame.pairs);
+}
+
+// The last resort: finds and reports at once.
+void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback) {
+  complaints_.ofNoMemory();
+  updateWithoutMemory(frame.scene, frame.result);
+  note(frame.result);
+  collideWithoutMemory(frame.scene, frame.plan.rules, frame.result, data, callback);
 }
 
 void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {

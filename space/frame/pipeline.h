@@ -1,7 +1,6 @@
 // dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: the stages of
 // a frame. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_PIPELINE_H
-#define ODE_PARALLEL_SAP_PIPELINE_H
+#pragma once
 
 #include <cstddef>
 
@@ -31,6 +30,19 @@ class Pipeline {
   // threads leave no data in ODE.
   void collide(const Scene& scene, const Settings& settings, void* data, dNearCallback* callback,
                bool manual_cleanup);
+  // Whether frames of a space of so many slots may be collided on the fast path: as small scenes,
+  // and without a look at what frames leave behind.
+  bool mayTakeFastPath(std::size_t slots, const Settings& settings) const {
+    return Policy::isSmall(slots, settings) && !settings.print_stats && !events_.on() &&
+           memory_watch_.mayMiss(slots);
+  }
+  // What collide() does then.
+  void collideOnFastPath(const Scene& scene, const Settings& settings, void* data,
+                         dNearCallback* callback) {
+    statistics_.beginFrame();
+    last_pairs_ = small_scenes_.collidePlainly(scene, settings.rules, complaints_, statistics_,
+                                               {data, callback});
+  }
   // The contacts of its pairs.
   void collideContacts(const Scene& scene, const Settings& settings, const ContactRequest& request,
                        bool manual_cleanup);
@@ -44,6 +56,15 @@ class Pipeline {
   int threadsForRays(std::size_t rays, const Settings& settings) const {
     return policy_.threadsForRays(rays, settings);
   }
+  int threadsForQueries(std::size_t slots, const Settings& settings) const {
+    return policy_.threadsForQueries(slots, settings);
+  }
+  void learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms) {
+    policy_.learnOfRays(settings, threads, rays, ms);
+  }
+  void learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms) {
+    policy_.learnOfQueries(settings, threads, queries, ms);
+  }
 
   // The geom of a slot is new, gone or has moved.
   void noteChange(Slot slot) {
@@ -51,6 +72,8 @@ class Pipeline {
     store_.coherence.change(slot);
     precomputed_.noteChange(slot);
   }
+  // The same while frames take the fast path, which keeps nothing by slot.
+  void noteSmallChange() { small_scenes_.noteChange(); }
   // What ODE tells no space of may have changed in the geom of a slot, or in all; the former from
   // many threads at once.
   void noteUntold(Slot slot) { store_.coherence.tell(slot); }
@@ -93,6 +116,7 @@ class Pipeline {
   void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
+  void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
   SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
@@ -112,7 +136,7 @@ class Pipeline {
   PairEvents events_;
   NarrowPhase narrow_phase_;
   PrecomputedContacts precomputed_;
-  Buffer<GeomPair> contact_pairs_;
+  Buffer<dParallelSAPPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
@@ -121,5 +145,3 @@ class Pipeline {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

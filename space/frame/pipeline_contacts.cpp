@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "space/frame/pipeline.h"
-#include "space/frame/without_memory.h"
 
 namespace ode_parallel_sap {
 
@@ -30,7 +29,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     policy_.learnOfApart(plan, narrow_phase.leftOut());
     PairSample& sample = statistics_.sample();
     sample.pick(pairs.list().size(), [&](std::size_t place) {
-      const GeomPair& pair = pairs.list()[place];
+      const dParallelSAPPair& pair = pairs.list()[place];
       const int contacts = narrow_phase.contactsOf(place);
       sample.see(pair.o1, pair.o2, contacts < 0 ? PairSample::passed_over : contacts);
     });
@@ -69,14 +68,10 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
     return plan;
   }
   Frame frame(store_, plan, facts, scene);
-  if (findPairs(frame, settings)) {
+  if (findPairs(frame, settings))
     pairs.add(frame.pairs, frame.geoms(), frame.updated->spaces, plan.threads);
-  } else {
-    complaints_.ofNoMemory();
-    updateWithoutMemory(scene, frame.result);
-    note(frame.result);
-    collideWithoutMemory(scene, settings.rules, frame.result, &pairs, &dParallelSAPAddPair);
-  }
+  else
+    reportWithoutMemory(frame, &pairs, &dParallelSAPAddPair);
   result = frame.result;
   return plan;
 }

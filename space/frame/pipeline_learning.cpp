@@ -66,10 +66,9 @@ void Pipeline::release() {
 }
 
 std::size_t Pipeline::bytes() const {
-  return store_.pairs.bytes() + store_.coherence.bytes() + geom_update_.bytes() + boxes_.bytes() +
-         extraction_.bytes() + plane_pairs_.bytes() + candidates_.bytes() + others_.bytes() +
-         pair_filter_.bytes() + events_.bytes() + contact_pairs_.bytes() + narrow_phase_.bytes() +
-         precomputed_.bytes() + small_scenes_.bytes();
+  return bytesOf(store_.pairs, store_.coherence, geom_update_, boxes_, extraction_, pair_filter_,
+                 plane_pairs_, candidates_, others_, events_, narrow_phase_, precomputed_,
+                 contact_pairs_, small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

@@ -2,7 +2,6 @@
 // and which pairs began and ended.
 #include "space/frame/pair_blocks.h"
 #include "space/frame/pipeline.h"
-#include "space/frame/without_memory.h"
 
 namespace ode_parallel_sap {
 
@@ -27,11 +26,8 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
       if (request.concurrent())
         policy_.learnOfBlocks(settings, used, frame.pairs.size(), frame.result.report_ms);
     } else {
-      complaints_.ofNoMemory();
-      updateWithoutMemory(scene, frame.result);
-      note(frame.result);
       PairBlock block(request);
-      collideWithoutMemory(scene, settings.rules, frame.result, &block, &PairBlock::add);
+      reportWithoutMemory(frame, &block, &PairBlock::add);
       block.finish();
       frame.clock.lap();
     }

@@ -1,6 +1,5 @@
 // What a frame is to do: decided once, when it begins, and not changed after.
-#ifndef ODE_PARALLEL_SAP_PLAN_H
-#define ODE_PARALLEL_SAP_PLAN_H
+#pragma once
 
 #include <cstddef>
 
@@ -45,5 +44,3 @@ struct Plan {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

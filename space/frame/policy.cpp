@@ -24,8 +24,7 @@ int mostContactThreads(std::size_t pairs, const Settings& settings) {
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
   return mechanisms::small_scenes && slots <= smallest_scene &&
-         settings.method != dParallelSAPMethodSweep &&
-         settings.method != dParallelSAPMethodAxisLists &&
+         (isAuto(settings) || settings.method == dParallelSAPMethodBruteForce) &&
          settings.backend != dParallelSAPBackendCUDA;
 }
 
@@ -45,7 +44,13 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) const {
 
 int Policy::threadsForRays(std::size_t rays, const Settings& settings) const {
   const int most = ode_parallel_sap::teamFor(rays, grains::cast_rays, threadsFor(settings));
-  return settings.threads == 0 ? team_.threads(most) : most;
+  return settings.threads == 0 ? ray_team_.threads(most) : most;
+}
+
+int Policy::threadsForQueries(std::size_t slots, const Settings& settings) const {
+  const int most = mostThreads(slots, settings);
+  if (most == 1) return 0;
+  return settings.threads == 0 ? query_team_.threads(most) : most;
 }
 
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
@@ -74,7 +79,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
   extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
                      MethodChoice::isDense(facts.slots, facts.last_pairs);
-  extraction.places_of_a_pair = places_of_a_pair;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
@@ -175,6 +179,16 @@ void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t 
 void Policy::learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms) {
   const int most = ode_parallel_sap::teamFor(pairs, grains::handed_out_pairs, threadsFor(settings));
   if (settings.threads == 0 && most > 1) block_team_.learn(threads, pairs, ms);
+}
+
+void Policy::learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms) {
+  const int most = ode_parallel_sap::teamFor(rays, grains::cast_rays, threadsFor(settings));
+  if (settings.threads == 0 && most > 1) ray_team_.learn(threads, rays, ms);
+}
+
+void Policy::learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms) {
+  const int most = ode_parallel_sap::teamFor(queries, grains::searches, threadsFor(settings));
+  if (settings.threads == 0 && most > 1) query_team_.learn(threads, queries, ms);
 }
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and

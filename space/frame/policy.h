@@ -1,6 +1,5 @@
 // All that is decided about a frame, and what was learnt from those before it.
-#ifndef ODE_PARALLEL_SAP_POLICY_H
-#define ODE_PARALLEL_SAP_POLICY_H
+#pragma once
 
 #include <cstddef>
 
@@ -27,6 +26,8 @@ class Policy {
   // The threads for anything that looks at so many slots.
   int teamFor(std::size_t slots, const Settings& settings) const;
   int threadsForRays(std::size_t rays, const Settings& settings) const;
+  // The threads that look ahead for queries of a space of so many slots; 0: nobody does.
+  int threadsForQueries(std::size_t slots, const Settings& settings) const;
 
   // Takes notice of a frame that went by `plan` to its end, its pairs at least.
   void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
@@ -35,6 +36,10 @@ class Policy {
   void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
   // What a report in blocks of so many pairs took on `threads` threads.
   void learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms);
+  // What a batch of so many rays took on `threads` threads.
+  void learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms);
+  // What it took `threads` threads to look ahead for so many queries.
+  void learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms);
   // What was tested whether it is apart, and what is.
   void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
   // A near callback's calls of dCollide: of `told` pairs that were collided beforehand it asked for
@@ -54,7 +59,7 @@ class Policy {
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
-  TeamChoice team_, contact_team_, block_team_;
+  TeamChoice team_, contact_team_, block_team_, ray_team_, query_team_;
   MethodChoice method_choice_;
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
@@ -68,5 +73,3 @@ class Policy {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

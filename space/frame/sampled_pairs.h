@@ -1,6 +1,5 @@
 // What was seen of the pairs that were picked from those of all frames.
-#ifndef ODE_PARALLEL_SAP_SAMPLED_PAIRS_H
-#define ODE_PARALLEL_SAP_SAMPLED_PAIRS_H
+#pragma once
 
 #include <array>
 #include <cstddef>
@@ -50,5 +49,3 @@ struct SampledPairs {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

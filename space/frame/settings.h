@@ -1,6 +1,5 @@
 // What a user may set on a space.
-#ifndef ODE_PARALLEL_SAP_SETTINGS_H
-#define ODE_PARALLEL_SAP_SETTINGS_H
+#pragma once
 
 #include <omp.h>
 
@@ -40,5 +39,3 @@ inline int threadsFor(const Settings& settings) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

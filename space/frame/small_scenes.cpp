@@ -6,6 +6,7 @@
 #include "space/data/mechanisms.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
+#include "space/geom/facing_box.h"
 #include "space/geom/plane_test.h"
 #include "space/geom/slots.h"
 #include "space/simd/kernels.h"
@@ -15,22 +16,25 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Brings the AABBs of all dirty geoms up to date. Returns their number.
-std::size_t clean(dxGeom* first) {
+// Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code that is not
+// of this library did it for some. Not inline, so that the loop has the registers for itself.
+__attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
   const StockBounds& stock = StockBounds::ofLoadedOde();
-  std::size_t moved = 0;
+  unsigned moved = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if (!(geom->gflags & GEOM_DIRTY)) continue;
-    if (stock.knows(geom))
-      StockBounds::clean(geom);
-    else
-      cleanGeom(geom);
     ++moved;
+    if (stock.knows(geom)) {
+      StockBounds::clean(geom);
+    } else {
+      cleanGeom(geom);
+      others = true;
+    }
   }
   return moved;
 }
 
-// Calls use(i, j), i < j, for those of the geoms whose AABBs overlap, ascending: with vectors of
+// Calls use(pair) for those of the geoms whose AABBs overlap, ascending: with vectors of
 // the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
 // time.
 template <class Use>
@@ -57,88 +61,183 @@ __attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned cou
     PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
     const std::size_t last = std::min<std::size_t>(row + rows - 1, count - 2);
     kernels<dReal>().trianglePairs(view, {count, row, row + 1, last, count}, true, sink);
-    for (const Pair* pair = pairs; pair < sink.next; ++pair) use(earlierOf(*pair), laterOf(*pair));
+    for (const Pair* pair = pairs; pair < sink.next; ++pair)
+      use(PlacePair{static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))});
   }
 }
 
-// Which geoms take part, and which of them may pair, the AABBTest functions apart. All are clean.
-void find(const Scene& scene, const PackRules& rules, SmallScene& found) {
-  const ScopedMode mode(exactMode());
-  for (dxGeom* geom = scene.first; geom; geom = geom->next) {
-    if (!isEnabled(geom)) continue;
-    if (!isPlain(geom)) {
-      if (hasNaN(geom)) {
-        ++found.invalid;
-        continue;
-      }
-      found.unbounded += isUnbounded(geom);
-    }
-    found.user_classes = found.user_classes || isUserClass(geom);
-    found.active[found.actives++] = geom;
-  }
-  const bool all_wanted = !rules.skip() && !rules.cull_planes;
-  const auto take = [&](unsigned i, unsigned j) {
-    dxGeom *const a = found.active[i], *const b = found.active[j];
-    if (filtersMatch(a, b) && (all_wanted || !(rules.cull_planes && areClearByPlane(a, b))) &&
-        (all_wanted || !isLeftOut(a, b, rules)))
-      found.index_pairs[found.candidates++] = {static_cast<std::uint16_t>(i << 8 | j)};
+// The same for so few geoms that vectors of them do not pay. For very few a processor does foretell
+// the branches, and nothing needs to be laid out. Returns the number of pairs.
+unsigned findOverlapping(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
+  constexpr unsigned few = 3;  // fixed: three pairs
+  unsigned found = 0;
+  const auto put = [&](unsigned i, unsigned j, bool overlap) {
+    pairs[found] = {static_cast<std::uint16_t>(i << 8 | j)};
+    found += overlap;
   };
-  if (found.actives > most_without_vectors)
-    forOverlapping(found.active, found.actives, take);
-  else
-    for (unsigned i = 0; i < found.actives; ++i)
-      for (unsigned j = i + 1; j < found.actives; ++j)
-        if (boxesOverlap(found.active[i], found.active[j])) take(i, j);
+  if (count <= few) {
+    for (unsigned i = 0; i + 1 < count; ++i)
+      for (unsigned j = i + 1; j < count; ++j) put(i, j, boxesOverlap(geoms[i], geoms[j]));
+    return found;
+  }
+  FacingBox boxes[most_without_vectors];
+  for (unsigned i = 0; i < count; ++i) boxes[i] = FacingBox(geoms[i]);
+  for (unsigned i = 0; i + 1 < count; ++i) {
+    const FacingBox::Turned box(boxes[i]);
+    for (unsigned j = i + 1; j < count; ++j) put(i, j, box.overlaps(boxes[j]));
+  }
+  return found;
 }
 
-// Leaves the index_pairs that pass the AABBTest functions as the pairs.
-void test(SmallScene& found) {
-  if (!found.user_classes) {
-    found.pairs = found.candidates;
-    return;
+enum class Bounds { usual, unbounded, invalid };
+
+__attribute__((noinline)) Bounds boundsOf(const dxGeom* geom) {
+  if (hasNaN(geom)) return Bounds::invalid;
+  return isUnbounded(geom) ? Bounds::unbounded : Bounds::usual;
+}
+
+// The geoms that take part. All are clean. Needs exactMode().
+SmallCounts listActive(dxGeom* first, dxGeom** active) {
+  SmallCounts counts;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if (!isEnabled(geom)) continue;
+    const Bounds bounds = isPlain(geom) ? Bounds::usual : boundsOf(geom);
+    if (bounds == Bounds::invalid) {
+      ++counts.invalid;
+      continue;
+    }
+    if (bounds == Bounds::unbounded) ++counts.unbounded;
+    if (isUserClass(geom)) counts.user_classes = true;
+    active[counts.actives++] = geom;
   }
-  for (std::size_t i = 0; i < found.candidates; ++i) {
-    const SmallScene::IndexPair index_pair = found.index_pairs[i];
-    if (passesAABBTests(found.active[index_pair.earlier()], found.active[index_pair.later()]))
-      found.index_pairs[found.pairs++] = index_pair;
+  return counts;
+}
+
+__attribute__((noinline)) bool isWanted(dxGeom* a, dxGeom* b, const PackRules& rules) {
+  return !(rules.cull_planes && areClearByPlane(a, b)) && !isLeftOut(a, b, rules);
+}
+
+bool mayPair(dxGeom* a, dxGeom* b, const PackRules& rules) {
+  const bool all_wanted = !rules.skip() && !rules.cull_planes;
+  return filtersMatch(a, b) && (all_wanted || isWanted(a, b, rules));
+}
+
+__attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const PackRules& rules,
+                                                   SmallStorage& storage) {
+  unsigned pairs = 0;
+  forOverlapping(storage.active, actives, [&](PlacePair pair) {
+    if (mayPair(storage.active[pair.earlier()], storage.active[pair.later()], rules))
+      storage.pairs[pairs++] = pair;
+  });
+  return pairs;
+}
+
+// Which of them may pair, the AABBTest functions apart. Needs exactMode().
+unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage& storage) {
+  if (actives > most_without_vectors) return listPairsOfMany(actives, rules, storage);
+  const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
+  unsigned pairs = 0;
+  for (unsigned i = 0; i < overlapping; ++i) {
+    const PlacePair pair = storage.pairs[i];
+    if (mayPair(storage.active[pair.earlier()], storage.active[pair.later()], rules))
+      storage.pairs[pairs++] = pair;
   }
+  return pairs;
+}
+
+// Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. The thread's mode
+// is asked for before it computes: to be told, it has to come to an end with all that it computes.
+inline SmallCounts find(const Scene& scene, const PackRules& rules, SmallStorage& storage) {
+  bool is_exact = !differs(currentMode(), exactMode()), others = false;
+  const unsigned moved = clean(scene.first, others);
+  scene.needs_clean = false;
+  if (others) is_exact = false;
+  const ScopedMode mode(exactMode(), is_exact);
+  SmallCounts counts = listActive(scene.first, storage.active);
+  counts.moved = moved;
+  counts.candidates = counts.pairs = listPairs(counts.actives, rules, storage);
+  return counts;
+}
+
+// Leaves those of the pairs that pass the AABBTest functions.
+void test(SmallStorage& storage, SmallFound& found) {
+  unsigned passed = 0;
+  for (unsigned i = 0; i < found.counts.candidates; ++i) {
+    const PlacePair pair = found.pairs[i];
+    if (passesAABBTests(found.active[pair.earlier()], found.active[pair.later()]))
+      storage.pairs[passed++] = pair;
+  }
+  found.pairs = storage.pairs;
+  found.counts.pairs = passed;
+}
+
+void complainOfInvalid(dxGeom* first, Complaints& complaints) {
+  for (dxGeom* geom = first; geom; geom = geom->next)
+    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
+}
+
+void tellPair(const SmallFound& found, std::size_t place, void* data, dNearCallback* callback) {
+  const PlacePair pair = found.pairs[place];
+  callback(data, found.active[pair.earlier()], found.active[pair.later()]);
+}
+
+// The report alone.
+inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Statistics& statistics,
+                               const SmallReport& report) {
+  const unsigned long long frame = statistics.frames();
+  statistics.note(found.counts.result(geoms));
+  for (unsigned i = 0; i < found.counts.pairs; ++i)
+    tellPair(found, i, report.data, report.callback);
+  if (statistics.frames() != frame)  // a collide within the callback wrote its own
+    statistics.note(found.counts.result(geoms));
+  return found.counts.pairs;
 }
 
 }  // namespace
+
+std::size_t SmallScenes::collidePlainly(const Scene& scene, const PackRules& rules,
+                                        Complaints& complaints, Statistics& statistics,
+                                        const SmallReport& report) {
+  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->counts().user_classes))
+    return collide(scene, rules, complaints, statistics, report).pairs;
+  if (isStill(rules)) return tellPlainly(still_scene_->recall(), scene.count, statistics, report);
+  SmallStorage storage;
+  const SmallCounts counts = find(scene, rules, storage);
+  if (counts.moved > 0 && counts.invalid == 0 && !counts.user_classes) {
+    is_still_ = false;
+    still_frames_ = 0;
+    return tellPlainly({storage.active, storage.pairs, counts}, scene.count, statistics, report);
+  }
+  SmallFound found = {storage.active, storage.pairs, counts};
+  noteFound(scene, rules, complaints, found);
+  if (counts.user_classes) test(storage, found);
+  return tellPlainly(found, scene.count, statistics, report);
+}
 
 SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                                  Statistics& statistics, const SmallReport& report) {
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
-  SmallScene found;
-  if (is_still_ && still_scene_->holds(scene.first, rules)) {
-    still_scene_->recall(found);
+  SmallStorage storage;
+  SmallFound found;
+  if (isStill(rules)) {
+    found = still_scene_->recall();
   } else {
-    found.moved = clean(scene.first);
-    scene.needs_clean = false;
-    find(scene, rules, found);
-    for (dxGeom* geom = scene.first; found.invalid && geom; geom = geom->next)
-      if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
-    is_still_ = false;
-    // The second of two frames without a move is remembered.
-    still_frames_ = found.moved == 0 ? still_frames_ + 1 : 0;
-    if (still_frames_ >= 2) remember(scene, rules, found);
+    found = {storage.active, storage.pairs, find(scene, rules, storage)};
+    noteFound(scene, rules, complaints, found);
   }
-  test(found);
+  if (found.counts.user_classes) test(storage, found);
   if (report.events && !tell(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
-  const SmallResult result = found.result(scene.count);
+  const SmallResult result = found.counts.result(scene.count);
   statistics.note(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
   std::size_t reported = 0;
-  if (statistics.sample().on() && report.sampled && !statistics.sample().passOver(found.pairs))
+  if (statistics.sample().on() && report.sampled && !statistics.sample().passOver(result.pairs))
     reported = reportSampled(found, report, statistics.sample());
-  for (; reported < found.pairs; ++reported) {
-    const SmallScene::IndexPair index_pair = found.index_pairs[reported];
-    report.callback(report.data, found.active[index_pair.earlier()],
-                    found.active[index_pair.later()]);
-  }
+  for (; reported < result.pairs; ++reported)
+    tellPair(found, reported, report.data, report.callback);
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.note(result);
@@ -147,36 +246,42 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   return result;
 }
 
+// Of a frame that was found anew.
+void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                            const SmallFound& found) {
+  if (found.counts.invalid) complainOfInvalid(scene.first, complaints);
+  is_still_ = false;
+  // The second of two frames without a move is remembered.
+  still_frames_ = found.counts.moved == 0 ? still_frames_ + 1 : 0;
+  if (still_frames_ >= 2) remember(scene, rules, found);
+}
+
 // Up to the last pair that is picked. Not inline, as it would cost those that do without some time.
-__attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallScene& found,
+__attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallFound& found,
                                                                  const SmallReport& report,
                                                                  PairSample& sample) {
   std::size_t reported = 0;
-  const auto tell = [&] {
-    const SmallScene::IndexPair index_pair = found.index_pairs[reported++];
-    report.callback(report.data, found.active[index_pair.earlier()],
-                    found.active[index_pair.later()]);
-  };
-  sample.pick(found.pairs, [&](std::size_t place) {
+  const auto tell = [&] { tellPair(found, reported++, report.data, report.callback); };
+  sample.pick(found.counts.pairs, [&](std::size_t place) {
     while (reported < place) tell();
-    const SmallScene::IndexPair index_pair = found.index_pairs[reported];
-    sample.time(found.active[index_pair.earlier()], found.active[index_pair.later()],
-                PairSample::not_asked, tell);
+    const PlacePair pair = found.pairs[reported];
+    sample.time(found.active[pair.earlier()], found.active[pair.later()], PairSample::not_asked,
+                tell);
   });
   return reported;
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
-bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& events) {
+bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& events) {
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.recalled && !found.user_classes && events.tellSame(source)) return true;
+  if (found.recalled && !found.counts.user_classes && events.tellSame(source)) return true;
   try {
     event_pairs_.clear(1);
     Buffer<Pair>& pairs = event_pairs_.parts[0];
-    pairs.resizeDiscarding(found.pairs);
+    pairs.resizeDiscarding(found.counts.pairs);
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      pairs[i] = makePair(Slots::slotOf(found.active[found.index_pairs[i].earlier()]),
-                          Slots::slotOf(found.active[found.index_pairs[i].later()]));
+      pairs[i] = makePair(Slots::slotOf(found.active[found.pairs[i].earlier()]),
+                          Slots::slotOf(found.active[found.pairs[i].later()]));
   } catch (const std::bad_alloc&) {
     events.tellNothing();
     return false;
@@ -184,15 +289,25 @@ bool SmallScenes::tell(const Scene& scene, const SmallScene& found, PairEvents& 
   return events.tell(event_pairs_, scene.slots, source, 1);
 }
 
-// Where a frame says it all: not what rules leave out by the state of bodies.
-void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallScene& found) {
-  if (!mechanisms::still_small_scenes || rules.skip()) return;
+// Where a frame says it all: not what rules leave out by the state of bodies. Nor within a
+// callback, which may be told of the pairs that were remembered.
+void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
+  if (!mechanisms::still_small_scenes || rules.skip() || scene.nested) return;
   try {
     if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
-    still_scene_->remember(scene.first, rules, found);
+    still_scene_->remember(scene, rules, found);
     is_still_ = true;
   } catch (const std::bad_alloc&) {
   }
+}
+
+void StillScene::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
+  rules_ = rules;
+  seen_.clear();
+  for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
+  active_.assign(found.active, found.active + found.counts.actives);
+  pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
+  counts_ = found.counts;
 }
 
 }  // namespace ode_parallel_sap

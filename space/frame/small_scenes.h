@@ -1,6 +1,5 @@
 // Scenes so small that they need no boxes. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SMALL_SCENES_H
-#define ODE_PARALLEL_SAP_SMALL_SCENES_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -18,24 +17,35 @@
 
 namespace ode_parallel_sap {
 
-// The geoms of such a scene that take part, and what was found among them.
-struct SmallScene {
-  // Places in `active`; read as they are written, in one word.
-  struct IndexPair {
-    std::uint16_t places;
-    unsigned earlier() const { return places >> 8; }
-    unsigned later() const { return places & 0xff; }
-  };
+// Places in a list of geoms; read as they are written, in one word.
+struct PlacePair {
+  std::uint16_t places;
+  unsigned earlier() const { return places >> 8; }
+  unsigned later() const { return places & 0xff; }
+};
+
+// Where the pairs of a small scene are put that are not remembered.
+struct SmallStorage {
   dxGeom* active[smallest_scene];
-  IndexPair index_pairs[smallest_scene * (smallest_scene - 1) / 2];
-  unsigned actives = 0, invalid = 0, unbounded = 0;
+  PlacePair pairs[smallest_scene * (smallest_scene - 1) / 2];
+};
+
+// What a frame of a small scene did. Small, so that most of it is in registers.
+struct SmallCounts {
+  unsigned moved = 0, actives = 0, invalid = 0, unbounded = 0, candidates = 0, pairs = 0;
   bool user_classes = false;
-  bool recalled = false;  // what was found is what was remembered
-  std::size_t moved = 0, candidates = 0, pairs = 0;
 
   SmallResult result(std::size_t geoms) const {
     return {geoms, moved, geoms - actives - invalid, invalid, unbounded, candidates, pairs};
   }
+};
+
+// The geoms of such a scene that take part, and what was found among them.
+struct SmallFound {
+  dxGeom* const* active = nullptr;
+  const PlacePair* pairs = nullptr;  // of places in `active`
+  SmallCounts counts;
+  bool recalled = false;  // what was found is what was remembered
 };
 
 // Who is told of the pairs of a small scene.
@@ -51,61 +61,54 @@ struct SmallReport {
 // and all are as they were in what a geom does not tell its space.
 class StillScene {
  public:
-  // Whether the rules and all geoms of a space, from the first in its list on, are as remembered.
-  bool holds(const dxGeom* first, const PackRules& rules) const {
+  // Whether the rules and all geoms are as remembered.
+  bool holds(const PackRules& rules) const {
     if (rules != rules_) return false;
-    const Seen* seen = seen_.data();
-    const Seen* const end = seen + seen_.size();
-    for (const dxGeom* geom = first; geom; geom = geom->next, ++seen)
-      if (seen == end || !seen->is(geom)) return false;
-    return seen == end;
+    Seen::Difference difference = 0;
+    for (const Seen& seen : seen_) difference |= seen.difference();
+    return difference == 0;
   }
-  void remember(const dxGeom* first, const PackRules& rules, const SmallScene& scene) {
-    rules_ = rules;
-    seen_.clear();
-    for (const dxGeom* geom = first; geom; geom = geom->next)
-      seen_.push_back({geom, geom->body, geom->category_bits, geom->collide_bits, isEnabled(geom)});
-    active_.assign(scene.active, scene.active + scene.actives);
-    index_pairs_.assign(scene.index_pairs, scene.index_pairs + scene.candidates);
-    invalid_ = scene.invalid;
-    unbounded_ = scene.unbounded;
-    user_classes_ = scene.user_classes;
-  }
-  void recall(SmallScene& scene) const {
-    std::copy(active_.begin(), active_.end(), scene.active);
-    std::copy(index_pairs_.begin(), index_pairs_.end(), scene.index_pairs);
-    scene.actives = static_cast<unsigned>(active_.size());
-    scene.candidates = index_pairs_.size();
-    scene.invalid = invalid_;
-    scene.unbounded = unbounded_;
-    scene.user_classes = user_classes_;
-    scene.recalled = true;
-  }
+  void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
+  // Its candidates are its pairs, unless there are user classes.
+  SmallFound recall() const { return {active_.data(), pairs_.data(), counts_, true}; }
+  const SmallCounts& counts() const { return counts_; }
   std::size_t bytes() const {
     return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
-           index_pairs_.capacity() * sizeof(SmallScene::IndexPair);
+           pairs_.capacity() * sizeof(PlacePair);
   }
 
  private:
+  // What decides a geom's pairs while it does not move. That a sub-space is or is not empty any
+  // more makes it dirty.
   struct Seen {
+    using Difference = std::uintptr_t;
+    static constexpr int flags_seen = GEOM_DIRTY | GEOM_ENABLE_TEST_MASK;
+
     const dxGeom* geom;
     const dxBody* body;
     unsigned long category, collide;
-    bool enabled;
+    int flags;
 
-    bool is(const dxGeom* now) const {
-      return now == geom && !(now->gflags & GEOM_DIRTY) && now->body == body &&
-             now->category_bits == category && now->collide_bits == collide &&
-             isEnabled(now) == enabled;
+    explicit Seen(const dxGeom* seen)
+        : geom(seen),
+          body(seen->body),
+          category(seen->category_bits),
+          collide(seen->collide_bits),
+          flags(seen->gflags & flags_seen) {}
+    // 0 if it is as it was.
+    Difference difference() const {
+      const auto bits = [](const void* pointer) { return reinterpret_cast<Difference>(pointer); };
+      return (bits(geom->body) ^ bits(body)) | (geom->category_bits ^ category) |
+             (geom->collide_bits ^ collide) |
+             static_cast<unsigned>((geom->gflags & flags_seen) ^ flags);
     }
   };
 
   PackRules rules_;
   std::vector<Seen> seen_;
   std::vector<dxGeom*> active_;
-  std::vector<SmallScene::IndexPair> index_pairs_;
-  unsigned invalid_ = 0, unbounded_ = 0;
-  bool user_classes_ = false;
+  std::vector<PlacePair> pairs_;
+  SmallCounts counts_;
 };
 
 // The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
@@ -114,6 +117,11 @@ class SmallScenes {
  public:
   // A geom became dirty, came or went.
   void noteChange() { is_still_ = false; }
+  // collide() for a report without anything else, in a space without events and samples: most of
+  // what a frame of a few geoms takes would be to find out that there is nothing of it to do.
+  // Returns the number of pairs.
+  std::size_t collidePlainly(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                             Statistics& statistics, const SmallReport& report);
   SmallResult collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                       Statistics& statistics, const SmallReport& report);
   std::size_t bytes() const {
@@ -121,9 +129,12 @@ class SmallScenes {
   }
 
  private:
-  void remember(const Scene& scene, const PackRules& rules, const SmallScene& found);
-  bool tell(const Scene& scene, const SmallScene& found, PairEvents& events);
-  static std::size_t reportSampled(const SmallScene& found, const SmallReport& report,
+  bool isStill(const PackRules& rules) const { return is_still_ && still_scene_->holds(rules); }
+  void noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                 const SmallFound& found);
+  void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
+  bool tell(const Scene& scene, const SmallFound& found, PairEvents& events);
+  static std::size_t reportSampled(const SmallFound& found, const SmallReport& report,
                                    PairSample& sample);
 
   std::unique_ptr<StillScene> still_scene_;
@@ -133,5 +144,3 @@ class SmallScenes {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Times of stages, and their ranges for profilers.
-#ifndef ODE_PARALLEL_SAP_STAGE_CLOCK_H
-#define ODE_PARALLEL_SAP_STAGE_CLOCK_H
+#pragma once
 
 #include <chrono>
 
@@ -33,5 +32,3 @@ class StageClock {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The stages of a frame as ranges that profilers show.
-#ifndef ODE_PARALLEL_SAP_STAGE_RANGES_H
-#define ODE_PARALLEL_SAP_STAGE_RANGES_H
+#pragma once
 
 namespace ode_parallel_sap {
 
@@ -32,5 +31,3 @@ class StageRange {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

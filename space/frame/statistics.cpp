@@ -40,23 +40,14 @@ void Statistics::note(const FrameResult& result) {
   last_.total_ms = result.total_ms;
 }
 
-// Few words are written: more would be a good part of a frame of two geoms.
-void Statistics::note(const SmallResult& result) {
-  if (!last_was_small_) {
-    clear();
-    last_.backend = dParallelSAPBackendCPU;
-    last_.method = dParallelSAPMethodBruteForce;
-    last_.threads = 1;
-    last_.find_threads = 1;
-    last_was_small_ = true;
-  }
-  last_.geoms = result.geoms;
-  last_.moved = result.moved;
-  last_.disabled = result.disabled;
-  last_.invalid = result.invalid;
-  last_.unbounded = result.unbounded;
-  last_.candidates = result.candidates;
-  last_.pairs = result.pairs;
+// The first small frame after another: what is the same of all.
+void Statistics::beginSmall() {
+  clear();
+  last_.backend = dParallelSAPBackendCPU;
+  last_.method = dParallelSAPMethodBruteForce;
+  last_.threads = 1;
+  last_.find_threads = 1;
+  last_was_small_ = true;
 }
 
 void Statistics::noteSample() {
@@ -73,11 +64,6 @@ void Statistics::noteTimes(double found_ms, double report_ms) {
   last_.extract_ms = found_ms;
   last_.report_ms = report_ms;
   last_.total_ms = found_ms + report_ms;
-}
-
-bool Statistics::beginSmallFrame() {
-  constexpr unsigned interval = 16;  // fixed: frames, as the header says
-  return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
 }
 
 }  // namespace ode_parallel_sap

@@ -1,7 +1,6 @@
 // The statistics of a space: derived from what frames did, and summed, here and nowhere else. No
 // decision reads them.
-#ifndef ODE_PARALLEL_SAP_STATISTICS_H
-#define ODE_PARALLEL_SAP_STATISTICS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -38,7 +37,17 @@ class Statistics {
   void beginFrame() { ++last_.frames; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   void note(const FrameResult& result);
-  void note(const SmallResult& result);
+  // Few words are written: more would be a good part of a frame of two geoms.
+  void note(const SmallResult& result) {
+    if (!last_was_small_) beginSmall();
+    last_.geoms = result.geoms;
+    last_.moved = result.moved;
+    last_.disabled = result.disabled;
+    last_.invalid = result.invalid;
+    last_.unbounded = result.unbounded;
+    last_.candidates = result.candidates;
+    last_.pairs = result.pairs;
+  }
   // The times of a small frame.
   void noteTimes(double found_ms, double report_ms);
   // The last noted frame came to its end.
@@ -48,9 +57,14 @@ class Statistics {
     sample_.endFrame(last_.pairs, last_.total_ms);
   }
 
+  // Whether the next small frame may be one that is timed.
+  bool timesNextSmallFrame() const { return times_wanted_; }
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
   // few geoms.
-  bool beginSmallFrame();
+  bool beginSmallFrame() {
+    constexpr unsigned interval = 16;  // fixed: frames, as the header says
+    return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
+  }
 
   unsigned long long frames() const { return last_.frames; }
   const FrameSums& sums() const { return sums_; }
@@ -67,6 +81,7 @@ class Statistics {
 
  private:
   void clear();
+  void beginSmall();
   void noteSample();
 
   bool sums_wanted_, times_wanted_;
@@ -78,5 +93,3 @@ class Statistics {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Whether a team of threads pays on this machine as it is just now.
-#ifndef ODE_PARALLEL_SAP_TEAM_CHOICE_H
-#define ODE_PARALLEL_SAP_TEAM_CHOICE_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -46,5 +45,3 @@ class TeamChoice {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

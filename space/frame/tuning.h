@@ -1,6 +1,5 @@
 // The tuned constants of decisions.
-#ifndef ODE_PARALLEL_SAP_FRAME_TUNING_H
-#define ODE_PARALLEL_SAP_FRAME_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -16,12 +15,6 @@ constexpr std::size_t least_swept = 200;
 // Unit: slots. From: peers, jumps on one thread.
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t most_tested = 650;
-
-// Testing all is faster whatever their number where so many of all pairs overlap: from 300 to
-// 10,000 boxes from every 40th to 50th place in the table of all with all on.
-// Unit: places. From: peers, one-place.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t places_of_a_pair = 45;
 
 // The sweep stays the choice while cells are cut in one frame of so many.
 // Unit: frames. From: peers, brownian of 300.
@@ -77,5 +70,3 @@ constexpr double worth_another_try = 2;
 constexpr double least_missed_ms = 50;
 
 }  // namespace ode_parallel_sap
-
-#endif

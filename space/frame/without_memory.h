@@ -1,7 +1,6 @@
 // The last resort where memory ends: all pairs one by one, which takes time but no memory. Sees
 // ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_WITHOUT_MEMORY_H
-#define ODE_PARALLEL_SAP_WITHOUT_MEMORY_H
+#pragma once
 
 #include "space/frame/frame_result.h"
 #include "space/geom/pack_rules.h"
@@ -19,5 +18,3 @@ void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom
                         dNearCallback* callback);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // ODE's tests on geoms and pairs of geoms, by pointer: the last word where boxes cannot decide.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_TESTS_H
-#define ODE_PARALLEL_SAP_GEOM_TESTS_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +17,14 @@ namespace ode_parallel_sap {
 
 inline bool isUserClass(const dxGeom* geom) {
   return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
+}
+
+// Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
+// where a sub-space cleans its geoms, or where geoms share caches.
+inline bool needsCallingThread(const dxGeom* geom) {
+  static const bool has_gimpact = dCheckConfiguration("ODE_EXT_gimpact") != 0;
+  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
+         (geom->type == dTriMeshClass && has_gimpact);
 }
 
 // Enabled, not zero-sized and not an empty sub-space.
@@ -103,5 +110,3 @@ inline void cleanGeom(dxGeom* geom) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

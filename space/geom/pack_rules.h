@@ -1,6 +1,5 @@
 // What a user lets a space leave out or add, or rely on.
-#ifndef ODE_PARALLEL_SAP_PACK_RULES_H
-#define ODE_PARALLEL_SAP_PACK_RULES_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -25,5 +24,3 @@ struct PackRules {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

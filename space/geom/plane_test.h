@@ -1,7 +1,6 @@
 // Whether a plane's half-space and a geom's AABB are clear of each other. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_PLANE_TEST_H
-#define ODE_PARALLEL_SAP_PLANE_TEST_H
+#pragma once
 
 #include <cmath>
 #include <limits>
@@ -54,5 +53,3 @@ inline bool areClearByPlane(dxGeom* a, dxGeom* b) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

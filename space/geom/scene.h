@@ -1,6 +1,5 @@
 // The geoms of a space, as a frame sees them.
-#ifndef ODE_PARALLEL_SAP_SCENE_H
-#define ODE_PARALLEL_SAP_SCENE_H
+#pragma once
 
 #include <cstddef>
 
@@ -29,5 +28,3 @@ inline std::size_t cleanOneByOne(dxGeom* first) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

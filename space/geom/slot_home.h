@@ -1,6 +1,5 @@
 // Where a geom keeps the number of its slot. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SLOT_HOME_H
-#define ODE_PARALLEL_SAP_SLOT_HOME_H
+#pragma once
 
 #include <cstddef>
 #include <type_traits>
@@ -35,5 +34,3 @@ struct SlotHome : SlotHomeIn<dxGeom> {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

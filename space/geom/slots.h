@@ -1,6 +1,5 @@
 // Which geom is in which slot. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SLOTS_H
-#define ODE_PARALLEL_SAP_SLOTS_H
+#pragma once
 
 #include <algorithm>
 #include <cstddef>
@@ -11,6 +10,16 @@
 #include "space/geom/slot_home.h"
 
 namespace ode_parallel_sap {
+
+// Makes a table by slot follow what Slots::close() is about to do to these geoms, as far as it
+// reaches. Returns how many of its entries stay.
+template <class Table>
+std::size_t closeGaps(const Buffer<dxGeom*>& geoms, Table& table) {
+  std::size_t stay = 0;
+  for (std::size_t slot = 0; slot < geoms.size() && slot < table.size(); ++slot)
+    if (geoms[slot]) table[stay++] = table[slot];
+  return stay;
+}
 
 // Geoms sit in slots in the order in which they were added; a removed one leaves its slot empty
 // until the slots are closed up. A geom knows its slot: slot + 1 is kept in it (SlotHome). Where
@@ -84,7 +93,7 @@ class Slots {
     geoms_.shrink();
     tomes_.shrink();
   }
-  std::size_t bytes() const { return geoms_.bytes() + tomes_.bytes(); }
+  std::size_t bytes() const { return bytesOf(geoms_, tomes_); }
 
  private:
   static void place(dxGeom* geom, std::size_t slot) { SlotHome::put(geom, slot + 1); }
@@ -94,5 +103,3 @@ class Slots {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

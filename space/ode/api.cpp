@@ -22,13 +22,6 @@ ParallelSAPSpace& checked(dSpaceID space) {
   return *own;
 }
 
-int choose(int& setting, int value, int last, bool (*has)(int)) {
-  dUASSERT(value >= 0 && value <= last, "no such method or back end");
-  if (value < 0 || value > last || !has(value)) return 0;
-  setting = value;
-  return 1;
-}
-
 std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
                  const dParallelSAPPairEvent** pairs) {
   *pairs = events.size() ? events.data() : nullptr;
@@ -59,41 +52,48 @@ int dSpaceIsParallelSAP(dSpaceID space) {
 }
 
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
-  return choose(checked(space).settings.backend, backend, dParallelSAPBackendCUDA,
-                ode_parallel_sap::hasBackend);
+  ParallelSAPSpace& own = checked(space);
+  const bool known = ode_parallel_sap::isBackend(backend);
+  dUASSERT(known, "no such back end");
+  if (!known || !ode_parallel_sap::hasBackend(backend)) return 0;
+  own.changeSettings().backend = backend;
+  return 1;
 }
 
 int dParallelSAPSpaceGetBackend(dSpaceID space) {
-  return checked(space).settings.backend;
+  return checked(space).settings().backend;
 }
 
 int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
-  return choose(checked(space).settings.method, method, dParallelSAPMethodAxisLists,
-                ode_parallel_sap::hasMethod);
+  ParallelSAPSpace& own = checked(space);
+  const bool known = ode_parallel_sap::isMethod(method);
+  dUASSERT(known, "no such method");
+  if (known) own.changeSettings().method = method;
+  return known;
 }
 
 int dParallelSAPSpaceGetMethod(dSpaceID space) {
-  return checked(space).settings.method;
+  return checked(space).settings().method;
 }
 
 void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of threads");
-  own.settings.threads = std::min(n, ode_parallel_sap::most_threads);
+  own.changeSettings().threads = std::min(n, ode_parallel_sap::most_threads);
 }
 
 int dParallelSAPSpaceGetNumThreads(dSpaceID space) {
-  return checked(space).settings.threads;
+  return checked(space).settings().threads;
 }
 
 void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of devices");
-  own.settings.devices = n;
+  own.changeSettings().devices = n;
 }
 
 int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
-  return checked(space).settings.devices;
+  return checked(space).settings().devices;
 }
 
 void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
@@ -192,35 +192,35 @@ void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
 }
 
 void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull) {
-  checked(space).settings.rules.cull_planes = cull != 0;
+  checked(space).changeSettings().rules.cull_planes = cull != 0;
 }
 
 int dParallelSAPSpaceGetCullPlanes(dSpaceID space) {
-  return checked(space).settings.rules.cull_planes;
+  return checked(space).settings().rules.cull_planes;
 }
 
 void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip) {
-  checked(space).settings.rules.skip_static = skip != 0;
+  checked(space).changeSettings().rules.skip_static = skip != 0;
 }
 
 int dParallelSAPSpaceGetSkipStatic(dSpaceID space) {
-  return checked(space).settings.rules.skip_static;
+  return checked(space).settings().rules.skip_static;
 }
 
 void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip) {
-  checked(space).settings.rules.skip_asleep = skip != 0;
+  checked(space).changeSettings().rules.skip_asleep = skip != 0;
 }
 
 int dParallelSAPSpaceGetSkipAsleep(dSpaceID space) {
-  return checked(space).settings.rules.skip_asleep;
+  return checked(space).settings().rules.skip_asleep;
 }
 
 void dParallelSAPSpaceSetNotified(dSpaceID space, int notified) {
-  checked(space).settings.rules.notified = notified != 0;
+  checked(space).changeSettings().rules.notified = notified != 0;
 }
 
 int dParallelSAPSpaceGetNotified(dSpaceID space) {
-  return checked(space).settings.rules.notified;
+  return checked(space).settings().rules.notified;
 }
 
 void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
@@ -233,11 +233,11 @@ void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(distance >= 0 && distance <= std::numeric_limits<dReal>::max(),
            "tolerance is not a length");
-  own.settings.rules.tolerance = distance;
+  own.changeSettings().rules.tolerance = distance;
 }
 
 dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
-  return checked(space).settings.rules.tolerance;
+  return checked(space).settings().rules.tolerance;
 }
 
 void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step) {

@@ -30,7 +30,7 @@ constexpr Name methods[] = {{dParallelSAPMethodAuto, "auto"},
                             {dParallelSAPMethodSweep, "sweep"},
                             {dParallelSAPMethodBruteForce, "brute-force"},
                             {dParallelSAPMethodAxisLists, "axis-lists"}};
-// Whatever the processor: those of others are known, and not to be had.
+// Whatever the processor: those of others are known, and not to be had. By their values.
 constexpr Name instruction_sets[] = {
     {0, "portable"}, {1, "sse2"}, {2, "avx2"}, {3, "avx512"}, {4, "neon"}};
 
@@ -51,16 +51,25 @@ constexpr Name notified_modes[] = {
     {silent_changes, "0"}, {told_changes, "1"}, {checked_changes, "check"}};
 
 template <std::size_t count>
-const char* nameOf(const Name (&names)[count], int value) {
-  for (const Name& name : names)
-    if (name.value == value) return name.name;
-  return "unknown";
+bool isNamed(const Name (&names)[count], int value) {
+  return std::any_of(names, names + count, [=](const Name& name) { return name.value == value; });
+}
+
+// Null where a variable is not set, or to nothing.
+const char* textOf(const char* variable) {
+  const char* const text = std::getenv(variable);
+  return text && *text ? text : nullptr;
+}
+
+bool isAlwaysHad(int) {
+  return true;
 }
 
 template <std::size_t count>
-void readName(const char* variable, const Name (&names)[count], bool (*has)(int), int& value) {
-  const char* const text = std::getenv(variable);
-  if (!text || !*text) return;
+void readName(const char* variable, const Name (&names)[count], int& value,
+              bool (*has)(int) = isAlwaysHad) {
+  const char* const text = textOf(variable);
+  if (!text) return;
   for (const Name& name : names) {
     if (std::strcmp(text, name.name) != 0) continue;
     if (has(name.value))
@@ -73,21 +82,20 @@ void readName(const char* variable, const Name (&names)[count], bool (*has)(int)
 }
 
 const KernelSet* instructionSet(int value) {
-  return kernelSetNamed(nameOf(instruction_sets, value));
+  return kernelSetNamed(instruction_sets[value].name);
 }
 
 // Of the whole process, so of the spaces that there are, too.
 void chooseInstructionSet() {
   int value = -1;
-  readName(
-      "ODE_PARALLEL_SAP_SIMD", instruction_sets, [](int set) { return instructionSet(set) != 0; },
-      value);
+  readName("ODE_PARALLEL_SAP_SIMD", instruction_sets, value,
+           [](int set) { return instructionSet(set) != nullptr; });
   chooseKernelSet(value < 0 ? *allKernelSets()[0] : *instructionSet(value));
 }
 
 void readCount(const char* variable, int most, int& value) {
-  const char* const text = std::getenv(variable);
-  if (!text || !*text) return;
+  const char* const text = textOf(variable);
+  if (!text) return;
   char* end = nullptr;
   errno = 0;
   const long count = std::strtol(text, &end, 10);
@@ -98,8 +106,8 @@ void readCount(const char* variable, int most, int& value) {
 }
 
 void readSwitch(const char* variable, bool& value) {
-  const char* const text = std::getenv(variable);
-  if (!text || !*text) return;
+  const char* const text = textOf(variable);
+  if (!text) return;
   const int on = switchOf(text);
   if (on < 0)
     dMessage(0, "%s=%s is neither 0 nor 1 and is ignored", variable, text);
@@ -109,8 +117,8 @@ void readSwitch(const char* variable, bool& value) {
 
 // Written as in C, whatever the program's locale: 0.05 has a point.
 void readLength(const char* variable, dReal& value) {
-  const char* const text = std::getenv(variable);
-  if (!text || !*text) return;
+  const char* const text = textOf(variable);
+  if (!text) return;
   std::istringstream in(text);
   in.imbue(std::locale::classic());
   double length = -1;
@@ -122,8 +130,7 @@ void readLength(const char* variable, dReal& value) {
 }
 
 int notifiedMode(int mode) {
-  readName(
-      "ODE_PARALLEL_SAP_NOTIFIED", notified_modes, [](int) { return true; }, mode);
+  readName("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, mode);
   return mode;
 }
 
@@ -140,22 +147,24 @@ void readRules(PackRules& rules) {
 
 }  // namespace
 
-bool hasBackend(int backend) {
-  return backend == dParallelSAPBackendAuto || backend == dParallelSAPBackendCPU ||
-         (backend == dParallelSAPBackendCUDA && deviceAvailable());
+bool isBackend(int number) {
+  return isNamed(backends, number);
 }
 
-bool hasMethod(int method) {
-  return method == dParallelSAPMethodAuto || method == dParallelSAPMethodSweep ||
-         method == dParallelSAPMethodBruteForce || method == dParallelSAPMethodAxisLists;
+bool isMethod(int number) {
+  return isNamed(methods, number);
+}
+
+bool hasBackend(int backend) {
+  return backend != dParallelSAPBackendCUDA || deviceAvailable();
 }
 
 Settings settingsFromEnvironment() {
   Settings settings;
   constexpr int most_devices = 1024;       // fixed: beyond it is a slip of the pen
   constexpr int most_megabytes = 1 << 30;  // fixed: likewise
-  readName("ODE_PARALLEL_SAP_BACKEND", backends, hasBackend, settings.backend);
-  readName("ODE_PARALLEL_SAP_METHOD", methods, hasMethod, settings.method);
+  readName("ODE_PARALLEL_SAP_BACKEND", backends, settings.backend, hasBackend);
+  readName("ODE_PARALLEL_SAP_METHOD", methods, settings.method);
   readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
   readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
   readRules(settings.rules);
@@ -170,8 +179,7 @@ Settings settingsFromEnvironment() {
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
   // Nor this: what is to go wrong when ODE is loaded once more, see library_copy.h.
   int fault = static_cast<int>(CopyFault::None);
-  readName(
-      "ODE_PARALLEL_SAP_TEST_IMAGE_FAULT", copy_faults, [](int) { return true; }, fault);
+  readName("ODE_PARALLEL_SAP_TEST_IMAGE_FAULT", copy_faults, fault);
   if (fault) test_copy_fault.store(static_cast<CopyFault>(fault), std::memory_order_relaxed);
   // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
   // pay.
@@ -182,8 +190,7 @@ Settings settingsFromEnvironment() {
 
 Precompute precomputeFromEnvironment() {
   int value = static_cast<int>(Precompute::where_it_pays);
-  readName(
-      "ODE_PARALLEL_SAP_CONTACTS", precompute_modes, [](int) { return true; }, value);
+  readName("ODE_PARALLEL_SAP_CONTACTS", precompute_modes, value);
   return static_cast<Precompute>(value);
 }
 
@@ -193,8 +200,8 @@ bool standInsAreTold() {
 
 // path[:every]. A colon that no number follows is part of the path.
 std::unique_ptr<Trace> traceFromEnvironment() {
-  const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
-  if (!text || !*text) return nullptr;
+  const char* const text = textOf("ODE_PARALLEL_SAP_TRACE");
+  if (!text) return nullptr;
   std::string path = text;
   int every = 1;
   const std::size_t colon = path.rfind(':');
@@ -212,13 +219,6 @@ std::unique_ptr<Trace> traceFromEnvironment() {
   auto trace = std::make_unique<Trace>(every);
   trace->openLater(path);
   return trace;
-}
-
-const char* backendName(int backend) {
-  return nameOf(backends, backend);
-}
-const char* methodName(int method) {
-  return nameOf(methods, method);
 }
 
 }  // namespace ode_parallel_sap

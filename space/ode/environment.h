@@ -1,6 +1,5 @@
 // The environment that stands in where a program sets nothing.
-#ifndef ODE_PARALLEL_SAP_ENVIRONMENT_H
-#define ODE_PARALLEL_SAP_ENVIRONMENT_H
+#pragma once
 
 #include <memory>
 
@@ -9,9 +8,11 @@
 
 namespace ode_parallel_sap {
 
-// Whether this build on this machine has it. Auto is always to be had.
+// Whether the number is one of the header's.
+bool isBackend(int number);
+bool isMethod(int number);
+// Whether this build on this machine has it. All methods are to be had.
 bool hasBackend(int backend);
-bool hasMethod(int method);
 
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
 // once; complaints go to dMessage.
@@ -27,9 +28,4 @@ bool standInsAreTold();
 // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
 std::unique_ptr<Trace> traceFromEnvironment();
 
-const char* backendName(int backend);
-const char* methodName(int method);
-
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 /* How a switch in the environment is read, by the library (C++) and the preload library (C). */
-#ifndef ODE_PARALLEL_SAP_ENVIRONMENT_SWITCH_H
-#define ODE_PARALLEL_SAP_ENVIRONMENT_SWITCH_H
+#pragma once
 
 /* 1 for "1"; 0 for "0" and for nothing; -1 for anything else, which is not understood. `text` may
  * be null. */
@@ -9,5 +8,3 @@ static inline int switchOf(const char* text) {
   if (text[1] != '\0') return -1;
   return text[0] == '1' ? 1 : text[0] == '0' ? 0 : -1;
 }
-
-#endif

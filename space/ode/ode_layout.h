@@ -1,6 +1,5 @@
 // Whether the ODE in this process is laid out as the private headers say.
-#ifndef ODE_PARALLEL_SAP_ODE_LAYOUT_H
-#define ODE_PARALLEL_SAP_ODE_LAYOUT_H
+#pragma once
 
 namespace ode_parallel_sap {
 
@@ -10,5 +9,3 @@ namespace ode_parallel_sap {
 const char* misfitOfODE();
 
 }  // namespace ode_parallel_sap
-
-#endif

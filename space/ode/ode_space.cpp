@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cassert>
 #include <cstdint>
 #include <new>
 #include <string>
 #include <utility>
 
 #include "space/frame/hints.h"
+#include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
 #include "space/geom/geom_tests.h"
@@ -41,14 +43,14 @@ class ParallelSAPSpace::Lock {
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
-    : dxSpace(parent), settings(settingsFromEnvironment()), pipeline_(settings.print_stats) {
+    : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
   trace_ = traceFromEnvironment();
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
   CHECK_NOT_LOCKED(this);
-  if (settings.print_stats && prints_totals_) printTotals();
+  if (settings_.print_stats && prints_totals_) printTotals();
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)
@@ -80,6 +82,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
   dUASSERT(!slots_.full(), "too many geoms in a parallel SAP space");
 
+  fast_path_ = false;
   if (slots_.mustClose(count)) closeSlots();
   // All that may throw comes before the geom is known here.
   const Slot slot = slots_.next();
@@ -106,6 +109,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dAASSERT(geom);
   dUASSERT(geom->parent_space == this, "object is not in this space");
 
+  fast_path_ = false;
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteNewcomer();
@@ -119,11 +123,15 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
-  noteChange(Slots::slotOf(geom));
+  if (fast_path_)
+    pipeline_.noteSmallChange();
+  else
+    noteChange(Slots::slotOf(geom));
 }
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
-void ParallelSAPSpace::noteChange(Slot slot) {
+// Not inline, as dirty() would pay for it on the fast path.
+__attribute__((noinline)) void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
   if (rays_) rays_->changed(slot);
   pipeline_.noteChange(slot);
@@ -239,7 +247,7 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  pipeline_.clean(scene(), settings);
+  pipeline_.clean(scene(), settings_);
 }
 
 // What a query does before it asks: where few geoms changed since the last one, these are known.
@@ -267,6 +275,7 @@ void ParallelSAPSpace::beginFrame() {
   queries_.noteFrame();
   if (rays_) rays_->noteFrame();
   askSilent();
+  fast_path_ = mayTakeFastPath();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -275,6 +284,7 @@ void ParallelSAPSpace::notifyAll() {
 
 void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
   CHECK_NOT_LOCKED(this);
+  fast_path_ = false;
   trace_ = std::move(trace);
 }
 
@@ -282,19 +292,24 @@ void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
 // up, too: with a tolerance they depend on the frames before.
 bool ParallelSAPSpace::writeTrace() {
   if (lock_count > 1 || !trace_->noteFrame()) return false;
-  if (needs_clean_) pipeline_.clean(scene(), settings);
-  trace_->write(scene(), settings.rules);
-  return settings.rules.tolerance == 0;
+  if (needs_clean_) pipeline_.clean(scene(), settings_);
+  trace_->write(scene(), settings_.rules);
+  return settings_.rules.tolerance == 0;
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Lock lock(*this);
+  if (fast_path_) {
+    assert(mayTakeFastPath());
+    askSilent();
+    return pipeline_.collideOnFastPath(scene(), settings_, data, callback);
+  }
   beginFrame();
   if (!trace_ || !writeTrace())
-    return pipeline_.collide(scene(), settings, data, callback, getManualCleanup() != 0);
+    return pipeline_.collide(scene(), settings_, data, callback, getManualCleanup() != 0);
   PairTally tally(*trace_, data, callback);
-  pipeline_.collide(scene(), settings, &tally, PairTally::passPair, getManualCleanup() != 0);
+  pipeline_.collide(scene(), settings_, &tally, PairTally::passPair, getManualCleanup() != 0);
   tally.writeTo(*trace_);
 }
 
@@ -302,15 +317,15 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Lock lock(*this);
   beginFrame();
   if (trace_) writeTrace();
-  pipeline_.collideContacts(scene(), settings, request, getManualCleanup() != 0);
+  pipeline_.collideContacts(scene(), settings_, request, getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Lock lock(*this);
   beginFrame();
-  if (!trace_ || !writeTrace()) return pipeline_.collidePairs(scene(), settings, request);
+  if (!trace_ || !writeTrace()) return pipeline_.collidePairs(scene(), settings_, request);
   PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(scene(), settings, {&tally, request.flags, PairTally::passBlock});
+  pipeline_.collidePairs(scene(), settings_, {&tally, request.flags, PairTally::passBlock});
   tally.writeTo(*trace_);
 }
 
@@ -339,6 +354,7 @@ void ParallelSAPSpace::askOther(dxGeom* geom) {
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Lock lock(*this);
+  fast_path_ = false;
   askSilent();
   askOther(geom);
   cleanFew();
@@ -347,13 +363,18 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   // A query within the callback has hits of its own.
   Buffer<dxGeom*> hits = queries_.takeHits();
   try {
-    queries_.find(slots_.geoms(), geom, settings.rules.cull_planes,
-                  pipeline_.teamFor(slots_.size(), settings), hits);
+    queries_.find(slots_.geoms(), geom,
+                  {settings_.rules.cull_planes, !any_swept.load(std::memory_order_relaxed),
+                   pipeline_.teamFor(slots_.size(), settings_),
+                   pipeline_.threadsForQueries(slots_.size(), settings_)},
+                  hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
-    queryWithoutMemory(scene(), settings.rules, geom, data, callback);
+    queryWithoutMemory(scene(), settings_.rules, geom, data, callback);
     return;
   }
+  const GeomQueries::Batch& batch = queries_.lastBatch();
+  if (batch.queries) pipeline_.learnOfQueries(settings_, batch.threads, batch.queries, batch.ms);
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;
@@ -365,19 +386,22 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Lock lock(*this);
   const StageRange range(Stage::rays);
+  fast_path_ = false;
   askSilent();
   cleanFew();
-  const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings),
+  const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings_),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
-  return rays_ ? rays_->cast(slots_.geoms(), request, way)
-               : RayCaster().cast(slots_.geoms(), request, way);
+  StageClock clock;
+  const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way)
+                                 : RayCaster().cast(slots_.geoms(), request, way);
+  pipeline_.learnOfRays(settings_, way.threads, request.count, clock.lap());
+  return hits;
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
-  return pipeline_.statistics().onRequest(sizeof *this + slots_.bytes() + silent_.bytes() +
-                                          swept_.bytes() + queries_.bytes() +
-                                          (rays_ ? rays_->bytes() : 0) + pipeline_.bytes());
+  return pipeline_.statistics().onRequest(
+      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_));
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -1,6 +1,5 @@
 // The dSpace itself: what ODE sees of it. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_ODE_SPACE_H
-#define ODE_PARALLEL_SAP_ODE_SPACE_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -65,18 +64,25 @@ class ParallelSAPSpace : public dxSpace {
   bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if that is asked for.
-  PairEvents& events() { return pipeline_.events(); }
+  PairEvents& events() {
+    fast_path_ = false;
+    return pipeline_.events();
+  }
 
   // Ends the trace that there is and begins this one, if any. The space is not locked.
   void setTrace(std::unique_ptr<Trace> trace);
   const Trace* trace() const { return trace_.get(); }
 
-  Settings settings;
+  const Settings& settings() const { return settings_; }
+  Settings& changeSettings() {
+    fast_path_ = false;
+    return settings_;
+  }
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
 
  protected:
-  // The sums of all frames, if settings.print_stats.
+  // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
   const SampledPairs& sampled() const { return pipeline_.statistics().sampled(); }
   const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
@@ -90,6 +96,10 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), lock_count > 1, needs_clean_};
   }
   void beginFrame();
+  bool mayTakeFastPath() const {
+    return !trace_ && !rays_ && queries_.neverAsked() && !slots_.worthClosing(count) &&
+           pipeline_.mayTakeFastPath(slots_.size(), settings_);
+  }
   bool writeTrace();
   void closeSlots();
   void askSilent();
@@ -103,6 +113,11 @@ class ParallelSAPSpace : public dxSpace {
   void noteChange(Slot slot);
   void printTotals() const;
 
+  Settings settings_;
+  // The scene is small, and there is nothing that a frame would have to look after besides its
+  // geoms, nor anything that is kept and would have to be told of a geom that moves. A frame finds
+  // that out, and so it stays until something is done to the space but moving its geoms.
+  bool fast_path_ = false;
   Slots slots_;
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
@@ -119,5 +134,3 @@ class ParallelSAPSpace : public dxSpace {
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -142,11 +142,4 @@ void SilentGeoms::addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes) 
   });
 }
 
-std::size_t SilentGeoms::bytes() const {
-  std::size_t bytes =
-      slots_.bytes() + watched_.capacity() * sizeof(Watched) + asked_.capacity() * sizeof(dxGeom*);
-  for (const Watched& watched : watched_) bytes += watched.meshes.capacity() * sizeof(dxGeom*);
-  return bytes;
-}
-
 }  // namespace ode_parallel_sap

@@ -1,10 +1,10 @@
 // Geoms that ODE makes dirty without a word to their space. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SILENT_GEOMS_H
-#define ODE_PARALLEL_SAP_SILENT_GEOMS_H
+#pragma once
 
 #include <cstddef>
 #include <vector>
 
+#include "space/data/buffer.h"
 #include "space/data/slot_set.h"
 
 struct dxGeom;
@@ -50,7 +50,7 @@ class SilentGeoms {
   void addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes);
   // All meshes and spaces, and geoms that are not listed yet.
   const SlotSet& slots() const { return slots_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(slots_, watched_, asked_); }
 
  private:
   struct Watched {
@@ -59,6 +59,8 @@ class SilentGeoms {
     // Of a sub-space: the meshes within, which stay there while it is clean, if they are listed.
     std::vector<dxGeom*> meshes;
     bool listed = false;
+
+    std::size_t bytes() const { return bytesOf(meshes); }
   };
 
   bool anyDirty() const;
@@ -83,5 +85,3 @@ void makeDirty(dxSpace* space, bool telling);
 bool mayBeSilent(const dxGeom* geom);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // What the preload library uses: spaces in the place of stock ones, and an account of them.
 #include "space/ode/stand_ins.h"
 
-#include <chrono>
 #include <cstdio>
 #include <mutex>
 #include <string>
@@ -11,6 +10,7 @@
 #include "space/contacts/ode_collide.h"
 #include "space/contacts/precomputed_contacts.h"
 #include "space/frame/hints.h"
+#include "space/frame/stage_clock.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
@@ -19,10 +19,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 double secondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
+  return milliseconds(begin, Clock::now()) / 1000;
 }
 
 class StandIn;
@@ -50,9 +48,9 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
-    settings.precompute = precomputeFromEnvironment();
-    settings.rules.notified = standInsAreTold();
-    counted_ = settings.print_stats;
+    changeSettings().precompute = precomputeFromEnvironment();
+    changeSettings().rules.notified = standInsAreTold();
+    counted_ = settings().print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
@@ -76,9 +74,7 @@ class StandIn final : public ParallelSAPSpace {
   void addTo(Account& sums) const {
     sums.frames.add(totals());
     sums.sampled.add(sampled());
-    sums.precomputed.precomputed += precomputed().precomputed;
-    sums.precomputed.used += precomputed().used;
-    sums.precomputed.contacts += precomputed().contacts;
+    sums.precomputed.add(precomputed());
     sums.collide2_geoms += collide2_geoms_;
     sums.collide2_s += collide2_s_;
   }

@@ -1,7 +1,6 @@
 /* What the preload library (space/preload) asks of the library it loads, which exports it for that.
  * Not for users: it is in no header that is installed, and both libraries come from one build. */
-#ifndef ODE_PARALLEL_SAP_STAND_INS_H
-#define ODE_PARALLEL_SAP_STAND_INS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -42,6 +41,4 @@ ODE_PARALLEL_SAP_API const dParallelSAPStandIns* dParallelSAPGetStandIns(void);
 
 #ifdef __cplusplus
 }
-#endif
-
 #endif

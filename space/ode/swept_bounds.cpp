@@ -6,6 +6,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/geom/geom_tests.h"
+#include "space/geom/slots.h"
 
 namespace ode_parallel_sap {
 
@@ -150,10 +151,7 @@ void SweptBounds::remove(dxGeom* geom, Slot slot) {
 }
 
 void SweptBounds::closeSlots(const Buffer<dxGeom*>& geoms) {
-  std::size_t slot = 0;
-  for (std::size_t i = 0; i < geoms.size() && i < records_.size(); ++i)
-    if (geoms[i]) records_[slot++] = records_[i];
-  if (slot < records_.size()) records_.resize(slot);
+  records_.resize(closeGaps(geoms, records_));
 }
 
 }  // namespace ode_parallel_sap

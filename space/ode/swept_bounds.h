@@ -1,6 +1,5 @@
 // Boxes that cover the motion of the coming step. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
-#define ODE_PARALLEL_SAP_SWEPT_BOUNDS_H
+#pragma once
 
 #include <ode/ode.h>
 
@@ -54,7 +53,7 @@ class SweptBounds {
   // What Slots::close() will do to the slots.
   void closeSlots(const Buffer<dxGeom*>& geoms);
   void shrink() { records_.shrink_to_fit(); }
-  std::size_t bytes() const { return records_.capacity() * sizeof(Record); }
+  std::size_t bytes() const { return bytesOf(records_); }
 
  private:
   // What a body will do in the coming step.
@@ -82,5 +81,3 @@ class SweptBounds {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 /* Finding the functions that the preload library stands in front of. */
-#ifndef ODE_PARALLEL_SAP_REAL_ODE_H
-#define ODE_PARALLEL_SAP_REAL_ODE_H
+#pragma once
 
 /* The symbol `name` as the code at `caller` would get it without the preload library: from the
  * objects that every object sees, or else from those that the caller's own object was linked with,
@@ -9,5 +8,3 @@ void* realSymbol(const char* name, const void* caller, const void* own);
 
 /* The file that an address belongs to. */
 const char* fileOf(const void* address);
-
-#endif

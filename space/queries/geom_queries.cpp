@@ -1,7 +1,7 @@
 #include "space/queries/geom_queries.h"
 
 #include <algorithm>
-#include <type_traits>
+#include <chrono>
 #include <utility>
 
 #include "space/data/slot_set.h"
@@ -17,10 +17,14 @@ namespace {
 constexpr std::size_t word_slots = SlotSet::word_slots;
 
 // What pairs() reads.
-void prefetch(const dxGeom* geom) {
+void prefetchState(const dxGeom* geom) {
   __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(geom->aabb);
   __builtin_prefetch(&geom->collide_bits);
+}
+
+void prefetch(const dxGeom* geom) {
+  prefetchState(geom);
+  __builtin_prefetch(geom->aabb);
 }
 
 void growZeroed(Buffer<std::uint64_t>& words, std::size_t size) {
@@ -30,37 +34,12 @@ void growZeroed(Buffer<std::uint64_t>& words, std::size_t size) {
   std::fill(words.begin() + before, words.end(), 0);
 }
 
-template <class Tree>
-using RealOf = typename std::remove_reference<Tree>::type::RealType;
-
 // Whether geoms pair whose AABBs overlap. Needs exactMode().
 bool pairs(const dxGeom* own, const dxGeom* geom) {
   return isEnabled(own) && filtersMatch(own, geom);
 }
 
 }  // namespace
-
-void GeomQueries::search(const Geoms& geoms, const dxGeom* geom) {
-  tree_.withTree([&](const auto& tree) {
-    found_.resizeDiscarding(geoms.size() + tree.spare);
-    bool coarse;
-    found_.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found_.data()));
-  });
-  decideBorderline(geoms, geom);
-}
-
-// Where the boxes cannot decide, the AABBs do.
-void GeomQueries::decideBorderline(const Geoms& geoms, const dxGeom* geom) {
-  Slot* next = found_.data();
-  for (Slot slot : found_) {
-    if (slot & borderline_slot) {
-      slot &= ~borderline_slot;
-      if (!boxesOverlap(geoms[slot], geom)) continue;
-    }
-    *next++ = slot;
-  }
-  found_.resize(next - found_.data());
-}
 
 // Calls visit(slot) for what was found, ascending. Few slots are sorted, many ticked off.
 template <class Visit>
@@ -88,46 +67,77 @@ void GeomQueries::forFoundInOrder(std::size_t slots_now, Visit visit) {
 
 void GeomQueries::release() {
   tree_.release();
+  ahead_.release();
   hits_.release();
   found_.release();
   marks_.release();
   marked_words_.release();
 }
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads,
-                       Buffer<dxGeom*>& hits) {
-  const ScopedMode mode(exactMode());
-  if (tree_.bringUpToDate(geoms, threads)) {
-    search(geoms, geom);
-    hits.resizeDiscarding(found_.size());
-    dxGeom** next = hits.data();
-    forFoundInOrder(geoms.size(), [&](Slot slot) {
-      dxGeom* const own = geoms[slot];
-      __builtin_prefetch(&own->gflags);
-      __builtin_prefetch(&own->collide_bits);
-      *next++ = own;
-    });
-    next = hits.data();
-    for (dxGeom* const own : hits) {
-      *next = own;
-      next += pairs(own, geom) && !(cull_planes && areClearByPlane(own, geom));
-    }
-    hits.resize(next - hits.data());
-    return;
+void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits) {
+  bool has_tree;
+  {
+    const ScopedMode mode(exactMode());
+    has_tree = tree_.bringUpToDate(geoms, way.threads);
   }
+  batch_.queries = 0;
+  if (has_tree && way.ahead && way.foreseen && ahead_.isDue(geom))
+    lookAhead(geoms, geom, way.ahead);
+  const ScopedMode mode(exactMode());
+  QueriesAhead::Answer known;
+  if (has_tree && ahead_.take(geom, known)) {
+    hits.resizeDiscarding(known.end - known.begin);
+    std::copy(known.begin, known.end, hits.data());
+  } else if (has_tree) {
+    findByTree(geoms, geom, hits);
+  } else {
+    findByTests(geoms, geom, hits);
+  }
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
+    dxGeom* const own = hits[i];
+    hits[found] = own;
+    found += pairs(own, geom) && !(way.cull_planes && areClearByPlane(own, geom));
+  }
+  hits.resize(found);
+}
+
+void GeomQueries::lookAhead(const Geoms& geoms, dxGeom* geom, int threads) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  batch_.queries = ahead_.find(geoms, tree_, geom, threads);
+  batch_.threads = threads;
+  batch_.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
+  tree_.find(geoms, geom, found_);
+  hits.resizeDiscarding(found_.size());
+  dxGeom** next = hits.data();
+  forFoundInOrder(geoms.size(), [&](Slot slot) {
+    dxGeom* const own = geoms[slot];
+    prefetchState(own);
+    *next++ = own;
+  });
+}
+
+void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
   hits.resizeDiscarding(0);
   for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
     if (slot + prefetch_distance < geoms.size())
       if (const dxGeom* const later = geoms[slot + prefetch_distance]) prefetch(later);
     dxGeom* const own = geoms[slot];
-    if (own && boxesOverlap(own, geom) && pairs(own, geom) &&
-        !(cull_planes && areClearByPlane(own, geom)))
-      hits.push_back(own);
+    if (own && boxesOverlap(own, geom)) hits.push_back(own);
   }
 }
 
+<<<<<<< HEAD
+=======
 std::size_t GeomQueries::bytes() const {
-  return hits_.bytes() + tree_.bytes() + found_.bytes() + marks_.bytes() + marked_words_.bytes();
+  return hits_.bytes() + tree_.bytes() + ahead_.bytes() + found_.bytes() + marks_.bytes() +
+         marked_words_.bytes();
 }
 
+>>>>>>> i-pairs
 }  // namespace ode_parallel_sap

@@ -1,6 +1,5 @@
 // Which geoms of a space another geom's AABB overlaps: dSpaceCollide2. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_QUERIES_H
-#define ODE_PARALLEL_SAP_GEOM_QUERIES_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -8,27 +7,50 @@
 
 #include "space/data/buffer.h"
 #include "space/queries/geom_tree.h"
+#include "space/queries/queries_ahead.h"
 
 struct dxGeom;
 
 namespace ode_parallel_sap {
 
-// Asks a GeomTree where queries come often enough to pay for it, and tests geom by geom where they
-// do not.
+// Asks a GeomTree where queries come often enough to pay for it, about many geoms at once where
+// they come in the order of a list; tests geom by geom where they do not.
 class GeomQueries {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
 
-  void changed(std::size_t slot) { tree_.changed(slot); }
-  void reset() { tree_.reset(); }
+  void changed(std::size_t slot) {
+    ahead_.drop();
+    tree_.changed(slot);
+  }
+  void reset() {
+    ahead_.drop();
+    tree_.reset();
+  }
+  bool neverAsked() const { return tree_.neverAsked(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
+  struct Way {
+    bool cull_planes;
+    bool foreseen;  // no AABB depends on when it is asked for
+    int threads;    // the most that build a tree
+    int ahead;      // the most that look ahead; 0: nobody does
+  };
   // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
-  // by ODE's formula, the AABBTest calls apart, and, if `cull_planes`, are not clear of a plane
+  // by ODE's formula, the AABBTest calls apart, and, if `way.cull_planes`, are not clear of a plane
   // that is one of the two. All AABBs are up to date, that of `geom` is without NaN. Throws
   // std::bad_alloc where memory ends.
-  void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
+  void find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits);
+
+  // What was found together by the last find(): of how many queries, 0 if none were, by how many
+  // threads and how long that took.
+  struct Batch {
+    std::size_t queries = 0;
+    int threads = 1;
+    double ms = 0;
+  };
+  const Batch& lastBatch() const { return batch_; }
 
   // Storage for hits, kept between queries. One that is taken by a query is free for no other.
   Buffer<dxGeom*> takeHits() { return std::move(hits_); }
@@ -40,15 +62,18 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_, hits_, found_, marks_, marked_words_); }
 
  private:
-  void search(const Geoms& geoms, const dxGeom* geom);
-  void decideBorderline(const Geoms& geoms, const dxGeom* geom);
+  void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
+  void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
+  static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   template <class Visit>
   void forFoundInOrder(std::size_t slots, Visit visit);
 
   GeomTree tree_;
+  QueriesAhead ahead_;
+  Batch batch_;
   Buffer<dxGeom*> hits_;
   Buffer<Slot> found_;
   // A bit a slot, and a bit for each word of those; all 0 between queries.
@@ -56,5 +81,3 @@ class GeomQueries {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

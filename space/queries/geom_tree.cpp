@@ -1,7 +1,6 @@
 #include "space/queries/geom_tree.h"
 
 #include <algorithm>
-#include <limits>
 #include <type_traits>
 
 #include "space/data/mechanisms.h"
@@ -40,8 +39,7 @@ BasicBox<Real> boxIn(const dxGeom* geom, GeomTree::Takes takes, bool& coarse) {
 
 template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
-  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
-  constexpr BasicBox<Real> none = {{nan, nan, nan}, {nan, nan, nan}};
+  constexpr BasicBox<Real> none = inactiveBox<Real>();
   if (!geom) return none;
   if constexpr (sizeof(Real) == sizeof(float)) {
     Box box;
@@ -49,13 +47,7 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
     coarse = facts.coarse;
     return facts.nan ? none : box;
   } else {
-    if (hasNaN(geom)) return none;
-    BasicBox<Real> box;
-    for (int axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = geom->aabb[2 * axis];
-      box.upper[axis] = geom->aabb[2 * axis + 1];
-    }
-    return box;
+    return hasNaN(geom) ? none : boxOfBounds<Real>(geom->aabb);
   }
 }
 
@@ -200,10 +192,31 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   return true;
 }
 
+<<<<<<< HEAD
+=======
+void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const {
+  withTree([&](const auto& tree) {
+    found.resizeDiscarding(geoms.size() + tree.spare);
+    bool coarse;
+    found.resize(tree.find(boxOf<RealOf<decltype(tree)>>(geom, coarse), found.data()));
+  });
+  // Where the boxes cannot decide, the AABBs do.
+  Slot* next = found.data();
+  for (Slot slot : found) {
+    if (slot & borderline_slot) {
+      slot &= ~borderline_slot;
+      if (!boxesOverlap(geoms[slot], geom)) continue;
+    }
+    *next++ = slot;
+  }
+  found.resize(next - found.data());
+}
+
 std::size_t GeomTree::bytes() const {
   if (!tree_) return 0;
   return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
          tree_->wide.bytes();
 }
 
+>>>>>>> i-pairs
 }  // namespace ode_parallel_sap

@@ -1,7 +1,6 @@
 // A QueryTree over geoms of a space that is kept where queries come often enough to pay for it.
 // Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_TREE_H
-#define ODE_PARALLEL_SAP_GEOM_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -36,6 +35,8 @@ class GeomTree {
     ++changes_;
     if (tree_) note(slot);
   }
+  // No query ever asked it, so it has nothing to keep of what changes.
+  bool neverAsked() const { return !asked_; }
   void reset();
 
   // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
@@ -51,6 +52,11 @@ class GeomTree {
     return tree_->is_wide ? work(tree_->wide) : work(tree_->narrow);
   }
 
+  // Leaves in `found` the slots of the geoms whose AABBs overlap that of `geom`, each once, in no
+  // order. The tree is up to date. Needs exactMode(); may run on many threads at once. Throws
+  // std::bad_alloc.
+  void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const;
+
   // A frame went by: what no query asked for in many of them is given back. Whether it was.
   bool noteFrame() {
     if (!tree_ || ++idle_frames_ != idle_frames) return false;
@@ -60,7 +66,7 @@ class GeomTree {
 
   // Gives back all that is held.
   void release() { tree_.reset(); }
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(tree_); }
 
  private:
   struct Tree {
@@ -84,6 +90,7 @@ class GeomTree {
     void refresh(const Geoms& geoms, Takes takes);
     double strayingPart(const Geoms& geoms, Takes takes);
     void setUpToDate(std::size_t slots);
+    std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
 
   void note(std::size_t slot);
@@ -104,5 +111,3 @@ template <class Real>
 BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse);
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 #include "space/queries/query_tree.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
@@ -26,12 +25,6 @@ void put(Group<Real>& group, int lane, const BasicBox<Real>& box) {
     group.lower[axis][lane] = box.lower[axis];
     group.upper[axis][lane] = box.upper[axis];
   }
-}
-
-template <class Real>
-constexpr BasicBox<Real> noBox() {
-  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
-  return {{nan, nan, nan}, {nan, nan, nan}};
 }
 
 }  // namespace
@@ -81,12 +74,8 @@ bool QueryTree<Real>::fits(Slot slot, const BasicBox<Real>& box) const {
 
 template <class Real>
 void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
-  const std::size_t known = places_.size();
-  if (slot >= known) {
-    if (!isActive(box)) return;
-    places_.resize(slot + 1);
-    std::fill(places_.begin() + known, places_.end(), nowhere);
-  }
+  if (slot >= places_.size() && !isActive(box)) return;
+  places_.growTo(slot + std::size_t{1}, nowhere);
   const std::uint32_t place = places_[slot];
   if (place == nowhere) {
     if (isActive(box)) addStray(slot, box);
@@ -106,7 +95,7 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
     trees_[of].setBox(own, lane, box);
     return;
   }
-  trees_[of].setBox(own, lane, noBox<Real>());
+  trees_[of].setBox(own, lane, inactiveBox<Real>());
   places_[slot] = nowhere;
   if (isActive(box)) addStray(slot, box);
 }
@@ -123,7 +112,7 @@ void QueryTree<Real>::addStray(Slot slot, const BasicBox<Real>& box) {
     stray_boxes_.resize(row + 1);
     stray_ids_.resize(row + 1);
     for (int lane = group_size - 1; lane >= 0; --lane) {
-      put(stray_boxes_[row], lane, noBox<Real>());
+      put(stray_boxes_[row], lane, inactiveBox<Real>());
       stray_ids_[row].slot[lane] = 0;
       free_strays_.push_back(static_cast<std::uint32_t>((cells() + row) * group_size + lane));
     }
@@ -155,14 +144,6 @@ void QueryTree<Real>::releaseScratch() {
 template <class Real>
 void QueryTree<Real>::release() {
   *this = QueryTree();
-}
-
-template <class Real>
-std::size_t QueryTree<Real>::bytes() const {
-  std::size_t bytes = order_.bytes() + places_.bytes() + stray_boxes_.bytes() + stray_ids_.bytes() +
-                      free_strays_.bytes();
-  for (const CellTree<Real>& tree : trees_) bytes += tree.bytes();
-  return bytes;
 }
 
 template class QueryTree<float>;

@@ -1,6 +1,5 @@
 // Boxes by slot in a tree that is kept from query to query while some of them move.
-#ifndef ODE_PARALLEL_SAP_QUERY_TREE_H
-#define ODE_PARALLEL_SAP_QUERY_TREE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -51,7 +50,9 @@ class QueryTree {
   void releaseScratch();
   // Gives everything back. Call build() before anything else.
   void release();
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(order_, trees_, places_, stray_boxes_, stray_ids_, free_strays_);
+  }
 
  private:
   // A place is sixteen times a cell's number, counted through all classes, plus a lane. Strays
@@ -132,5 +133,3 @@ void QueryTree<Real>::visitAlong(const RayQuery<Real>& ray, Real& limit, Visit v
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of queries.
-#ifndef ODE_PARALLEL_SAP_QUERIES_TUNING_H
-#define ODE_PARALLEL_SAP_QUERIES_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -30,5 +29,3 @@ constexpr std::size_t many_hits = 1024;
 constexpr double cell_margin = 1.0 / 16;
 
 }  // namespace ode_parallel_sap
-
-#endif

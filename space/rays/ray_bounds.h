@@ -1,7 +1,6 @@
 // How far from a ray and a geom's AABB ODE's ray colliders may find a hit. Sees ODE's private
 // headers.
-#ifndef ODE_PARALLEL_SAP_RAY_BOUNDS_H
-#define ODE_PARALLEL_SAP_RAY_BOUNDS_H
+#pragma once
 
 #include <algorithm>
 #include <cmath>
@@ -59,11 +58,11 @@ inline bool hasUsualBounds(const dxGeom* geom) {
 
 // Whether a geom with an AABB that is up to date has a collider with rays for which the bounds
 // hold, or is a space of such geoms. Changes with the AABB only. Needs exactMode().
-inline bool isStraight(const dxGeom* geom) {
+inline bool hasBoundedHits(const dxGeom* geom) {
   if (!hasUsualBounds(geom)) return false;
   if (IS_SPACE(geom)) {
     const dxGeom* own = static_cast<const dxSpace*>(geom)->first;
-    while (own && isStraight(own)) own = own->next;
+    while (own && hasBoundedHits(own)) own = own->next;
     return !own;
   }
   if (!geom->final_posr || geom->gflags & GEOM_POSR_BAD) return false;
@@ -79,8 +78,8 @@ inline bool isStraight(const dxGeom* geom) {
   }
 }
 
-inline bool isNotStraight(const dxGeom* geom) {
-  return !isStraight(geom);
+inline bool hasUnboundedHits(const dxGeom* geom) {
+  return !hasBoundedHits(geom);
 }
 
 // Whether the bounds hold for this direction and origin.
@@ -121,5 +120,3 @@ Real limitFor(dReal distance) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -45,9 +45,7 @@ struct alignas(64) Share {
     calling_thread.resizeDiscarding(0);
     slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
   }
-  std::size_t bytes() const {
-    return found.bytes() + late.bytes() + image.bytes() + calling_thread.bytes() + slots.bytes();
-  }
+  std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
 };
 
 bool pairs(const dxGeom* geom, const dxGeom* ray) {
@@ -63,12 +61,7 @@ struct RayCaster::Store {
   Buffer<RayFound> late;
   Buffer<dParallelSAPRayHit> hits;
 
-  std::size_t bytes() const {
-    std::size_t bytes =
-        sizeof *this + blocks.bytes() + waiting.bytes() + late.bytes() + hits.bytes();
-    for (const Share& share : shares) bytes += share.bytes();
-    return bytes;
-  }
+  std::size_t bytes() const { return bytesOf(shares, blocks, waiting, late, hits); }
 };
 
 // A batch on its way.
@@ -102,7 +95,7 @@ class RayCaster::Pass {
 
   void castOne(std::size_t ray, int thread, bool alone);
   void meetAll(Flight& flight) const;
-  void meetStraight(Flight& flight) const;
+  void meetBounded(Flight& flight) const;
   void meetOthers(Flight& flight, const GeomTree& tree) const;
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const;
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const;
@@ -134,15 +127,12 @@ void RayCaster::Pass::begin(int threads, bool trees) {
 void RayCaster::Pass::castAll(int threads, bool manual_cleanup) {
   constexpr std::size_t most = grains::cast_rays.work / 4;
   const int team = teamFor(request_.count, grains::cast_rays, threads);
-  ChunkQueue queue(request_.count, chunkOf(request_.count, most, team));
-  runTeam(casting, team, [&](int thread, int threads_of_team) {
-    const ThreadData data(thread, manual_cleanup);
-    if (!data.ready()) return;
-    Range range;
-    while (queue.next(range))
-      for (std::size_t ray = range.begin; ray < range.end; ++ray)
-        castOne(ray, thread, threads_of_team == 1);
-  });
+  const std::size_t chunk = chunkOf(request_.count, most, team);
+  runChunksWithData(casting, team, request_.count, chunk, manual_cleanup,
+                    [&](const Range& range, int thread) {
+                      for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                        castOne(ray, thread, team == 1);
+                    });
 }
 
 void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
@@ -159,7 +149,7 @@ void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
   {
     const ScopedMode exact(exactMode());
     if (trees_) {
-      meetStraight(flight);
+      meetBounded(flight);
       meetOthers(flight, caster_.others_);
     } else {
       meetAll(flight);
@@ -177,15 +167,15 @@ void RayCaster::Pass::meetAll(Flight& flight) const {
   }
 }
 
-void RayCaster::Pass::meetStraight(Flight& flight) const {
+void RayCaster::Pass::meetBounded(Flight& flight) const {
   dReal direction[3];
   flight.probe.direction(direction);
   const dReal* const origin = flight.probe.origin();
   if (!isUsualRay(origin, direction)) {
-    meetOthers(flight, caster_.straight_);
+    meetOthers(flight, caster_.bounded_);
     return;
   }
-  caster_.straight_.withTree([&](const auto& tree) {
+  caster_.bounded_.withTree([&](const auto& tree) {
     using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
     Real limit = limitFor<Real>(flight.reach);
     tree.visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
@@ -296,20 +286,16 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
     for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
     return;
   }
-  ChunkQueue queue(waiting.size(),
-                   chunkOf(waiting.size(), grains::heavy_pairs.work, images.count()));
-  runTeam(colliding_on_images, images.count(), [&](int thread, int) {
-    const ThreadData data(thread, manual_cleanup);
-    if (!data.ready()) return;
-    ColliderImage& image = images[thread];
-    Range range;
-    while (queue.next(range))
-      for (std::size_t i = range.begin; i < range.end; ++i)
-        if (image.serves(probes_[0].geom(), waiting[i].geom))
-          collideLate(waiting[i], thread, &image);
-        else
-          store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
-  });
+  const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
+  runChunksWithData(
+      colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
+      [&](const Range& range, int thread) {
+        for (std::size_t i = range.begin; i < range.end; ++i)
+          if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
+            collideLate(waiting[i], thread, &images[thread]);
+          else
+            store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
+      });
 }
 
 void RayCaster::Pass::collideRest() {
@@ -368,8 +354,8 @@ RayCaster::~RayCaster() = default;
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
   const ScopedMode mode(exactMode());
   const double queries = static_cast<double>(request.count);
-  const bool straight = straight_.bringUpToDate(geoms, way.threads, queries);
-  return others_.bringUpToDate(geoms, way.threads, queries) && straight;
+  const bool bounded = bounded_.bringUpToDate(geoms, way.threads, queries);
+  return others_.bringUpToDate(geoms, way.threads, queries) && bounded;
 }
 
 std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const Way& way) {
@@ -421,13 +407,13 @@ std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& reques
 }
 
 void RayCaster::release() {
-  straight_.release();
+  bounded_.release();
   others_.release();
   store_.reset();
 }
 
 std::size_t RayCaster::bytes() const {
-  return straight_.bytes() + others_.bytes() + (store_ ? store_->bytes() : 0);
+  return bytesOf(bounded_, others_, store_);
 }
 
 }  // namespace ode_parallel_sap

@@ -1,7 +1,6 @@
 // Batches of rays against a space: dParallelSAPSpaceRays and dParallelSAPSpaceRayHits. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_RAY_CASTER_H
-#define ODE_PARALLEL_SAP_RAY_CASTER_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -48,17 +47,17 @@ class RayCaster {
   RayCaster& operator=(const RayCaster&) = delete;
 
   void changed(std::size_t slot) {
-    straight_.changed(slot);
+    bounded_.changed(slot);
     others_.changed(slot);
   }
   void reset() {
-    straight_.reset();
+    bounded_.reset();
     others_.reset();
   }
   // As of the trees.
-  bool clean(const Geoms& geoms) { return straight_.clean(geoms); }
+  bool clean(const Geoms& geoms) { return bounded_.clean(geoms); }
   void noteFrame() {
-    const bool given_back = straight_.noteFrame();
+    const bool given_back = bounded_.noteFrame();
     if (others_.noteFrame() || given_back) release();
   }
 
@@ -77,10 +76,8 @@ class RayCaster {
   bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
   std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request);
 
-  GeomTree straight_{isStraight}, others_{isNotStraight};
+  GeomTree bounded_{hasBoundedHits}, others_{hasUnboundedHits};
   std::unique_ptr<Store> store_;
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Hits of a batch of rays, and their order.
-#ifndef ODE_PARALLEL_SAP_RAY_HITS_H
-#define ODE_PARALLEL_SAP_RAY_HITS_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -51,5 +50,3 @@ inline dParallelSAPRayHit hitOf(dGeomID geom, const dContactGeom& contact) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

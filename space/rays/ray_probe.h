@@ -1,6 +1,5 @@
 // A ray of ODE's that a thread casts one ray after the other with. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_RAY_PROBE_H
-#define ODE_PARALLEL_SAP_RAY_PROBE_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -75,5 +74,3 @@ class RayProbe {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // Pairs of boxes that ODE's collider certainly finds apart. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_BOX_PAIRS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_BOX_PAIRS_H
+#pragma once
 
 #include <string.h>
 
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "space/simd/kernels.h"
+#include "space/simd/registers.h"
 
 namespace {
 
@@ -30,22 +30,12 @@ constexpr float most_squares = 4;  // fixed: of what is a rotation, with room
 // 2^20.
 constexpr float least_box_pair_size = 0x1p-80f, most_box_pair_size = 0x1p100f;
 
-// A register of lanes, in the notation that GCC and Clang have for all instruction sets.
-#if defined(__AVX512F__)
-constexpr int float_lanes = 16;  // fixed: of the vectors
-#elif defined(__AVX__)
-constexpr int float_lanes = 8;  // fixed: of the vectors
-#else
-constexpr int float_lanes = 4;  // fixed: of the vectors
-#endif
-using Floats = float __attribute__((vector_size(float_lanes * sizeof(float)), may_alias));
-using Words = int __attribute__((vector_size(float_lanes * sizeof(int))));
+constexpr int float_lanes = Register<float>::lanes;
+using Floats = Register<float>::Type;
+using Words = int __attribute__((vector_size(register_bytes)));
 
 inline Floats magnitudeOf(Floats x) {
   return reinterpret_cast<Floats>(reinterpret_cast<Words>(x) & 0x7fffffff);
-}
-inline Floats greaterOf(Floats a, Floats b) {
-  return a > b ? a : b;
 }
 inline Floats dot(const Floats* x, const Floats* y) {
   return x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
@@ -169,10 +159,10 @@ struct BoxPairLanes {
   // NaN is neither above nor below anything.
   Floats greatest() const {
     Floats found = ofFirst(0);
-    for (int i = 1; i < 3; ++i) found = greaterOf(ofFirst(i), found);
-    for (int j = 0; j < 3; ++j) found = greaterOf(ofSecond(j), found);
+    for (int i = 1; i < 3; ++i) found = Register<float>::greatest(ofFirst(i), found);
+    for (int j = 0; j < 3; ++j) found = Register<float>::greatest(ofSecond(j), found);
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) found = greaterOf(ofEdges(i, j), found);
+      for (int j = 0; j < 3; ++j) found = Register<float>::greatest(ofEdges(i, j), found);
     return found;
   }
   // All ones where the bound on errors holds: not where anything is NaN.
@@ -199,5 +189,3 @@ unsigned boxesApart(const BoxPairs<Real>& pairs) {
 }
 
 }  // namespace
-
-#endif

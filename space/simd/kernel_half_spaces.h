@@ -1,6 +1,5 @@
 // Boxes against half-spaces. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_HALF_SPACES_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_HALF_SPACES_H
+#pragma once
 
 #include "space/simd/kernel_rows.h"
 
@@ -139,5 +138,3 @@ std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::s
 }
 
 }  // namespace
-
-#endif

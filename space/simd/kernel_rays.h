@@ -1,34 +1,12 @@
 // Rays against boxes. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_RAYS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_RAYS_H
+#pragma once
 
 #include "space/simd/kernels.h"
+#include "space/simd/registers.h"
 
 namespace {
 
 using namespace ode_parallel_sap;
-
-// A register of lanes, in the notation that GCC and Clang have for all instruction sets.
-template <class Real>
-struct Register {
-#if defined(__AVX512F__)
-  static constexpr int bytes = 64;  // fixed: of the vectors
-#elif defined(__AVX__)
-  static constexpr int bytes = 32;  // fixed: of the vectors
-#else
-  static constexpr int bytes = 16;  // fixed: of the vectors
-#endif
-  static constexpr int lanes = bytes / sizeof(Real);
-  typedef Real Type __attribute__((vector_size(bytes), may_alias));
-
-  // The lesser or greater of both; the second one where one is NaN.
-  static Type least(Type a, Type b) {
-    return a < b ? a : b;
-  }
-  static Type greatest(Type a, Type b) {
-    return a > b ? a : b;
-  }
-};
 
 // Both bounds on each axis are moved apart by the margin, so that errors of rounding, which are
 // far smaller, leave no box out.
@@ -57,11 +35,9 @@ unsigned meetRay(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit
     // An unused place is NaN on all axes.
     const Vector none = Vector{} + static_cast<Real>(__builtin_nanf(""));
     *reinterpret_cast<Vector*>(entry + first) =
-        (near <= far) & (lower[0] == lower[0]) ? near : none;
+        ((near <= far) & (lower[0] == lower[0])) ? near : none;
   }
   return Lanes::atMost(entry, static_cast<Real>(__builtin_inff()));
 }
 
 }  // namespace
-
-#endif

@@ -1,7 +1,6 @@
 // One box against sixteen: overlap, filter, and the pairs that come of it. Internal linkage, as in
 // kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_ROWS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_ROWS_H
+#pragma once
 
 #include <string.h>
 
@@ -150,5 +149,3 @@ inline void makeRoom(PairSink& sink, std::size_t room) {
 }
 
 }  // namespace
-
-#endif

@@ -1,7 +1,6 @@
 // Pairs and boxes that are found by walking a tree over cells. Internal linkage, as in
 // kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
-#define ODE_PARALLEL_SAP_SIMD_KERNEL_TREES_H
+#pragma once
 
 #include "space/simd/kernel_rows.h"
 #include "space/simd/tuning.h"
@@ -349,5 +348,3 @@ std::size_t findInCells(const Group<Real>* cells, const GroupIds* ids, std::size
 }
 
 }  // namespace
-
-#endif

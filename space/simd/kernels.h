@@ -1,6 +1,5 @@
 // The inner loops, compiled once for each instruction set and chosen at run time.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNELS_H
-#define ODE_PARALLEL_SAP_SIMD_KERNELS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -178,14 +177,11 @@ const KernelSet& kernelSet();
 void chooseKernelSet(const KernelSet& set);
 
 template <class Real>
-const Kernels<Real>& kernels();
-template <>
-inline const Kernels<float>& kernels<float>() {
-  return kernelSet().narrow;
-}
-template <>
-inline const Kernels<double>& kernels<double>() {
-  return kernelSet().wide;
+const Kernels<Real>& kernels() {
+  if constexpr (sizeof(Real) == sizeof(float))
+    return kernelSet().narrow;
+  else
+    return kernelSet().wide;
 }
 
 // Every set this processor can run, best first; null ends the list.
@@ -195,5 +191,3 @@ const KernelSet* const* allKernelSets();
 const KernelSet* kernelSetNamed(const char* name);
 
 }  // namespace ode_parallel_sap
-
-#endif

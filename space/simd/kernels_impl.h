@@ -1,8 +1,7 @@
 // The kernels for the `Lanes` that the including file chose. Everything here has internal linkage:
 // each including file is compiled for an instruction set of its own, and no function of it may be
 // shared with, or replaced by, another file's.
-#ifndef ODE_PARALLEL_SAP_SIMD_KERNELS_IMPL_H
-#define ODE_PARALLEL_SAP_SIMD_KERNELS_IMPL_H
+#pragma once
 
 #include <string.h>
 
@@ -180,5 +179,3 @@ constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<d
                                   sortListsBy<Lanes>};
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Sixteen lanes as two AVX2 registers.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_AVX2_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_AVX2_H
+#pragma once
 
 #include <immintrin.h>
 
@@ -25,12 +24,9 @@ struct CompressOrder {
 };
 constexpr CompressOrder compress_order;
 
-struct Lanes {
+struct Lanes : ScalarLanes, EightSorter {
   static constexpr const char* name = "avx2";
-  static constexpr bool sorts_eight = true;
-  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
-    sortEightWords(words, count, sorted);
-  }
+  using EightSorter::sorts_eight;
 
   template <class Test>
   static unsigned each(Test test) {
@@ -99,7 +95,7 @@ struct Lanes {
     eight(p + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
   }
   static void compress(const double* p, unsigned mask, double* out) {
-    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
+    ScalarLanes::compress(p, mask, out);
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
@@ -116,6 +112,8 @@ struct Lanes {
     if (!(mask >> 8)) return low;
     return low + writeEight(slots + 8, slot, mask >> 8, out + low);
   }
+  using ScalarLanes::greatest;
+  using ScalarLanes::least;
   static float least(const float* p) {
     __m256 v = min(_mm256_load_ps(p), _mm256_load_ps(p + 8));
     v = min(v, _mm256_permute2f128_ps(v, v, 1));
@@ -130,9 +128,6 @@ struct Lanes {
     v = max(v, _mm256_permute_ps(v, 0xb1));
     return _mm256_cvtss_f32(v);
   }
-
-  static double least(const double* p) { return scalarLeast(p); }
-  static double greatest(const double* p) { return scalarGreatest(p); }
 
  private:
   // Writes eight words, of which as many count as `mask` has bits.
@@ -164,5 +159,3 @@ struct Lanes {
 };
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Sixteen lanes as one AVX-512 register (F, DQ, VL).
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_AVX512_H
+#pragma once
 
 #include <immintrin.h>
 
@@ -12,12 +11,9 @@
 
 namespace {
 
-struct Lanes {
+struct Lanes : ScalarLanes, EightSorter {
   static constexpr const char* name = "avx512";
-  static constexpr bool sorts_eight = true;
-  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
-    sortEightWords(words, count, sorted);
-  }
+  using EightSorter::sorts_eight;
 
   static unsigned atLeast(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);
@@ -82,6 +78,8 @@ struct Lanes {
                                         _mm512_extracti32x8_epi32(later, 1)));
     return count;
   }
+  using ScalarLanes::greatest;
+  using ScalarLanes::least;
   static float least(const float* p) {
     const __m512 v = _mm512_load_ps(p);
     const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
@@ -92,9 +90,6 @@ struct Lanes {
     const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
     return numbers ? _mm512_mask_reduce_max_ps(numbers, v) : p[0];
   }
-
-  static double least(const double* p) { return scalarLeast(p); }
-  static double greatest(const double* p) { return scalarGreatest(p); }
 
  private:
   static __m512i word(__m256i high, __m256i low) {
@@ -134,5 +129,3 @@ struct Lanes::Row<double> : RowByPointer<Lanes, double> {
 };
 
 }  // namespace
-
-#endif

@@ -1,8 +1,8 @@
 // What several sets of lanes share. Internal linkage, as in kernels_impl.h.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_COMMON_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_COMMON_H
+#pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 namespace {
 
@@ -26,20 +26,46 @@ struct RowByPointer {
   }
 };
 
-// The least and the greatest of sixteen, NaN apart; NaN where all are.
-template <class Real>
-inline Real scalarLeast(const Real* p) {
-  Real least = p[0];
-  for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
-  return least;
-}
-template <class Real>
-inline Real scalarGreatest(const Real* p) {
-  Real greatest = p[0];
-  for (int i = 1; i < 16; ++i) greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
-  return greatest;
-}
+// What a set of lanes has no instructions for.
+struct ScalarLanes {
+  static constexpr bool sorts_eight = false;
+
+  // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
+  // number of bits.
+  template <class T>
+  static void compress(const T* p, unsigned mask, T* out) {
+    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
+  }
+  // Writes `first` + i for each bit i of `mask`, in order. Writes at most 16 numbers.
+  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
+    for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
+  }
+  // Writes a word for each lane in `mask`, low lanes first: the smaller of its slot and `slot` on
+  // top of the larger one. Writes at most 16 words; returns the number that count.
+  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
+                        std::uint64_t* out) {
+    int count = 0;
+    for (; mask; mask &= mask - 1) {
+      const std::uint32_t other = slots[__builtin_ctz(mask)];
+      out[count++] =
+          slot < other ? std::uint64_t{slot} << 32 | other : std::uint64_t{other} << 32 | slot;
+    }
+    return count;
+  }
+  // The least and the greatest of sixteen, NaN apart; NaN where all are.
+  template <class Real>
+  static Real least(const Real* p) {
+    Real least = p[0];
+    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
+    return least;
+  }
+  template <class Real>
+  static Real greatest(const Real* p) {
+    Real greatest = p[0];
+    for (int i = 1; i < 16; ++i)
+      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
+    return greatest;
+  }
+};
 
 }  // namespace
-
-#endif

@@ -1,6 +1,5 @@
 // Sixteen lanes as four NEON registers: every 64-bit ARM processor.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_NEON_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_NEON_H
+#pragma once
 
 #include <arm_neon.h>
 
@@ -76,7 +75,7 @@ struct Lanes {
     }
   }
   static void compress(const double* p, unsigned mask, double* out) {
-    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
+    ScalarLanes::compress(p, mask, out);
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3};
@@ -120,8 +119,8 @@ struct Lanes {
     return vmaxnmvq_f64(v);
   }
 
-  // As sortEightWords() with AVX2: the first `count` of eight words by their low 31 bits, the
-  // others anywhere behind them.
+  // As EightSorter::sortEight() with AVX2: the first `count` of eight words by their low 31 bits,
+  // the others anywhere behind them.
   static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3, 4, 5, 6, 7};
     const uint32x4_t largest = vdupq_n_u32(0x7fffffff);
@@ -228,5 +227,3 @@ struct Lanes::Row {
 };
 
 }  // namespace
-
-#endif

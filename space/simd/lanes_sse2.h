@@ -1,6 +1,5 @@
 // Sixteen lanes as four SSE2 registers: every x86-64 processor.
-#ifndef ODE_PARALLEL_SAP_SIMD_LANES_SSE2_H
-#define ODE_PARALLEL_SAP_SIMD_LANES_SSE2_H
+#pragma once
 
 #include <emmintrin.h>
 
@@ -11,9 +10,8 @@
 
 namespace {
 
-struct Lanes {
+struct Lanes : ScalarLanes {
   static constexpr const char* name = "sse2";
-  static constexpr bool sorts_eight = false;
 
   template <class Test>
   static unsigned each(Test test) {
@@ -74,23 +72,8 @@ struct Lanes {
           _mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(load(p + i), v))));
     });
   }
-  template <class T>
-  static void compress(const T* p, unsigned mask, T* out) {
-    for (; mask; mask &= mask - 1) *out++ = p[__builtin_ctz(mask)];
-  }
-  static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
-    for (; mask; mask &= mask - 1) *out++ = first + static_cast<std::uint32_t>(__builtin_ctz(mask));
-  }
-  static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
-                        std::uint64_t* out) {
-    int count = 0;
-    for (; mask; mask &= mask - 1) {
-      const std::uint32_t other = slots[__builtin_ctz(mask)];
-      out[count++] =
-          slot < other ? std::uint64_t{slot} << 32 | other : std::uint64_t{other} << 32 | slot;
-    }
-    return count;
-  }
+  using ScalarLanes::greatest;
+  using ScalarLanes::least;
   // min and max return their second operand where one is NaN: NaN places come first.
   static float least(const float* p) {
     __m128 v = _mm_load_ps(p);
@@ -107,9 +90,6 @@ struct Lanes {
     return _mm_cvtss_f32(v);
   }
 
-  static double least(const double* p) { return scalarLeast(p); }
-  static double greatest(const double* p) { return scalarGreatest(p); }
-
  private:
   // The lesser of both, or the other one where one is NaN.
   static __m128 min(__m128 a, __m128 b) {
@@ -123,5 +103,3 @@ struct Lanes {
 };
 
 }  // namespace
-
-#endif

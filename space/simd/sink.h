@@ -1,6 +1,5 @@
 // Lets kernels write pairs into a buffer.
-#ifndef ODE_PARALLEL_SAP_SINK_H
-#define ODE_PARALLEL_SAP_SINK_H
+#pragma once
 
 #include <algorithm>
 
@@ -41,5 +40,3 @@ class BufferSink : public PairSink {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The tuned constants of the inner loops.
-#ifndef ODE_PARALLEL_SAP_SIMD_TUNING_H
-#define ODE_PARALLEL_SAP_SIMD_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -23,5 +22,3 @@ constexpr std::size_t cells_ahead = 8;
 constexpr std::size_t packed_ahead = 3;
 
 }  // namespace ode_parallel_sap
-
-#endif

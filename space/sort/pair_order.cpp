@@ -223,27 +223,15 @@ void PairOrder::sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, 
 
   deal(found, buckets, threads, sorted);
   for (Scratch& scratch : scratch_) scratch.borderline.clear();
-  ChunkQueue queue(buckets.count, 1);
-  runTeam(sorting, threads, [&](int thread, int) {
-    Range range;
-    while (queue.next(range)) {
-      const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];
-      if (sortBucket(sorted + begin, end - begin, buckets, range.begin, sorted + begin,
-                     scratch_[thread]))
-        noteBorderline(sorted, {0, begin, end}, scratch_[thread].borderline);
-    }
+  runChunks(sorting, threads, buckets.count, 1, [&](const Range& range, int thread) {
+    const std::size_t begin = bucket_begin_[range.begin], end = bucket_begin_[range.begin + 1];
+    if (sortBucket(sorted + begin, end - begin, buckets, range.begin, sorted + begin,
+                   scratch_[thread]))
+      noteBorderline(sorted, {0, begin, end}, scratch_[thread].borderline);
   });
   for (const Scratch& scratch : scratch_)
     pairs.borderline.insert(pairs.borderline.end(), scratch.borderline.begin(),
                             scratch.borderline.end());
-}
-
-std::size_t PairOrder::bytes() const {
-  std::size_t bytes = (positions_.capacity() + bucket_begin_.capacity()) * sizeof(std::size_t);
-  for (const Scratch& scratch : scratch_)
-    bytes += scratch.pairs.bytes() + scratch.words.bytes() +
-             scratch.ends.capacity() * sizeof(std::uint32_t);
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

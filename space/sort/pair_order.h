@@ -1,6 +1,5 @@
 // Pairs found in any order by several threads, put in the order of the report.
-#ifndef ODE_PARALLEL_SAP_PAIR_ORDER_H
-#define ODE_PARALLEL_SAP_PAIR_ORDER_H
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -18,7 +17,7 @@ class PairOrder {
   // `slots`.
   void sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
             PairList& pairs);
-  std::size_t bytes() const;
+  std::size_t bytes() const { return bytesOf(positions_, bucket_begin_, scratch_); }
 
  private:
   struct alignas(64) Scratch {
@@ -26,6 +25,8 @@ class PairOrder {
     Buffer<Pair> pairs;
     Buffer<std::uint32_t> words;
     std::vector<PairList::Segment> borderline;
+
+    std::size_t bytes() const { return bytesOf(ends, pairs, words, borderline); }
   };
   // Bucket i has the pairs whose earlier slots are i << shift and following.
   struct Buckets {
@@ -53,5 +54,3 @@ class PairOrder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "space/data/parallel.h"
@@ -27,21 +28,15 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   const std::size_t digits = std::size_t{1} << digit_of.bits;
   const std::uint64_t mask = digits - 1;
   positions.assign(digits * threads, 0);
-  int parts = threads;
-  runTeam(counting, threads, [&](int thread, int team) {
-    if (thread == 0) parts = team;
+  const int parts = runTeam(counting, threads, [&](int thread, int team) {
     const Range range = ownPart(count, thread, team);
     std::uint32_t* const counts = positions.data() + digits * thread;
     for (std::size_t i = range.begin; i < range.end; ++i) ++counts[from[i] >> low_bit & mask];
   });
   std::uint32_t position = 0;
   for (std::size_t digit = 0; digit < digits; ++digit)
-    for (int part = 0; part < parts; ++part) {
-      std::uint32_t& cell = positions[digits * part + digit];
-      const std::uint32_t size = cell;
-      cell = position;
-      position += size;
-    }
+    for (int part = 0; part < parts; ++part)
+      position += std::exchange(positions[digits * part + digit], position);
   // The parts are those of the count, whoever takes them.
   runTeam(scattering, parts, [&](int thread, int team) {
     for (int part = thread; part < parts; part += team) {
@@ -66,11 +61,8 @@ void sortAlone(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
     std::fill(next, next + digits, 0);
     for (std::size_t i = 0; i < count; ++i) ++next[from[i] >> shift & (digits - 1)];
     std::uint32_t position = 0;
-    for (std::size_t digit = 0; digit < digits; ++digit) {
-      const std::uint32_t size = next[digit];
-      next[digit] = position;
-      position += size;
-    }
+    for (std::size_t digit = 0; digit < digits; ++digit)
+      position += std::exchange(next[digit], position);
     for (std::size_t i = 0; i < count; ++i) to[next[from[i] >> shift & (digits - 1)]++] = from[i];
     std::swap(from, to);
     done += digit_bits;

@@ -1,6 +1,5 @@
 // A stable parallel sort of 64-bit records by some of their bits.
-#ifndef ODE_PARALLEL_SAP_RADIX_SORT_H
-#define ODE_PARALLEL_SAP_RADIX_SORT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -12,5 +11,3 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
                int bits, int threads);
 
 }  // namespace ode_parallel_sap
-
-#endif

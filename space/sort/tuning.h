@@ -1,6 +1,5 @@
 // The tuned constants of sorting.
-#ifndef ODE_PARALLEL_SAP_SORT_TUNING_H
-#define ODE_PARALLEL_SAP_SORT_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -50,5 +49,3 @@ constexpr std::size_t sparse_slots = 4;
 constexpr std::size_t longest_compared = 512;
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What a trace holds of a geom and of a body. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_RECORD_H
-#define ODE_PARALLEL_SAP_GEOM_RECORD_H
+#pragma once
 
 #include <cstdint>
 
@@ -44,5 +43,3 @@ bool sameReals(const dReal (&a)[count], const dReal (&b)[count]) {
 }
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 // Stands between a frame and the program's callback, and sums up the pairs for a trace. Sees ODE's
 // private headers.
-#ifndef ODE_PARALLEL_SAP_PAIR_TALLY_H
-#define ODE_PARALLEL_SAP_PAIR_TALLY_H
+#pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
@@ -53,5 +52,3 @@ class PairTally {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

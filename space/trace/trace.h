@@ -1,7 +1,6 @@
 // Writes what is in a space, frame by frame, to a file that others can replay: README.md of this
 // room. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_TRACE_H
-#define ODE_PARALLEL_SAP_TRACE_H
+#pragma once
 
 #include <cstdint>
 #include <string>
@@ -42,7 +41,6 @@ class Trace {
   }
 
  private:
-  bool begin(const std::string& path);
   // False in the child of a fork, which would write over the files of its parent, unless the name
   // has the process's number in it.
   bool openNamed();
@@ -58,5 +56,3 @@ class Trace {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -6,10 +6,8 @@ namespace ode_parallel_sap {
 
 // `geoms` as they are before it: null where a slot is free.
 void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
-  std::size_t slot = 0;
-  for (std::size_t i = 0; i < geoms.size() && i < slots_.size(); ++i)
-    if (geoms[i]) slots_[slot++] = slots_[i];
-  for (; slot < slots_.size(); ++slot) slots_[slot].traits.number = 0;
+  for (std::size_t slot = closeGaps(geoms, slots_); slot < slots_.size(); ++slot)
+    slots_[slot].traits.number = 0;
 }
 
 void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {

@@ -1,6 +1,5 @@
 // What changed in a space since the last frame of its trace. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_TRACE_CHANGES_H
-#define ODE_PARALLEL_SAP_TRACE_CHANGES_H
+#pragma once
 
 #include <cstdint>
 #include <unordered_map>
@@ -66,5 +65,3 @@ class TraceChanges {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // The file of a trace: chunks, each written whole or not at all.
-#ifndef ODE_PARALLEL_SAP_TRACE_FILE_H
-#define ODE_PARALLEL_SAP_TRACE_FILE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -80,5 +79,3 @@ class TraceFile {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,6 +1,5 @@
 // What a trace file is made of, for those who write and who read it: README.md of this room.
-#ifndef ODE_PARALLEL_SAP_TRACE_FORMAT_H
-#define ODE_PARALLEL_SAP_TRACE_FORMAT_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -50,5 +49,3 @@ constexpr std::uint64_t pairSum(std::uint32_t first, std::uint32_t second) {
 
 }  // namespace trace_format
 }  // namespace ode_parallel_sap
-
-#endif

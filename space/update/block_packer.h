@@ -1,7 +1,6 @@
 // Packs geoms in blocks: most of them are plain, and need few of the questions that GeomPacker
 // asks. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_BLOCK_PACKER_H
-#define ODE_PARALLEL_SAP_BLOCK_PACKER_H
+#pragma once
 
 #include <cstdint>
 
@@ -86,5 +85,3 @@ class BlockPacker {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

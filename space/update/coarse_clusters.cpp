@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 
+#include "space/data/float_steps.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
 #include "space/data/tuning.h"
@@ -18,17 +18,6 @@ constexpr double step_of_floats = 0x1p-22;  // fixed: twice an epsilon
 
 Region counting("coarse clusters: boxes");
 
-std::uint64_t bitsOf(double value) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-double valueOf(std::uint64_t bits) {
-  double value;
-  std::memcpy(&value, &bits, sizeof value);
-  return value;
-}
 constexpr std::uint64_t bias = 1023;  // fixed: of the exponents of doubles
 
 // Of a double below 2^51; what is larger has no fraction worth mentioning. Needs rounding to
@@ -48,7 +37,7 @@ std::uint64_t cellOf(const Box& box) {
   }
   // The power of two above the width, of which there is always an inverse.
   const std::uint64_t exponent = std::min(bitsOf(width) >> 52, std::uint64_t{2 * bias - 2}) + 1;
-  const double cells = valueOf((2 * bias - exponent) << 52);
+  const double cells = doubleOf((2 * bias - exponent) << 52);
   std::uint64_t hash = exponent;
   for (int axis = 0; axis < 3; ++axis) {
     const double place = nearestInteger(static_cast<double>(box.lower[axis]) * cells);

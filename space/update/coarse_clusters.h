@@ -1,6 +1,5 @@
 // Where floats are too coarse for boxes, and whether that matters.
-#ifndef ODE_PARALLEL_SAP_COARSE_CROWDS_H
-#define ODE_PARALLEL_SAP_COARSE_CROWDS_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -36,5 +35,3 @@ class CoarseClusters {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -1,7 +1,6 @@
 #include "space/update/geom_packer.h"
 
 #include <cmath>
-#include <limits>
 
 #include "space/data/round_outward.h"
 #include "space/geom/geom_tests.h"
@@ -12,19 +11,6 @@ namespace {
 
 // What the other stages take from a geom that has a box, without looking at it again.
 constexpr SlotState kind_states = unwatched_state | space_state | user_class_state;
-
-template <class Real>
-constexpr BasicBox<Real> inactiveBox() {
-  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
-  return {{nan, nan, nan}, {nan, nan, nan}};
-}
-
-void deactivate(Slot slot, BoxSet& boxes) {
-  if (boxes.wide)
-    boxes.wide_boxes[slot] = inactiveBox<double>();
-  else
-    boxes.boxes[slot] = inactiveBox<float>();
-}
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
 // always a match of these.
@@ -43,13 +29,6 @@ bool foldsExactly(unsigned long bits) {
 // are twice as far outside on one of the sides, so that two boxes that meet are never further apart
 // than the tolerance.
 constexpr dReal margin_share = dReal(1) / 4;  // fixed: of what the user set
-
-void placeWide(const dReal* bounds, BasicBox<double>& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lower[axis] = bounds[2 * axis];
-    box.upper[axis] = bounds[2 * axis + 1];
-  }
-}
 
 // Bounds moved outward by `margin`, where that is not less than the type's own steps.
 void inflate(const dReal* exact, dReal margin, dReal* bounds) {
@@ -141,7 +120,7 @@ void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, Box
 // because few of theirs are noticed here: pairs with them are looked at again in every frame.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
   if (!geom) {
-    deactivate(slot, boxes);
+    boxes.deactivate(slot);
     return no_box_state | unwatched_state;
   }
   UpdateFacts& facts = part.facts;
@@ -151,7 +130,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   if (!isEnabled(geom)) {
     state |= disabled_state;
     if (!resting || rules.notified || geom->gflags & GEOM_ZERO_SIZED) {
-      deactivate(slot, boxes);
+      boxes.deactivate(slot);
       return state | no_box_state;
     }
   }
@@ -169,11 +148,11 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   }
   if (rounded.nan) {
     facts.newly_invalid.push_back(slot);
-    deactivate(slot, boxes);
+    boxes.deactivate(slot);
     return state | no_box_state | invalid_state;
   }
   if (boxes.wide)
-    placeWide(bounds, boxes.wide_boxes[slot]);
+    boxes.wide_boxes[slot] = boxOfBounds<double>(bounds);
   else
     boxes.boxes[slot] = box;
   facts.exact_boxes = facts.exact_boxes && rounded.exact;

@@ -1,6 +1,5 @@
 // One geom in, one box out: the innermost step of the update stage. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_PACKER_H
-#define ODE_PARALLEL_SAP_GEOM_PACKER_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -56,6 +55,8 @@ struct alignas(64) UpdatePart {
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch
   std::vector<Slot> staying;   // slots whose boxes stay as they are
   std::uintptr_t some_body = 0;
+
+  std::size_t bytes() const { return bytesOf(deferred, staying); }
 };
 
 // Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
@@ -88,5 +89,3 @@ class GeomPacker {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -11,6 +11,7 @@
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
+#include "space/geom/prefetch.h"
 #include "space/update/block_packer.h"
 #include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
@@ -23,8 +24,12 @@ namespace {
 // blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = prefetched_block;
 
+// The i-th of all slots.
+constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
+
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
+<<<<<<< HEAD
 bool hasGimpact() {
   static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
   return has;
@@ -35,12 +40,12 @@ bool hasGimpact() {
 bool needsCallingThread(const dxGeom* geom) {
   return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
          (geom->type == dTriMeshClass && hasGimpact());
-}
-
+=======
 void prefetch(const void* object, std::size_t size) {
   const char* const bytes = static_cast<const char*>(object);
   for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
   __builtin_prefetch(bytes + size - 1);
+>>>>>>> i-pairs
 }
 
 // What notice() reads of a geom, without its bits or with them, and of a body.
@@ -66,14 +71,12 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
     return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
   };
   const auto prefetchGeoms = [&](const Range& of) {
-    // The derived classes' sizes follow the base: one line more holds most of them.
     for (std::size_t i = of.begin; i < of.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetch(geom, sizeof(dxGeom) + 32);
+      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetchGeom(geom);
   };
   const auto prefetchPoses = [&](const Range& of) {
     for (std::size_t i = of.begin; i < of.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)])
-        if (geom->final_posr) prefetch(geom->final_posr, sizeof(dxPosR));
+      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetchPose(geom);
   };
   prefetchGeoms(block(range.begin));
   prefetchPoses(block(range.begin));
@@ -120,9 +123,7 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
     part.staying.clear();
     part.some_body = 0;
   }
-  int used = 1;
-  runTeam(updating, parts, [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int used = runTeam(updating, parts, [&](int thread, int team) {
     for (int index = thread; index < parts; index += team)
       forPart(geoms, ownPart(count, index, parts), slotOf, useOf, parts_[index]);
   });
@@ -140,13 +141,11 @@ void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
   const auto ignore = [](UpdatePart&) { return [](const dxGeom*, Slot) {}; };
   if (!changed) {
-    forGeoms(
-        geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); }, ignore);
+    forGeoms(geoms, slots, threads, every_slot, ignore);
     return;
   }
   listSlots(*changed, slots);
-  forGeoms(
-      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; }, ignore);
+  forGeoms(geoms, slots_.size(), threads, listedSlot(), ignore);
 }
 
 void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
@@ -166,20 +165,15 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
-    if (boxes.wide)
-      boxes.wide_boxes.resizeDiscarding(slots);
-    else
-      boxes.boxes.resizeDiscarding(slots);
-    const int used = forGeoms(
-        geoms, slots, threads, [](std::size_t i) { return static_cast<Slot>(i); },
-        [&](UpdatePart& part) {
-          return [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom,
-                                                                 Slot slot) mutable {
+    boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
+    const int used = forGeoms(geoms, slots, threads, every_slot, [&](UpdatePart& part) {
+      return
+          [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
             const SlotState state = packer.pack(geom, slot);
             states_[slot] = state;
             if (state) count(state, 1, part.facts);
           };
-        });
+    });
     some_body_ = 0;
     facts_ = mergeParts(0);
     moved += facts_.moved;
@@ -248,10 +242,14 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
   }
 }
 
-const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
-  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
+void GeomUpdate::takeExactness(BoxSet& boxes) {
   facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
   boxes.exact = facts_.exact_boxes;
+}
+
+const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
+  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
+  takeExactness(boxes);
   boxes.filter_bits = facts_.filter_bits;
   boxes.filter_bodies = facts_.filter_bodies;
   return facts_;
@@ -278,9 +276,8 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
       bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
     return bits;
   };
-  int used = 1;
-  runTeam(noticing, teamFor(looks, grains::packed_slots, threads), [&](int thread, int team) {
-    if (thread == 0) used = team;
+  const int most = teamFor(looks, grains::packed_slots, threads);
+  return runTeam(noticing, most, [&](int thread, int team) {
     const Range words = ownPart(watched_.words(), thread, team);
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       if (word >= words.end) return 0;
@@ -308,7 +305,6 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
       }
     }
   });
-  return used;
 }
 
 GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,
@@ -330,10 +326,7 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     watched_.erase(static_cast<Slot>(slot));
   }
   boxes.size = slots;
-  if (boxes.wide)
-    boxes.wide_boxes.resize(slots);
-  else
-    boxes.boxes.resize(slots);
+  boxes.withBoxes([slots](auto& all) { all.resize(slots); });
   boxes.bits.resize(slots);
   boxes.bodies.resize(slots);
   states_.resize(slots);
@@ -347,13 +340,11 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
 // nothing has changed but the geoms' own bounds.
 bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
                          const BoxSet& boxes) {
-  forGeoms(
-      geoms, slots_.size(), threads, [&](std::size_t i) { return slots_[i]; },
-      [&](UpdatePart& part) {
-        return [&](const dxGeom* geom, Slot slot) {
-          packer_.stays(geom, slot, states_[slot], boxes, part);
-        };
-      });
+  forGeoms(geoms, slots_.size(), threads, listedSlot(), [&](UpdatePart& part) {
+    return [&](const dxGeom* geom, Slot slot) {
+      packer_.stays(geom, slot, states_[slot], boxes, part);
+    };
+  });
   facts_.moved = mergeParts(some_body_).moved;
   std::size_t staying = 0;
   for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
@@ -378,17 +369,14 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
   facts_.moved = 0;
   if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
     return false;
-  forGeoms(
-      geoms, slots_.size(), threadsForSlots(), [&](std::size_t i) { return slots_[i]; },
-      [&](UpdatePart& part) {
-        return
-            [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
-              const SlotState state = packer.pack(geom, slot);
-              count(states_[slot], -1, part.facts);
-              count(state, 1, part.facts);
-              states_[slot] = state;
-            };
-      });
+  forGeoms(geoms, slots_.size(), threadsForSlots(), listedSlot(), [&](UpdatePart& part) {
+    return [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
+      const SlotState state = packer.pack(geom, slot);
+      count(states_[slot], -1, part.facts);
+      count(state, 1, part.facts);
+      states_[slot] = state;
+    };
+  });
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);
@@ -400,28 +388,12 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
 // Makes the facts of some slots, packed again, part of those of all. False if these would have
 // been packed otherwise.
 bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes) {
-  facts_.moved += packed.moved;
-  facts_.disabled += packed.disabled;
-  facts_.invalid += packed.invalid;
-  facts_.unbounded += packed.unbounded;
-  facts_.coarse += packed.coarse;
-  facts_.user_classes = facts_.user_classes || packed.user_classes;
-  facts_.spaces = facts_.spaces || packed.spaces;
-  facts_.newly_invalid = packed.newly_invalid;
-  facts_.exact_boxes =
-      facts_.exact_boxes && (packed.exact_boxes || boxes.wide || std::is_same<dReal, float>::value);
-  boxes.exact = facts_.exact_boxes;
+  facts_.newly_invalid.clear();
+  facts_.add(packed);
+  takeExactness(boxes);
   return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
          (boxes.filter_bodies || !packed.filter_bodies) &&
          (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
-}
-
-std::size_t GeomUpdate::bytes() const {
-  std::size_t bytes = states_.bytes() + watched_.bytes() + slots_.bytes() + coarse_.bytes() +
-                      coarse_clusters_.bytes();
-  for (const UpdatePart& part : parts_)
-    bytes += (part.staying.capacity() + part.deferred.capacity()) * sizeof(Slot);
-  return bytes;
 }
 
 }  // namespace ode_parallel_sap

@@ -1,6 +1,5 @@
 // The update stage: geoms in, boxes out. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_GEOM_UPDATE_H
-#define ODE_PARALLEL_SAP_GEOM_UPDATE_H
+#pragma once
 
 #include <cstddef>
 #include <cstdint>
@@ -51,7 +50,9 @@ class GeomUpdate {
   // The slots of the last repack() whose boxes changed, ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const {
+    return bytesOf(parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
+  }
 
  private:
   template <class SlotOf, class UseOf>
@@ -66,8 +67,12 @@ class GeomUpdate {
   void resizeTo(std::size_t slots, BoxSet& boxes);
   bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
                const BoxSet& boxes);
+  void takeExactness(BoxSet& boxes);
   bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
+  auto listedSlot() const {
+    return [this](std::size_t i) { return slots_[i]; };
+  }
 
   std::vector<UpdatePart> parts_;
   int part_count_ = 0;
@@ -84,5 +89,3 @@ class GeomUpdate {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

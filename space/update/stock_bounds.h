@@ -1,6 +1,5 @@
 // AABBs of ODE's simple classes, without a virtual call for each. Sees ODE's private headers.
-#ifndef ODE_PARALLEL_SAP_STOCK_BOUNDS_H
-#define ODE_PARALLEL_SAP_STOCK_BOUNDS_H
+#pragma once
 
 #include <cmath>
 #include <cstddef>
@@ -55,13 +54,13 @@ inline void boundsOfBox<double>(const double* place, const double* rows, const d
     return _mm_andnot_pd(_mm_set1_pd(-0.0), _mm_mul_pd(of_both, _mm_set1_pd(side[column])));
   };
   const __m128d sum = _mm_add_pd(_mm_add_pd(product(0), product(1)), product(2));
-  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum), at = _mm_loadu_pd(place);
+  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum),
+                at = _mm_loadl_pd(_mm_loadh_pd(sum, place + 1), place);
   const __m128d lower = _mm_sub_pd(at, reach), upper = _mm_add_pd(at, reach);
   const double reach_z = halfExtent(rows + 8, side);
   _mm_storeu_pd(aabb, _mm_unpacklo_pd(lower, upper));
   _mm_storeu_pd(aabb + 2, _mm_unpackhi_pd(lower, upper));
-  aabb[4] = place[2] - reach_z;
-  aabb[5] = place[2] + reach_z;
+  _mm_storeu_pd(aabb + 4, _mm_set_pd(place[2] + reach_z, place[2] - reach_z));
 }
 #endif
 
@@ -105,7 +104,10 @@ inline void computeBounds(dxRay& ray) {
 class StockBounds {
  public:
   // Those of the ODE that is loaded, from the first call on: that makes a geom of each class.
-  static const StockBounds& ofLoadedOde();
+  static const StockBounds& ofLoadedOde() {
+    static const StockBounds loaded = compareAll();
+    return loaded;
+  }
 
   // Whether the AABB of a geom can be computed here.
   bool knows(const dxGeom* geom) const {
@@ -146,6 +148,7 @@ class StockBounds {
  private:
   static constexpr int classes = dRayClass + 1;
 
+  static StockBounds compareAll();
   static const void* tableOf(const dxGeom* geom) {
     const void* table;
     std::memcpy(&table, static_cast<const void*>(geom), sizeof table);
@@ -156,5 +159,3 @@ class StockBounds {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

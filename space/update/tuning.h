@@ -1,6 +1,5 @@
 // The tuned constants of boxes made of geoms.
-#ifndef ODE_PARALLEL_SAP_UPDATE_TUNING_H
-#define ODE_PARALLEL_SAP_UPDATE_TUNING_H
+#pragma once
 
 #include <cstddef>
 
@@ -19,5 +18,3 @@ constexpr std::size_t prefetched_block = 2 * prefetch_distance;
 constexpr std::size_t counters_a_box = 8;
 
 }  // namespace ode_parallel_sap
-
-#endif

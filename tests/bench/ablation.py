@@ -49,6 +49,8 @@ def run(project, libraries, wanted, options):
     least = {name: {} for name in libraries}
     for number in range(options.rounds):
         for measurement in variants.measurements(options.quick):
+            if options.of and measurement[0] not in options.of:
+                continue
             for name, library in libraries.items():
                 times = variants.measure(project, library, options.quick, options.cores, [measurement])
                 for cell, ms in times.items():
@@ -103,6 +105,7 @@ def main():
     measuring.add_argument("build")
     measuring.add_argument("csv")
     measuring.add_argument("--only", nargs="+", metavar="MECHANISM")
+    measuring.add_argument("--of", nargs="+", metavar="PROGRAM", help="only what these benchmarks time")
     measuring.add_argument("--rounds", type=int, default=3)
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     measuring.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")

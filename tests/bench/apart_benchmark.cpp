@@ -18,8 +18,7 @@ namespace bench {
 namespace {
 
 struct Wishes {
-  std::string csv;
-  bool append = false;
+  CsvFile csv;
   std::size_t boxes = 10000;
   std::vector<double> sides{1, 1, 1};
   std::vector<int> steps{0, 50, 200};  // of a fiftieth of a second, after which it is measured
@@ -158,7 +157,7 @@ void measure(Pour& pour, int step, int threads, const Wishes& wishes, Csv& csv) 
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, wishes.append);
+  Csv csv(wishes.csv);
   std::printf("%5s %7s %8s %8s %8s %11s %11s %6s\n", "step", "threads", "pairs", "apart",
               "contacts", "collided ms", "left out ms", "gain");
   Pour pour(wishes);
@@ -173,19 +172,18 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("apart-benchmark: the narrow phase with and without what is certainly apart");
-  app.add_option("--boxes", wishes.boxes)->check(CLI::PositiveNumber);
-  app.add_option("--sides", wishes.sides, "three lengths")->delimiter(',')->expected(3);
-  app.add_option("--steps", wishes.steps, "after which it is measured, ascending")->delimiter(',');
-  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_option("--flags", wishes.flags, "of dCollide");
-  app.add_option("--frames", wishes.frames, "that are timed, of each way");
-  app.add_option("--only", wishes.only)->check(CLI::IsMember({"collided", "left-out"}));
-  app.add_option("--csv", wishes.csv, "file to write");
-  app.add_flag("--append", wishes.append, "to what the file holds");
-  dInitODE2(0);
-  dAllocateODEDataForThread(dAllocateMaskAll);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  bench::Program program(
+      "apart-benchmark: the narrow phase with and without what is certainly apart");
+  program.add("--boxes", wishes.boxes)->check(CLI::PositiveNumber);
+  program.add("--sides", wishes.sides, "three lengths")->expected(3);
+  program.add("--steps", wishes.steps, "after which it is measured, ascending");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add("--flags", wishes.flags, "of dCollide");
+  program.add("--frames", wishes.frames, "that are timed, of each way");
+  program.add("--only", wishes.only)->check(CLI::IsMember({"collided", "left-out"}));
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    bench::run(wishes);
+  });
 }

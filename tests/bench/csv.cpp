@@ -75,10 +75,10 @@ std::string Row::values() const {
   return line;
 }
 
-Csv::Csv(const std::string& path, bool append) {
-  if (path.empty()) return;
-  file_ = std::fopen(path.c_str(), append ? "a" : "w");
-  if (!file_) throw std::runtime_error("cannot write " + path);
+Csv::Csv(const CsvFile& file) {
+  if (file.path.empty()) return;
+  file_ = std::fopen(file.path.c_str(), file.append ? "a" : "w");
+  if (!file_) throw std::runtime_error("cannot write " + file.path);
   std::fseek(file_, 0, SEEK_END);
   needs_names_ = std::ftell(file_) == 0;
 }

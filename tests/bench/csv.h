@@ -27,11 +27,17 @@ class Row {
   std::vector<std::pair<std::string, std::string>> cells_;
 };
 
+// Where rows are to go; nowhere if the path is empty.
+struct CsvFile {
+  std::string path;
+  bool append = false;
+};
+
 // Rows with the same columns, each on disk as soon as it is written.
 class Csv {
  public:
-  // No file if the path is empty. Throws std::runtime_error.
-  Csv(const std::string& path, bool append);
+  // Throws std::runtime_error.
+  explicit Csv(const CsvFile& file);
   ~Csv();
   Csv(const Csv&) = delete;
   Csv& operator=(const Csv&) = delete;

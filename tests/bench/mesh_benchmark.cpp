@@ -21,7 +21,8 @@ double MeshFinder::extraction() const {
 namespace {
 
 struct Wishes {
-  std::string directory, csv;
+  std::string directory;
+  CsvFile csv;
   std::vector<std::size_t> made;           // sides of cloths
   std::vector<std::string> meshes, peers;  // empty: all
   std::vector<int> threads{1};
@@ -113,7 +114,7 @@ void run(const Wishes& wishes) {
   for (const std::string& peer : wishes.peers)
     if (std::none_of(kinds.begin(), kinds.end(), [&](auto& kind) { return kind.name == peer; }))
       throw std::invalid_argument("no peer " + peer);
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%-24s %-12s %-32s %8s %10s %10s %10s %10s %6s\n", "mesh", "kind", "peer", "threads",
               "median ms", "least", "extract", "pairs", "extra");
   std::vector<Mesh> meshes;
@@ -135,22 +136,18 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app(
+  bench::Program program(
       "mesh-benchmark: edges of real meshes against edges, and their vertices against faces");
-  app.add_option("--data", wishes.directory,
-                 "directory of the meshes: boxes (*.f64), or the Scalable-CCD data set")
+  program
+      .add("--data", wishes.directory,
+           "directory of the meshes: boxes (*.f64), or the Scalable-CCD data set")
       ->envname("ODE_PARALLEL_SAP_MESHES");
-  app.add_option("--made", wishes.made,
-                 "sides of cloths made by a formula, for where there is none")
-      ->delimiter(',');
-  app.add_option("--meshes", wishes.meshes, "names; default: all")->delimiter(',');
-  app.add_option("--peers", wishes.peers, "default: all")->delimiter(',');
-  app.add_option("--threads", wishes.threads)->delimiter(',');
-  app.add_option("--seconds", wishes.seconds, "of frames in a cell")->capture_default_str();
-  app.add_option("--rounds", wishes.rounds, "turns of each peer")->capture_default_str();
-  app.add_option("--csv", wishes.csv, "file to write");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  program.add("--made", wishes.made, "sides of cloths made by a formula, for where there is none");
+  program.add("--meshes", wishes.meshes, "names; default: all");
+  program.add("--peers", wishes.peers, "default: all");
+  program.add("--threads", wishes.threads);
+  program.add("--seconds", wishes.seconds, "of frames in a cell");
+  program.add("--rounds", wishes.rounds, "turns of each peer");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -25,8 +25,7 @@ struct Wishes {
   std::vector<int> threads{1, 2};
   int steps = 0;    // before the first frame that is timed; 0: half of the scene's
   int frames = 20;  // that are timed, every tenth step
-  std::string csv;
-  bool append = false;
+  CsvFile csv;
 };
 
 // Of a loop (0 threads) or of the space; what the pile's table calls narrow phase.
@@ -117,7 +116,7 @@ class Scene {
 };
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, wishes.append);
+  Csv csv(wishes.csv);
   std::printf("%-10s %7s %9s %9s %9s %9s %8s\n", "scene", "threads", "pairs", "contacts", "ms",
               "report", "times");
   for (const std::string& name : wishes.scenes) {
@@ -162,18 +161,17 @@ void passOver(int, const char* format, va_list arguments) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("narrow-benchmark: contacts of piles in a loop (0 threads) and on several threads");
+  bench::Program program(
+      "narrow-benchmark: contacts of piles in a loop (0 threads) and on several threads");
   std::vector<std::string> names;
   for (const pile::Preset& preset : pile::presets()) names.push_back(preset.name);
-  app.add_option("--scenes", wishes.scenes)->delimiter(',')->check(CLI::IsMember(names));
-  app.add_option("--threads", wishes.threads, "the last number also makes the steps between")
-      ->delimiter(',')
+  program.add("--scenes", wishes.scenes)->check(CLI::IsMember(names));
+  program.add("--threads", wishes.threads, "the last number also makes the steps between")
       ->check(CLI::PositiveNumber);
-  app.add_option("--steps", wishes.steps, "before the first timed frame; 0: half of the scene's");
-  app.add_option("--frames", wishes.frames, "that are timed, every tenth step")
+  program.add("--steps", wishes.steps, "before the first timed frame; 0: half of the scene's");
+  program.add("--frames", wishes.frames, "that are timed, every tenth step")
       ->check(CLI::PositiveNumber);
-  app.add_option("--csv", wishes.csv, "file to write");
-  app.add_flag("--append", wishes.append, "to what the file holds");
+  program.add(wishes.csv);
   dSetMessageHandler(bench::passOver);
-  return bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -16,7 +16,8 @@ const char usage[] =
   --scenes=a,b,...    what is in motion (all: every scene); default dense-cube
   --sizes=n,n,...     boxes; default 1000,10000,100000
   --peers=a,b,...     who finds the pairs; default: all there are
-  --threads=t,t,...   for the peers that take a number of threads; default 1
+  --threads=t,t,...   for the peers that take a number of threads; 0: as many as a user gets who sets
+                      none, for ours only; default 1
   --devices=d         GPUs for the back ends that use some; default 0: their own choice
   --batch=f           f frames in one clock reading, moving included and told apart: for small scenes
   --moving=p          part of the boxes that moves, always the same ones; default 1
@@ -51,9 +52,10 @@ double numberIn(const std::string& text, double least) {
 }
 
 template <class T>
-std::vector<T> numbersIn(const std::string& text) {
+std::vector<T> numbersIn(const std::string& text, double least) {
   std::vector<T> numbers;
-  for (const std::string& part : split(text)) numbers.push_back(static_cast<T>(numberIn(part, 1)));
+  for (const std::string& part : split(text))
+    numbers.push_back(static_cast<T>(numberIn(part, least)));
   return numbers;
 }
 
@@ -63,8 +65,8 @@ Setters setters(Options& o) {
   return {
       {"--scenes", [&](const std::string& v) { o.scenes = split(v); }},
       {"--peers", [&](const std::string& v) { o.peers = split(v); }},
-      {"--sizes", [&](const std::string& v) { o.sizes = numbersIn<std::size_t>(v); }},
-      {"--threads", [&](const std::string& v) { o.threads = numbersIn<int>(v); }},
+      {"--sizes", [&](const std::string& v) { o.sizes = numbersIn<std::size_t>(v, 1); }},
+      {"--threads", [&](const std::string& v) { o.threads = numbersIn<int>(v, 0); }},
       {"--devices", [&](const std::string& v) { o.devices = static_cast<int>(numberIn(v, 0)); }},
       {"--moving", [&](const std::string& v) { o.moving = numberIn(v, 0); }},
       {"--batch", [&](const std::string& v) { o.batch = static_cast<int>(numberIn(v, 0)); }},

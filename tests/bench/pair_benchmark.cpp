@@ -1,5 +1,5 @@
 // Who finds the overlapping pairs of moving boxes in what time? One cell is a scene, a number of
-// boxes, a peer and a number of threads; the peers of a scene and size run in turn.
+// boxes, a peer and a number of threads; those of a scene and size run in turn.
 #include <benchmark/benchmark.h>
 #include <ode/ode.h>
 
@@ -416,10 +416,18 @@ void printList() {
                 kind.superset.c_str());
 }
 
+// Peers that take no number of threads run once, on the first of all numbers that is one.
+bool runsOn(const PeerKind& kind, int threads) {
+  if (threads == 0) return kind.chooses_threads;
+  const std::vector<int>& all = options().threads;
+  const auto first = std::find_if(all.begin(), all.end(), [](int number) { return number > 0; });
+  return kind.takes_threads || threads == *first;
+}
+
 int run(int argc, char** argv) {
   const std::vector<SceneKind> scenes = chosenScenes();
   const std::vector<PeerKind> peers = chosenPeers();
-  Csv csv(options().csv, options().append);
+  Csv csv({options().csv, options().append});
   Runner runner(csv);
   std::vector<std::unique_ptr<Stage>> stages;
   std::vector<std::unique_ptr<Cell>> cells;
@@ -427,17 +435,15 @@ int run(int argc, char** argv) {
   for (const SceneKind& scene : scenes) {
     for (std::size_t n : scene.always ? std::vector<std::size_t>{scene.always} : options().sizes) {
       if (n > scene.most) continue;
+      const std::size_t first = cells.size();
       for (int threads : options().threads) {
         stages.push_back(std::make_unique<Stage>(Stage{scene, n, threads}));
-        const std::size_t first = cells.size();
-        for (const PeerKind& kind : peers) {
-          if (n > kind.most || (threads != options().threads.front() && !kind.takes_threads))
-            continue;
-          cells.push_back(std::make_unique<Cell>(Cell{*stages.back(), kind}));
-        }
-        for (int round = 0; round < options().rounds; ++round)
-          for (std::size_t i = first; i < cells.size(); ++i) runner.registerTurn(*cells[i]);
+        for (const PeerKind& kind : peers)
+          if (n <= kind.most && runsOn(kind, threads))
+            cells.push_back(std::make_unique<Cell>(Cell{*stages.back(), kind}));
       }
+      for (int round = 0; round < options().rounds; ++round)
+        for (std::size_t i = first; i < cells.size(); ++i) runner.registerTurn(*cells[i]);
     }
   }
   benchmark::Initialize(&argc, argv);

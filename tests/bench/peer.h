@@ -78,6 +78,7 @@ struct PeerKind {
   std::string name;
   std::string library;  // with its version
   bool takes_threads = false;
+  bool chooses_threads = false;  // where told to use 0
   // Boxes beyond which not to try, whatever the time: memory, or a limit of the library.
   std::size_t most = std::numeric_limits<std::size_t>::max();
   // Why more pairs than the exact ones may be reported; empty: it reports exactly these.

@@ -22,7 +22,8 @@ namespace bench {
 namespace {
 
 struct Wishes {
-  std::string piles = ".", csv;
+  std::string piles = ".";
+  CsvFile csv;
   std::vector<std::string> scenes{"cubes", "balls", "skittles"};
   std::vector<std::string> methods{"brute-force", "sweep"};
   std::vector<int> threads{1, 2};
@@ -232,7 +233,7 @@ void write(const Pile& pile, const std::string& scene, const Cell& cell, Csv& cs
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%-10s %5s %-16s %7s %7s %7s %12s %12s %12s\n", "scene", "step", "method", "devices",
               "threads", "frames", "update ms", "overlap ms", "total ms");
   for (const std::string& scene : wishes.scenes) {
@@ -252,21 +253,16 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  const std::string program = argv[0];
-  if (program.find('/') != std::string::npos) wishes.piles = program.substr(0, program.rfind('/'));
-  CLI::App app("pile-benchmark: AABB update and overlap time on recorded piles");
-  app.add_option("--piles", wishes.piles, "where record-piles wrote; default: beside the program");
-  app.add_option("--scenes", wishes.scenes)->delimiter(',')->capture_default_str();
-  app.add_option("--methods", wishes.methods,
-                 "brute-force, sweep, axis-lists, cuda, cuda-axis-lists")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_option("--devices", wishes.devices, "GPUs, of the methods that run on them")
-      ->delimiter(',');
-  app.add_option("--rounds", wishes.rounds, "turns of each method and number of threads")
-      ->capture_default_str();
-  app.add_option("--seconds", wishes.seconds, "of collides in a turn")->capture_default_str();
-  app.add_option("--csv", wishes.csv, "file to write");
-  return bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
+  const std::string self = argv[0];
+  if (self.find('/') != std::string::npos) wishes.piles = self.substr(0, self.rfind('/'));
+  bench::Program program("pile-benchmark: AABB update and overlap time on recorded piles");
+  program.add("--piles", wishes.piles, "where record-piles wrote; default: beside the program");
+  program.add("--scenes", wishes.scenes);
+  program.add("--methods", wishes.methods, "brute-force, sweep, axis-lists, cuda, cuda-axis-lists");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add("--devices", wishes.devices, "GPUs, of the methods that run on them");
+  program.add("--rounds", wishes.rounds, "turns of each method and number of threads");
+  program.add("--seconds", wishes.seconds, "of collides in a turn");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -22,8 +22,8 @@ struct Wishes {
   int planes = 40;
   double seconds = 0.5;  // of collides in a turn
   int rounds = 3;        // turns of each variant
-  bool stock = true;     // dHashSpace and dSweepAndPruneSpace too
-  std::string csv;
+  int stock = 1;         // dHashSpace and dSweepAndPruneSpace too
+  CsvFile csv;
 };
 
 struct Variant {
@@ -112,7 +112,7 @@ void takeTurn(Cell& cell, std::size_t n, int threads, const Wishes& wishes) {
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%8s %7s %-26s %12s %10s %12s\n", "bodies", "threads", "variant", "ms", "pairs",
               "without = 1");
   for (std::size_t n : wishes.sizes)
@@ -145,17 +145,14 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app(
+  bench::Program program(
       "plane-benchmark: what planes cost among moving bodies, reported with every geom and culled");
-  app.add_option("--sizes", wishes.sizes, "bodies")->delimiter(',')->capture_default_str();
-  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_option("--planes", wishes.planes, "oblique planes of the bowl")->capture_default_str();
-  app.add_option("--rounds", wishes.rounds, "turns of each variant")->capture_default_str();
-  app.add_option("--seconds", wishes.seconds, "of collides in a turn")->capture_default_str();
-  app.add_option("--stock", wishes.stock, "0: leave ODE's spaces out");
-  app.add_option("--csv", wishes.csv, "file to write");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  program.add("--sizes", wishes.sizes, "bodies");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add("--planes", wishes.planes, "oblique planes of the bowl");
+  program.add("--rounds", wishes.rounds, "turns of each variant");
+  program.add("--seconds", wishes.seconds, "of collides in a turn");
+  program.add("--stock", wishes.stock, "0: leave ODE's spaces out");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -25,9 +25,15 @@ struct Wishes {
   std::vector<std::size_t> sizes{32000};
   std::vector<std::size_t> queries{1000};
   std::vector<double> moving{0, 0.01, 1};
+  std::vector<int> threads{0};
   double seconds = 0.5;  // of timed queries in a turn
   int rounds = 2;        // turns of each space
+<<<<<<< HEAD
+  CsvFile csv;
+=======
   std::string csv;
+  bool append = false;
+>>>>>>> i-pairs
 };
 
 dSpaceID createSpace(const std::string& name, double side) {
@@ -43,14 +49,24 @@ dSpaceID createSpace(const std::string& name, double side) {
   throw std::invalid_argument("no space " + name);
 }
 
+struct Cell {
+  std::string space;
+  int threads;
+  std::vector<double> times{};  // of a step
+  std::vector<std::size_t> hits{};
+};
+
 // Unit cubes in a space of some kind, and what is asked of it.
 class Scene {
  public:
-  Scene(const std::string& space_name, const std::string& kind, std::size_t n, std::size_t queries)
+  Scene(const Cell& cell, const std::string& kind, std::size_t n, std::size_t queries)
       : side_(std::cbrt(static_cast<double>(n)) * 0.95),
-        cubes_(createSpace(space_name, side_)),
-        probes_(dSimpleSpaceCreate(nullptr)),
-        as_space_(kind == "space") {
+        cubes_(createSpace(cell.space, side_)),
+        probes_(kind == "spaces" ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr)),
+        as_space_(kind == "space" || kind == "spaces"),
+        all_move_(kind == "spaces") {
+    if (dSpaceIsParallelSAP(cubes_.space()))
+      dParallelSAPSpaceSetNumThreads(cubes_.space(), cell.threads);
     for (const sap_test::Box& box : sap_test::denseCube(n, 1)) cubes_.add(box, false);
     Random random(2);
     for (std::size_t i = 0; i < queries; ++i) queries_.push_back(createQuery(kind, random));
@@ -65,6 +81,11 @@ class Scene {
     const std::size_t movers = static_cast<std::size_t>(part * static_cast<double>(n));
     for (std::size_t i = 0; i < movers; ++i) cubes_.move((next_ + i) % n, 0.1);
     next_ = (next_ + movers) % n;
+    if (all_move_ && movers > 0)
+      for (const dGeomID query : queries_) {
+        const dReal* const at = dGeomGetPosition(query);
+        dGeomSetPosition(query, at[0], at[1], at[2]);
+      }
   }
 
   // Milliseconds of all queries of a step.
@@ -100,20 +121,14 @@ class Scene {
   const double side_;
   MovingCubes cubes_;
   dSpaceID probes_;
-  bool as_space_;
+  bool as_space_, all_move_;
   std::vector<dGeomID> queries_;
   std::size_t next_ = 0, hits_ = 0;
 };
 
-struct Cell {
-  std::string space;
-  std::vector<double> times{};  // of a step
-  std::vector<std::size_t> hits{};
-};
-
 void takeTurn(Cell& cell, const std::string& kind, std::size_t n, std::size_t queries,
               double moving, double seconds) {
-  Scene scene(cell.space, kind, n, queries);
+  Scene scene(cell, kind, n, queries);
   constexpr int first_steps = 3;  // not timed
   double spent = 0;
   std::vector<std::size_t> hits;
@@ -138,38 +153,49 @@ void compareHits(const std::vector<Cell>& cells) {
                                  std::to_string(cells[0].hits[i]));
 }
 
+void tell(const Cell& cell, const std::string& kind, std::size_t n, std::size_t queries,
+          double moving, Csv& csv) {
+  const double ms = median(cell.times), each = 1000 * ms / static_cast<double>(queries);
+  const double hits = static_cast<double>(cell.hits.front()) / static_cast<double>(queries);
+  std::printf("%-10s %8zu %8zu %7g %-20s %7d %12.4f %12.4f %12.4f %10.2f\n", kind.c_str(), n,
+              queries, moving, cell.space.c_str(), cell.threads, ms,
+              *std::min_element(cell.times.begin(), cell.times.end()), each, hits);
+  std::fflush(stdout);
+  csv.write(Row()
+                .add("kind", kind)
+                .add("n", n)
+                .add("queries", queries)
+                .add("moving", moving)
+                .add("space", cell.space)
+                .add("threads", cell.threads)
+                .addTimes(cell.times)
+                .add("us_per_query", each)
+                .add("hits_per_query", hits)
+                .addMachine());
+}
+
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+<<<<<<< HEAD
+  Csv csv(wishes.csv);
   std::printf("%-8s %8s %8s %7s %-20s %12s %12s %10s\n", "kind", "geoms", "queries", "moving",
               "space", "ms a step", "us a query", "hits");
+=======
+  Csv csv(wishes.csv, wishes.append);
+  std::printf("%-10s %8s %8s %7s %-20s %7s %12s %12s %12s %10s\n", "kind", "geoms", "queries",
+              "moving", "space", "threads", "ms a step", "least", "us a query", "hits");
+>>>>>>> i-pairs
   for (const std::string& kind : wishes.kinds)
     for (std::size_t n : wishes.sizes)
       for (std::size_t queries : wishes.queries)
         for (double moving : wishes.moving) {
           std::vector<Cell> cells;
-          for (const std::string& space : wishes.spaces) cells.push_back(Cell{space});
+          for (const std::string& space : wishes.spaces)
+            for (const int threads : space == "parallel-sap" ? wishes.threads : std::vector<int>{1})
+              cells.push_back(Cell{space, threads});
           for (int round = 0; round < wishes.rounds; ++round)
             for (Cell& cell : cells) takeTurn(cell, kind, n, queries, moving, wishes.seconds);
           compareHits(cells);
-          for (const Cell& cell : cells) {
-            const double ms = median(cell.times);
-            const double hits =
-                static_cast<double>(cell.hits.front()) / static_cast<double>(queries);
-            std::printf("%-8s %8zu %8zu %7g %-20s %12.4f %12.4f %10.2f\n", kind.c_str(), n, queries,
-                        moving, cell.space.c_str(), ms, 1000 * ms / static_cast<double>(queries),
-                        hits);
-            std::fflush(stdout);
-            csv.write(Row()
-                          .add("kind", kind)
-                          .add("n", n)
-                          .add("queries", queries)
-                          .add("moving", moving)
-                          .add("space", cell.space)
-                          .addTimes(cell.times)
-                          .add("us_per_query", 1000 * ms / static_cast<double>(queries))
-                          .add("hits_per_query", hits)
-                          .addMachine());
-          }
+          for (const Cell& cell : cells) tell(cell, kind, n, queries, moving, csv);
         }
 }
 
@@ -178,26 +204,46 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app(
+  bench::Program program(
       "query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes");
+<<<<<<< HEAD
+  program.add("--spaces", wishes.spaces, "also dSweepAndPruneSpace");
+  program
+      .add("--kinds", wishes.kinds,
+           "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
+           "probes)")
+      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space"}));
+  program.add("--sizes", wishes.sizes, "geoms in the space");
+  program.add("--queries", wishes.queries, "rays or probes a step");
+  program.add("--moving", wishes.moving, "part of the geoms that moves between two steps");
+  program.add("--rounds", wishes.rounds, "turns of each space");
+  program.add("--seconds", wishes.seconds, "of queries in a turn");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
+=======
   app.add_option("--spaces", wishes.spaces, "also dSweepAndPruneSpace")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--kinds", wishes.kinds,
                  "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
-                 "probes)")
+                 "probes), spaces (the same, of ours, whose probes move)")
       ->delimiter(',')
-      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space"}))
+      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space", "spaces"}))
       ->capture_default_str();
   app.add_option("--sizes", wishes.sizes, "geoms in the space")->delimiter(',');
   app.add_option("--queries", wishes.queries, "rays or probes a step")->delimiter(',');
   app.add_option("--moving", wishes.moving, "part of the geoms that moves between two steps")
       ->delimiter(',');
+  app.add_option("--threads", wishes.threads, "of our space; 0: as many as it takes by itself")
+      ->delimiter(',')
+      ->capture_default_str();
   app.add_option("--rounds", wishes.rounds, "turns of each space")->capture_default_str();
   app.add_option("--seconds", wishes.seconds, "of queries in a turn")->capture_default_str();
   app.add_option("--csv", wishes.csv, "file to write");
+  app.add_flag("--append", wishes.append, "to what the file holds");
   dInitODE2(0);
   const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
   dCloseODE();
   return result;
+>>>>>>> i-pairs
 }

@@ -31,7 +31,7 @@ struct Wishes {
   std::vector<double> moving{0, 1};
   std::size_t sample = 500;  // rays of a loop in ODE's spaces
   int rounds = 5;
-  std::string csv;
+  CsvFile csv;
 };
 
 dSpaceID createSpace(const std::string& name) {
@@ -229,7 +229,7 @@ void run(const Cell& cell, const Wishes& wishes, Csv& csv) {
 }
 
 void runAll(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%-8s %-7s %8s %8s %6s %-32s %7s %12s %7s\n", "kind", "shapes", "geoms", "rays",
               "moving", "what", "threads", "us a ray", "hits");
   for (const std::string& kind : wishes.kinds)
@@ -245,27 +245,17 @@ void runAll(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("ray-benchmark: the nearest hits of batches of rays");
-  app.add_option("--spaces", wishes.spaces, "whose dSpaceCollide2 is looped over")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--kinds", wishes.kinds, "lidar (a fan), pickers (through all), short")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"lidar", "pickers", "short"}))
-      ->capture_default_str();
-  app.add_option("--shapes", wishes.shapes, "mixed or boxes")->delimiter(',');
-  app.add_option("--sizes", wishes.sizes, "geoms in the space")->delimiter(',');
-  app.add_option("--rays", wishes.rays, "rays of a batch")->delimiter(',');
-  app.add_option("--threads", wishes.threads, "of the batch; 0: as many as there are")
-      ->delimiter(',');
-  app.add_option("--moving", wishes.moving, "part of the geoms that moves between two batches")
-      ->delimiter(',');
-  app.add_option("--sample", wishes.sample, "rays of a loop in ODE's spaces, 20 times in this one")
-      ->capture_default_str();
-  app.add_option("--rounds", wishes.rounds, "batches that are timed")->capture_default_str();
-  app.add_option("--csv", wishes.csv, "file to write");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::runAll(wishes); });
-  dCloseODE();
-  return result;
+  bench::Program program("ray-benchmark: the nearest hits of batches of rays");
+  program.add("--spaces", wishes.spaces, "whose dSpaceCollide2 is looped over");
+  program.add("--kinds", wishes.kinds, "lidar (a fan), pickers (through all), short")
+      ->check(CLI::IsMember({"lidar", "pickers", "short"}));
+  program.add("--shapes", wishes.shapes, "mixed or boxes");
+  program.add("--sizes", wishes.sizes, "geoms in the space");
+  program.add("--rays", wishes.rays, "rays of a batch");
+  program.add("--threads", wishes.threads, "of the batch; 0: as many as there are");
+  program.add("--moving", wishes.moving, "part of the geoms that moves between two batches");
+  program.add("--sample", wishes.sample, "rays of a loop in ODE's spaces, 20 times in this one");
+  program.add("--rounds", wishes.rounds, "batches that are timed");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::runAll(wishes); });
 }

@@ -19,7 +19,7 @@ namespace {
 struct Wishes {
   std::vector<std::size_t> sizes{1000, 10000, 100000, 1000000};
   double seconds = 1;  // of frames, a cell
-  std::string csv;
+  CsvFile csv;
 };
 
 // What a program hangs on a geom.
@@ -60,7 +60,7 @@ struct Callback {
 constexpr Callback callbacks[] = {{"count", count}, {"ask", ask}, {"collide", collide}};
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%9s %-8s %11s %10s\n", "geoms", "callback", "report ms", "ns a pair");
   for (const std::size_t n : wishes.sizes) {
     MovingCubes cubes(dParallelSAPSpaceCreate(nullptr));
@@ -102,12 +102,9 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("report-benchmark: what it takes to tell pairs to callbacks");
-  app.add_option("--sizes", wishes.sizes, "geoms")->delimiter(',');
-  app.add_option("--seconds", wishes.seconds, "of frames, a cell");
-  app.add_option("--csv", wishes.csv, "file to write");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  bench::Program program("report-benchmark: what it takes to tell pairs to callbacks");
+  program.add("--sizes", wishes.sizes, "geoms");
+  program.add("--seconds", wishes.seconds, "of frames, a cell");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

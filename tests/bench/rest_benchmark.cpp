@@ -55,8 +55,7 @@ struct Wishes {
   double seconds = 2;    // of timed frames in a turn
   int rounds = 2;
   int threads = 1;
-  std::string csv;
-  bool append = false;
+  CsvFile csv;
 };
 
 class Scene {
@@ -125,7 +124,7 @@ void takeTurn(Cell& cell, std::size_t n, std::size_t movers, const Wishes& wishe
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, wishes.append);
+  Csv csv(wishes.csv);
   std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers",
               "threads", "median ms", "mean ms", "ratio", "pairs", "kept");
   for (const std::size_t n : wishes.sizes) {
@@ -171,23 +170,18 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("rest-benchmark: frames in which little moves against frames in which all does");
-  app.add_option("--sizes", wishes.sizes, "geoms")->delimiter(',');
+  bench::Program program(
+      "rest-benchmark: frames in which little moves against frames in which all does");
+  program.add("--sizes", wishes.sizes, "geoms");
   std::vector<std::string> names;
   for (const bench::Setting& setting : bench::settings) names.push_back(setting.name);
-  app.add_option("--settings", wishes.names, "default: all")
-      ->delimiter(',')
-      ->check(CLI::IsMember(names));
-  app.add_option("--moving", wishes.moving, "part of the geoms that moves; above 1: their number")
+  program.add("--settings", wishes.names, "default: all")->check(CLI::IsMember(names));
+  program.add("--moving", wishes.moving, "part of the geoms that moves; above 1: their number")
       ->check(CLI::PositiveNumber);
-  app.add_option("--step", wishes.step, "how far, at most, in widths of a box");
-  app.add_option("--seconds", wishes.seconds, "of frames in a turn");
-  app.add_option("--rounds", wishes.rounds, "turns of each setting");
-  app.add_option("--threads", wishes.threads)->check(CLI::PositiveNumber);
-  app.add_option("--csv", wishes.csv, "file to write");
-  app.add_flag("--append", wishes.append, "to what the file holds");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  program.add("--step", wishes.step, "how far, at most, in widths of a box");
+  program.add("--seconds", wishes.seconds, "of frames in a turn");
+  program.add("--rounds", wishes.rounds, "turns of each setting");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -70,11 +70,11 @@ struct Wishes {
   std::vector<std::size_t> sizes{10000, 100000, 1000000};
   std::vector<int> threads{1, 2};
   double seconds = 0.5;  // a cell
-  std::string csv;
+  CsvFile csv;
 };
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, false);
+  Csv csv(wishes.csv);
   std::printf("%-22s %9s %7s %12s %12s\n", "sort", "records", "threads", "median ms",
               "ns a record");
   for (const std::size_t n : wishes.sizes) {
@@ -113,11 +113,11 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app(
+  bench::Program program(
       "sort-benchmark: this library's sort of keys along a curve against other libraries'");
-  app.add_option("--sizes", wishes.sizes, "records")->delimiter(',');
-  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_option("--seconds", wishes.seconds, "of sorting, a cell");
-  app.add_option("--csv", wishes.csv, "file to write");
-  return bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
+  program.add("--sizes", wishes.sizes, "records");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add("--seconds", wishes.seconds, "of sorting, a cell");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -25,6 +25,7 @@ TIMED = {
     "apart": ("space/contacts", "space/geom", "space/data"),
     "collide": DEVICES,
     "devices": DEVICES,
+    "device-rivals": DEVICES,
     "figure14": DEVICES,
     "figure15": DEVICES,
     "parts": ("space", "examples/pile"),

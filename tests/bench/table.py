@@ -364,6 +364,24 @@ def devices(directory):
     return markdown(["boxes"] + names + ["Auto", "by the best"], table, [machine(rows)])
 
 
+def device_rivals(directory):
+    """One device: the sweep and cuBQL's trees, each builder at its best, host to host and the device's part of it."""
+    rows = read(directory, "device-rivals")
+    peers = [OURS] + [peer for peer in values(rows, "peer") if peer != OURS]
+    lines = []
+    for scene in values(rows, "scene"):
+        for n in values([row for row in rows if row["scene"] == scene], "n"):
+            cells = [min(timed(rows, scene=scene, n=n, peer=peer), key=lambda row: row["median_ms"], default=None)
+                     for peer in peers]
+            theirs = [cell["median_ms"] for cell in cells[1:] if cell]
+            gain = theirs and cells[0] and min(theirs) / cells[0]["median_ms"]
+            pairs = next(row["pairs"] for row in rows if row["scene"] == scene and row["n"] == n)
+            lines.append([scene, count(n), count(pairs)] +
+                         ["%s (%s)" % (shown(cell["median_ms"]), shown(cell["device_ms"])) if cell else "–"
+                          for cell in cells] + [shown(gain or None, "×")])
+    return markdown(["ms, host to host (device)", "boxes", "pairs"] + peers + ["gain"], lines, [machine(rows)])
+
+
 def step(directory):
     """The pairs of a frame, and the whole step with them."""
     rows = read(directory, "step")
@@ -398,7 +416,8 @@ TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step")
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
           "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
+          "figure14": (figure14, "figure14"), "devices": (devices, "devices"),
+          "device-rivals": (device_rivals, "device-rivals"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
           "many-threads": (many_threads, "nearest")}
 

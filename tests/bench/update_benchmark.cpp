@@ -24,8 +24,7 @@ struct Wishes {
   std::vector<int> threads{1};
   bool bodies = false;
   double seconds = 1;  // of frames, a cell
-  std::string csv;
-  bool append = false;
+  CsvFile csv;
 };
 
 constexpr std::uintptr_t line_bytes = 64;
@@ -124,7 +123,7 @@ Times measure(MovingCubes& cubes, const Wishes& wishes, int threads) {
 }
 
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv, wishes.append);
+  Csv csv(wishes.csv);
   std::printf("%9s %7s %11s %11s %16s %6s\n", "geoms", "threads", "update ms", "reading ms",
               "prefetching ms", "ratio");
   for (const std::size_t n : wishes.sizes) {
@@ -158,15 +157,12 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  CLI::App app("update-benchmark: AABBs brought up to date against reading the same cache lines");
-  app.add_option("--sizes", wishes.sizes, "geoms")->delimiter(',');
-  app.add_option("--threads", wishes.threads)->delimiter(',')->check(CLI::PositiveNumber);
-  app.add_flag("--bodies", wishes.bodies, "each geom on a body of its own");
-  app.add_option("--seconds", wishes.seconds, "of frames, a cell");
-  app.add_option("--csv", wishes.csv, "file to write");
-  app.add_flag("--append", wishes.append, "to what the file holds");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
+  bench::Program program(
+      "update-benchmark: AABBs brought up to date against reading the same cache lines");
+  program.add("--sizes", wishes.sizes, "geoms");
+  program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
+  program.add("--bodies", wishes.bodies, "each geom on a body of its own");
+  program.add("--seconds", wishes.seconds, "of frames, a cell");
+  program.add(wishes.csv);
+  return program.run(argc, argv, [&] { bench::run(wishes); });
 }

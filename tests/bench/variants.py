@@ -127,8 +127,10 @@ def measurements(quick):
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
                              "--queries=100", "--seconds=" + seconds, "--rounds=1"],
          ("kind", "n", "queries", "moving")),
-        ("mesh-benchmark", ["--made=" + ("40" if quick else "120"), "--peers=parallel-sap", "--seconds=" + seconds,
-                            "--rounds=1"], ("mesh", "kind", "threads")),
+        # Geoms of a user's class: edges that may all meet, and vertices and faces, told apart by bits or in two spaces.
+        ("mesh-benchmark", ["--made=" + ("40" if quick else "30,120,300"), "--seconds=" + seconds, "--rounds=1",
+                            "--peers=parallel-sap,parallel-sap:new-cells,parallel-sap:two-spaces"],
+         ("mesh", "kind", "peer", "threads")),
         ("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
                              "--seconds=" + seconds, "--rounds=1"], ("variant", "bodies", "threads")),
     ]

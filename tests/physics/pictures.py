@@ -51,7 +51,7 @@ def outcomes(shared, rows, path):
     for panel, part in zip(panels, (shared[:half], shared[half:])):
         for y, name in enumerate(part):
             for x, (precision, column) in enumerate((p, c) for p in rows for c in WORDS.values()):
-                outcome = rows[precision][name][column]
+                outcome = rows[precision][name][column].split(" at step ")[0]
                 panel.add_patch(plt.Rectangle((x, y), 1, 1, facecolor=colour(outcome), edgecolor="white"))
                 panel.text(x + 0.5, y + 0.5, outcome, ha="center", va="center", fontsize=6.5)
         panel.set_xlim(0, 6)
@@ -68,22 +68,27 @@ def outcomes(shared, rows, path):
     figure.savefig(path, dpi=110)
 
 
+def cost_of(row):
+    """Of the rescue; 0 where there is none."""
+    return float(row["rescue_cost"])
+
+
 def rescues(shared, rows, path):
     themes = list(dict.fromkeys(theme for theme, _ in shared))
     figure, panel = plt.subplots(figsize=(9, 5.5))
-    costs = [float(r["rescue_cost"]) for p in rows for r in rows[p].values() if r["rescue"]]
+    costs = [cost_of(r) for p in rows for r in rows[p].values() if cost_of(r)]
     none = 4 * max(costs)
     for precision, mark, shift in (("double", "o", -0.15), ("single", "s", 0.15)):
-        if not any(row["rescue"] for row in rows[precision].values()):
-            continue  # none was looked for
+        if any(row["rescue"] == "not looked for" for row in rows[precision].values()):
+            continue
         xs, ys = [], []
         for name in shared:
             row = rows[precision][name]
             if row["ours"] in GOOD:
                 continue
             beside = sum(1 for x, y in zip(xs, ys) if int(round(y - shift)) == themes.index(name[0]) and x == none)
-            xs.append(float(row["rescue_cost"]) if row["rescue"] else none)
-            ys.append(themes.index(name[0]) + shift + (0.02 * beside if not row["rescue"] else 0))
+            xs.append(cost_of(row) or none)
+            ys.append(themes.index(name[0]) + shift + (0 if cost_of(row) else 0.02 * beside))
         panel.scatter(xs, ys, marker=mark, s=26, alpha=0.7, label=precision + " precision")
     panel.axvline(none / 2, color="grey", linewidth=0.8)
     panel.set_xscale("log")

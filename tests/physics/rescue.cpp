@@ -101,12 +101,16 @@ bool takesAsLong(const Setting& setting, const Setting& other) {
 
 }  // namespace
 
-Rescue rescue(const Extreme& extreme, const Limits& limits) {
+Rescue rescue(const Extreme& extreme, const Limits& limits, const std::function<bool()>& stop) {
   Rescue best;
   const double as_it_comes = secondsOf(extreme, {}, limits);
   double least = limits.seconds;
   std::vector<Setting> too_slow;
   for (const Way& way : ways()) {
+    if (stop()) {
+      best.looked_everywhere = false;
+      break;
+    }
     if (std::any_of(too_slow.begin(), too_slow.end(),
                     [&way](const Setting& slow) { return takesAsLong(way.setting, slow); })) {
       continue;

@@ -1,105 +1,80 @@
 // What becomes of every extreme, with whose pairs, and what would rescue it:
 //
-//     physics-table README.md [results.csv [part of a name [seconds]]]
-//
-//     physics-table --swept README.md
+//     physics-table measure ROWS.csv [seconds [part of a name [seconds of a rescue]]]
+//     physics-table page README.md ROWS.csv
+//     physics-table swept README.md
 //
 // The first plays all of them, or those of such names, in the precision of the ODE that it is built
-// with, on all cores, and replaces what README.md has between <!-- table double --> (or single) and
-// <!-- end
-// -->. Ends with 1 if an outcome of dParallelSAPSpace is not, bit for bit, that of dSimpleSpace's
-// pairs in the same order.
-#include <unistd.h>
-
+// with, on all cores, and adds a row to the file as soon as it has one. What has a row already is
+// not played again, but for a rescue that was not looked for. With 0 seconds of the processor for a
+// rescue none is. Where the seconds are up before it has all rows it ends with 75, to be called
+// again; with 1 if an outcome of dParallelSAPSpace is not, bit for bit, that of dSimpleSpace's
+// pairs in the same order. The others replace what README.md has between <!-- table double --> (or
+// single) and <!-- end -->, by what the rows say, and by speeds with swept bounds.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <iostream>
+#include <mutex>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
 
-#include "rescue.h"
+#include "rows.h"
 
 namespace sap_test {
 namespace physics {
 namespace {
 
-const char* const kPrecision = sizeof(dReal) == 8 ? "double" : "single";
+using Clock = std::chrono::steady_clock;
 
-// Of the processor, a run that may rescue: stacks of 100 at 20 iterations take 0.2. 0: none is
-// looked for.
-double rescue_seconds = 3;
+constexpr int kTimeIsUp = 75;
 
-struct Row {
-  const Extreme* extreme;
-  Result simple, hash, ours;
-  Rescue rescue;
+// What one call does.
+struct Job {
+  std::string file;
+  Clock::time_point until = Clock::time_point::max();
+  std::string part;           // of the names
+  double rescue_seconds = 3;  // stacks of 100 at 20 iterations take 0.2
+
+  bool timeIsUp() const { return Clock::now() >= until; }
 };
 
-Row rowOf(const Extreme& extreme) {
-  const Setting as_it_comes;
-  const Limits limits;
-  Row row = {&extreme,
-             play(extreme, Pairing::simple_in_our_order, as_it_comes, limits),
-             play(extreme, Pairing::hash, as_it_comes, limits),
-             play(extreme, Pairing::ours, as_it_comes, limits),
-             {}};
-  Limits for_rescue;
-  for_rescue.seconds = rescue_seconds;
-  if (rescue_seconds > 0 && !isWhatItOwes(row.ours.outcome))
-    row.rescue = rescue(extreme, for_rescue);
-  return row;
+bool lacksRescue(const Job& job, const Row& row) {
+  return row.rescue == kNotLookedFor && job.rescue_seconds > 0;
 }
 
-std::string rescueOf(const Row& row) {
-  if (isWhatItOwes(row.ours.outcome)) return "";
-  if (rescue_seconds <= 0) return "not looked for";
-  if (row.rescue.name.empty()) return "none of these";
-  char cost[32];
-  std::snprintf(cost, sizeof cost, " (%.2g×)", row.rescue.cost);
-  return row.rescue.name + cost;
+// False where the time was up before.
+bool addRescue(const Job& job, const Extreme& extreme, Row& row) {
+  Limits limits;
+  limits.seconds = job.rescue_seconds;
+  const Rescue found = rescue(extreme, limits, [&job] { return job.timeIsUp(); });
+  row.rescue = found.name.empty() ? kNone : found.name;
+  row.cost = found.cost;
+  return found.looked_everywhere;
 }
 
-std::string shown(const Result& result) {
-  if (result.outcome != "not finite" && result.outcome != "aborts") return result.outcome;
-  return result.outcome + " at step " + std::to_string(result.steps);
-}
-
-std::string markdown(const std::vector<Row>& rows) {
-  std::ostringstream text;
-  text << "| | dSimpleSpace, our order | dHashSpace | dParallelSAPSpace | the same bits | "
-          "of ours | cheapest rescue |\n| --- | --- | --- | --- | --- | --- | --- |\n";
-  std::string theme;
-  for (const Row& row : rows) {
-    const Extreme& extreme = *row.extreme;
-    if (theme != extreme.theme) {
-      text << "| **" << (theme = extreme.theme) << "** | | | | | | |\n";
-    }
-    text << "| " << extreme.name << " | " << shown(row.simple) << " | " << shown(row.hash) << " | "
-         << shown(row.ours) << " | " << (same(row.ours, row.simple) ? "yes" : "NO") << " | "
-         << figures(extreme, row.ours.measures) << " | " << rescueOf(row) << " |\n";
+// Likewise. `row` is what there is of it.
+bool complete(const Job& job, const Extreme& extreme, Row& row) {
+  if (row.extreme.empty()) {
+    const Setting as_it_comes;
+    const Limits limits;
+    const Result simple = play(extreme, Pairing::simple_in_our_order, as_it_comes, limits);
+    const Result hash = play(extreme, Pairing::hash, as_it_comes, limits);
+    const Result ours = play(extreme, Pairing::ours, as_it_comes, limits);
+    row = {extreme.theme,
+           extreme.name,
+           shown(simple),
+           shown(hash),
+           shown(ours),
+           same(ours, simple),
+           ours.measures,
+           isWhatItOwes(ours.outcome) ? "" : kNotLookedFor,
+           0};
   }
-  return text.str();
-}
-
-std::string csv(const std::vector<Row>& rows) {
-  std::ostringstream text;
-  text << "precision,theme,extreme,simple,hash,ours,same_bits,sink,shift,creep,depth,speed,gain,"
-          "lost,gap,energy,momentum,turn,rescue,rescue_cost\n";
-  for (const Row& row : rows) {
-    const Measures& m = row.ours.measures;
-    text << kPrecision << "," << row.extreme->theme << ",\"" << row.extreme->name << "\","
-         << row.simple.outcome << "," << row.hash.outcome << "," << row.ours.outcome << ","
-         << same(row.ours, row.simple);
-    for (const double figure : {m.sink, m.shift, m.creep, m.depth, m.speed, m.gain, m.lost, m.gap,
-                                m.energy, m.momentum, m.turn}) {
-      text << "," << figure;
-    }
-    text << ",\"" << row.rescue.name << "\"," << row.rescue.cost << "\n";
-  }
-  return text.str();
+  return !lacksRescue(job, row) || addRescue(job, extreme, row);
 }
 
 // The speeds once more, with swept bounds and fast pairs in parts.
@@ -139,27 +114,49 @@ void replaceIn(const std::string& file, const std::string& name, const std::stri
 
 void tell(const Row& row) {
   std::ostringstream line;
-  line << row.extreme->theme << ": " << row.extreme->name << ": " << row.simple.outcome << ", "
-       << row.hash.outcome << ", " << row.ours.outcome << " ("
-       << figures(*row.extreme, row.ours.measures) << ")"
-       << (same(row.ours, row.simple) ? "" : ", NOT THE SAME") << "; " << rescueOf(row) << " ["
-       << row.ours.seconds << " s]\n";
+  line << row.theme << ": " << row.extreme << ": " << row.simple << ", " << row.hash << ", "
+       << row.ours << (row.same ? "" : ", NOT THE SAME") << "; " << row.rescue << "\n";
   std::cerr << line.str() << std::flush;
 }
 
-// A thread a core, each of which takes the next extreme until there is none.
-std::vector<Row> allRows(const std::string& part) {
-  std::vector<const Extreme*> chosen;
+struct Task {
+  const Extreme* extreme;
+  Row row;  // empty, or without a rescue
+};
+
+// What is to be done, what has most steps first.
+std::vector<Task> tasksOf(const Job& job, const std::vector<Row>& rows) {
+  std::vector<Task> tasks;
   for (const Extreme& extreme : extremes()) {
-    if (extreme.name.find(part) != std::string::npos) chosen.push_back(&extreme);
+    if (extreme.name.find(job.part) == std::string::npos) continue;
+    const auto known = std::find_if(rows.begin(), rows.end(), [&extreme](const Row& row) {
+      return row.extreme == extreme.name;
+    });
+    if (known == rows.end()) {
+      tasks.push_back({&extreme, {}});
+    } else if (lacksRescue(job, *known)) {
+      tasks.push_back({&extreme, *known});
+    }
   }
-  std::vector<Row> rows(chosen.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&rows, &chosen, &next] {
+  std::stable_sort(tasks.begin(), tasks.end(), [](const Task& a, const Task& b) {
+    return a.extreme->steps > b.extreme->steps;
+  });
+  return tasks;
+}
+
+// A thread a core, each of which takes the next one until there is none or the time is up. Returns
+// how many got their row.
+std::size_t workOff(const Job& job, std::vector<Task>& tasks) {
+  std::atomic<std::size_t> next{0}, done{0};
+  std::mutex file;
+  const auto work = [&] {
     dAllocateODEDataForThread(dAllocateMaskAll);
-    for (std::size_t i; (i = next++) < rows.size();) {
-      rows[i] = rowOf(*chosen[i]);
-      tell(rows[i]);
+    for (std::size_t i; !job.timeIsUp() && (i = next++) < tasks.size();) {
+      if (!complete(job, *tasks[i].extreme, tasks[i].row)) continue;
+      const std::lock_guard<std::mutex> lock(file);
+      addRow(job.file, tasks[i].row);
+      tell(tasks[i].row);
+      ++done;
     }
     dCleanupODEAllDataForThread();
   };
@@ -168,26 +165,56 @@ std::vector<Row> allRows(const std::string& part) {
     threads.emplace_back(work);
   }
   for (std::thread& thread : threads) thread.join();
-  return rows;
+  return done;
 }
 
-int run(int argc, char** argv) {
-  if (argc == 3 && std::string(argv[1]) == "--swept") {
-    replaceIn(argv[2], std::string("swept ") + kPrecision, sweptMarkdown());
+// Of an extreme that has two the later one.
+std::vector<Row> lastOfEach(const std::vector<Row>& rows) {
+  std::vector<Row> last;
+  for (const Row& row : rows) {
+    const auto known = std::find_if(last.begin(), last.end(), [&row](const Row& other) {
+      return other.extreme == row.extreme;
+    });
+    known == last.end() ? last.push_back(row) : void(*known = row);
+  }
+  return last;
+}
+
+int measure(const Job& job) {
+  const std::vector<Row> before = lastOfEach(readRows(job.file));
+  std::vector<Task> tasks = tasksOf(job, before);
+  if (!before.empty()) writeRows(job.file, before);
+  const std::size_t done = workOff(job, tasks);
+  const std::vector<Row> rows = lastOfEach(readRows(job.file));
+  writeRows(job.file, rows);
+  std::cerr << done << " of " << tasks.size() << " rows\n";
+  if (done < tasks.size()) return kTimeIsUp;
+  return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.same; }) ? 0 : 1;
+}
+
+int run(const std::vector<std::string>& words) {
+  if (words.size() == 2 && words[0] == "swept") {
+    replaceIn(words[1], std::string("swept ") + kPrecision, sweptMarkdown());
     return 0;
   }
-  if (argc > 4) rescue_seconds = std::stod(argv[4]);
-  const std::vector<Row> rows = allRows(argc > 3 ? argv[3] : "");
-  if (argc > 1 && *argv[1]) {
-    replaceIn(argv[1], kPrecision, markdown(rows));
-  } else {
-    std::cout << markdown(rows);
+  if (words.size() == 3 && words[0] == "page") {
+    replaceIn(words[1], kPrecision, markdown(readRows(words[2])));
+    return 0;
   }
-  if (argc > 2 && *argv[2]) std::ofstream(argv[2]) << csv(rows);
-  for (const Row& row : rows) {
-    if (!same(row.ours, row.simple)) return 1;
+  if (words.size() < 2 || words.size() > 5 || words[0] != "measure") {
+    throw std::runtime_error(
+        "measure ROWS.csv [seconds [part [seconds of a rescue]]], page README.md ROWS.csv, or "
+        "swept README.md");
   }
-  return 0;
+  Job job;
+  job.file = words[1];
+  if (words.size() > 2) {
+    job.until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                   std::chrono::duration<double>(std::stod(words[2])));
+  }
+  if (words.size() > 3) job.part = words[3];
+  if (words.size() > 4) job.rescue_seconds = std::stod(words[4]);
+  return measure(job);
 }
 
 }  // namespace
@@ -197,7 +224,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) try {
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
-  return sap_test::physics::run(argc, argv);
+  return sap_test::physics::run({argv + 1, argv + argc});
 } catch (const std::exception& problem) {
   std::cerr << argv[0] << ": " << problem.what() << "\n";
   return 2;

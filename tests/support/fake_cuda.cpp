@@ -5,8 +5,10 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <unordered_map>
 
@@ -40,6 +42,7 @@ struct Machine {
   int locks_asked = 0;
   bool locks_allowed = true;
   std::unordered_map<void*, int> locked;  // by device
+  std::map<int, std::set<int>> links;     // of devices to those whose memory they may read
 };
 
 // Outlives whatever gives things back at the program's end.
@@ -208,6 +211,10 @@ void FakeCuda::setFull(int number, bool full) {
   const Lock lock(machine().mutex);
   machine().devices.at(number).full = full;
 }
+void FakeCuda::setGeneration(int number, int generation) {
+  const Lock lock(machine().mutex);
+  machine().devices.at(number).generation = generation;
+}
 int FakeCuda::callsWithoutContext() {
   const Lock lock(machine().mutex);
   return machine().calls_without_context;
@@ -263,10 +270,26 @@ cudaError_t cudaGetDeviceCount(int* count) {
 }
 cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int device) {
   if (!exists(device)) return note(cudaErrorInvalidDevice);
-  *value = attribute == cudaDevAttrComputeCapabilityMajor   ? 9
+  const Lock lock(machine().mutex);
+  *value = attribute == cudaDevAttrComputeCapabilityMajor   ? machine().devices[device].generation
            : attribute == cudaDevAttrComputeCapabilityMinor ? 0
            : attribute == cudaDevAttrMultiProcessorCount    ? 4
                                                             : 1 << 16;
+  return cudaSuccess;
+}
+cudaError_t cudaDeviceCanAccessPeer(int* can, int device, int other) {
+  if (!exists(device) || !exists(other)) return note(cudaErrorInvalidDevice);
+  *can = device != other;
+  return cudaSuccess;
+}
+cudaError_t cudaDeviceEnablePeerAccess(int other, unsigned int) {
+  const Lock lock(machine().mutex);
+  int device = 0;
+  if (const cudaError_t status = enter(&device)) return status;
+  if (!exists(other) || other == device) return note(cudaErrorInvalidDevice);
+  std::set<int>& links = machine().links[device];
+  if (!links.insert(other).second) return note(cudaErrorPeerAccessAlreadyEnabled);
+  ++machine().devices[device].linked;
   return cudaSuccess;
 }
 cudaError_t cudaGetDevice(int* device) {
@@ -314,6 +337,12 @@ cudaError_t cudaMemGetInfo(std::size_t* free, std::size_t* total) {
 }
 cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t bytes, cudaMemcpyKind,
                             cudaStream_t) {
+  if (const cudaError_t status = work()) return status;
+  std::memcpy(to, from, bytes);
+  return cudaSuccess;
+}
+cudaError_t cudaMemcpyPeerAsync(void* to, int, const void* from, int, std::size_t bytes,
+                                cudaStream_t) {
   if (const cudaError_t status = work()) return status;
   std::memcpy(to, from, bytes);
   return cudaSuccess;

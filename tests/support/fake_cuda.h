@@ -21,6 +21,8 @@ class FakeCuda {
  public:
   struct Device {
     bool full = false;
+    int generation = 9;  // the major number of its compute capability
+    int linked = 0;      // to others whose memory it may read
     int tried = 0;  // to make its context
     bool has_context = false;
     long in_use = 0;   // of what was allocated or created on it and still is
@@ -31,6 +33,7 @@ class FakeCuda {
   static void setDevices(const std::vector<bool>& full);
   static Device device(int number);
   static void setFull(int number, bool full);
+  static void setGeneration(int number, int generation);
   // Calls that worked on a device although the thread had made no context current: those of a
   // program that leaves the choice to the runtime.
   static int callsWithoutContext();

@@ -27,29 +27,37 @@ struct Penetration {
   double mean() const { return pairs ? sum / static_cast<double>(pairs) : 0; }
 };
 
-// Time spent, on the clock and by the processor: what else the machine does is in the first only.
+// Time of the steps, on the clock and by the processor: what else the machine does is in the first
+// only. The processor is asked once, and what it took is divided as the clock says, since asking it
+// is a system call that some sandboxes take long for.
 class Spent {
  public:
-  double wall = 0;  // seconds
-  double cpu = 0;
+  Spent() : began_(Clock::now()), processor_began_(processor()) {}
 
-  void start() {
-    began_ = std::chrono::steady_clock::now();
-    cpu_began_ = processor();
-  }
-  void stop() {
-    cpu += processor() - cpu_began_;
-    wall += std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+  void start() { step_began_ = Clock::now(); }
+  void stop() { wall_ += seconds(Clock::now() - step_began_); }
+
+  double wall() const { return wall_; }
+  double cpu() const {
+    const double all = seconds(Clock::now() - began_);
+    return all > 0 ? (processor() - processor_began_) * std::min(1.0, wall_ / all) : 0;
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  static double seconds(Clock::duration time) {
+    return std::chrono::duration<double>(time).count();
+  }
   static double processor() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
   }
-  std::chrono::steady_clock::time_point began_;
-  double cpu_began_ = 0;
+
+  double wall_ = 0;
+  Clock::time_point began_, step_began_;
+  double processor_began_;
 };
 
 // One step after the other with these settings: pairs, contacts, joints, solver. On one thread.

@@ -79,10 +79,9 @@ template <class Real>
 void AxisLists<Real>::fillLists(int threads) {
   for (int axis = 0; axis < 3; ++axis) {
     const AxisRows& rows = endpoints_.axis(axis);
-    ChunkQueue queue(rows.pairs(), chunkOf(rows.pairs(), chunk_pairs, threads));
-    runTeam(filling, threads, [&](int, int) {
-      Range range;
-      while (queue.next(range)) fillPlaces(rows, range.begin, range.end, lists_[axis].data());
+    const std::size_t chunk = chunkOf(rows.pairs(), chunk_pairs, threads);
+    runChunks(filling, threads, rows.pairs(), chunk, [&](const Range& range, int) {
+      fillPlaces(rows, range.begin, range.end, lists_[axis].data());
     });
   }
 }
@@ -131,28 +130,14 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   threads = teamFor(count, grains::axis_pairs, threads);
   fillLists(threads);
 
-  both_.resize(threads);
-  found_.resize(threads);
-  for (Buffer<Pair>& found : found_) found.resizeDiscarding(0);
-  ChunkQueue queue(count, chunkOf(count, chunk_pairs, threads));
-  int used = 1;
-  runTeam(meeting, threads, [&](int thread, int team) {
-    if (thread == 0) used = team;
-    Range range;
-    while (queue.next(range))
-      meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
+  clearForTeam(both_, threads);
+  clearForTeam(found_, threads);
+  const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
+  const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
+    meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;
-}
-
-template <class Real>
-std::size_t AxisLists<Real>::bytes() const {
-  std::size_t bytes = endpoints_.bytes() + pair_order_.bytes();
-  for (const Buffer<Slot>& list : lists_) bytes += list.bytes();
-  for (const Buffer<Pair>& both : both_) bytes += both.bytes();
-  for (const Buffer<Pair>& found : found_) bytes += found.bytes();
-  return bytes;
 }
 
 template class AxisLists<float>;

@@ -1,6 +1,5 @@
 // Overlapping pairs of each axis as lists, and the pairs common to all three.
-#ifndef ODE_PARALLEL_SAP_AXIS_LISTS_H
-#define ODE_PARALLEL_SAP_AXIS_LISTS_H
+#pragma once
 
 #include <cstdint>
 #include <vector>
@@ -27,7 +26,9 @@ class AxisLists : public PairFinder {
  public:
   // Throws ListsTooLong, with the lists of end points up to date and no memory taken for pairs.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  std::size_t bytes() const override;
+  std::size_t bytes() const override {
+    return bytesOf(endpoints_, lists_, both_, found_, pair_order_);
+  }
   // The most bytes the three lists may take; 0, the default: half of what the machine has free.
   void limit(std::uint64_t most_bytes) { most_bytes_ = most_bytes; }
 
@@ -45,5 +46,3 @@ class AxisLists : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

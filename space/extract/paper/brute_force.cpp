@@ -59,10 +59,8 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
   const Triangle triangle = {boxes.size};
   const TreeView<Real>& cells = cells_.view();
   const Kernels<Real>& kernel = kernels<Real>();
-  int used = 1;
   const std::uint64_t count = (round.tests.end - round.tests.begin) * round.stripes;
-  runTeam(testing, teamFor(count, grains::box_tests, threads), [&](int thread, int team) {
-    if (thread == 0) used = team;
+  return runTeam(testing, teamFor(count, grains::box_tests, threads), [&](int thread, int team) {
     for (int stripe = 0; stripe < round.stripes; ++stripe) {
       const std::size_t part = (stripe * round.rounds + round.number) * threads + thread;
       Buffer<Pair>& written = pairs.parts[part];
@@ -84,7 +82,6 @@ int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int thr
         noteBorderline(written.data(), {part, 0, written.size()}, borderline_[thread]);
     }
   });
-  return used;
 }
 
 template <class Real>
@@ -118,8 +115,7 @@ int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
 // Each round tests a part of each stripe, since the geoms that a program makes first are often
 // unlike the others.
 template <class Real>
-int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair,
-                                PairList& pairs) {
+int BruteForce<Real>::findDense(const BoxSet& boxes, int threads, PairList& pairs) {
   constexpr int stripes = 4;  // fixed: a few places of the table that are looked at first
   const std::uint64_t all = Triangle{boxes.size}.pairs(), stripe = all / stripes + 1;
   std::uint64_t next = first_tests_a_box * boxes.size / stripes;

@@ -1,6 +1,5 @@
 // Brute force: every pair of boxes is tested.
-#ifndef ODE_PARALLEL_SAP_BRUTE_FORCE_H
-#define ODE_PARALLEL_SAP_BRUTE_FORCE_H
+#pragma once
 
 #include <vector>
 
@@ -20,12 +19,12 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  // The same for scenes in which more than every `places_of_a_pair`-th place of the table is
+  // The same for scenes in which more than every places_of_a_pair-th place of the table is
   // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
   // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
   // square.
-  int findDense(const BoxSet& boxes, int threads, std::uint64_t places_of_a_pair, PairList& pairs);
-  std::size_t bytes() const override { return cells_.bytes() + starts_.bytes(); }
+  int findDense(const BoxSet& boxes, int threads, PairList& pairs);
+  std::size_t bytes() const override { return bytesOf(starts_, cells_, borderline_); }
 
  private:
   // Some of the tests: a range of those of each stripe, `stripes` equal parts of the table.
@@ -45,5 +44,3 @@ class BruteForce : public PairFinder {
 };
 
 }  // namespace ode_parallel_sap
-
-#endif

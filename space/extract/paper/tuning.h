@@ -1,6 +1,5 @@
 // The tuned constants of brute force.
-#ifndef ODE_PARALLEL_SAP_PAPER_TUNING_H
-#define ODE_PARALLEL_SAP_PAPER_TUNING_H
+#pragma once
 
 #include <cstdint>
 
@@ -13,5 +12,3 @@ namespace ode_parallel_sap {
 constexpr std::uint64_t first_tests_a_box = 64;
 
 }  // namespace ode_parallel_sap
-
-#endif

@@ -170,7 +170,7 @@ void addParallelSapPeers(std::vector<PeerKind>& kinds) {
     PeerKind kind;
     kind.name = choice.name;
     kind.library = std::string("ode-parallel-sap " BENCH_PROJECT_VERSION " on ") + odeVersion();
-    kind.takes_threads = true;
+    kind.takes_threads = kind.chooses_threads = true;
     kind.most = mostBoxes(choice.method);
     kind.leaves_out_rest = choice.sleeps;
     kind.create = [choice](int threads) -> std::unique_ptr<Peer> {

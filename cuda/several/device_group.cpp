@@ -1,0 +1,308 @@
+#include "cuda/several/device_group.h"
+
+#include <algorithm>
+
+#include "space/data/parallel.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// fixed: each round divides clusters by their own range, and boxes differ by next to nothing where
+// it takes more than a few; any bound will do.
+constexpr int most_rounds = 16;
+
+// fixed: parts of a slice that are passed on while the next ones arrive. The last one is waited
+// for.
+constexpr std::size_t most_exchanges = 16;
+
+template <class Value>
+struct Values {
+  const Value* at;
+  std::size_t count;
+};
+
+template <class T>
+void copyBetween(DeviceSweep& to, T* at, const DeviceSweep& from, const T* values,
+                 std::size_t count, cudaStream_t stream) {
+  if (count)
+    CHECK_CUDA(
+        cudaMemcpyPeerAsync(at, to.device(), values, from.device(), count * sizeof(T), stream));
+}
+
+}  // namespace
+
+// Calls work(member, its number) with its device current.
+template <class Work>
+void DeviceGroup::each(Work work) {
+  for (current_ = 0; current_ < members_.size(); ++current_) {
+    const ScopedDevice device(members_[current_]->driverContext());
+    work(*members_[current_], current_);
+  }
+}
+
+template <class Work>
+void DeviceGroup::eachOther(std::size_t of, Work work) {
+  for (std::size_t i = 0; i < members_.size(); ++i)
+    if (i != of) work(*members_[i], i);
+}
+
+// Lets devices read each other's memory, where they can. Copies go through the host's otherwise.
+void DeviceGroup::link() {
+  each([&](DeviceSweep& member, std::size_t index) {
+    std::vector<int>& linked = member.context()->linked;
+    eachOther(index, [&](DeviceSweep& other, std::size_t) {
+      if (other.device() == member.device()) return;
+      if (std::find(linked.begin(), linked.end(), other.device()) != linked.end()) return;
+      linked.push_back(other.device());
+      int can = 0;
+      CHECK_CUDA(cudaDeviceCanAccessPeer(&can, member.device(), other.device()));
+      if (!can) return;
+      member.context()->readable.push_back(other.device());
+      const cudaError_t status = cudaDeviceEnablePeerAccess(other.device(), 0);
+      if (status == cudaErrorPeerAccessAlreadyEnabled)
+        cudaGetLastError();
+      else
+        CHECK_CUDA(status);
+    });
+  });
+}
+
+// Calls use(values, count) with what valuesOf(other) gives of each other member: where they are or,
+// of devices whose memory this one cannot read, in copies.
+template <class Value, class ValuesOf, class Use>
+void DeviceGroup::readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf,
+                             Use use) {
+  DeviceSweep& member = *members_[index];
+  const std::vector<int>& readable = member.context()->readable;
+  const auto canRead = [&](const DeviceSweep& other) {
+    return std::find(readable.begin(), readable.end(), other.device()) != readable.end();
+  };
+  std::size_t copied = 0;
+  eachOther(index, [&](DeviceSweep& other, std::size_t) {
+    if (!canRead(other)) copied += valuesOf(other).count;
+  });
+  copies.reserve(copied);
+  Value* copy = copies.data();
+  eachOther(index, [&](DeviceSweep& other, std::size_t) {
+    const Values<Value> values = valuesOf(other);
+    if (canRead(other)) return use(values.at, values.count);
+    copyBetween(member, copy, other, values.at, values.count, member.context()->compute);
+    use(copy, values.count);
+    copy += values.count;
+  });
+}
+
+// One array of the frame, an element a slot.
+template <class Value>
+struct DeviceGroup::Array {
+  const Buffer<Value>& from;
+  std::size_t count;
+  PageLock Context::*lock;
+  Value* (*to)(Context&);  // where it goes on a device, which has room for it
+};
+
+// Each member's slice travels over its own link, and on from there to the others. arrived(member,
+// begin, end, stream) is called when elements [begin, end) are on their way to a member.
+template <class Value, class Arrived>
+void DeviceGroup::bring(const Array<Value>& array, int threads, Arrived arrived) {
+  const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
+  const int rounds = isShared() ? static_cast<int>(std::clamp<std::size_t>(
+                                      slice_bytes / device::piece_bytes, 1, most_exchanges))
+                                : 1;
+  for (int round = 0; round < rounds; ++round) bringSlices(array, round, rounds, threads, arrived);
+}
+
+// A round of several brings a part of each slice.
+template <class Value, class Arrived>
+void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, int threads,
+                              Arrived arrived) {
+  const int members = static_cast<int>(members_.size());
+  const auto sliceOf = [&](std::size_t index) {
+    const Range whole = partOf(array.count, static_cast<int>(index), members);
+    const Range part = partOf(whole.end - whole.begin, round, rounds);
+    return Range{whole.begin + part.begin, whole.begin + part.end};
+  };
+  each([&](DeviceSweep& member, std::size_t index) {
+    Context& c = *member.context();
+    const Range slice = sliceOf(index);
+    const Upload::Array upload = {array.from.data() + slice.begin, array.to(c) + slice.begin,
+                                  (slice.end - slice.begin) * sizeof(Value), sizeof(Value),
+                                  (c.*array.lock).covers(array.from.data(), array.from.bytes())};
+    const int used = c.upload.run(upload, threads, c.up, [&](std::size_t begin, std::size_t end) {
+      arrived(member, slice.begin + begin / sizeof(Value), slice.begin + end / sizeof(Value), c.up);
+    });
+    threads_used_ = std::max(threads_used_, used);
+    if (isShared()) CHECK_CUDA(cudaEventRecord(c.slice_here, c.up));
+  });
+  each([&](DeviceSweep& member, std::size_t index) {
+    Context& c = *member.context();
+    eachOther(index, [&](DeviceSweep& other, std::size_t its) {
+      const Range slice = sliceOf(its);
+      CHECK_CUDA(cudaStreamWaitEvent(c.down, other.context()->slice_here, 0));
+      copyBetween(member, array.to(c) + slice.begin, other,
+                  array.to(*other.context()) + slice.begin, slice.end - slice.begin, c.down);
+      arrived(member, slice.begin, slice.end, c.down);
+    });
+  });
+}
+
+// Boxes are counted by bin piece by piece, while the next ones travel.
+void DeviceGroup::bringBoxes(const BoxSet& boxes, int threads) {
+  const Array<Box> array = {boxes.boxes, boxes.size, &Context::boxes_lock,
+                            [](Context& c) { return reinterpret_cast<Box*>(c.boxes.data()); }};
+  bring(array, threads,
+        [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
+          if (begin < end) member.arrived(begin, end, stream);
+        });
+}
+
+void DeviceGroup::bringFilters(const BoxSet& boxes, int threads) {
+  const auto arrived = [](DeviceSweep& member, std::size_t, std::size_t, cudaStream_t stream) {
+    Context& c = *member.context();
+    CHECK_CUDA(cudaEventRecord(c.filters_here, stream));
+    CHECK_CUDA(cudaStreamWaitEvent(c.compute, c.filters_here, 0));
+  };
+  each([&](DeviceSweep& member, std::size_t) {
+    if (boxes.filter_bits) member.context()->bits.reserve(boxes.size);
+    if (boxes.filter_bodies) member.context()->bodies.reserve(boxes.size);
+  });
+  if (boxes.filter_bits)
+    bring(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
+                            [](Context& c) { return c.bits.data(); }},
+          threads, arrived);
+  if (boxes.filter_bodies)
+    bring(Array<std::uint32_t>{boxes.bodies, boxes.size, &Context::bodies_lock,
+                               [](Context& c) { return c.bodies.data(); }},
+          threads, arrived);
+}
+
+void DeviceGroup::search(const BoxSet& boxes, int threads) {
+  if (!boxes.filter_bits && !boxes.filter_bodies && !members_[0]->measuring) {
+    each([](DeviceSweep& member, std::size_t) { member.orderAndSearch(); });
+    return;
+  }
+  each([](DeviceSweep& member, std::size_t) { member.order(); });
+  bringFilters(boxes, threads);
+  each([](DeviceSweep& member, std::size_t) { member.search(); });
+}
+
+// All get what the others have counted, and find their own lists.
+void DeviceGroup::shareCounts() {
+  each([](DeviceSweep& member, std::size_t) {
+    CHECK_CUDA(cudaEventRecord(member.context()->searched, member.context()->compute));
+  });
+  each([&](DeviceSweep& member, std::size_t index) {
+    Context& c = *member.context();
+    eachOther(index, [&](DeviceSweep& other, std::size_t) {
+      CHECK_CUDA(cudaStreamWaitEvent(c.compute, other.context()->searched, 0));
+    });
+    device::PartCounts counts = {{c.counts.data()}, 1, member.slots()};
+    readOthers(
+        index, c.copied_counts,
+        [&](DeviceSweep& other) {
+          return Values<std::uint32_t>{other.context()->counts.data(), counts.slots};
+        },
+        [&](const std::uint32_t* of, std::size_t) { counts.of[counts.parts++] = of; });
+    member.listOwn(counts);
+  });
+}
+
+// All take their own pairs of what has been found.
+void DeviceGroup::sharePairs() {
+  const auto found = [](DeviceSweep& member) {
+    return Values<device::Found>{member.context()->found.data(), member.found()};
+  };
+  each([&](DeviceSweep& member, std::size_t index) {
+    member.reserveOwn();
+    member.takePairs(found(member).at, found(member).count);
+    readOthers(index, member.context()->copied_pairs, found,
+               [&](const device::Found* at, std::size_t count) { member.takePairs(at, count); });
+  });
+}
+
+bool DeviceGroup::divideClusters(int round) {
+  bool divided = false;
+  each([&](DeviceSweep& member, std::size_t) { divided = member.divideClusters(round); });
+  return divided;
+}
+
+// Makes sure that all pairs were found.
+void DeviceGroup::complete() {
+  bool ignore_clusters = false;
+  for (int round = 0;;) {
+    if (isShared()) shareCounts();
+    bool done = true, clustered = false;
+    each([&](DeviceSweep& member, std::size_t) {
+      done = member.isDone() && done;
+      clustered = member.isClustered() || clustered;
+    });
+    if (done) break;
+    if (clustered && !ignore_clusters)
+      ignore_clusters = round == most_rounds || !divideClusters(round++);
+    each([&](DeviceSweep& member, std::size_t) { member.searchAgain(ignore_clusters); });
+  }
+}
+
+bool DeviceGroup::wantsInPlace(int threads) const {
+  return isShared() || threads <= device::most_fetching_in_place;
+}
+
+void DeviceGroup::fetch(const BoxSet& boxes, int threads, PairList& pairs) {
+  bool in_place = wantsInPlace(threads);
+  pairs.clear(members_.size());
+  each([&](DeviceSweep& member, std::size_t part) {
+    Buffer<Pair>& to = pairs.parts[part];
+    to.resizeDiscarding(member.pairs());
+    in_place = in_place && member.context()->pairs_lock.covers(to.data(), to.bytes());
+  });
+  if (in_place) {
+    each([&](DeviceSweep& member, std::size_t part) { member.sendPairs(pairs, part); });
+    each([&](DeviceSweep& member, std::size_t part) { member.finishPairs(pairs, part); });
+    return;
+  }
+  each([&](DeviceSweep& member, std::size_t) {
+    member.sortLists(Download::pieceWords(member.pairs()));
+  });
+  each([&](DeviceSweep& member, std::size_t part) {
+    Context& c = *member.context();
+    const Download::Lists lists = {c.segments.data(), member.pairs(), c.ready,
+                                   c.host_has_list.data(), boxes.exact};
+    threads_used_ = std::max(threads_used_, c.download.run(lists, threads, c.down, pairs, part));
+  });
+}
+
+int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  const auto count = static_cast<std::uint32_t>(members_.size());
+  threads_used_ = 1;
+  try {
+    each([&](DeviceSweep& member, std::size_t index) {
+      cudaGetLastError();  // not ours
+      member.begin({boxes.size,
+                    boxes.filter_bits,
+                    boxes.filter_bodies,
+                    boxes.exact,
+                    wantsInPlace(threads),
+                    {static_cast<std::uint32_t>(index), count}});
+    });
+    if (isShared()) link();
+    bringBoxes(boxes, threads);
+    times_.sent = Clock::now();
+    each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
+    search(boxes, threads);
+    complete();
+    times_.known = Clock::now();
+    if (isShared()) sharePairs();
+    fetch(boxes, threads, pairs);
+    times_.done = Clock::now();
+  } catch (...) {
+    // Nothing may be left under way, and nothing is known of the state of what is there. A device
+    // may be reading another's memory.
+    for (DeviceSweep* member : members_) member->wait();
+    for (DeviceSweep* member : members_) member->release();
+    throw;
+  }
+  return threads_used_;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,72 @@
+// A frame on one device or on several.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <vector>
+
+#include "cuda/one/device_sweep.h"
+#include "space/data/box_set.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Devices that find the pairs of a scene together, driven by the calling thread. Each brings a
+// slice of the boxes over its own link and passes it on to the others, so that all have all boxes;
+// all put them in order, and each searches a part of the cells. Then each takes the pairs of the
+// slots that are its own from all others, and sends their lists. So the sequence of pairs is that
+// of one device, and the host does no more than for one.
+//
+// All have to come to the same cells: devices of one generation do, whose arithmetic is the same.
+// One may stand for several.
+class DeviceGroup {
+ public:
+  explicit DeviceGroup(std::vector<DeviceSweep*> members) : members_(std::move(members)) {}
+
+  // Fills a part of `pairs` for each member. Returns the number of threads used. Throws
+  // DeviceFailure of the member failed(), and std::bad_alloc; nothing is under way then, and the
+  // members have given back all they had.
+  int find(const BoxSet& boxes, int threads, PairList& pairs);
+  std::size_t failed() const { return current_; }
+
+  // Of the last find().
+  using Clock = std::chrono::steady_clock;
+  struct Times {
+    Clock::time_point sent;   // all boxes have been asked for
+    Clock::time_point known;  // the number of pairs is known
+    Clock::time_point done;
+  };
+  const Times& times() const { return times_; }
+
+ private:
+  bool isShared() const { return members_.size() > 1; }
+  template <class Work>
+  void each(Work work);
+  template <class Work>
+  void eachOther(std::size_t of, Work work);
+  void link();
+  template <class Value>
+  struct Array;
+  template <class Value, class Arrived>
+  void bring(const Array<Value>& array, int threads, Arrived arrived);
+  template <class Value, class Arrived>
+  void bringSlices(const Array<Value>& array, int round, int rounds, int threads, Arrived arrived);
+  template <class Value, class ValuesOf, class Use>
+  void readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf, Use use);
+  void bringBoxes(const BoxSet& boxes, int threads);
+  void bringFilters(const BoxSet& boxes, int threads);
+  void search(const BoxSet& boxes, int threads);
+  void shareCounts();
+  void sharePairs();
+  bool divideClusters(int round);
+  void complete();
+  bool wantsInPlace(int threads) const;
+  void fetch(const BoxSet& boxes, int threads, PairList& pairs);
+
+  const std::vector<DeviceSweep*> members_;
+  std::size_t current_ = 0;
+  int threads_used_ = 1;
+  Times times_;
+};
+
+}  // namespace ode_parallel_sap
