@@ -151,16 +151,39 @@ TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]"
     REQUIRE(messages.all().size() == 1);
     CHECK(messages.all()[0].find("GPU 1 cannot be used (another generation than GPU 0)") !=
           std::string::npos);
-    // Linked once, whatever spaces follow.
-    CHECK(FakeCuda::device(0).linked == 1);
-    CHECK(FakeCuda::device(2).linked == 1);
     Scene second(dParallelSAPBackendCUDA, 2);
     CHECK(second.collide(3).devices == 2);
     CHECK(messages.all().size() == 1);
+    // Linked once for each space, whatever number of frames.
+    for (const int device : {0, 2}) {
+      CHECK(FakeCuda::device(device).linked == 1);
+      CHECK(FakeCuda::device(device).asked_links == 2);
+    }
   }
   CHECK(FakeCuda::device(0).in_use == 0);
   CHECK(FakeCuda::device(2).in_use == 0);
   CHECK(FakeCuda::callsWithoutContext() == 0);
+}
+
+TEST_CASE("Devices that may not read each other's memory share a scene by copies",
+          "[.][no-links]") {
+  REQUIRE(machine == "--");
+  const sap_test::Messages messages;
+  FakeCuda::allowLinks(false);
+  Scene scene(dParallelSAPBackendCUDA, 2);
+  CHECK(scene.collide(3).devices == 2);
+  CHECK(FakeCuda::device(0).asked_links == 1);
+  CHECK(FakeCuda::device(0).linked == 0);
+  CHECK(messages.all().empty());
+}
+
+TEST_CASE("Storage of one frame is not locked for two devices either", "[.][locks-of-two]") {
+  REQUIRE(machine == "--");
+  Scene scene(dParallelSAPBackendCUDA, 2, 400000);  // boxes travel in parts
+  scene.collide();
+  CHECK(FakeCuda::locks().asked == 0);
+  scene.collide();
+  CHECK(FakeCuda::locks().now > 0);
 }
 
 TEST_CASE("Where all devices are full each is named and frames are the CPU's", "[.][full-full]") {

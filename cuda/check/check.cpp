@@ -8,6 +8,17 @@
 #include <cstdlib>
 #include <cstring>
 
+namespace {
+
+bool checkAllFaults(int threads) {
+  using namespace cuda_check;
+  return checkFaults(threads, 1) && checkFaults(threads, 1, true) && checkFaults(threads, 2) &&
+         checkFaults(threads, 2, true) && checkSizesOfDevices(threads) && checkSharing(threads) &&
+         checkLocks(threads);
+}
+
+}  // namespace
+
 int main(int count, char** arguments) {
   using namespace cuda_check;
   const char* const what = count > 1 ? arguments[1] : "all";
@@ -31,8 +42,7 @@ int main(int count, char** arguments) {
   } else if (!std::strcmp(what, "compare")) {
     good = compareAll(1000000, threads, devices);
   } else if (!std::strcmp(what, "faults")) {
-    good = checkFaults(threads, 1) && checkFaults(threads, 2) && checkSharing(threads) &&
-           checkLocks(threads);
+    good = checkAllFaults(threads);
   } else if (!std::strcmp(what, "axis")) {
     good = checkAxisLists(20000, threads);
     timeAxisLists(threads);
@@ -50,8 +60,7 @@ int main(int count, char** arguments) {
   } else if (!std::strcmp(what, "profile") && count > 4) {
     profile(arguments[3], std::strtoull(arguments[4], nullptr, 10), threads);
   } else if (!std::strcmp(what, "all")) {
-    good = compareAll(1000000, threads, devices) && checkFaults(threads, 1) &&
-           checkFaults(threads, 2) && checkSharing(threads) && checkLocks(threads) &&
+    good = compareAll(1000000, threads, devices) && checkAllFaults(threads) &&
            checkAxisLists(20000, threads) && timeAll(false, threads);
   } else {
     std::printf(

@@ -19,7 +19,7 @@ using namespace ode_parallel_sap;
 
 // On several devices the frame is finished by those that are left; a finder whose last device fails
 // says so and is replaced.
-bool checkFaults(int threads, int devices) {
+bool checkFaults(int threads, int devices, bool measuring) {
   BoxSet boxes;
   sceneOf("filtered").fill(30000, 3, boxes);
   Sweep<float> cpu;
@@ -33,6 +33,7 @@ bool checkFaults(int threads, int devices) {
   for (bool failed = true; failed; call += devices > 1 ? 1 + call / 12 : 1) {
     const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
     finder->useDevices(devices);
+    finder->measure(measuring);
     std::string reason;
     failCudaCall(call);
     try {
@@ -53,10 +54,30 @@ bool checkFaults(int threads, int devices) {
   const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(devices));
   finder->useDevices(devices);
   finder->find(boxes, threads, found);
-  std::printf("faults on %d devices: %d of %llu calls in turn: %s\n", devices, met, call - 1,
-              good ? "good" : "BAD");
+  std::printf("faults on %d devices%s: %d of %llu calls in turn: %s\n", devices,
+              measuring ? ", measured" : "", met, call - 1, good ? "good" : "BAD");
   std::fflush(stdout);
   return samePairs("after faults", expected, found) && good && met > 40;
+}
+
+bool checkSizesOfDevices(int threads) {
+  Sweep<float> cpu;
+  BoxSet boxes;
+  PairList expected, found;
+  bool good = true;
+  pretendSmallerDevices(true);
+  const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(2));
+  finder->useDevices(2);
+  for (std::uint64_t seed = 0; seed < 40 && good; ++seed) {
+    sceneOf("sizes").fill(1000000, seed, boxes);
+    cpu.find(boxes, threads, expected);
+    finder->find(boxes, threads, found);
+    good = samePairs("devices of two sizes", expected, found) && finder->devicesUsed() == 2;
+  }
+  pretendSmallerDevices(false);
+  std::printf("devices of two sizes: %s\n", good ? "same" : "DIFFERENT");
+  std::fflush(stdout);
+  return good;
 }
 
 bool checkSharing(int threads) {

@@ -189,7 +189,7 @@ void recordScene(const Scene& scene, std::size_t size, const std::vector<int>& w
 }  // namespace
 
 bool recordTimes(const std::string& path, std::size_t most, int threads, int devices) {
-  bench::Csv csv(path, false);
+  bench::Csv csv({path});
   std::vector<int> ways = {0};
   for (int used = 1; used <= devices; used *= 2) ways.push_back(used);
   ways.push_back(by_choice);

@@ -49,6 +49,31 @@ void cube(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
             random.between(0, side), 0.5);
 }
 
+// Boxes of all sizes up to two, and about as many pairs.
+void sizes(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
+  start(n, boxes);
+  Random random(seed);
+  const double side = 1.05 * std::cbrt(static_cast<double>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    const double centre[3] = {random.between(0, side), random.between(0, side),
+                              random.between(0, side)};
+    const double half[3] = {random.unit(), random.unit(), random.unit()};
+    put(boxes.boxes[i], centre, half);
+  }
+}
+
+// Points: one at each power of two along the diagonal, all others at the origin. Each round of
+// dividing clusters tells but a few from the rest.
+void powers(std::size_t n, std::uint64_t, BoxSet& boxes) {
+  start(n, boxes);
+  int power = 126;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double place = i % 9 == 4 && power >= -149 ? std::ldexp(1.0, power) : 0;
+    if (place > 0) power -= 6;
+    putCube(boxes.boxes[i], place, place, place, 0);
+  }
+}
+
 // Slots follow the place, as where a program adds its geoms row by row.
 void rows(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   start(n, boxes);
@@ -243,6 +268,8 @@ const std::vector<Scene>& scenes() {
                                          {"outlier", any, outlier},
                                          {"denormals", 200000, denormals},
                                          {"same spot", 6000, sameSpot},
+                                         {"powers", 1234, powers},
+                                         {"sizes", any, sizes},
                                          {"strange", 200000, strange}};
   return all;
 }

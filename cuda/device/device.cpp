@@ -18,6 +18,7 @@ constexpr int least_capability = 75;
 
 std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
 std::atomic<PretendedMachine> pretended{PretendedMachine::Real};
+std::atomic<bool> smaller_devices{false};
 
 bool isLast(std::atomic<unsigned long long>& left) {
   if (left.load(std::memory_order_relaxed) == 0) return false;
@@ -65,6 +66,16 @@ void failCudaAllocation(unsigned long long allocation) {
 }
 void pretendMachine(PretendedMachine machine) {
   pretended = machine;
+}
+void pretendSmallerDevices(bool smaller) {
+  smaller_devices = smaller;
+}
+
+int processorsOf(int device) {
+  static std::atomic<unsigned> asked{0};
+  int processors = 0;
+  CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+  return smaller_devices && ++asked % 2 ? processors / 2 : processors;
 }
 
 void checkCuda(cudaError_t status, const char* call) {

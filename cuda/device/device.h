@@ -22,6 +22,9 @@ bool cudaCallIsToFail();
   ::ode_parallel_sap::checkCuda( \
       ::ode_parallel_sap::cudaCallIsToFail() ? cudaErrorLaunchFailure : (call), #call)
 
+// How many there are on the device.
+int processorsOf(int device);
+
 // What the driver keeps for the program on a device, whichever of its libraries has it made.
 using DriverContext = CUctx_st*;
 

@@ -16,6 +16,10 @@ void failCudaAllocation(unsigned long long allocation);
 enum class PretendedMachine { Real, NoDriver, NoDevice, TooOld };
 void pretendMachine(PretendedMachine machine);
 
+// Has every second of those who ask for a device's processors told half of them, as if it were a
+// smaller one of its generation.
+void pretendSmallerDevices(bool smaller);
+
 // Bytes free on device 0.
 std::size_t freeDeviceMemory();
 

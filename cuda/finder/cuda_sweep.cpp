@@ -87,7 +87,7 @@ void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, int threads, Pa
   DeviceGroup group(std::move(members));
   try {
     threads_used_ = std::max(threads_used_, group.find(boxes, threads, pairs));
-    if (measuring_) readTimes(*sweeps_[0]->context(), group.times());
+    if (measuring_) group.onFirst([&](const Context& first) { readTimes(first, group.times()); });
   } catch (const DeviceFailure& failure) {
     lose(group.failed(), failure);
   }

@@ -192,10 +192,13 @@ struct Run {
       if (count) addTo(summaries[current]);
       return;
     }
-    // 32 lanes times most_run times 2^16 would not fit: shifted down, the low digits do not matter.
+    // 32 lanes times most_run times 2^16 would not fit: in two halves. The sum is exact, so that it
+    // is the same however many threads there are.
     for (int axis = 0; axis < 3; ++axis) {
       const int least = warpMin(low[axis]), greatest = warpMax(high[axis]);
-      const auto sum = static_cast<unsigned long long>(warpSum(extent[axis] >> 8)) << 8;
+      const unsigned long long sum =
+          warpSum(extent[axis] & 0xffff) +
+          (static_cast<unsigned long long>(warpSum(extent[axis] >> 16)) << 16);
       if (threadIdx.x % 32 || common < 0) continue;
       atomicMin(&summaries[common].low[axis], least);
       atomicMax(&summaries[common].high[axis], greatest);
@@ -283,8 +286,10 @@ void clearPlan(ScenePlan* plan, cudaStream_t stream) {
   CHECK_CUDA(cudaMemsetAsync(plan, 0, offsetof(ScenePlan, table), stream));
 }
 
-void clearSearch(ScenePlan* plan, cudaStream_t stream) {
+void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream) {
   CHECK_CUDA(cudaMemsetAsync(plan, 0, offsetof(ScenePlan, counters.inactive), stream));
+  std::uint32_t* const clustered = &plan->counters.clustered;
+  if (ignore_clusters) CHECK_CUDA(cudaMemsetAsync(clustered, 0, sizeof *clustered, stream));
 }
 
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,

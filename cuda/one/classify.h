@@ -14,8 +14,8 @@ namespace device {
 
 // Empties what the stages count in `plan`.
 void clearPlan(ScenePlan* plan, cudaStream_t stream);
-// Only what the search counts.
-void clearSearch(ScenePlan* plan, cudaStream_t stream);
+// Only what the search counts; and that there are clusters, if they are to be ignored.
+void clearSearch(ScenePlan* plan, bool ignore_clusters, cudaStream_t stream);
 
 // Counts boxes [begin, end) by bin. `boxes` are 24-byte boxes.
 void survey(const float* boxes, std::size_t begin, std::size_t end, ScenePlan* plan,

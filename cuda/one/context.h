@@ -35,12 +35,11 @@ enum Stage {
 // Everything that lives on the device. The streams come last, so that they are the first to go:
 // they wait for what is under way, and nothing is freed while it is in use.
 struct Context {
-  explicit Context(int device) {
-    CHECK_CUDA(cudaDeviceGetAttribute(&processors, cudaDevAttrMultiProcessorCount, device));
+  explicit Context(int device) : processors(processorsOf(device)) {
     for (int i = 0; i < stages; ++i) stage_events.push_back(std::make_unique<Event>(Event::Time));
   }
 
-  int processors = 0;
+  const int processors;
   DeviceBuffer<float> boxes;
   DeviceBuffer<FilterBits> bits;
   DeviceBuffer<std::uint32_t> bodies;

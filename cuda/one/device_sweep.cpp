@@ -178,7 +178,7 @@ void DeviceSweep::search() {
 }
 
 void DeviceSweep::searchAgain(bool ignore_clusters) {
-  clearSearch(context_->plan.data(), context_->compute);
+  clearSearch(context_->plan.data(), ignore_clusters, context_->compute);
   search(ignore_clusters);
   if (!frame_.isShared()) collect();
 }
@@ -211,7 +211,7 @@ void DeviceSweep::collect() {
   if (!frame_.isShared()) {
     scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
     mark(Scattered);
-    sorted_ = pairs_expected_ <= most_sorted_at_once;
+    sorted_ = pairs_expected_ > 0 && pairs_expected_ <= most_sorted_at_once;
     if (sorted_) sortAll();
   }
 
@@ -321,6 +321,7 @@ void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted so
 void DeviceSweep::sortLists(std::size_t piece_words) {
   Context& c = *context_;
   const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
+  sent_in_place_ = false;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
   c.segments.reserve(segmentedSize(pairs()));
   sortInPieces(false, piece_words,
@@ -330,8 +331,9 @@ void DeviceSweep::sortLists(std::size_t piece_words) {
 void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   constexpr std::size_t piece_pairs = piece_segments * segment_words;
   Context& c = *context_;
+  sent_in_place_ = true;
   const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
-  if (total == 0) return;
+  if (total == 0) return mark(Listed);
   c.host_borderline.reserve(segments);
   const Found* const sorted = sortedPairs().data();
   sortInPieces(true, piece_pairs, [&](std::size_t piece) {

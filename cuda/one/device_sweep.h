@@ -40,6 +40,8 @@ class DeviceSweep {
   const Context* context() const { return context_.get(); }
 
   std::size_t slots() const { return frame_.boxes; }
+  // Whether the last frame's pairs were sent as such.
+  bool sentInPlace() const { return sent_in_place_; }
 
   // Room for the boxes to come.
   void begin(const Frame& frame);
@@ -115,6 +117,7 @@ class DeviceSweep {
   Frame frame_;
   std::size_t pairs_expected_ = 0;
   bool sorted_ = false;  // all but the long lists, as the frame's in_place says
+  bool sent_in_place_ = false;
   device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
   // The same after the sort, which leaves its result in either array; and after the sort that is
   // replayed.

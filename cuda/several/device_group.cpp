@@ -8,8 +8,9 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// fixed: each round divides clusters by their own range, and boxes differ by next to nothing where
-// it takes more than a few; any bound will do.
+// fixed: each round tells boxes apart by 2^9 of their cluster's range on each axis, or more on
+// fewer. Floats span 2^277, so that some scenes need more rounds; clusters are left as they are
+// then, which is only slow.
 constexpr int most_rounds = 16;
 
 // fixed: parts of a slice that are passed on while the next ones arrive. The last one is waited
@@ -58,12 +59,10 @@ void DeviceGroup::link() {
       int can = 0;
       CHECK_CUDA(cudaDeviceCanAccessPeer(&can, member.device(), other.device()));
       if (!can) return;
-      member.context()->readable.push_back(other.device());
       const cudaError_t status = cudaDeviceEnablePeerAccess(other.device(), 0);
-      if (status == cudaErrorPeerAccessAlreadyEnabled)
-        cudaGetLastError();
-      else
-        CHECK_CUDA(status);
+      if (status != cudaSuccess) cudaGetLastError();
+      if (status == cudaSuccess || status == cudaErrorPeerAccessAlreadyEnabled)
+        member.context()->readable.push_back(other.device());
     });
   });
 }
@@ -110,17 +109,22 @@ void DeviceGroup::bring(const Array<Value>& array, int threads, Arrived arrived)
   const int rounds = isShared() ? static_cast<int>(std::clamp<std::size_t>(
                                       slice_bytes / device::piece_bytes, 1, most_exchanges))
                                 : 1;
-  for (int round = 0; round < rounds; ++round) bringSlices(array, round, rounds, threads, arrived);
+  std::vector<char> locked(members_.size());
+  each([&](DeviceSweep& member, std::size_t index) {
+    locked[index] = (member.context()->*array.lock).covers(array.from.data(), array.from.bytes());
+  });
+  for (int round = 0; round < rounds; ++round)
+    bringSlices(array, {round, rounds, locked.data()}, threads, arrived);
 }
 
 // A round of several brings a part of each slice.
 template <class Value, class Arrived>
-void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, int threads,
+void DeviceGroup::bringSlices(const Array<Value>& array, const Round& round, int threads,
                               Arrived arrived) {
   const int members = static_cast<int>(members_.size());
   const auto sliceOf = [&](std::size_t index) {
     const Range whole = partOf(array.count, static_cast<int>(index), members);
-    const Range part = partOf(whole.end - whole.begin, round, rounds);
+    const Range part = partOf(whole.end - whole.begin, round.number, round.of);
     return Range{whole.begin + part.begin, whole.begin + part.end};
   };
   each([&](DeviceSweep& member, std::size_t index) {
@@ -128,7 +132,7 @@ void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, 
     const Range slice = sliceOf(index);
     const Upload::Array upload = {array.from.data() + slice.begin, array.to(c) + slice.begin,
                                   (slice.end - slice.begin) * sizeof(Value), sizeof(Value),
-                                  (c.*array.lock).covers(array.from.data(), array.from.bytes())};
+                                  round.locked[index] != 0};
     const int used = c.upload.run(upload, threads, c.up, [&](std::size_t begin, std::size_t end) {
       arrived(member, slice.begin + begin / sizeof(Value), slice.begin + end / sizeof(Value), c.up);
     });
@@ -248,28 +252,40 @@ bool DeviceGroup::wantsInPlace(int threads) const {
   return isShared() || threads <= device::most_fetching_in_place;
 }
 
+// Where the storage of a member's part is locked its pairs come as such, all members' at once.
 void DeviceGroup::fetch(const BoxSet& boxes, int threads, PairList& pairs) {
-  bool in_place = wantsInPlace(threads);
+  std::vector<char> in_place(members_.size());
   pairs.clear(members_.size());
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
     to.resizeDiscarding(member.pairs());
-    in_place = in_place && member.context()->pairs_lock.covers(to.data(), to.bytes());
-  });
-  if (in_place) {
-    each([&](DeviceSweep& member, std::size_t part) { member.sendPairs(pairs, part); });
-    each([&](DeviceSweep& member, std::size_t part) { member.finishPairs(pairs, part); });
-    return;
-  }
-  each([&](DeviceSweep& member, std::size_t) {
-    member.sortLists(Download::pieceWords(member.pairs()));
+    in_place[part] =
+        wantsInPlace(threads) && member.context()->pairs_lock.covers(to.data(), to.bytes());
+    if (in_place[part])
+      member.sendPairs(pairs, part);
+    else
+      member.sortLists(Download::pieceWords(member.pairs()));
   });
   each([&](DeviceSweep& member, std::size_t part) {
+    if (in_place[part]) return;
     Context& c = *member.context();
     const Download::Lists lists = {c.segments.data(), member.pairs(), c.ready,
                                    c.host_has_list.data(), boxes.exact};
     threads_used_ = std::max(threads_used_, c.download.run(lists, threads, c.down, pairs, part));
   });
+  each([&](DeviceSweep& member, std::size_t part) {
+    if (in_place[part]) member.finishPairs(pairs, part);
+    // Or else it may still be reading what the others found.
+    if (isShared() && member.pairs() == 0)
+      CHECK_CUDA(cudaStreamSynchronize(member.context()->compute));
+  });
+}
+
+// Nothing may be left under way, and nothing is known of the state of what is there. A device may
+// be reading another's memory.
+void DeviceGroup::giveUp() {
+  for (DeviceSweep* member : members_) member->wait();
+  for (DeviceSweep* member : members_) member->release();
 }
 
 int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
@@ -282,7 +298,7 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
                     boxes.filter_bits,
                     boxes.filter_bodies,
                     boxes.exact,
-                    wantsInPlace(threads),
+                    wantsInPlace(threads) && member.sentInPlace(),
                     {static_cast<std::uint32_t>(index), count}});
     });
     if (isShared()) link();
@@ -296,10 +312,7 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
     fetch(boxes, threads, pairs);
     times_.done = Clock::now();
   } catch (...) {
-    // Nothing may be left under way, and nothing is known of the state of what is there. A device
-    // may be reading another's memory.
-    for (DeviceSweep* member : members_) member->wait();
-    for (DeviceSweep* member : members_) member->release();
+    giveUp();
     throw;
   }
   return threads_used_;

@@ -28,6 +28,18 @@ class DeviceGroup {
   // members have given back all they had.
   int find(const BoxSet& boxes, int threads, PairList& pairs);
   std::size_t failed() const { return current_; }
+  // Calls work(context) of the first member, its device being current. Throws as find() does.
+  template <class Work>
+  void onFirst(Work work) {
+    try {
+      current_ = 0;
+      const ScopedDevice device(members_[0]->driverContext());
+      work(*members_[0]->context());
+    } catch (...) {
+      giveUp();
+      throw;
+    }
+  }
 
   // Of the last find().
   using Clock = std::chrono::steady_clock;
@@ -49,8 +61,12 @@ class DeviceGroup {
   struct Array;
   template <class Value, class Arrived>
   void bring(const Array<Value>& array, int threads, Arrived arrived);
+  struct Round {
+    int number, of;
+    const char* locked;  // by member: whether the array is
+  };
   template <class Value, class Arrived>
-  void bringSlices(const Array<Value>& array, int round, int rounds, int threads, Arrived arrived);
+  void bringSlices(const Array<Value>& array, const Round& round, int threads, Arrived arrived);
   template <class Value, class ValuesOf, class Use>
   void readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf, Use use);
   void bringBoxes(const BoxSet& boxes, int threads);
@@ -61,6 +77,7 @@ class DeviceGroup {
   bool divideClusters(int round);
   void complete();
   bool wantsInPlace(int threads) const;
+  void giveUp();
   void fetch(const BoxSet& boxes, int threads, PairList& pairs);
 
   const std::vector<DeviceSweep*> members_;

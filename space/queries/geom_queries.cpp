@@ -132,12 +132,4 @@ void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxG
   }
 }
 
-<<<<<<< HEAD
-=======
-std::size_t GeomQueries::bytes() const {
-  return hits_.bytes() + tree_.bytes() + ahead_.bytes() + found_.bytes() + marks_.bytes() +
-         marked_words_.bytes();
-}
-
->>>>>>> i-pairs
 }  // namespace ode_parallel_sap

@@ -62,7 +62,7 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const { return bytesOf(tree_, hits_, found_, marks_, marked_words_); }
+  std::size_t bytes() const { return bytesOf(tree_, ahead_, hits_, found_, marks_, marked_words_); }
 
  private:
   void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);

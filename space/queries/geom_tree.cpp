@@ -192,8 +192,6 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   return true;
 }
 
-<<<<<<< HEAD
-=======
 void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const {
   withTree([&](const auto& tree) {
     found.resizeDiscarding(geoms.size() + tree.spare);
@@ -212,11 +210,4 @@ void GeomTree::find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found)
   found.resize(next - found.data());
 }
 
-std::size_t GeomTree::bytes() const {
-  if (!tree_) return 0;
-  return sizeof *tree_ + tree_->changed.bytes() + tree_->boxes.bytes() + tree_->narrow.bytes() +
-         tree_->wide.bytes();
-}
-
->>>>>>> i-pairs
 }  // namespace ode_parallel_sap

@@ -29,25 +29,6 @@ constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
-<<<<<<< HEAD
-bool hasGimpact() {
-  static const bool has = dCheckConfiguration("ODE_EXT_gimpact") != 0;
-  return has;
-}
-
-// Whether other threads may compute other geoms' AABBs at the same time: not where user code runs,
-// where a sub-space cleans its geoms, or where geoms share caches.
-bool needsCallingThread(const dxGeom* geom) {
-  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
-         (geom->type == dTriMeshClass && hasGimpact());
-=======
-void prefetch(const void* object, std::size_t size) {
-  const char* const bytes = static_cast<const char*>(object);
-  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
-  __builtin_prefetch(bytes + size - 1);
->>>>>>> i-pairs
-}
-
 // What notice() reads of a geom, without its bits or with them, and of a body.
 void prefetchStatus(const dxGeom* geom, bool without_bits) {
   __builtin_prefetch(&geom->gflags);

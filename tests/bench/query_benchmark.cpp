@@ -28,12 +28,7 @@ struct Wishes {
   std::vector<int> threads{0};
   double seconds = 0.5;  // of timed queries in a turn
   int rounds = 2;        // turns of each space
-<<<<<<< HEAD
   CsvFile csv;
-=======
-  std::string csv;
-  bool append = false;
->>>>>>> i-pairs
 };
 
 dSpaceID createSpace(const std::string& name, double side) {
@@ -175,15 +170,9 @@ void tell(const Cell& cell, const std::string& kind, std::size_t n, std::size_t 
 }
 
 void run(const Wishes& wishes) {
-<<<<<<< HEAD
   Csv csv(wishes.csv);
-  std::printf("%-8s %8s %8s %7s %-20s %12s %12s %10s\n", "kind", "geoms", "queries", "moving",
-              "space", "ms a step", "us a query", "hits");
-=======
-  Csv csv(wishes.csv, wishes.append);
   std::printf("%-10s %8s %8s %7s %-20s %7s %12s %12s %12s %10s\n", "kind", "geoms", "queries",
               "moving", "space", "threads", "ms a step", "least", "us a query", "hits");
->>>>>>> i-pairs
   for (const std::string& kind : wishes.kinds)
     for (std::size_t n : wishes.sizes)
       for (std::size_t queries : wishes.queries)
@@ -206,44 +195,18 @@ int main(int argc, char** argv) {
   bench::Wishes wishes;
   bench::Program program(
       "query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes");
-<<<<<<< HEAD
   program.add("--spaces", wishes.spaces, "also dSweepAndPruneSpace");
   program
       .add("--kinds", wishes.kinds,
            "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
            "probes)")
-      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space"}));
+      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space", "spaces"}));
   program.add("--sizes", wishes.sizes, "geoms in the space");
   program.add("--queries", wishes.queries, "rays or probes a step");
   program.add("--moving", wishes.moving, "part of the geoms that moves between two steps");
+  program.add("--threads", wishes.threads, "of our space; 0: as many as it takes by itself");
   program.add("--rounds", wishes.rounds, "turns of each space");
   program.add("--seconds", wishes.seconds, "of queries in a turn");
   program.add(wishes.csv);
   return program.run(argc, argv, [&] { bench::run(wishes); });
-=======
-  app.add_option("--spaces", wishes.spaces, "also dSweepAndPruneSpace")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--kinds", wishes.kinds,
-                 "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
-                 "probes), spaces (the same, of ours, whose probes move)")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space", "spaces"}))
-      ->capture_default_str();
-  app.add_option("--sizes", wishes.sizes, "geoms in the space")->delimiter(',');
-  app.add_option("--queries", wishes.queries, "rays or probes a step")->delimiter(',');
-  app.add_option("--moving", wishes.moving, "part of the geoms that moves between two steps")
-      ->delimiter(',');
-  app.add_option("--threads", wishes.threads, "of our space; 0: as many as it takes by itself")
-      ->delimiter(',')
-      ->capture_default_str();
-  app.add_option("--rounds", wishes.rounds, "turns of each space")->capture_default_str();
-  app.add_option("--seconds", wishes.seconds, "of queries in a turn")->capture_default_str();
-  app.add_option("--csv", wishes.csv, "file to write");
-  app.add_flag("--append", wishes.append, "to what the file holds");
-  dInitODE2(0);
-  const int result = bench::runProgram(app, argc, argv, [&] { bench::run(wishes); });
-  dCloseODE();
-  return result;
->>>>>>> i-pairs
 }

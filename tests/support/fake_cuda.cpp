@@ -40,7 +40,7 @@ struct Machine {
   std::unordered_map<void*, int> owners;  // of memory, by device
   int calls_without_context = 0;
   int locks_asked = 0;
-  bool locks_allowed = true;
+  bool locks_allowed = true, links_allowed = true;
   std::unordered_map<void*, int> locked;  // by device
   std::map<int, std::set<int>> links;     // of devices to those whose memory they may read
 };
@@ -215,6 +215,10 @@ void FakeCuda::setGeneration(int number, int generation) {
   const Lock lock(machine().mutex);
   machine().devices.at(number).generation = generation;
 }
+void FakeCuda::allowLinks(bool allowed) {
+  const Lock lock(machine().mutex);
+  machine().links_allowed = allowed;
+}
 int FakeCuda::callsWithoutContext() {
   const Lock lock(machine().mutex);
   return machine().calls_without_context;
@@ -287,6 +291,8 @@ cudaError_t cudaDeviceEnablePeerAccess(int other, unsigned int) {
   int device = 0;
   if (const cudaError_t status = enter(&device)) return status;
   if (!exists(other) || other == device) return note(cudaErrorInvalidDevice);
+  ++machine().devices[device].asked_links;
+  if (!machine().links_allowed) return note(cudaErrorTooManyPeers);
   std::set<int>& links = machine().links[device];
   if (!links.insert(other).second) return note(cudaErrorPeerAccessAlreadyEnabled);
   ++machine().devices[device].linked;

@@ -23,6 +23,7 @@ class FakeCuda {
     bool full = false;
     int generation = 9;  // the major number of its compute capability
     int linked = 0;      // to others whose memory it may read
+    int asked_links = 0;
     int tried = 0;  // to make its context
     bool has_context = false;
     long in_use = 0;   // of what was allocated or created on it and still is
@@ -34,6 +35,8 @@ class FakeCuda {
   static Device device(int number);
   static void setFull(int number, bool full);
   static void setGeneration(int number, int generation);
+  // Whether devices may read each other's memory, which they may at first.
+  static void allowLinks(bool allowed);
   // Calls that worked on a device although the thread had made no context current: those of a
   // program that leaves the choice to the runtime.
   static int callsWithoutContext();

@@ -323,7 +323,7 @@ bool isForAll(const Scene& scene) {
 }
 
 bool recordAll(const Options& options) {
-  Csv csv(options.csv, false);
+  Csv csv({options.csv});
   bool right = true;
   for (const Scene& scene : cuda_check::scenes()) {
     if (!isForAll(scene) || (options.scene != "all" && options.scene != scene.name)) continue;
