@@ -68,7 +68,7 @@ bool checkSizesOfDevices(int threads) {
   pretendSmallerDevices(true);
   const std::unique_ptr<CudaPairFinder> finder = makeCudaSweep(devicesFor(2));
   finder->useDevices(2);
-  for (std::uint64_t seed = 0; seed < 40 && good; ++seed) {
+  for (std::uint64_t seed = 0; seed < 10 && good; ++seed) {
     sceneOf("sizes").fill(1000000, seed, boxes);
     cpu.find(boxes, threads, expected);
     finder->find(boxes, threads, found);

@@ -1,5 +1,6 @@
 #include "cuda/check/scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -49,16 +50,25 @@ void cube(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
             random.between(0, side), 0.5);
 }
 
-// Boxes of all sizes up to two, and about as many pairs.
+// Boxes of all sizes up to two, about as many pairs. Each comes three times, turned from axis to
+// axis, so that all axes are alike to the last digit.
 void sizes(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   start(n, boxes);
   Random random(seed);
   const double side = 1.05 * std::cbrt(static_cast<double>(n));
+  double centre[3] = {}, half[3] = {};
   for (std::size_t i = 0; i < n; ++i) {
-    const double centre[3] = {random.between(0, side), random.between(0, side),
-                              random.between(0, side)};
-    const double half[3] = {random.unit(), random.unit(), random.unit()};
-    put(boxes.boxes[i], centre, half);
+    if (i % 3 == 0)
+      for (int axis = 0; axis < 3; ++axis) {
+        centre[axis] = random.between(0, side);
+        half[axis] = random.unit();
+      }
+    std::rotate(centre, centre + 1, centre + 3);
+    std::rotate(half, half + 1, half + 3);
+    if (i < n / 3 * 3)
+      put(boxes.boxes[i], centre, half);
+    else
+      putCube(boxes.boxes[i], centre[0], centre[0], centre[0], half[0]);
   }
 }
 
