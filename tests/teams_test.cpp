@@ -261,14 +261,24 @@ TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which 
     const auto before = timesShared();
     for (std::uint64_t frame = 0; frame < 4; ++frame) {
       if (frame > 0) moveAll(world, seed + frame);
-      std::atomic<std::size_t> pairs{0};
+      struct Told {
+        dSpaceID space;
+        std::atomic<std::size_t> pairs{0}, without_numbers{0};
+      } told = {space, {0}, {0}};
       dParallelSAPSpaceCollidePairs(
-          space, &pairs, dParallelSAPPairsConcurrent,
-          [](void* pairs, const dParallelSAPPair*, std::size_t count, std::size_t) {
-            *static_cast<std::atomic<std::size_t>*>(pairs) += count;
+          space, &told, dParallelSAPPairsConcurrent,
+          [](void* data, const dParallelSAPPair*, std::size_t count, std::size_t first) {
+            Told& told = *static_cast<Told*>(data);
+            told.pairs += count;
+            // Which may be read from all threads.
+            const unsigned* numbers;
+            const std::size_t numbered = dParallelSAPSpaceGetPairNumbers(told.space, &numbers);
+            if (numbered < first + count || !numbers) ++told.without_numbers;
           });
       INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      const std::size_t pairs = told.pairs;
       REQUIRE(pairs == expectedPairs(world.geoms()).size());
+      REQUIRE(told.without_numbers == 0);
       const unsigned* numbers;
       REQUIRE(dParallelSAPSpaceGetPairNumbers(space, &numbers) == pairs);
     }

@@ -99,6 +99,7 @@ class Pipeline {
   void release();
   std::size_t bytes() const;
   PairEvents& events() { return events_; }
+  const PairEvents& events() const { return events_; }
   const PrecomputedContacts::Counts& precomputed() const { return precomputed_.all(); }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }

@@ -146,7 +146,7 @@ int dParallelSAPSpaceGetTrace(dSpaceID space) {
 }
 
 void dParallelSAPSpaceSetEvents(dSpaceID space, int on) {
-  checked(space).events().turn(on != 0);
+  checked(space).turnEvents(on != 0);
 }
 
 int dParallelSAPSpaceGetEvents(dSpaceID space) {

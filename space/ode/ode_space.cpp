@@ -275,7 +275,7 @@ void ParallelSAPSpace::beginFrame() {
   queries_.noteFrame();
   if (rays_) rays_->noteFrame();
   askSilent();
-  fast_path_ = mayTakeFastPath();
+  fast_path_ = lock_count == 1 && mayTakeFastPath();
 }
 
 void ParallelSAPSpace::notifyAll() {

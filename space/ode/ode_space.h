@@ -64,10 +64,11 @@ class ParallelSAPSpace : public dxSpace {
   bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if that is asked for.
-  PairEvents& events() {
+  void turnEvents(bool on) {
     fast_path_ = false;
-    return pipeline_.events();
+    pipeline_.events().turn(on);
   }
+  const PairEvents& events() const { return pipeline_.events(); }
 
   // Ends the trace that there is and begins this one, if any. The space is not locked.
   void setTrace(std::unique_ptr<Trace> trace);
