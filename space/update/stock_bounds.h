@@ -54,13 +54,13 @@ inline void boundsOfBox<double>(const double* place, const double* rows, const d
     return _mm_andnot_pd(_mm_set1_pd(-0.0), _mm_mul_pd(of_both, _mm_set1_pd(side[column])));
   };
   const __m128d sum = _mm_add_pd(_mm_add_pd(product(0), product(1)), product(2));
-  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum),
-                at = _mm_loadl_pd(_mm_loadh_pd(sum, place + 1), place);
+  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum), at = _mm_loadu_pd(place);
   const __m128d lower = _mm_sub_pd(at, reach), upper = _mm_add_pd(at, reach);
   const double reach_z = halfExtent(rows + 8, side);
   _mm_storeu_pd(aabb, _mm_unpacklo_pd(lower, upper));
   _mm_storeu_pd(aabb + 2, _mm_unpackhi_pd(lower, upper));
-  _mm_storeu_pd(aabb + 4, _mm_set_pd(place[2] + reach_z, place[2] - reach_z));
+  aabb[4] = place[2] - reach_z;
+  aabb[5] = place[2] + reach_z;
 }
 #endif
 
