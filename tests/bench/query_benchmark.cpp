@@ -199,7 +199,7 @@ int main(int argc, char** argv) {
   program
       .add("--kinds", wishes.kinds,
            "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
-           "probes)")
+           "probes), spaces (the same, of ours, whose probes move)")
       ->check(CLI::IsMember({"rays", "short-rays", "probes", "space", "spaces"}));
   program.add("--sizes", wishes.sizes, "geoms in the space");
   program.add("--queries", wishes.queries, "rays or probes a step");
