@@ -26,6 +26,8 @@ constexpr bool tolerance_back_off = true;
 
 // Up to 120 geoms are collided in one loop (SmallScenes).
 constexpr bool small_scenes = true;
+// Where there is nothing else to a frame of them, no look is taken at what there might be.
+constexpr bool fast_path = true;
 // Some hundred boxes are tested all with all (MethodChoice).
 constexpr bool tests_of_all = true;
 // So are up to 650 where cells cannot be kept.

@@ -8,17 +8,22 @@
 
 namespace ode_parallel_sap {
 
-struct FrameResult {
-  std::size_t geoms = 0;
+// What frames of all kinds count: all that the smallest scenes tell, where no stage but the report
+// has a time of its own.
+struct FrameCounts {
+  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
+              pairs = 0;
+};
+
+struct FrameResult : FrameCounts {
   // Of the update.
-  std::size_t moved = 0, disabled = 0, invalid = 0, unbounded = 0;
   PairKeeper::Outcome coherence = PairKeeper::Outcome::not_tried;
   bool wide = false;  // the boxes were doubles
   // Of the extraction, if the frame was found anew, and of the stages together.
   Found found;
   int threads = 1;                            // of the widest stage that finds pairs
   int narrow_threads = 0, block_threads = 0;  // of what followed, if it did
-  unsigned long long candidates = 0, kept = 0, pairs = 0, contacts = 0, apart = 0;
+  unsigned long long kept = 0, contacts = 0, apart = 0;
 
   // Milliseconds.
   double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, events_ms = 0,

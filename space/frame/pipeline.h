@@ -59,11 +59,8 @@ class Pipeline {
   int threadsForQueries(std::size_t slots, const Settings& settings) const {
     return policy_.threadsForQueries(slots, settings);
   }
-  void learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms) {
-    policy_.learnOfRays(settings, threads, rays, ms);
-  }
-  void learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms) {
-    policy_.learnOfQueries(settings, threads, queries, ms);
+  void learnOfBatch(const Settings& settings, const Batch& batch) {
+    policy_.learnOfBatch(settings, batch);
   }
 
   // The geom of a slot is new, gone or has moved.
@@ -119,7 +116,7 @@ class Pipeline {
   void report(const Frame& frame, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
-  SmallResult collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
+  FrameCounts collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
   Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
                     FrameResult& result);
 

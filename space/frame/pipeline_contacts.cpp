@@ -25,7 +25,7 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
     result.contacts = narrow_phase.contacts();
     result.apart = narrow_phase.leftOut().apart();
     result.narrow_ms = clock.lap();
-    policy_.learnOfContacts(settings, used, pairs.list().size(), result.narrow_ms);
+    policy_.learnOfBatch(settings, {Batch::contacts, used, pairs.list().size(), result.narrow_ms});
     policy_.learnOfApart(plan, narrow_phase.leftOut());
     PairSample& sample = statistics_.sample();
     sample.pick(pairs.list().size(), [&](std::size_t place) {

@@ -25,7 +25,7 @@ void Pipeline::note(const FrameResult& result) {
   last_pairs_ = result.pairs;
 }
 
-SmallResult Pipeline::collideSmall(const Scene& scene, const Settings& settings,
+FrameCounts Pipeline::collideSmall(const Scene& scene, const Settings& settings,
                                    const SmallReport& report) {
   store_.coherence.stop();
   SmallReport told = report;
@@ -33,7 +33,7 @@ SmallResult Pipeline::collideSmall(const Scene& scene, const Settings& settings,
     events_.passOver();
   else if (events_.on())
     told.events = &events_;
-  const SmallResult result =
+  const FrameCounts result =
       small_scenes_.collide(scene, settings.rules, complaints_, statistics_, told);
   last_pairs_ = result.pairs;
   return result;

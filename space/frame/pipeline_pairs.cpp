@@ -24,7 +24,8 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
       frame.result.report_ms = frame.clock.lap();
       seePairs(frame);
       if (request.concurrent())
-        policy_.learnOfBlocks(settings, used, frame.pairs.size(), frame.result.report_ms);
+        policy_.learnOfBatch(settings,
+                             {Batch::blocks, used, frame.pairs.size(), frame.result.report_ms});
     } else {
       PairBlock block(request);
       reportWithoutMemory(frame, &block, &PairBlock::add);

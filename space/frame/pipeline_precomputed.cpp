@@ -40,7 +40,7 @@ void Pipeline::precompute(Frame& frame, const Settings& settings, bool manual_cl
   const std::size_t pairs = frame.pairs.size();
   const double part =
       static_cast<double>(precomputed_.last().precomputed) / static_cast<double>(pairs);
-  policy_.learnOfContacts(settings, used, pairs, result.narrow_ms / part);
+  policy_.learnOfBatch(settings, {Batch::contacts, used, pairs, result.narrow_ms / part});
   policy_.learnOfApart(plan, precomputed_.narrowPhase().leftOut());
   note(result);  // should the callback throw, or collide again
 }

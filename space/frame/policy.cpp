@@ -15,9 +15,11 @@ bool isAuto(const Settings& settings) {
   return settings.method == dParallelSAPMethodAuto;
 }
 
-// The most threads that are worth their start for the contacts of so many pairs.
-int mostContactThreads(std::size_t pairs, const Settings& settings) {
-  return teamFor(pairs, grains::collided_pairs, threadsFor(settings));
+// The most threads that are worth their start for a batch of so many.
+int mostThreadsFor(Batch::Of of, std::size_t items, const Settings& settings) {
+  static constexpr Grain grain_of[Batch::kinds] = {grains::collided_pairs, grains::handed_out_pairs,
+                                                   grains::cast_rays, grains::searches};
+  return teamFor(items, grain_of[of], threadsFor(settings));
 }
 
 }  // namespace
@@ -37,20 +39,21 @@ int Policy::mostThreads(std::size_t slots, const Settings& settings) {
 }
 
 // A number that the user set is taken as it is.
+int Policy::chosen(const TeamChoice& team, const Settings& settings, int most) {
+  return settings.threads == 0 ? team.threads(most) : most;
+}
+
 int Policy::teamFor(std::size_t slots, const Settings& settings) const {
-  const int threads = mostThreads(slots, settings);
-  return settings.threads == 0 ? team_.threads(threads) : threads;
+  return chosen(team_, settings, mostThreads(slots, settings));
 }
 
 int Policy::threadsForRays(std::size_t rays, const Settings& settings) const {
-  const int most = ode_parallel_sap::teamFor(rays, grains::cast_rays, threadsFor(settings));
-  return settings.threads == 0 ? ray_team_.threads(most) : most;
+  return chosen(batch_teams_[Batch::rays], settings, mostThreadsFor(Batch::rays, rays, settings));
 }
 
 int Policy::threadsForQueries(std::size_t slots, const Settings& settings) const {
   const int most = mostThreads(slots, settings);
-  if (most == 1) return 0;
-  return settings.threads == 0 ? query_team_.threads(most) : most;
+  return most == 1 ? 0 : chosen(batch_teams_[Batch::queries], settings, most);
 }
 
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
@@ -64,9 +67,9 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   // that a smaller one does without, and start new ones for the next large one.
   if ((facts.for_contacts || facts.for_blocks) && plan.threads > 1)
     plan.threads = threadsFor(settings);
-  plan.contact_threads = plan.block_threads = threadsFor(settings);
-  if (settings.threads == 0) plan.contact_threads = contact_team_.threads(plan.contact_threads);
-  if (settings.threads == 0) plan.block_threads = block_team_.threads(plan.block_threads);
+  const int threads = threadsFor(settings);
+  plan.contact_threads = chosen(batch_teams_[Batch::contacts], settings, threads);
+  plan.block_threads = chosen(batch_teams_[Batch::blocks], settings, threads);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;
   plan.leave_out.boxes = by_what_pays ? !apart_boxes_.waits() : settings.apart != 0;
   plan.leave_out.others = by_what_pays ? !apart_others_.waits() : settings.apart != 0;
@@ -97,7 +100,7 @@ void Policy::planPrecomputing(const SceneFacts& facts, const Settings& settings,
     precompute.watch = precompute.in_full = true;
     return;
   }
-  const int most = mostContactThreads(facts.last_pairs, settings);
+  const int most = mostThreadsFor(Batch::contacts, facts.last_pairs, settings);
   if (most == 1 || precompute_.waits()) return;
   precompute.watch = true;
   precompute.in_full = plan.contact_threads > 1;
@@ -171,24 +174,9 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
     tolerance_.failed();
 }
 
-void Policy::learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms) {
-  const int most = mostContactThreads(pairs, settings);
-  if (settings.threads == 0 && most > 1) contact_team_.learn(threads, pairs, ms);
-}
-
-void Policy::learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms) {
-  const int most = ode_parallel_sap::teamFor(pairs, grains::handed_out_pairs, threadsFor(settings));
-  if (settings.threads == 0 && most > 1) block_team_.learn(threads, pairs, ms);
-}
-
-void Policy::learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms) {
-  const int most = ode_parallel_sap::teamFor(rays, grains::cast_rays, threadsFor(settings));
-  if (settings.threads == 0 && most > 1) ray_team_.learn(threads, rays, ms);
-}
-
-void Policy::learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms) {
-  const int most = ode_parallel_sap::teamFor(queries, grains::searches, threadsFor(settings));
-  if (settings.threads == 0 && most > 1) query_team_.learn(threads, queries, ms);
+void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
+  if (settings.threads == 0 && mostThreadsFor(batch.of, batch.items, settings) > 1)
+    batch_teams_[batch.of].learn(batch.threads, batch.items, batch.ms);
 }
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
@@ -213,7 +201,7 @@ bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,
                                  const PrecomputedContacts::Counts& counts, bool more) {
   if (settings.precompute != Precompute::where_it_pays) return true;
   if (!plan.precompute.watch) {
-    if (mostContactThreads(facts.last_pairs, settings) > 1) precompute_.pass();
+    if (mostThreadsFor(Batch::contacts, facts.last_pairs, settings) > 1) precompute_.pass();
     return true;
   }
   const bool enough = static_cast<double>(counts.used) >=

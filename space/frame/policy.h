@@ -15,6 +15,16 @@
 
 namespace ode_parallel_sap {
 
+// Work of a size that slots do not tell, and what it took.
+struct Batch {
+  enum Of { contacts, blocks, rays, queries, kinds };
+
+  Of of;
+  int threads;        // that worked
+  std::size_t items;  // pairs in a narrow phase, pairs handed out in blocks, rays, geoms looked for
+  double ms;
+};
+
 // Pairs and their order depend on none of its decisions but the tolerance's, which follow from what
 // the program did and from nothing else; all others may depend on what frames took.
 class Policy {
@@ -32,14 +42,8 @@ class Policy {
   // Takes notice of a frame that went by `plan` to its end, its pairs at least.
   void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
              const FrameResult& result);
-  // What a narrow phase of so many pairs took on `threads` threads.
-  void learnOfContacts(const Settings& settings, int threads, std::size_t pairs, double ms);
-  // What a report in blocks of so many pairs took on `threads` threads.
-  void learnOfBlocks(const Settings& settings, int threads, std::size_t pairs, double ms);
-  // What a batch of so many rays took on `threads` threads.
-  void learnOfRays(const Settings& settings, int threads, std::size_t rays, double ms);
-  // What it took `threads` threads to look ahead for so many queries.
-  void learnOfQueries(const Settings& settings, int threads, std::size_t queries, double ms);
+  // What a batch took.
+  void learnOfBatch(const Settings& settings, const Batch& batch);
   // What was tested whether it is apart, and what is.
   void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
   // A near callback's calls of dCollide: of `told` pairs that were collided beforehand it asked for
@@ -54,12 +58,13 @@ class Policy {
 
  private:
   static int mostThreads(std::size_t slots, const Settings& settings);
+  static int chosen(const TeamChoice& team, const Settings& settings, int most);
   int methodFor(const SceneFacts& facts, const Settings& settings) const;
   void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
-  TeamChoice team_, contact_team_, block_team_, ray_team_, query_team_;
+  TeamChoice team_, batch_teams_[Batch::kinds];
   MethodChoice method_choice_;
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,

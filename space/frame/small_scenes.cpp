@@ -185,11 +185,11 @@ void tellPair(const SmallFound& found, std::size_t place, void* data, dNearCallb
 inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Statistics& statistics,
                                const SmallReport& report) {
   const unsigned long long frame = statistics.frames();
-  statistics.note(found.counts.result(geoms));
+  statistics.noteSmall(found.counts.of(geoms));
   for (unsigned i = 0; i < found.counts.pairs; ++i)
     tellPair(found, i, report.data, report.callback);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
-    statistics.note(found.counts.result(geoms));
+    statistics.noteSmall(found.counts.of(geoms));
   return found.counts.pairs;
 }
 
@@ -214,7 +214,7 @@ std::size_t SmallScenes::collidePlainly(const Scene& scene, const PackRules& rul
   return tellPlainly(found, scene.count, statistics, report);
 }
 
-SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
+FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                                  Statistics& statistics, const SmallReport& report) {
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
@@ -230,8 +230,8 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   if (report.events && !tell(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
-  const SmallResult result = found.counts.result(scene.count);
-  statistics.note(result);
+  const FrameCounts result = found.counts.of(scene.count);
+  statistics.noteSmall(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
   std::size_t reported = 0;
   if (statistics.sample().on() && report.sampled && !statistics.sample().passOver(result.pairs))
@@ -240,7 +240,7 @@ SmallResult SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
     tellPair(found, reported, report.data, report.callback);
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
-    statistics.note(result);
+    statistics.noteSmall(result);
   if (timed)
     statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
   return result;

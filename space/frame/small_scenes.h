@@ -35,7 +35,8 @@ struct SmallCounts {
   unsigned moved = 0, actives = 0, invalid = 0, unbounded = 0, candidates = 0, pairs = 0;
   bool user_classes = false;
 
-  SmallResult result(std::size_t geoms) const {
+  // Of a scene of so many geoms.
+  FrameCounts of(std::size_t geoms) const {
     return {geoms, moved, geoms - actives - invalid, invalid, unbounded, candidates, pairs};
   }
 };
@@ -122,7 +123,7 @@ class SmallScenes {
   // Returns the number of pairs.
   std::size_t collidePlainly(const Scene& scene, const PackRules& rules, Complaints& complaints,
                              Statistics& statistics, const SmallReport& report);
-  SmallResult collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
+  FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                       Statistics& statistics, const SmallReport& report);
   std::size_t bytes() const {
     return (still_scene_ ? still_scene_->bytes() : 0) + event_pairs_.bytes();

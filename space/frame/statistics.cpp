@@ -14,13 +14,7 @@ void Statistics::clear() {
 void Statistics::note(const FrameResult& result) {
   clear();
   last_was_small_ = false;
-  last_.geoms = result.geoms;
-  last_.moved = result.moved;
-  last_.disabled = result.disabled;
-  last_.invalid = result.invalid;
-  last_.unbounded = result.unbounded;
-  last_.candidates = result.candidates;
-  last_.pairs = result.pairs;
+  noteCounts(result);
   last_.contacts = result.contacts;
   last_.apart = result.apart;
   last_.kept = result.kept;

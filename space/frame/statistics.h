@@ -10,21 +10,10 @@
 
 namespace ode_parallel_sap {
 
-// What the smallest scenes tell: no stage but the report has a time of its own.
-struct SmallResult {
-  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
-              pairs = 0;
-};
-
-inline FrameResult resultOf(const SmallResult& small) {
+// Of a small scene.
+inline FrameResult resultOf(const FrameCounts& small) {
   FrameResult result;
-  result.geoms = small.geoms;
-  result.moved = small.moved;
-  result.disabled = small.disabled;
-  result.invalid = small.invalid;
-  result.unbounded = small.unbounded;
-  result.candidates = small.candidates;
-  result.pairs = small.pairs;
+  static_cast<FrameCounts&>(result) = small;
   result.found.method = dParallelSAPMethodBruteForce;
   return result;
 }
@@ -37,16 +26,11 @@ class Statistics {
   void beginFrame() { ++last_.frames; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   void note(const FrameResult& result);
-  // Few words are written: more would be a good part of a frame of two geoms.
-  void note(const SmallResult& result) {
+  // The same of a small scene. Few words are written: more would be a good part of a frame of two
+  // geoms.
+  void noteSmall(const FrameCounts& counts) {
     if (!last_was_small_) beginSmall();
-    last_.geoms = result.geoms;
-    last_.moved = result.moved;
-    last_.disabled = result.disabled;
-    last_.invalid = result.invalid;
-    last_.unbounded = result.unbounded;
-    last_.candidates = result.candidates;
-    last_.pairs = result.pairs;
+    noteCounts(counts);
   }
   // The times of a small frame.
   void noteTimes(double found_ms, double report_ms);
@@ -81,6 +65,15 @@ class Statistics {
 
  private:
   void clear();
+  void noteCounts(const FrameCounts& counts) {
+    last_.geoms = counts.geoms;
+    last_.moved = counts.moved;
+    last_.disabled = counts.disabled;
+    last_.invalid = counts.invalid;
+    last_.unbounded = counts.unbounded;
+    last_.candidates = counts.candidates;
+    last_.pairs = counts.pairs;
+  }
   void beginSmall();
   void noteSample();
 

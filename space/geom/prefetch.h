@@ -20,6 +20,16 @@ inline void prefetchGeom(const dxGeom* geom) {
   prefetchObject(geom, sizeof(dxGeom) + 32);
 }
 
+// What queries read of a geom whose bounds are known; and its bounds.
+inline void prefetchState(const dxGeom* geom) {
+  __builtin_prefetch(&geom->gflags);
+  __builtin_prefetch(&geom->collide_bits);
+}
+inline void prefetchBounds(const dxGeom* geom) {
+  __builtin_prefetch(&geom->gflags);
+  __builtin_prefetch(geom->aabb);
+}
+
 inline void prefetchPose(const dxGeom* geom) {
   if (geom->final_posr) prefetchObject(geom->final_posr, sizeof(dxPosR));
 }

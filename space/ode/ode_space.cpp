@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "space/data/mechanisms.h"
 #include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
@@ -275,7 +276,7 @@ void ParallelSAPSpace::beginFrame() {
   queries_.noteFrame();
   if (rays_) rays_->noteFrame();
   askSilent();
-  fast_path_ = lock_count == 1 && mayTakeFastPath();
+  fast_path_ = mechanisms::fast_path && lock_count == 1 && mayTakeFastPath();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -373,8 +374,9 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
     queryWithoutMemory(scene(), settings_.rules, geom, data, callback);
     return;
   }
-  const GeomQueries::Batch& batch = queries_.lastBatch();
-  if (batch.queries) pipeline_.learnOfQueries(settings_, batch.threads, batch.queries, batch.ms);
+  const GeomQueries::LookedAhead& ahead = queries_.lookedAhead();
+  if (ahead.queries)
+    pipeline_.learnOfBatch(settings_, {Batch::queries, ahead.threads, ahead.queries, ahead.ms});
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;
@@ -395,7 +397,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   StageClock clock;
   const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way)
                                  : RayCaster().cast(slots_.geoms(), request, way);
-  pipeline_.learnOfRays(settings_, way.threads, request.count, clock.lap());
+  pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, clock.lap()});
   return hits;
 }
 

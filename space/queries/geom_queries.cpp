@@ -8,6 +8,7 @@
 #include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
+#include "space/geom/prefetch.h"
 #include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
@@ -16,15 +17,9 @@ namespace {
 
 constexpr std::size_t word_slots = SlotSet::word_slots;
 
-// What pairs() reads.
-void prefetchState(const dxGeom* geom) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(&geom->collide_bits);
-}
-
 void prefetch(const dxGeom* geom) {
   prefetchState(geom);
-  __builtin_prefetch(geom->aabb);
+  prefetchBounds(geom);
 }
 
 void growZeroed(Buffer<std::uint64_t>& words, std::size_t size) {
@@ -80,7 +75,7 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
     const ScopedMode mode(exactMode());
     has_tree = tree_.bringUpToDate(geoms, way.threads);
   }
-  batch_.queries = 0;
+  looked_ahead_.queries = 0;
   if (has_tree && way.ahead && way.foreseen && ahead_.isDue(geom))
     lookAhead(geoms, geom, way.ahead);
   const ScopedMode mode(exactMode());
@@ -106,9 +101,10 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
 void GeomQueries::lookAhead(const Geoms& geoms, dxGeom* geom, int threads) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
-  batch_.queries = ahead_.find(geoms, tree_, geom, threads);
-  batch_.threads = threads;
-  batch_.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+  const QueriesAhead::Found found = ahead_.find(geoms, tree_, geom, threads);
+  looked_ahead_.queries = found.queries;
+  looked_ahead_.threads = found.threads;
+  looked_ahead_.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
 void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {

@@ -45,12 +45,12 @@ class GeomQueries {
 
   // What was found together by the last find(): of how many queries, 0 if none were, by how many
   // threads and how long that took.
-  struct Batch {
+  struct LookedAhead {
     std::size_t queries = 0;
     int threads = 1;
     double ms = 0;
   };
-  const Batch& lastBatch() const { return batch_; }
+  const LookedAhead& lookedAhead() const { return looked_ahead_; }
 
   // Storage for hits, kept between queries. One that is taken by a query is free for no other.
   Buffer<dxGeom*> takeHits() { return std::move(hits_); }
@@ -73,7 +73,7 @@ class GeomQueries {
 
   GeomTree tree_;
   QueriesAhead ahead_;
-  Batch batch_;
+  LookedAhead looked_ahead_;
   Buffer<dxGeom*> hits_;
   Buffer<Slot> found_;
   // A bit a slot, and a bit for each word of those; all 0 between queries.

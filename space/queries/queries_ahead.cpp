@@ -7,6 +7,7 @@
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/geom/geom_tests.h"
+#include "space/geom/prefetch.h"
 
 namespace ode_parallel_sap {
 
@@ -22,15 +23,9 @@ bool isForeseen(const dxGeom* geom) {
   return !IS_SPACE(geom) && (!(geom->gflags & GEOM_AABB_BAD) || !needsCallingThread(geom));
 }
 
-void prefetchState(const dxGeom* geom) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(&geom->collide_bits);
-}
-
-void prefetchBounds(const dxGeom* geom) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(geom->aabb);
-}
+// fixed: queries between the prefetch of what one will look at and itself: a query takes longer
+// than memory does, a few of them in any case.
+constexpr std::size_t answers_ahead = 4;
 
 }  // namespace
 
@@ -81,7 +76,7 @@ bool QueriesAhead::take(const dxGeom* geom, Answer& answer) {
     answer = {found + item.begin, found + item.end};
   }
   run_ = std::max(run_, least_run);
-  prefetch(next_ + 4);
+  prefetch(next_ + answers_ahead);
   ++next_;
   skipOthers();
   return known;
@@ -97,25 +92,25 @@ void QueriesAhead::prefetch(std::size_t index) const {
   for (std::size_t i = item.begin; i < end; ++i) prefetchState(shares_[item.share].geoms[i]);
 }
 
-std::size_t QueriesAhead::find(const Geoms& geoms, const GeomTree& tree, dxGeom* geom,
-                               int threads) {
+QueriesAhead::Found QueriesAhead::find(const Geoms& geoms, const GeomTree& tree, dxGeom* geom,
+                                       int threads) {
   gather(geom);
   const std::size_t count = items_.size();
-  if (count == 0) return 0;
+  if (count == 0) return {};
   const int team = teamFor(count, grains::searches, threads);
   if (shares_.size() < static_cast<std::size_t>(team)) shares_.resize(team);
   for (Share& share : shares_) share.geoms.resizeDiscarding(0);
-  ChunkQueue queue(count, chunkOf(count, grains::searches.work / 2, team));
-  runTeam(searching, team, [&](int thread, int) {
-    Range range;
-    while (queue.next(range)) findSome(geoms, tree, range, static_cast<std::uint32_t>(thread));
-  });
+  const int used =
+      runChunks(searching, team, count, chunkOf(count, grains::searches.work / 2, team),
+                [&](const Range& range, int thread) {
+                  findSome(geoms, tree, range, static_cast<std::uint32_t>(thread));
+                });
   std::size_t found = 0;
   for (const Share& share : shares_) found += share.geoms.size();
   mean_found_ = static_cast<double>(found) / static_cast<double>(count);
   next_ = 0;
   skipOthers();
-  return count;
+  return {count, used};
 }
 
 void QueriesAhead::gather(dxGeom* geom) {

@@ -37,9 +37,13 @@ class QueriesAhead {
   }
   // Takes notice of a query, for a geom whose AABB is up to date. Whether find() should be called.
   bool isDue(const dxGeom* geom);
+  struct Found {
+    std::size_t queries = 0;
+    int threads = 1;  // that were used
+  };
   // Finds the answers for this geom and those behind it in its list; calls nothing of the user's.
-  // The tree is up to date. Returns the number of queries. Throws std::bad_alloc.
-  std::size_t find(const Geoms& geoms, const GeomTree& tree, dxGeom* geom, int threads);
+  // The tree is up to date. Throws std::bad_alloc.
+  Found find(const Geoms& geoms, const GeomTree& tree, dxGeom* geom, int threads);
   // For a query that was noticed: what was found, in ascending order of the slots, or false. Valid
   // until the next call.
   bool take(const dxGeom* geom, Answer& answer);
