@@ -96,8 +96,8 @@ class NarrowPhase::Pass {
   template <class Work>
   int share(Region& region, std::size_t count, std::size_t chunk, int threads, Work work) const {
     // Contacts that are told are of classes whose colliders need no data of ODE's.
-    return way_.tells ? runChunks(region, threads, count, chunk, work)
-                      : runChunksWithData(region, threads, count, chunk, way_.manual_cleanup, work);
+    return way_.tells ? runParts(region, threads, count, chunk, work)
+                      : runPartsWithData(region, threads, count, chunk, way_.manual_cleanup, work);
   }
 
   // Asks for what comes after the i-th of `count` pairs; pairOf(i) tells where in the list it is.
