@@ -10,6 +10,7 @@
 
 #include "space/contacts/certainly_apart.h"
 #include "space/data/buffer.h"
+#include "space/data/parallel.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
@@ -133,6 +134,8 @@ class NarrowPhase {
   int collideHeavy(const Pass& pass, int threads);
   int collideOnImages(const Pass& pass, int threads);
   void collideRest(const Pass& pass);
+  void reportBlock(Range block, const Buffer<dParallelSAPPair>& pairs,
+                   const ContactRequest& request) const;
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair
