@@ -166,7 +166,7 @@ void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
   statistics_.sample().tell(
       frame.pairs, geoms,
-      [&](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
+      [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
       [](std::size_t) { return PairSample::not_asked; });
 }
 
