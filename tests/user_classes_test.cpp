@@ -247,13 +247,13 @@ TEST_CASE("An AABBTest is asked about the same pairs in the same order, whatever
     INFO(configuration.name);
     // As if nothing were known, and as it is.
     const auto* const known = foundUserClasses();
-    ode_parallel_sap::user_classes = nullptr;
+    ode_parallel_sap::found_user_classes = nullptr;
     const Pairs expected = collide(space);
     const Calls expected_calls = std::exchange(calls, {});
     REQUIRE(difference(expected, expectedOf(world)) == "");
     calls.clear();
     REQUIRE(expected_calls.size() > 200);
-    ode_parallel_sap::user_classes = known;
+    ode_parallel_sap::found_user_classes = known;
     if (!known) find(classes);
     for (const bool moving : {true, false}) {
       if (moving) moveAll(world);

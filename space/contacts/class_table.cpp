@@ -97,7 +97,7 @@ void findUserClasses() {
     static OdeImage& image = *new OdeImage;
     static UserClasses& found = *new UserClasses;
     why = find(image, found);
-    if (!why) user_classes.store(&found, std::memory_order_release);
+    if (!why) found_user_classes.store(&found, std::memory_order_release);
   } catch (const std::bad_alloc&) {
   }
   if (why)

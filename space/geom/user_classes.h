@@ -17,10 +17,10 @@ struct UserClasses {
 };
 
 // Null until they are found, and then the same to the end.
-inline std::atomic<const UserClasses*> user_classes{nullptr};
+inline std::atomic<const UserClasses*> found_user_classes{nullptr};
 
 inline const UserClasses* foundUserClasses() {
-  return user_classes.load(std::memory_order_acquire);
+  return found_user_classes.load(std::memory_order_acquire);
 }
 
 // The classes that have an AABBTest just now: dCloseODE ends them all, and others come. All of them
