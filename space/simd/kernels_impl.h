@@ -201,6 +201,9 @@ inline void sortList(const std::uint64_t* pairs, std::size_t count, std::uint64_
   }
 }
 
+// The longest list that is sorted so.
+constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
+
 template <class Set>
 void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
                  std::uint64_t* sorted,

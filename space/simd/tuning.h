@@ -21,9 +21,4 @@ constexpr std::size_t cells_ahead = 8;
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t packed_ahead = 3;
 
-// Up to this length a list of pairs is sorted by counting, for each pair, those below it.
-// Unit: pairs. From: peers, log-sizes-2.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t longest_counted = 64;
-
 }  // namespace ode_parallel_sap
