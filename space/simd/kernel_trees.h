@@ -67,6 +67,7 @@ struct CellCandidates {
   alignas(64) Real upper[3][stride];
   alignas(64) std::uint32_t cell[stride];
   alignas(64) std::uint32_t chosen[stride];
+  std::uint16_t reached[stride];  // boxes of a chosen cell
   std::size_t count = 0;
 
   bool full() const { return count > capacity - group_size; }
@@ -137,14 +138,30 @@ template <class Real>
 struct Meeting {
   const TreeView<Real>& queries;
   const TreeView<Real>& tree;
-  bool forward;  // each meets those after the cell itself only
+  bool forward;  // of one tree: each meets itself and those after it only
   bool exact;
 };
 
-// Pairs of the cells [begin, end) of the queries, which are all below one node, with the gathered
-// cells of the tree. Uses the gathered cells up.
+// Keeps those of the first `count` chosen cells that have boxes which box `lane` of `bounds`
+// reaches, and returns their number. A processor cannot precompute which cells those are.
 template <class Real>
-inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end,
+inline std::size_t keepReached(const TreeView<Real>& tree, const Group<Real>& bounds, unsigned lane,
+                               std::size_t count, CellCandidates<Real>& cells) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t cell = cells.chosen[i];
+    const unsigned mask = overlaps(bounds, lane, tree.levels[0][cell]);
+    cells.chosen[kept] = cell;
+    cells.reached[kept] = static_cast<std::uint16_t>(mask);
+    kept += mask != 0;
+  }
+  return kept;
+}
+
+// Pairs of the cells [begin, end) of the queries, which are all below one node, with the gathered
+// cells of the tree, and, if `own`, within each. Uses the gathered cells up.
+template <class Real>
+inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end, bool own,
                       Workplace<Real>& work, PairSink& sink) {
   const TreeView<Real>& tree = meeting.tree;
   for (std::size_t cell = begin; cell < end; ++cell) {
@@ -152,8 +169,14 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
     const unsigned lane = cell % group_size;
     const std::size_t others =
         work.cells.choose(bounds, lane, meeting.forward ? static_cast<std::uint32_t>(cell + 1) : 0);
-    if (!others) continue;
+    if (!others && !own) continue;
     const Query<Real> query(meeting.queries, cell, meeting.exact);
+    if (own) {
+      makeRoom(sink, group_size * group_size);
+      boxesAgainstRow(
+          query, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
+          [](unsigned box) { return all_lanes << (box + 1); }, sink);
+    }
     for (std::size_t i = 0; i < others; ++i) {
       const std::size_t other = work.cells.chosen[i];
       work.boxes.add(tree, other, overlaps(bounds, lane, tree.levels[0][other]));
@@ -184,9 +207,9 @@ inline void cellsAgainstTree(const Meeting<Real>& meeting, std::size_t begin, st
     forOverlappingNodes(tree, bounds, 0, meeting.forward ? begin : 0,
                         [&](std::uint32_t group, unsigned mask) {
                           work.cells.add(tree.levels[1][group], group * group_size, mask);
-                          if (work.cells.full()) meetCells(meeting, begin, stop, work, sink);
+                          if (work.cells.full()) meetCells(meeting, begin, stop, false, work, sink);
                         });
-    meetCells(meeting, begin, stop, work, sink);
+    meetCells(meeting, begin, stop, meeting.forward, work, sink);
     begin = stop;
   }
 }
@@ -194,13 +217,6 @@ inline void cellsAgainstTree(const Meeting<Real>& meeting, std::size_t begin, st
 template <class Real>
 void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
                PairSink& sink) {
-  for (std::size_t cell = begin; cell < end; ++cell) {
-    const Query<Real> query(tree, cell, exact);
-    makeRoom(sink, group_size * group_size);
-    boxesAgainstRow(
-        query, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
-        [](unsigned lane) { return all_lanes << (lane + 1); }, sink);
-  }
   cellsAgainstTree(Meeting<Real>{tree, tree, true, exact}, begin, end, sink);
 }
 

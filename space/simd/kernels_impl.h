@@ -93,25 +93,77 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
   }
 }
 
+// Four numbers of a type.
+template <class Real>
+struct Four;
+template <>
+struct Four<float> {
+  typedef float Type __attribute__((vector_size(4 * sizeof(float))));
+  typedef int Places __attribute__((vector_size(4 * sizeof(int))));
+};
+template <>
+struct Four<double> {
+  typedef double Type __attribute__((vector_size(4 * sizeof(double))));
+  typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
+};
+
+// Writes four of the numbers of x and y.
+template <class Real, int p0, int p1, int p2, int p3>
+inline void pick(const typename Four<Real>::Type& x, const typename Four<Real>::Type& y, void* to) {
+#if defined(__clang__)
+  const typename Four<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
+#else
+  const typename Four<Real>::Type picked =
+      __builtin_shuffle(x, y, typename Four<Real>::Places{p0, p1, p2, p3});
+#endif
+  memcpy(to, &picked, sizeof picked);
+}
+
+// Four boxes become four numbers of each bound, from `lane` on.
+template <class Real>
+inline void packFour(const BasicBox<Real>* const* boxes, Group<Real>& cell, std::uint32_t lane) {
+  using Type = typename Four<Real>::Type;
+  Type front[4], back[4];  // first and last four of a box's six numbers
+  for (int i = 0; i < 4; ++i) {
+    memcpy(&front[i], boxes[i]->lower, sizeof(Type));
+    memcpy(&back[i], boxes[i]->lower + 2, sizeof(Type));
+  }
+  Type half[2];
+  pick<Real, 0, 4, 1, 5>(front[0], front[1], &half[0]);
+  pick<Real, 0, 4, 1, 5>(front[2], front[3], &half[1]);
+  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[0] + lane);
+  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.lower[1] + lane);
+  pick<Real, 0, 4, 1, 5>(back[0], back[1], &half[0]);
+  pick<Real, 0, 4, 1, 5>(back[2], back[3], &half[1]);
+  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.lower[2] + lane);
+  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[0] + lane);
+  pick<Real, 2, 6, 3, 7>(back[0], back[1], &half[0]);
+  pick<Real, 2, 6, 3, 7>(back[2], back[3], &half[1]);
+  pick<Real, 0, 1, 4, 5>(half[0], half[1], cell.upper[1] + lane);
+  pick<Real, 2, 3, 6, 7>(half[0], half[1], cell.upper[2] + lane);
+}
+
 template <class Real>
 void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t begin, std::size_t end,
                Group<Real>* cells, GroupIds* ids) {
+  static_assert(sizeof(BasicBox<Real>) == 6 * sizeof(Real), "six numbers in a row");
   const std::uint32_t *const order = of.order, *const starts = of.starts;
   const Real nan = static_cast<Real>(__builtin_nanf(""));
+  const BasicBox<Real> none = {{nan, nan, nan}, {nan, nan, nan}};
   for (std::size_t cell = begin; cell < end; ++cell) {
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
     if (order && cell + packed_ahead < end)
       for (std::uint32_t i = starts[cell + packed_ahead]; i < starts[cell + packed_ahead + 1]; ++i)
         __builtin_prefetch(boxes + order[i]);
+    const BasicBox<Real>* from[group_size];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;
       const std::uint32_t slot = !used ? 0 : order ? order[start + lane] : start + lane;
       ids[cell].slot[lane] = slot;
-      for (int axis = 0; axis < 3; ++axis) {
-        cells[cell].lower[axis][lane] = used ? boxes[slot].lower[axis] : nan;
-        cells[cell].upper[axis][lane] = used ? boxes[slot].upper[axis] : nan;
-      }
+      from[lane] = used ? boxes + slot : &none;
     }
+    for (std::uint32_t lane = 0; lane < group_size; lane += 4)
+      packFour(from + lane, cells[cell], lane);
   }
 }
 
@@ -133,14 +185,24 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
 
 // A pair's place in its list is the number of pairs below it: no comparison decides where to go
 // next, so none can be guessed wrong by the processor.
+template <std::size_t most>
 inline void sortList(const std::uint64_t* pairs, std::size_t count, std::uint64_t* sorted) {
-  alignas(64) std::uint32_t keys[group_size];
-  for (std::size_t i = 0; i < group_size; ++i) keys[i] = 0x7fffffff;
+  static_assert(most % group_size == 0, "rows of sixteen");
+  alignas(64) std::uint32_t keys[most];
+  const std::size_t places = (count + group_size - 1) / group_size * group_size;
+  for (std::size_t i = places - group_size; i < places; ++i) keys[i] = 0x7fffffff;
   for (std::size_t i = 0; i < count; ++i)
     keys[i] = static_cast<std::uint32_t>(pairs[i]) & 0x7fffffff;
-  for (std::size_t i = 0; i < count; ++i)
-    sorted[__builtin_popcount(Lanes::below(keys, keys[i]))] = pairs[i];
+  for (std::size_t i = 0; i < count; ++i) {
+    int place = 0;
+    for (std::size_t row = 0; row < places; row += group_size)
+      place += __builtin_popcount(Lanes::below(keys + row, keys[i]));
+    sorted[place] = pairs[i];
+  }
 }
+
+// The longest list that is sorted so.
+constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
 
 template <class Set>
 void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
@@ -159,11 +221,13 @@ void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::siz
         continue;
       }
     }
-    if (count > group_size) {
+    if (count > longest_counted) {
       memcpy(to, from, count * sizeof *from);
       sortLong(to, to + count);
+    } else if (count > group_size) {
+      sortList<longest_counted>(from, count, to);
     } else if (count) {
-      sortList(from, count, to);
+      sortList<group_size>(from, count, to);
     }
   }
 }

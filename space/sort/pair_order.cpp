@@ -15,17 +15,16 @@ namespace {
 
 constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 
+// fixed: pairs of a line of the cache.
+constexpr std::size_t line_pairs = 64 / sizeof(Pair);
+
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
 
-// Ascending order of pairs with one earlier slot: by the later slot, whatever the borderline bit.
-bool laterComesAfter(Pair a, Pair b) {
-  return laterOf(a) < laterOf(b);
-}
-
+// Of pairs with one earlier slot: by the later slot, whatever the borderline bit.
 void sortLong(Pair* begin, Pair* end) {
   const std::size_t count = end - begin;
   if (count <= longest_compared) {
-    std::sort(begin, end, laterComesAfter);
+    std::sort(begin, end, [](Pair a, Pair b) { return laterOf(a) < laterOf(b); });
     return;
   }
   Slot all = 0;
@@ -200,7 +199,12 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
     for (std::size_t part = thread; part < parts; part += team) {
       if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const next = positions_.data() + buckets.count * part;
-      for (const Pair pair : found[part]) dealt[next[bucketOf(pair)]++] = pair;
+      for (const Pair pair : found[part]) {
+        Pair* const to = dealt + next[bucketOf(pair)]++;
+        *to = pair;
+        // More buckets are open than a processor follows by itself.
+        __builtin_prefetch(to + line_pairs, 1);
+      }
     }
   });
 }
