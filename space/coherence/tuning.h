@@ -27,4 +27,20 @@ constexpr std::size_t changed_chunk_cells = 4;
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
+// A fat box lies this share of a box's least extent outside of it; one that its box has left, twice
+// as far.
+// Unit: 1. From: peers, piles: 1/8 and 1/32 take 1.1 to 1.3 times as long to extract.
+constexpr float fat_share = 1.0f / 16;
+
+// Fat boxes are made where boxes would stay in them for so many frames.
+// Unit: frames. From: peers, trembling and brownian.
+constexpr float least_service = 8;
+
+// When more than one box in so many leaves its fat one, all are made anew.
+// Unit: boxes. From: peers, piles.
+constexpr std::size_t leaving_share = 16;
+
+// fixed: boxes whose way is followed, enough to tell whether a sixteenth of all is fast.
+constexpr std::size_t sample_boxes = 128;
+
 }  // namespace ode_parallel_sap
