@@ -54,7 +54,7 @@ bool FatPairs::isSlow(const BoxSet& boxes) {
     }
     before = box;
   }
-  return compared > 0 && fast * leaving_share <= compared;
+  return compared > 0 && fast * changing_share <= compared;
 }
 
 bool FatPairs::filtersChanged(const BoxSet& boxes, Slot slot) const {

@@ -34,7 +34,7 @@ constexpr float fat_share = 1.0f / 16;
 
 // Fat boxes are made where boxes would stay in them for so many frames.
 // Unit: frames. From: peers, trembling and brownian.
-constexpr float least_service = 8;
+constexpr float least_service = 4;
 
 // When more than one box in so many leaves its fat one, all are made anew.
 // Unit: boxes. From: peers, piles.
