@@ -40,14 +40,16 @@ float distanceOf(const Box& a, const Box& b) {
 // Whether nearly all of a sample of the boxes have moved so little since the last one that they
 // would stay in fat ones for a while. Takes the next sample.
 bool FatPairs::isSlow(const BoxSet& boxes) {
-  const int count = static_cast<int>(std::min(sample_boxes, boxes.size));
+  const std::size_t count = std::min(most_sampled, boxes.size / sampled_share);
   const bool known = sampled_ == boxes.size;
   sampled_ = boxes.size;
-  sample_.resizeDiscarding(static_cast<std::size_t>(count));
+  if (count == 0) return false;
+  const std::size_t step = boxes.size / count;
+  sample_.resizeDiscarding(count);
   std::size_t compared = 0, fast = 0;
-  for (int i = 0; i < count; ++i) {
-    const Box& box = boxes.boxes[partOf(boxes.size, i, count).begin];
-    Box& before = sample_[static_cast<std::size_t>(i)];
+  for (std::size_t i = 0; i < count; ++i) {
+    const Box& box = boxes.boxes[i * step];
+    Box& before = sample_[i];
     if (known && isActive(box) && isActive(before)) {
       ++compared;
       fast += !(distanceOf(before, box) * least_service <= marginOf(box, fat_share));
