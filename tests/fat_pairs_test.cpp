@@ -58,6 +58,32 @@ float anyBound(sap_test::Random& random) {
 
 }  // namespace
 
+TEST_CASE("Kept pairs of fat boxes follow filters that change while all trembles", "[fat_pairs]") {
+  const std::uint64_t seed = sap_test::seedOr(10);
+  for (const bool of_bodies : {false, true}) {
+    sap_test::Random random(seed);
+    std::vector<sap_test::Box> scene = sap_test::denseCube(900, seed);
+    std::vector<std::uint32_t> kinds(900);
+    BothWays both;
+    int served = 0;
+    for (int frame = 0; frame < 16; ++frame) {
+      INFO((of_bodies ? "bodies" : "bits") << ", seed " << seed << ", frame " << frame);
+      tremble(scene, 0.001, random);
+      for (int i = frame == 0 ? 900 : 10; i > 0; --i)
+        kinds[random.below(900)] = static_cast<std::uint32_t>(random.below(3));
+      Case wanted = makeCase(scene, false, false);
+      wanted.boxes.filter_bits = !of_bodies;
+      wanted.boxes.filter_bodies = of_bodies;
+      for (Slot slot = 0; slot < 900; ++slot) {
+        wanted.boxes.bits[slot] = {1u << kinds[slot], 1u << kinds[slot]};
+        wanted.boxes.bodies[slot] = kinds[slot];
+      }
+      served += both.step(wanted, 2) == Outcome::served;
+    }
+    CHECK(served == 14);
+  }
+}
+
 TEST_CASE("Kept pairs of fat boxes are those of a sweep while some boxes leave theirs",
           "[fat_pairs]") {
   const std::uint64_t seed = sap_test::seedOr(5);

@@ -40,10 +40,10 @@ constexpr float least_service = 4;
 // Unit: boxes. From: peers, piles.
 constexpr std::size_t leaving_share = 16;
 
-// Boxes whose way is followed: one in so many, enough to tell whether an eighth of all is fast.
+// Boxes whose way is followed: one in so many, enough to tell whether an eighth is fast.
 // Looking at one takes 4 ns.
 // Unit: boxes. From: peers, dense-cube of 300.
-constexpr std::size_t sampled_share = 8;
+constexpr std::size_t sampled_share = 16;
 constexpr std::size_t most_sampled = 128;  // fixed: what more would tell is not needed
 
 }  // namespace ode_parallel_sap
