@@ -1,10 +1,12 @@
 // The parts that find pairs in plain arrays, with every instruction set this processor has: what
 // the tests through the public interface cannot choose.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "space/coherence/incremental.h"
@@ -286,6 +288,41 @@ TEST_CASE("Parts of a range cover it once, in order") {
         }
         REQUIRE(next == count);
       }
+}
+
+TEST_CASE(
+    "A thread takes its own part in order, then what is left, and every index is taken once") {
+  for (const std::size_t count : {0, 1, 31, 32, 33, 1234, 10007})
+    for (const std::size_t chunk : {1, 5, 32, 2000})
+      for (const int team : {1, 2, 3, 16, 64, 65, 200}) {
+        CAPTURE(count, chunk, team);
+        PartQueue queue(count, chunk, team);
+        const int thread = std::min(team, 64) / 2;  // fixed: larger teams share 64 parts
+        const Range own = partOf(count, thread, std::min(team, 64), chunk);
+        std::vector<int> taken(count);
+        std::size_t next = own.begin;
+        for (Range range; queue.next(range, thread);) {
+          if (next < own.end) REQUIRE(range.begin == next);
+          next = range.end;
+          REQUIRE((range.begin < range.end && range.end - range.begin <= chunk));
+          REQUIRE(range.end <= count);
+          for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
+        }
+        CHECK(std::all_of(taken.begin(), taken.end(), [](int times) { return times == 1; }));
+      }
+}
+
+TEST_CASE("Threads that take from one another's parts take every index once") {
+  static Region region("parts");
+  std::vector<std::atomic<int>> taken(100003);
+  for (const int threads : {1, 2, 7, 16}) {
+    for (auto& times : taken) times = 0;
+    runParts(region, threads, taken.size(), 3, [&](Range range, int thread) {
+      if (thread == 0) std::this_thread::yield();
+      for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
+    });
+    CHECK(std::all_of(taken.begin(), taken.end(), [](const auto& times) { return times == 1; }));
+  }
 }
 
 TEST_CASE("An exception of any thread reaches the caller, once all are done") {

@@ -150,6 +150,31 @@ TEST_CASE("Pairs are kept where bits are masked out of all, and right where they
   }
 }
 
+TEST_CASE("Bits above the lowest 32 that are set or cleared without a word are seen", "[kept]") {
+  constexpr std::size_t n = 300;
+  const unsigned long upper = 1ul << (8 * sizeof(unsigned long) - 24);
+  for (const Configuration& configuration : configurations()) {
+    const Space space(configuration);
+    World world(space);
+    world.addBoxes(denseCube(n, seedOr(66)));
+    const auto set = [&](unsigned long more) {
+      for (std::size_t i = 0; i < n; ++i) {
+        dGeomSetCategoryBits(world.geoms()[i], (i % 2 ? 1 : 2) | (i < 20 && i % 2 ? more : 0));
+        dGeomSetCollideBits(world.geoms()[i], (i % 2 ? 1 : 2) | (i < 20 && i % 2 ? 0 : more));
+      }
+    };
+    set(0);
+    const Pairs without = expectedPairs(world.geoms());
+    for (const unsigned long more : {0ul, upper, 0ul, upper, 0ul}) {
+      set(more);
+      INFO(configuration.name << ", " << more);
+      for (int frame = 0; frame < 2; ++frame)
+        REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
+      CHECK((collide(space) == without) == (more == 0));
+    }
+  }
+}
+
 TEST_CASE("A callback that throws or collides its own space costs the kept pairs only", "[kept]") {
   Space space;
   World world(space);

@@ -130,7 +130,8 @@ def parse():
 def note(rows, points):
     """Where and from which versions the rows are, and whether some are missing."""
     commits = sorted({row["commit"] for row in rows}, key=[row["commit"] for row in rows].index)
-    text = "%s, %s cores, commit %s, %s" % (rows[0]["cpu"], rows[0]["cores"], " and ".join(commits), rows[-1]["date"])
+    cores = "one core a point" if rows[0]["cores"] == "1" else "%s cores" % rows[0]["cores"]
+    text = "%s, %s, commit %s, %s" % (rows[0]["cpu"], cores, " and ".join(commits), rows[-1]["date"])
     missing = len(points) - len(rows)
     return text + ", %d of %d points not measured" % (missing, len(points)) if missing else text
 

@@ -16,18 +16,28 @@ Region merging("kept pairs: parts");
 // Merges both into `merged`; returns how many of [begin, end) stayed.
 std::size_t mergePart(const Pair* begin, const Pair* end, const Pair* found, const Pair* found_end,
                       const SlotSet& changed, Buffer<Pair>& merged) {
-  merged.resizeDiscarding((end - begin) + (found_end - found));
+  const SlotSet::View changes = changed.view();
+  const std::size_t count_found = found_end - found;
+  merged.resizeDiscarding((end - begin) + count_found);
   Pair* next = merged.data();
-  std::size_t kept = 0;
-  for (const Pair* pair = begin; pair < end; ++pair) {
-    if (changed.contains(earlierOf(*pair)) || changed.contains(laterOf(*pair))) continue;
-    while (found < found_end && *found < *pair) *next++ = *found++;
-    *next++ = *pair;
-    ++kept;
+  Slot changed_earlier = begin < end ? changes.firstFrom(earlierOf(*begin)) : 0;
+  for (const Pair* pair = begin; pair < end || found < found_end;) {
+    const Pair next_found = found < found_end ? *found : ~Pair{0};
+    const Pair limit = std::min(next_found, makePair(changed_earlier, 0));
+    // Which later slots changed nothing foretells: each pair is written, and the next one over it.
+    for (; pair < end && *pair < limit; ++pair) {
+      *next = *pair;
+      next += !changes.contains(laterOf(*pair));
+    }
+    if (limit == next_found) {
+      *next++ = *found++;
+    } else {
+      while (pair < end && earlierOf(*pair) == changed_earlier) ++pair;
+      changed_earlier = changes.firstFrom(changed_earlier + 1);
+    }
   }
-  next = std::copy(found, found_end, next);
   merged.resize(next - merged.data());
-  return kept;
+  return merged.size() - count_found;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "space/contacts/certainly_apart.h"
 #include "space/data/buffer.h"
+#include "space/data/parallel.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
@@ -35,7 +36,9 @@ struct ContactRequest {
 // (see certainly_apart.h), and the light ones collided on the spot; then the heavy ones, a few at a
 // time to whoever is free; then those that want an image of ODE, by threads that have one; at last,
 // alone, those that only the calling thread may collide (see collider_threads.h). Each thread
-// appends contacts to storage of its own, which is kept for the next frame.
+// appends contacts to storage of its own, which is kept for the next frame. In all passes a thread
+// begins with a part of the list of its own: neighbours there share geoms, the triangles of a mesh
+// for instance, and what is found of them lies side by side for the report.
 class NarrowPhase {
  public:
   struct Way {
@@ -131,6 +134,8 @@ class NarrowPhase {
   int collideHeavy(const Pass& pass, int threads);
   int collideOnImages(const Pass& pass, int threads);
   void collideRest(const Pass& pass);
+  void reportBlock(Range block, const Buffer<dParallelSAPPair>& pairs,
+                   const ContactRequest& request) const;
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair

@@ -84,16 +84,8 @@ const OdeImage::Table* OdeImage::findTable() const {
   if (!set_collider) return nullptr;
   set_collider(dFirstUserClass, dFirstUserClass, mark);
   set_collider(dLastUserClass, dLastUserClass, otherMark);
-  const Table* found = nullptr;
-  for (const Segment& segment : copy_.library().segments) {
-    if (!segment.writable) continue;
-    constexpr std::uintptr_t step = alignof(Table);
-    std::uintptr_t at = (segment.begin + step - 1) / step * step;
-    for (; !found && at + sizeof(Table) <= segment.end; at += step) {
-      const Table& table = *reinterpret_cast<const Table*>(at);
-      if (isTable(table)) found = &table;
-    }
-  }
+  const Table* const found =
+      findVariable<Table>([this](const Table& table) { return isTable(table); });
   set_collider(dFirstUserClass, dFirstUserClass, nullptr);
   set_collider(dLastUserClass, dLastUserClass, nullptr);
   return found;

@@ -18,7 +18,8 @@ namespace ode_parallel_sap {
 //   pose: the image's own, which is what it is for;
 // - the table of colliders: the image's own, as ODE makes it. What dSetColliderOverride changed in
 //   the program's is seen by comparing the two (`hasProgramsCollider`);
-// - classes of the user: the program's alone;
+// - classes of the user: the program's alone. (An image of their own gets some others, which tell
+//   where the program's are: space/contacts/class_table.cpp.)
 // - functions for messages and errors: the image's hand on to the program's (dMessage, dError,
 //   dDebug), whatever those are at that time;
 // - functions for memory (dSetAllocHandler): the image's own, which are malloc's. What an image
@@ -49,6 +50,20 @@ class OdeImage {
   dHeightfieldDataID heightfieldData() const { return heightfield_data_; }
 
   void* symbol(const char* name) const { return copy_.symbol(name); }
+  const LoadedLibrary& library() const { return copy_.library(); }
+  std::uintptr_t programBase() const { return program_base_; }
+  // The first place among the variables that `is` takes for a T, or null.
+  template <class T, class Is>
+  const T* findVariable(Is is) const {
+    for (const Segment& segment : copy_.library().segments) {
+      if (!segment.writable) continue;
+      constexpr std::uintptr_t step = alignof(T);
+      std::uintptr_t at = (segment.begin + step - 1) / step * step;
+      for (; at + sizeof(T) <= segment.end; at += step)
+        if (const T& variable = *reinterpret_cast<const T*>(at); is(variable)) return &variable;
+    }
+    return nullptr;
+  }
 
  private:
   // As in ODE's collision_kernel.cpp.

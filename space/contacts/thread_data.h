@@ -28,14 +28,14 @@ class ThreadData {
   bool ready_;
 };
 
-// runChunks() by threads that have such data.
+// runParts() by threads that have such data.
 template <class Work>
-int runChunksWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
-                      bool manual_cleanup, Work&& work) {
-  ChunkQueue queue(count, chunk);
+int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
+                     bool manual_cleanup, Work&& work) {
+  PartQueue queue(count, chunk, threads);
   return runTeam(region, threads, [&](int thread, int) {
     const ThreadData data(thread, manual_cleanup);
-    for (Range range; data.ready() && queue.next(range);) work(range, thread);
+    for (Range range; data.ready() && queue.next(range, thread);) work(range, thread);
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -89,12 +90,67 @@ class ChunkQueue {
   alignas(64) std::atomic<std::size_t> next_{0};
 };
 
+// The same, but each thread takes the chunks of its own part in their order, and only then what is
+// left of others'. What neighbours share is read by one thread once, instead of by all of them at
+// different times, and lists that threads make hold neighbours side by side.
+class PartQueue {
+ public:
+  PartQueue(std::size_t count, std::size_t chunk, int team)
+      : chunk_(chunk), parts_(std::clamp(team, 1, most_parts)) {
+    for (int part = 0; part < parts_; ++part) {
+      const Range range = partOf(count, part, parts_, chunk);
+      queue_[part].next.store(range.begin, std::memory_order_relaxed);
+      queue_[part].end = range.end;
+    }
+  }
+  // False when nothing is left.
+  bool next(Range& range, int thread) {
+    TeamWatch::takeTurn(arrived_);
+    for (int i = 0; i < parts_; ++i)
+      if (takeFrom(queue_[(thread + i) % parts_], range)) {
+        TeamWatch::noteWork();
+        return true;
+      }
+    return false;
+  }
+
+ private:
+  struct alignas(64) Part {
+    std::atomic<std::size_t> next{0};
+    std::size_t end = 0;
+  };
+
+  // Asks first: a part that is empty stays in all caches.
+  bool takeFrom(Part& part, Range& range) {
+    if (part.next.load(std::memory_order_relaxed) >= part.end) return false;
+    const std::size_t begin = part.next.fetch_add(chunk_, std::memory_order_relaxed);
+    if (begin >= part.end) return false;
+    range = {begin, std::min(begin + chunk_, part.end)};
+    return true;
+  }
+
+  static constexpr int most_parts = 64;  // fixed: 4 KB; larger teams share them
+  const std::size_t chunk_;
+  const int parts_;
+  std::atomic<int> arrived_{0};  // threads; counted in tests
+  Part queue_[most_parts];
+};
+
 // Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
 template <class Work>
 int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
   ChunkQueue queue(count, chunk);
   return runTeam(region, threads, [&](int thread, int) {
     for (Range range; queue.next(range);) work(range, thread);
+  });
+}
+
+// The same of parts.
+template <class Work>
+int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
+  PartQueue queue(count, chunk, threads);
+  return runTeam(region, threads, [&](int thread, int) {
+    for (Range range; queue.next(range, thread);) work(range, thread);
   });
 }
 

@@ -86,7 +86,7 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pa
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
     to += isEnabled(a) && isEnabled(b) && (!what.bits || filtersMatch(a, b)) &&
-          (!what.user_classes || passesAABBTests(a, b));
+          (!what.user_classes || passesAABBTests(a, b, what.tested_classes));
   }
   return to;
 }

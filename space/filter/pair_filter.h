@@ -26,6 +26,7 @@ class PairFilter {
   struct Verified {
     bool bits;          // which were not looked at for geoms at rest
     bool user_classes;  // their AABBTest functions, called on the calling thread
+    UserClassSet tested_classes;
   };
   // Puts into `verified`, another list, the pairs to be reported.
   void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,

@@ -137,7 +137,8 @@ std::size_t PlanePairs::addTo(const PairList& others, const Others& of, int thre
     added.resize(std::remove_if(added.begin(), added.end(),
                                 [&](Pair pair) {
                                   return !passesAABBTests(geoms[earlierOf(pair)],
-                                                          geoms[laterOf(pair)]);
+                                                          geoms[laterOf(pair)],
+                                                          rules.tested_classes);
                                 }) -
                  added.begin());
   merge(others, added, pairs);

@@ -163,9 +163,10 @@ void Pipeline::select(Frame& frame) {
   if (verifying) {
     // The pairs but those of planes, which are put among them in the end.
     PairList& others = planes_apart ? others_ : frame.pairs;
-    pair_filter_.verify(frame.geoms(),
-                        {rules.skip_static || rules.skip_asleep, frame.updated->user_classes},
-                        threads, candidates_, others);
+    pair_filter_.verify(
+        frame.geoms(),
+        {rules.skip_static || rules.skip_asleep, frame.updated->user_classes, rules.tested_classes},
+        threads, candidates_, others);
   }
   if (planes_apart)
     frame.result.candidates += plane_pairs_.addTo(
@@ -185,7 +186,7 @@ void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
   statistics_.sample().tell(
       frame.pairs, geoms,
-      [&](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
+      [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
       [](std::size_t) { return PairSample::not_asked; });
 }
 

@@ -1,17 +1,24 @@
 // What a pipeline knows when a frame begins, and what it takes from one.
 #include <new>
 
+#include "space/contacts/class_table.h"
 #include "space/frame/pipeline.h"
+#include "space/geom/user_classes.h"
 
 namespace ode_parallel_sap {
 
 SceneFacts Pipeline::factsOf(const Scene& scene, bool for_contacts) const {
-  return {scene.slots.size(), last_pairs_,  boxes_.wide,
-          scene.nested,       for_contacts, extraction_.devices().devices()};
+  SceneFacts facts = {scene.slots.size(), last_pairs_,  boxes_.wide,
+                      scene.nested,       for_contacts, extraction_.devices().devices()};
+  facts.tested_classes = testedClasses();
+  return facts;
 }
 
 void Pipeline::learn(const Frame& frame, const Settings& settings) {
   policy_.learn(frame.plan, frame.facts, settings, frame.result);
+  if (frame.updated->user_classes && !foundUserClasses() &&
+      policy_.learnOfUserClasses(candidates_.size()))
+    findUserClasses();
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = extraction_.devices();
   devices.reportLeftOut();

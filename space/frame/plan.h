@@ -18,7 +18,8 @@ struct SceneFacts {
   bool nested;             // within a callback of this space
   bool for_contacts;       // the narrow phase follows
   DeviceBackend::Devices devices;
-  bool for_blocks = false;  // a report in blocks on all threads follows
+  bool for_blocks = false;                         // a report in blocks on all threads follows
+  UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
 // What is done about the contacts for which a near callback will ask dCollide.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "space/contacts/tuning.h"
 #include "space/data/mechanisms.h"
 #include "space/data/tuning.h"
 #include "space/frame/small_scenes.h"
@@ -59,6 +60,7 @@ int Policy::threadsForQueries(std::size_t slots, const Settings& settings) const
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;
+  plan.rules.tested_classes = facts.tested_classes;
   if (!facts.nested && settings.rules == rules_ && mechanisms::tolerance_back_off &&
       tolerance_.waits())
     plan.rules.tolerance = 0;
@@ -233,6 +235,11 @@ bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,
   }
   precompute_.failed();
   return false;
+}
+
+bool Policy::learnOfUserClasses(std::size_t pairs) {
+  looked_through_ += pairs;
+  return looked_through_ >= grained(tests_worth_an_image);
 }
 
 int Policy::learnMissedDevices(const Plan& plan, const SceneFacts& facts,

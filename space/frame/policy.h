@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "space/contacts/narrow_phase.h"
 #include "space/contacts/precomputed_contacts.h"
@@ -51,6 +52,9 @@ class Policy {
   // Returns false where what was seen is to be forgotten.
   bool learnOfPrecomputing(const Plan& plan, const SceneFacts& facts, const Settings& settings,
                            const PrecomputedContacts::Counts& counts, bool more);
+  // So many pairs were looked through for AABBTests that may not be there. Returns whether it pays
+  // to find out which are.
+  bool learnOfUserClasses(std::size_t pairs);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -77,7 +81,8 @@ class Policy {
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff precompute_{2 * retry_frames};
-  PackRules rules_;  // that were set in the last frame
+  PackRules rules_;                   // that were set in the last frame
+  std::uint64_t looked_through_ = 0;  // pairs, for AABBTests
 };
 
 }  // namespace ode_parallel_sap

@@ -12,12 +12,9 @@
 #include "space/data/floating_point.h"
 #include "space/geom/ode_private.h"
 #include "space/geom/pack_rules.h"
+#include "space/geom/user_classes.h"
 
 namespace ode_parallel_sap {
-
-inline bool isUserClass(const dxGeom* geom) {
-  return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
-}
 
 // Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
 // where a sub-space cleans its geoms, or where geoms share caches.
@@ -96,10 +93,9 @@ inline bool isLeftOut(const dxGeom* a, const dxGeom* b, const PackRules& rules) 
   return rules.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
 }
 
-// Calls both AABBTest functions; true if neither rules the pair out. Those of all classes but the
-// user's say yes to everything, and are not asked.
-inline bool passesAABBTests(dxGeom* a, dxGeom* b) {
-  return !(isUserClass(a) || isUserClass(b)) ||
+// Calls both AABBTest functions where one may say no; true if neither rules the pair out.
+inline bool passesAABBTests(dxGeom* a, dxGeom* b, UserClassSet tested = all_user_classes) {
+  return !(hasAABBTest(a, tested) || hasAABBTest(b, tested)) ||
          (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
 }
 

@@ -106,7 +106,7 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
   const bool watched =
       rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
   return (watched ? 0 : unwatched_state) | (IS_SPACE(geom) ? space_state : 0) |
-         (isUserClass(geom) ? user_class_state : 0);
+         (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
 }
 
 void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {

@@ -35,6 +35,20 @@ void prefetchStatus(const dxGeom* geom, bool without_bits) {
   __builtin_prefetch(&geom->body);
   if (!without_bits) __builtin_prefetch(&geom->category_bits);
 }
+// Whether 32 bits stand for these, and would if they were packed now.
+bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return static_cast<std::uint32_t>(wide) == folded && (wide >> 32 == 0 || ~wide >> 31 == 0);
+}
+// Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
+// rules by which geoms rest.
+bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
+  return !(state & (disabled_state | no_box_state | space_state)) &&
+         (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
+         areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
+         areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
+         boxes.bodies[slot] == numberOf(geom->body);
+}
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
   constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
@@ -249,7 +263,8 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
   if (!watching_) watchAll();
   const std::size_t looks = all ? boxes.size : watched_.count();
   if (looks == 0) return 1;
-  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified;
+  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
+             plain = !packer_.rules.skip();
   const auto geomsIn = [&](std::size_t word) {
     std::uint64_t bits = 0;
     const std::size_t first = word * SlotSet::word_slots;
@@ -282,7 +297,9 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
       if (bodies) prefetchIn(word + 1, true);
       for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
-        if (packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes)) changed.insert(slot);
+        const dxGeom* const geom = geoms[slot];
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
+        if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
       }
     }
   });

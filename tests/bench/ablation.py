@@ -8,7 +8,8 @@ the whole one over the scenes of the benchmarks.
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
-is the whole library timed against itself: what is smaller than its rows is noise. All run on one thread.
+is the whole library timed against itself: what is smaller than its rows is noise. All run on one thread but dSpaceCollide2
+of two spaces (two: give --cores two processors).
 """
 import argparse
 import csv

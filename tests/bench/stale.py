@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Lists the results that are older than the last change of what they time:
 
-    tests/bench/stale.py                those of tests/bench/results
+    tests/bench/stale.py                those of tests/bench/results and examples/tradeoff/results
     tests/bench/stale.py DIR FILE ...   some
 
 A file is as old as the oldest commit that its rows name; where none does, as the commit that it came with. What
@@ -30,6 +30,10 @@ TIMED = {
     "figure15": DEVICES,
     "parts": ("space", "examples/pile"),
     "step": ("space", "examples/pile"),
+    "broad": ("space", "cuda", "examples/tradeoff/broad_point.cpp"),
+    # What becomes of a scene is the same with any version of the space.
+    "scenes": ("examples/tradeoff/harness", "examples/tradeoff/harness.h", "examples/tradeoff/scenes.cpp",
+               "examples/tradeoff/vehicle_scene.cpp", "examples/tradeoff/mesh_scene.cpp"),
 }
 DOCUMENTS = ":(exclude,glob)**/*.md"
 
@@ -87,7 +91,8 @@ def main():
     if sys.argv[1:2] in (["-h"], ["--help"]):
         print(__doc__)
         return 0
-    arguments = sys.argv[1:] or [os.path.join(here, "results")]
+    arguments = sys.argv[1:] or [os.path.join(root, *parts, "results")
+                                 for parts in (("tests", "bench"), ("examples", "tradeoff"))]
     if sys.argv[1:]:
         root = git(os.path.dirname(os.path.abspath(arguments[0])), "rev-parse", "--show-toplevel")
         if root is None:

@@ -116,7 +116,7 @@ def cells_of(constant, quick, all_threads="1,2"):
         "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars,giant-among-dust", "10000", "1")],
         "far": [pair("far-clusters,two-decades-of-size", "10000")],
         "many": [pair("dense-cube", "400000", most_threads)],
-        "small": [pair("dense-cube,heap", "16,64,120,160,250", "1", "parallel-sap", "--batch=64"),
+        "small": [pair("dense-cube,heap", "16,32,48,64,120,160,250", "1", "parallel-sap", "--batch=64"),
                   pair("dense-cube", "64,120", "1", "parallel-sap", "--batch=64", "--still"),
                   pair("jumps,crowd-and-cube", "500,2000", "1")],
         "paper": [pair("dense-cube,heap", "300,5000", all_threads, "parallel-sap:axis-lists"),

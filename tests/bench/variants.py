@@ -118,8 +118,8 @@ def measurements(quick):
         ("pair-benchmark", ["--scenes=" + many, "--sizes=" + ("1000" if quick else "300,3000,30000")] + ours, pairs),
         ("pair-benchmark", ["--scenes=dense-cube,crowd-and-cube", "--sizes=" + ("2000" if quick else "10000,200000")] +
          ours, pairs),
-        ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64"] + ours, pairs),
-        ("pair-benchmark", ["--scenes=" + few, "--sizes=4,16,64,120", "--batch=64", "--still"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64", "--still"] + ours, pairs),
         ("pair-benchmark", ["--scenes=" + few, "--sizes=300" + ("" if quick else ",30000"), "--still"] + ours,
          pairs),
         ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=" + seconds,
@@ -127,6 +127,10 @@ def measurements(quick):
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
                              "--queries=100", "--seconds=" + seconds, "--rounds=1"],
          ("kind", "n", "queries", "moving")),
+        # With one thread nobody looks ahead.
+        ("query-benchmark", ["--spaces=parallel-sap", "--kinds=spaces", "--queries=100" + ("" if quick else ",10000"),
+                             "--sizes=" + ("1000" if quick else "1000,32000"), "--threads=2", "--seconds=" + seconds,
+                             "--rounds=1"], ("kind", "n", "queries", "moving", "threads")),
         # Geoms of a user's class: edges that may all meet, and vertices and faces, told apart by bits or in two spaces.
         ("mesh-benchmark", ["--made=" + ("40" if quick else "30,120,300"), "--seconds=" + seconds, "--rounds=1",
                             "--peers=parallel-sap,parallel-sap:new-cells,parallel-sap:two-spaces"],

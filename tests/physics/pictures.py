@@ -94,7 +94,7 @@ def rescues(shared, rows, path):
     panel.set_xscale("log")
     panel.set_yticks(range(len(themes)), themes)
     panel.invert_yaxis()
-    panel.set_xlabel("cost of the cheapest rescue, times the processor's time as ODE comes; right of the line: no way rescues")
+    panel.set_xlabel("processor's time of the cheapest rescue, times that as ODE comes; right of the line: none")
     panel.legend(loc="upper center", ncol=2, bbox_to_anchor=(0.5, 1.1), frameon=False)
     panel.grid(axis="x", alpha=0.3)
     figure.tight_layout()

@@ -24,7 +24,10 @@
  *   that are not locked may be changed in every way; their spaces see it in their next collide.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first pair is reported. They must not move or change a geom of the space, nor
- *   collide it.
+ *   collide it. Pairs of a class without an AABBTest cost no more than others: once there have
+ *   been 150,000 pairs to ask about, the library finds out which classes have one, by a private
+ *   image of ODE (see dParallelSAPSpaceCollideContacts). Where there can be none, dMessage tells
+ *   why, once, and ODE goes on being asked about each pair.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
