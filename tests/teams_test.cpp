@@ -50,6 +50,10 @@ void moveSome(World& world, std::uint64_t seed) {
   }
 }
 
+void trembleAll(World& world, std::uint64_t seed) {
+  world.jitter(0.001, seed);
+}
+
 // Keys of one curve for all do not tell those of a crowd apart, nor do those of a second one all of
 // them.
 void populateWithCrowds(World& world, std::uint64_t seed) {
@@ -140,6 +144,11 @@ const std::vector<Play>& plays() {
        populateDensely,
        moveSome,
        {"update: what changed unnoticed", "incremental: cells", "kept pairs: parts"}},
+      {"all boxes tremble",
+       dParallelSAPMethodSweep,
+       populateDensely,
+       trembleAll,
+       {"fat pairs: boxes", "fat pairs: fat boxes", "fat pairs: candidates"}},
       {"bits that boxes have no room for",
        dParallelSAPMethodSweep,
        populateWithHighBits,

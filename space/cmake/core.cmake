@@ -10,6 +10,7 @@ add_library(
   ode-parallel-sap-core OBJECT
   ${core}/axes/axis_parts.cpp
   ${core}/axes/endpoint_lists.cpp
+  ${core}/coherence/fat_pairs.cpp
   ${core}/coherence/incremental.cpp
   ${core}/coherence/kept_pairs.cpp
   ${core}/data/free_memory.cpp

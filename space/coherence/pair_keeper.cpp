@@ -9,20 +9,18 @@
 
 namespace ode_parallel_sap {
 
-void PairKeeper::start(std::size_t slots, bool on_device, int method) {
+void PairKeeper::start(std::size_t slots, bool on_device, bool in_trees) {
   running_ = true;
   all_may_have_changed_ = false;
   changed_.growTo(slots);
-  source_ = on_device                           ? Source::device
-            : method == dParallelSAPMethodSweep ? Source::sweep
-                                                : Source::all_pairs;
+  source_ = on_device ? Source::device : in_trees ? Source::trees : Source::no_trees;
   incremental_started_ = false;
   has_helped_ = false;
 }
 
 // Scenes as small as that are found anew faster than changes in a tree.
 bool PairKeeper::mayBuildTrees(std::size_t slots) const {
-  return mechanisms::incremental_trees && (source_ != Source::all_pairs || slots > smallest_scene);
+  return mechanisms::incremental_trees && (source_ != Source::no_trees || slots > smallest_scene);
 }
 
 bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
@@ -74,7 +72,7 @@ template <class Real>
 int PairKeeper::findChanged(Incremental<Real>& incremental, Sweep<Real>& base,
                             const GeomUpdate& geom_update, const BoxSet& boxes, int threads) {
   if (!incremental_started_) {
-    if (source_ != Source::sweep) base.build(boxes, threads);
+    if (source_ != Source::trees) base.build(boxes, threads);
     incremental.start(base, changed_.words() * SlotSet::word_slots, boxes);
     incremental_started_ = true;
   }

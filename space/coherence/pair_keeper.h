@@ -40,8 +40,9 @@ class PairKeeper {
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
   void forgetChanges() { changed_.clear(); }
-  // The last frame's boxes and pairs are complete, found by this method, or of no use any more.
-  void start(std::size_t slots, bool on_device, int method);
+  // The last frame's boxes and pairs are complete, or of no use any more. `in_trees`: these boxes
+  // are those that the sweep's trees hold.
+  void start(std::size_t slots, bool on_device, bool in_trees);
   void stop() { running_ = false; }
 
   // Brings the boxes up to date with what changed, unless the frame is to be found anew.
@@ -69,7 +70,7 @@ class PairKeeper {
 
  private:
   // Who left the pairs of the last frame, and with them what find() can go on from.
-  enum class Source { sweep, all_pairs, device };
+  enum class Source { trees, no_trees, device };
 
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
@@ -82,7 +83,7 @@ class PairKeeper {
   bool all_may_have_changed_ = false;
   GeomUpdate::Untold untold_;
   PackRules rules_;  // of the last frame, and of this one where its pairs are kept
-  Source source_ = Source::all_pairs;
+  Source source_ = Source::no_trees;
   bool incremental_started_ = false;
   bool has_helped_ = false;  // since start()
   int few_changes_ = 0;      // frames in a row in which little changed, but were found anew

@@ -15,6 +15,8 @@ constexpr bool incremental_trees = true;
 constexpr bool tree_levels = true;
 // After a frame on a device, trees are built for the second frame with few changes, not the first.
 constexpr bool quiet_after_device = true;
+// Pairs of boxes with room to move in are kept where all move by little (FatPairs).
+constexpr bool fat_pairs = true;
 // Cells serve while their boxes stay together (CellCoherence).
 constexpr bool kept_cells = true;
 // The pairs of a small scene that stands still are remembered (StillScene).

@@ -48,6 +48,7 @@ void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
 template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
+  ++builds_;
   kept_cells_ = cell_coherence_.mayServe(boxes, threads);
   if (kept_cells_) {
     packTrees(boxes, threads);

@@ -28,6 +28,8 @@ class Sweep : public PairFinder {
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
   // serve, and packs the trees over them.
   void build(const BoxSet& boxes, int threads);
+  // How often the trees were made others.
+  std::uint64_t builds() const { return builds_; }
   // Whether the last build() made do with the cells of an earlier one.
   bool keptCells() const { return kept_cells_; }
   // The trees of the last find() or build(), small boxes first.
@@ -51,6 +53,7 @@ class Sweep : public PairFinder {
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
   bool kept_cells_ = false;
+  std::uint64_t builds_ = 0;
   std::vector<CellTree<Real>> trees_;  // one a class
   std::vector<Task> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread

@@ -17,6 +17,7 @@ struct FrameStore {
   class Frame* innermost = nullptr;  // that runs
   PairList pairs;                    // reported in the last frame
   PairKeeper coherence;
+  FatPairs fat_pairs;
 };
 
 // A callback may collide the space again: that frame finds the store without pairs, and what is

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 
+#include "space/coherence/fat_pairs.h"
 #include "space/coherence/pair_keeper.h"
 #include "space/extract/extraction.h"
 
@@ -19,6 +20,8 @@ struct FrameResult : FrameCounts {
   // Of the update.
   PairKeeper::Outcome coherence = PairKeeper::Outcome::not_tried;
   bool wide = false;  // the boxes were doubles
+  FatPairs::Outcome fat_pairs = FatPairs::Outcome::not_tried;
+  unsigned long long fat_candidates = 0;
   // Of the extraction, if the frame was found anew, and of the stages together.
   Found found;
   int threads = 1;                            // of the widest stage that finds pairs
@@ -30,6 +33,9 @@ struct FrameResult : FrameCounts {
          narrow_ms = 0, report_ms = 0, total_ms = 0;
   double found_ms() const { return update_ms + synchronise_ms + extract_ms + filter_ms; }
 
+  bool byFatPairs() const {
+    return fat_pairs == FatPairs::Outcome::started || fat_pairs == FatPairs::Outcome::served;
+  }
   bool anew() const { return coherence != PairKeeper::Outcome::kept; }
 };
 

@@ -107,7 +107,7 @@ void Pipeline::findAnew(Frame& frame) {
   result.synchronise_ms = frame.clock.lap();
 
   frame.clock.begin(Stage::extract);
-  result.found = extraction_.find(boxes_, plan.extraction, frame.pairs);
+  extract(frame);
   if (result.found.too_long) complaints_.ofTooLong(*result.found.too_long);
   result.threads = std::max(result.threads, result.found.threads);
   result.candidates = frame.pairs.size();
@@ -116,7 +116,27 @@ void Pipeline::findAnew(Frame& frame) {
   frame.clock.begin(Stage::filter);
   pair_filter_.run(frame.geoms(), *frame.updated, plan.rules, boxes_, plan.threads, frame.pairs);
   result.filter_ms = frame.clock.lap();
-  if (plan.keep) coherence.start(frame.slots(), result.found.devices > 0, result.found.method);
+  if (plan.keep)
+    coherence.start(frame.slots(), result.found.devices > 0,
+                    result.found.method == dParallelSAPMethodSweep && !result.byFatPairs());
+}
+
+// By kept pairs of fat boxes where these serve.
+void Pipeline::extract(Frame& frame) {
+  const Plan& plan = frame.plan;
+  FrameResult& result = frame.result;
+  FatPairs& fat_pairs = store_.fat_pairs;
+  const auto sweep = [this]() -> Sweep<float>& { return extraction_.finders().narrow.sweep; };
+  if (plan.fat_pairs && !boxes_.wide)
+    result.fat_pairs = fat_pairs.look(boxes_, plan.threads, sweep());
+  if (!result.byFatPairs()) {
+    result.found = extraction_.find(boxes_, plan.extraction, frame.pairs);
+    return;
+  }
+  result.found.threads = fat_pairs.find(boxes_, plan.threads, sweep(), frame.pairs);
+  result.found.method = dParallelSAPMethodSweep;
+  result.found.kept_cells = true;
+  result.fat_candidates = fat_pairs.kept();
 }
 
 // Of the geoms, when their boxes are up to date.

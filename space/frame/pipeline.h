@@ -106,6 +106,7 @@ class Pipeline {
   bool findPairs(Frame& frame, const Settings& settings);
   bool findChanges(Frame& frame);
   void findAnew(Frame& frame);
+  void extract(Frame& frame);
   void takeNotice(Frame& frame);
   void select(Frame& frame);
   void tellEvents(Frame& frame, bool unchanged);

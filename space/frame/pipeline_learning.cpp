@@ -73,9 +73,9 @@ void Pipeline::release() {
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(store_.pairs, store_.coherence, geom_update_, boxes_, extraction_, pair_filter_,
-                 plane_pairs_, candidates_, others_, events_, narrow_phase_, precomputed_,
-                 contact_pairs_, small_scenes_);
+  return bytesOf(store_.pairs, store_.coherence, store_.fat_pairs, geom_update_, boxes_,
+                 extraction_, pair_filter_, plane_pairs_, candidates_, others_, events_,
+                 narrow_phase_, precomputed_, contact_pairs_, small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

@@ -88,6 +88,10 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
+  // Not within a tolerance, which has room for boxes already.
+  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && !fat_pairs_.waits() &&
+                   settings.rules.tolerance == 0 && extraction.devices == 0 &&
+                   extraction.method == dParallelSAPMethodSweep && !extraction.dense;
   if (settings.precompute != Precompute::never && !facts.nested && !facts.for_contacts &&
       !facts.for_blocks)
     planPrecomputing(facts, settings, plan);
@@ -150,6 +154,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
                    const FrameResult& result) {
   if (!facts.nested) learnOfTolerance(plan, settings, result);
   if (!result.anew()) return;
+  learnOfFatPairs(result);
   const Found& found = result.found;
   if (isAuto(settings) || settings.method == dParallelSAPMethodSweep) {
     if (found.devices == 0 && found.method == dParallelSAPMethodSweep)
@@ -174,6 +179,22 @@ void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
     tolerance_.paid();
   else if (plan.rules.tolerance > 0 && result.coherence == PairKeeper::Outcome::never_helped)
     tolerance_.failed();
+}
+
+void Policy::learnOfFatPairs(const FrameResult& result) {
+  switch (result.fat_pairs) {
+    case FatPairs::Outcome::not_tried:
+      fat_pairs_.pass();
+      break;
+    case FatPairs::Outcome::in_vain:
+      fat_pairs_.failed();
+      break;
+    case FatPairs::Outcome::served:
+      fat_pairs_.paid();
+      break;
+    default:
+      break;
+  }
 }
 
 void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {

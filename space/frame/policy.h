@@ -66,6 +66,7 @@ class Policy {
   int methodFor(const SceneFacts& facts, const Settings& settings) const;
   void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
+  void learnOfFatPairs(const FrameResult& result);
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
   TeamChoice team_, batch_teams_[Batch::kinds];
@@ -74,6 +75,8 @@ class Policy {
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.
   BackOff tolerance_{1};
+  // Fat boxes that are left at once cost half a frame.
+  BackOff fat_pairs_{4};
   // To test pairs that touch costs a little each.
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.

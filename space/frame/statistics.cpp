@@ -18,6 +18,7 @@ void Statistics::note(const FrameResult& result) {
   last_.contacts = result.contacts;
   last_.apart = result.apart;
   last_.kept = result.kept;
+  last_.candidates_kept = result.fat_candidates;
   last_.backend = result.found.devices > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU;
   last_.method = result.found.method;
   last_.threads = std::max({result.threads, result.narrow_threads, result.block_threads});

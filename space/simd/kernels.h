@@ -168,6 +168,14 @@ struct KernelSet {
   void (*sortLists)(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
                     std::uint64_t* sorted,
                     void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
+  // Bit i, i < count <= 64: box i is active and not within room[i].
+  std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
+                                std::size_t count);
+  // Writes to `pairs` those of `kept`, without the borderline bit and in their order, whose boxes
+  // overlap, with that bit where floats cannot decide. Returns their number; writes no place beyond
+  // `count`.
+  std::size_t (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept,
+                           std::size_t count, bool exact, std::uint64_t* pairs);
 };
 
 // The set in use: the best one for this processor unless another was chosen.

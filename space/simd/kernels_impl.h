@@ -7,6 +7,7 @@
 
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
+#include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
@@ -239,7 +240,7 @@ constexpr Kernels<Real> kernelsFor() {
           findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
-                                  sortListsBy<Lanes>};
+constexpr KernelSet kernel_set = {Lanes::name,        kernelsFor<float>(), kernelsFor<double>(),
+                                  sortListsBy<Lanes>, boxesOutside,        keptPairs};
 
 }  // namespace

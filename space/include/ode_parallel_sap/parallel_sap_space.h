@@ -635,6 +635,9 @@ typedef struct dParallelSAPStats {
   unsigned long long
       sampled_collided; /* that the space collided (dParallelSAPSpaceCollideContacts) */
   unsigned long long sampled_untouched; /* without a contact there, or passed over by their flags */
+  unsigned long long candidates_kept;   /* pairs of boxes with some room to move in, found in an
+                                         * earlier frame, among which the pairs of this one were
+                                         * looked for; none where geoms move far */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before

@@ -1,0 +1,238 @@
+#include "space/coherence/fat_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "space/coherence/tuning.h"
+#include "space/data/floating_point.h"
+#include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// fixed: a fat box lies this share of a box's least extent outside of it, one that its box has left
+// twice as far. Piles then have a third more candidates than pairs.
+constexpr float fat_share = 1.0f / 16;
+
+// fixed: fat boxes are made where boxes would stay in them for so many frames, twice as many as
+// make good what that takes.
+constexpr float least_service = 4;
+
+// fixed: one box in so many is followed, which is 1 % of a frame, and no more than tell whether an
+// eighth of all is fast.
+constexpr std::size_t sampled_share = 16;
+constexpr std::size_t most_sampled = 128;  // fixed: likewise
+
+Region leaving("fat pairs: boxes"), fattening("fat pairs: fat boxes"),
+    testing("fat pairs: candidates");
+
+// A share of the extent that is least: a long bar needs no room as if it were so thick. None for
+// what has no such extent, or is bounded on no axis.
+float marginOf(const Box& box, float share) {
+  float least = box.upper[0] - box.lower[0];
+  for (int axis = 1; axis < 3; ++axis) least = std::min(least, box.upper[axis] - box.lower[axis]);
+  return least > 0 && least <= std::numeric_limits<float>::max() ? least * share : 0;
+}
+
+// The greatest distance of a bound of one from that of the other.
+float distanceOf(const Box& a, const Box& b) {
+  float distance = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    distance = std::max(distance, std::fabs(a.lower[axis] - b.lower[axis]));
+    distance = std::max(distance, std::fabs(a.upper[axis] - b.upper[axis]));
+  }
+  return distance;
+}
+
+}  // namespace
+
+// Whether nearly all of a sample of the boxes have moved so little since the last one that they
+// would stay in fat ones for a while. Takes the next sample.
+bool FatPairs::isSlow(const BoxSet& boxes) {
+  const std::size_t count = std::min(most_sampled, boxes.size / sampled_share);
+  const bool known = sampled_ == boxes.size;
+  sampled_ = boxes.size;
+  if (count == 0) return false;
+  const std::size_t step = boxes.size / count;
+  sample_.resizeDiscarding(count);
+  std::size_t compared = 0, fast = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Box& box = boxes.boxes[i * step];
+    Box& before = sample_[i];
+    if (known && isActive(box) && isActive(before)) {
+      ++compared;
+      fast += !(distanceOf(before, box) * least_service <= marginOf(box, fat_share));
+    }
+    before = box;
+  }
+  return compared > 0 && fast * changing_share <= compared;
+}
+
+bool FatPairs::filtersChanged(const BoxSet& boxes, Slot slot) const {
+  const FilterBits &now = boxes.bits[slot], &then = fat_.bits[slot];
+  return (boxes.filter_bits && (now.category != then.category || now.collide != then.collide)) ||
+         (boxes.filter_bodies && boxes.bodies[slot] != fat_.bodies[slot]);
+}
+
+// Finds what belongs into changed_.
+void FatPairs::lookForLeaving(const BoxSet& boxes, int threads) {
+  constexpr std::size_t word_slots = SlotSet::word_slots;
+  const std::size_t both = std::min(boxes.size, fat_.size);
+  const std::size_t any = std::max(boxes.size, fat_.size);
+  const std::size_t words = (both + word_slots - 1) / word_slots;
+  changed_.growTo(any);
+  for (std::size_t word = words; word < changed_.words(); ++word) changed_.setWord(word, 0);
+  const KernelSet& kernel = kernelSet();
+  const bool filters = boxes.filter_bits || boxes.filter_bodies;
+  runTeam(leaving, teamFor(words, grains::box_rows, threads), [&](int thread, int team) {
+    const Range own = ownPart(words, thread, team);
+    for (std::size_t word = own.begin; word < own.end; ++word) {
+      const std::size_t first = word * word_slots, count = std::min(both - first, word_slots);
+      std::uint64_t bits = kernel.boxesOutside(&boxes.boxes[first], &fat_.boxes[first], count);
+      for (std::size_t i = 0; filters && i < count; ++i)
+        bits |= std::uint64_t{filtersChanged(boxes, static_cast<Slot>(first + i))} << i;
+      changed_.setWord(word, bits);
+    }
+  });
+  for (std::size_t slot = both; slot < any; ++slot) changed_.insert(static_cast<Slot>(slot));
+}
+
+FatPairs::Outcome FatPairs::look(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+  const ScopedMode mode(exactMode());
+  const bool slow = isSlow(boxes);
+  if (running_ && fat_.filter_bits == boxes.filter_bits &&
+      fat_.filter_bodies == boxes.filter_bodies) {
+    lookForLeaving(boxes, threads);
+    const std::size_t count = changed_.count();
+    // Half of what is found anew as quickly without fat boxes. Others may have made trees of boxes
+    // that are not these.
+    if (count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds()))
+      return Outcome::served;
+  }
+  const bool in_vain = running_ && served_ == 0;
+  stop();
+  if (in_vain) return Outcome::in_vain;
+  return slow ? Outcome::started : Outcome::off;
+}
+
+void FatPairs::stop() {
+  if (!running_) return;
+  running_ = false;
+  fat_ = BoxSet();
+  candidates_ = PairList();
+  found_ = PairList();
+  kept_pairs_ = KeptPairs();
+  incremental_ = Incremental<float>();
+}
+
+void FatPairs::resizeTo(const BoxSet& boxes) {
+  fat_.size = boxes.size;
+  fat_.boxes.resize(boxes.size);
+  fat_.bits.resize(boxes.size);
+  fat_.bodies.resize(boxes.size);
+}
+
+void FatPairs::fatten(const BoxSet& boxes, Slot slot, float share) {
+  const Box& box = boxes.boxes[slot];
+  Box& fat = fat_.boxes[slot];
+  const float margin = marginOf(box, share);
+  for (int axis = 0; axis < 3; ++axis) {
+    fat.lower[axis] = box.lower[axis] - margin;
+    fat.upper[axis] = box.upper[axis] + margin;
+  }
+  fat_.bits[slot] = boxes.bits[slot];
+  fat_.bodies[slot] = boxes.bodies[slot];
+}
+
+int FatPairs::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
+  running_ = true;
+  served_ = 0;
+  kept_ = 0;
+  incremental_started_ = false;
+  fat_.filter_bits = boxes.filter_bits;
+  fat_.filter_bodies = boxes.filter_bodies;
+  fat_.exact = true;  // of candidates none is borderline
+  resizeTo(boxes);
+  const int most = teamFor(boxes.size, grains::packed_slots, threads);
+  runTeam(fattening, most, [&](int thread, int team) {
+    const Range own = ownPart(boxes.size, thread, team);
+    for (std::size_t slot = own.begin; slot < own.end; ++slot)
+      fatten(boxes, static_cast<Slot>(slot), fat_share);
+  });
+  const int used = sweep.find(fat_, threads, candidates_);
+  builds_ = sweep.builds();
+  return used;
+}
+
+// Those that have left get other boxes, with more room: they may be on their way.
+int FatPairs::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
+  ++served_;
+  leaving_.resizeDiscarding(0);
+  changed_.forEach([&](Slot slot) {
+    if (slot < boxes.size) leaving_.push_back(slot);
+  });
+  if (leaving_.size() == 0 && fat_.size == boxes.size) {
+    kept_ = candidates_.size();
+    return 1;
+  }
+  if (!incremental_started_) {
+    incremental_.start(sweep, fat_.size, fat_);
+    incremental_started_ = true;
+  }
+  resizeTo(boxes);
+  for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
+  const int used = incremental_.find(fat_, leaving_, threads, found_);
+  builds_ = sweep.builds();
+  kept_pairs_.replace(changed_, found_, threads, candidates_);
+  kept_ = kept_pairs_.kept();
+  return used;
+}
+
+// Each thread tests a part of the candidates, and notes what is borderline while it is in the
+// cache.
+int FatPairs::test(const BoxSet& boxes, int threads, PairList& pairs) {
+  const std::size_t count = candidates_.size();
+  const int most = teamFor(count, grains::tested_candidates, threads);
+  const KernelSet& kernel = kernelSet();
+  pairs.clear(static_cast<std::size_t>(most));
+  if (borderline_.size() < static_cast<std::size_t>(most)) borderline_.resize(most);
+  for (auto& list : borderline_) list.clear();
+  const int used = runTeam(testing, most, [&](int thread, int team) {
+    const std::size_t number = static_cast<std::size_t>(thread);
+    const Range own = ownPart(count, thread, team);
+    Buffer<Pair>& part = pairs.parts[number];
+    part.resizeDiscarding(own.end - own.begin);
+    std::size_t written = 0;
+    PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
+      while (run < run_end) {
+        const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
+        const std::size_t first = written;
+        written += kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, &part[first]);
+        run += chunk;
+        if (!boxes.exact)
+          noteBorderline(part.data(), {number, first, written}, borderline_[number]);
+      }
+    });
+    part.resize(written);
+  });
+  for (const auto& list : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), list.begin(), list.end());
+  return used;
+}
+
+int FatPairs::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs) {
+  const ScopedMode mode(exactMode());
+  try {
+    const int used = running_ ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
+    return std::max(used, test(boxes, threads, pairs));
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+}  // namespace ode_parallel_sap
