@@ -96,26 +96,27 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
 
 // Four numbers of a type.
 template <class Real>
-struct Four;
+struct FourOf;
 template <>
-struct Four<float> {
+struct FourOf<float> {
   typedef float Type __attribute__((vector_size(4 * sizeof(float))));
   typedef int Places __attribute__((vector_size(4 * sizeof(int))));
 };
 template <>
-struct Four<double> {
+struct FourOf<double> {
   typedef double Type __attribute__((vector_size(4 * sizeof(double))));
   typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
 };
 
 // Writes four of the numbers of x and y.
 template <class Real, int p0, int p1, int p2, int p3>
-inline void pick(const typename Four<Real>::Type& x, const typename Four<Real>::Type& y, void* to) {
+inline void pick(const typename FourOf<Real>::Type& x, const typename FourOf<Real>::Type& y,
+                 void* to) {
 #if defined(__clang__)
-  const typename Four<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
+  const typename FourOf<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
 #else
-  const typename Four<Real>::Type picked =
-      __builtin_shuffle(x, y, typename Four<Real>::Places{p0, p1, p2, p3});
+  const typename FourOf<Real>::Type picked =
+      __builtin_shuffle(x, y, typename FourOf<Real>::Places{p0, p1, p2, p3});
 #endif
   memcpy(to, &picked, sizeof picked);
 }
@@ -123,7 +124,7 @@ inline void pick(const typename Four<Real>::Type& x, const typename Four<Real>::
 // Four boxes become four numbers of each bound, from `lane` on.
 template <class Real>
 inline void packFour(const BasicBox<Real>* const* boxes, Group<Real>& cell, std::uint32_t lane) {
-  using Type = typename Four<Real>::Type;
+  using Type = typename FourOf<Real>::Type;
   Type front[4], back[4];  // first and last four of a box's six numbers
   for (int i = 0; i < 4; ++i) {
     memcpy(&front[i], boxes[i]->lower, sizeof(Type));
