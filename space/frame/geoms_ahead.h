@@ -25,6 +25,7 @@ class GeomsAhead {
   void tell(const Pair* begin, const Pair* end, Call call) const {
     while (end - begin > tried_pairs) {
       const Pair* const stretch = begin + std::min(end - begin, stretch_pairs);
+      fetch(begin, begin + tried_pairs);
       const Clock::time_point before = Clock::now();
       tellPlainly(begin, begin + tried_pairs, call);
       const double ms = milliseconds(before, Clock::now());
@@ -44,6 +45,12 @@ class GeomsAhead {
   static constexpr std::ptrdiff_t stretch_pairs = chunk_pairs;
   static constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;
 
+  // So that what is waited for afterwards is waited for by the callback: threads that found the
+  // pairs have them in their caches.
+  void fetch(const Pair* begin, const Pair* end) const {
+    for (; begin < end; ++begin)
+      asm volatile("" : : "r"(geoms_[earlierOf(*begin)]), "r"(geoms_[laterOf(*begin)]));
+  }
   template <class Call>
   static void tellPlainly(const Pair* begin, const Pair* end, Call call) {
     for (; begin < end; ++begin) call(*begin);
