@@ -168,3 +168,20 @@ TEST_CASE("Pairs stay exact where a pile rests, trembles and is stirred in turn"
     }
   }
 }
+
+TEST_CASE("A pile that has come to rest gives back what was held while it trembled",
+          "[trembling]") {
+  TremblingPile pile(on_cpu, 1500, 124);
+  const auto frames = [&](int count, double distance) {
+    for (int frame = 0; frame < count; ++frame) {
+      if (distance > 0) pile.tremble(distance);
+      collide(pile.space());
+    }
+    return statsOf(pile.space());
+  };
+  CHECK(frames(10, 0.001).candidates_kept > 0);
+  const auto held = frames(20, 0).memory_bytes;
+  const auto left = frames(80, 0).memory_bytes;
+  CHECK(left + 36 * 1500 < held);
+  CHECK(frames(10, 0.001).candidates_kept > 0);
+}

@@ -103,6 +103,7 @@ void FatPairs::lookForLeaving(const BoxSet& boxes, int threads) {
 
 FatPairs::Outcome FatPairs::look(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
   const ScopedMode mode(exactMode());
+  passed_over_ = 0;
   const bool slow = isSlow(boxes);
   if (running_ && fat_.filter_bits == boxes.filter_bits &&
       fat_.filter_bodies == boxes.filter_bodies) {
@@ -117,6 +118,12 @@ FatPairs::Outcome FatPairs::look(const BoxSet& boxes, int threads, const Sweep<f
   stop();
   if (in_vain) return Outcome::in_vain;
   return slow ? Outcome::started : Outcome::off;
+}
+
+void FatPairs::passOver() {
+  constexpr int held_frames =
+      64;  // fixed: a second of a program's, to make all anew costs half a frame
+  if (running_ && ++passed_over_ > held_frames) stop();
 }
 
 void FatPairs::stop() {

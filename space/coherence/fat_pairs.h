@@ -40,6 +40,9 @@ class FatPairs {
   // are those of the fat boxes afterwards.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
 
+  // A frame was found without a look(). After many in a row nothing is held any more.
+  void passOver();
+
   // Of the last find(): candidates that were not looked for again.
   std::size_t kept() const { return kept_; }
   std::size_t bytes() const {
@@ -60,6 +63,7 @@ class FatPairs {
 
   bool running_ = false;
   int served_ = 0;            // frames since all got fat boxes
+  int passed_over_ = 0;       // frames since the last look()
   std::uint64_t builds_ = 0;  // of the sweep, when its trees were last made
   bool incremental_started_ = false;
   BoxSet fat_;

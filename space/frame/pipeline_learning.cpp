@@ -16,6 +16,7 @@ SceneFacts Pipeline::factsOf(const Scene& scene, bool for_contacts) const {
 
 void Pipeline::learn(const Frame& frame, const Settings& settings) {
   policy_.learn(frame.plan, frame.facts, settings, frame.result);
+  if (frame.result.fat_pairs == FatPairs::Outcome::not_tried) store_.fat_pairs.passOver();
   if (frame.updated->user_classes && !foundUserClasses() &&
       policy_.learnOfUserClasses(candidates_.size()))
     findUserClasses();

@@ -27,7 +27,8 @@
  *   collide it. Pairs of a class without an AABBTest cost no more than others: once there have
  *   been 150,000 pairs to ask about, the library finds out which classes have one, by a private
  *   image of ODE (see dParallelSAPSpaceCollideContacts). Where there can be none, dMessage tells
- *   why, once, and ODE goes on being asked about each pair.
+ *   why, once, and ODE goes on being asked about each pair. While a space is being collided by one
+ *   thread, no other may make a class: the library reads ODE's table of them.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
  * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
