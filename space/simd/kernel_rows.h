@@ -128,7 +128,7 @@ inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask
 }
 
 // Pairs of all boxes of `query` with those of sixteen boxes that are in maskOf(lane). A processor
-// cannot precompute which boxes have hits, so all are met before a pair is written, and it is wrong
+// cannot predict which boxes have hits, so all are met before a pair is written, and it is wrong
 // once a row instead of once a hit.
 template <class Real, class MaskOf>
 inline void boxesAgainstRow(const Query<Real>& query, const Row<Real>& row, const RowIds& ids,

@@ -67,7 +67,6 @@ struct CellCandidates {
   alignas(64) Real upper[3][stride];
   alignas(64) std::uint32_t cell[stride];
   alignas(64) std::uint32_t chosen[stride];
-  std::uint16_t reached[stride];  // boxes of a chosen cell
   std::size_t count = 0;
 
   bool full() const { return count > capacity - group_size; }
@@ -141,22 +140,6 @@ struct Meeting {
   bool forward;  // of one tree: each meets itself and those after it only
   bool exact;
 };
-
-// Keeps those of the first `count` chosen cells that have boxes which box `lane` of `bounds`
-// reaches, and returns their number. A processor cannot precompute which cells those are.
-template <class Real>
-inline std::size_t keepReached(const TreeView<Real>& tree, const Group<Real>& bounds, unsigned lane,
-                               std::size_t count, CellCandidates<Real>& cells) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t cell = cells.chosen[i];
-    const unsigned mask = overlaps(bounds, lane, tree.levels[0][cell]);
-    cells.chosen[kept] = cell;
-    cells.reached[kept] = static_cast<std::uint16_t>(mask);
-    kept += mask != 0;
-  }
-  return kept;
-}
 
 // Pairs of the cells [begin, end) of the queries, which are all below one node, with the gathered
 // cells of the tree, and, if `own`, within each. Uses the gathered cells up.
@@ -279,7 +262,7 @@ inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Fron
 }
 
 // Walks `tree` from the nodes of `level` in fronts[level] on, with all boxes at once: which nodes a
-// box overlaps, a processor cannot precompute, but it need not know the one to look at the next.
+// box overlaps, a processor cannot predict, but it need not know the one to look at the next.
 template <class Real>
 void descend(const Query<Real>& query, const TreeView<Real>& tree, int level, Front* fronts,
              PairSink& sink) {

@@ -48,7 +48,7 @@ inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeVie
   }
 }
 
-// The same where there are more: a processor cannot precompute which cells have hits, so many of
+// The same where there are more: a processor cannot predict which cells have hits, so many of
 // them are met before any are written, and it is wrong once a row instead of once a hit.
 template <class Real>
 inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
