@@ -331,7 +331,11 @@ enum { dParallelSAPPairsConcurrent = 1 };
  * several, one) leaves dParallelSAPSpaceCollidePairs on the calling thread; the space is left
  * unlocked and usable. Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there
  * are few pairs; scenes of up to 120 geoms, and those for whose pairs there is no memory, use the
- * calling thread. */
+ * calling thread.
+ *
+ * `callback` may be 0: the pairs are found and counted, and none is handed out. That is the frame
+ * of a program that goes by what dParallelSAPSpaceGetBegunPairs and dParallelSAPSpaceGetEndedPairs
+ * tell. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
