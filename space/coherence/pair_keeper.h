@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 #include "space/coherence/incremental.h"
 #include "space/coherence/kept_pairs.h"
@@ -68,8 +69,10 @@ class PairKeeper {
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
-  // Whether it left all pairs as they were.
+  // Whether it left all pairs as they were; otherwise those of before, and what it changed.
   bool unchanged() const { return changes_ == 0; }
+  PairList& replaced() { return kept_pairs_.replaced(); }
+  const std::vector<ChangedPiece>& pairChanges() const { return kept_pairs_.changes(); }
   std::size_t bytes() const {
     return bytesOf(changed_, incremental_, wide_incremental_, found_, kept_pairs_);
   }
