@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <utility>
 
 #include "space/coherence/tuning.h"
@@ -65,7 +66,7 @@ class KeptPairs::Merge {
       if (any) {
         for (std::ptrdiff_t i = 0; i < step; ++i) passOne();
       } else {
-        std::copy(pair_, pair_ + step, next_);
+        std::memcpy(next_, pair_, step * sizeof(Pair));
         pair_ += step;
         next_ += step;
       }
