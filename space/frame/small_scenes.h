@@ -43,8 +43,18 @@ struct SmallCounts {
 
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallFound {
-  dxGeom* const* active = nullptr;
-  const PlacePair* pairs = nullptr;  // of places in `active`
+  // What is going to be put into a storage.
+  explicit SmallFound(const SmallStorage& storage) : active(storage.active), pairs(storage.pairs) {}
+  // What was remembered.
+  SmallFound(const std::vector<dxGeom*>& remembered, const std::vector<PlacePair>& their_pairs,
+             const SmallCounts& their_counts)
+      : active(remembered.data()),
+        pairs(their_pairs.data()),
+        counts(their_counts),
+        recalled(true) {}
+
+  dxGeom* const* active;
+  const PlacePair* pairs;  // of places in `active`
   SmallCounts counts;
   bool recalled = false;  // what was found is what was remembered
 };
@@ -71,7 +81,7 @@ class StillScene {
   }
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
   // Its candidates are its pairs, unless there are user classes.
-  SmallFound recall() const { return {active_.data(), pairs_.data(), counts_, true}; }
+  SmallFound recall() const { return {active_, pairs_, counts_}; }
   const SmallCounts& counts() const { return counts_; }
   std::size_t bytes() const {
     return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
