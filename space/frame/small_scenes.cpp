@@ -1,6 +1,7 @@
 #include "space/frame/small_scenes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <new>
 
 #include "space/data/mechanisms.h"
@@ -218,8 +219,10 @@ inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Stati
                                const SmallReport& report) {
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(found.counts.of(geoms));
-  for (unsigned i = 0; i < found.counts.pairs; ++i)
-    tellPair(found, i, report.data, report.callback);
+  dxGeom* const* const active = found.active;
+  const PlacePair* const end = found.pairs + found.counts.pairs;
+  for (const PlacePair* pair = found.pairs; pair != end; ++pair)
+    report.callback(report.data, active[pair->earlier()], active[pair->later()]);
   // A collide within the callback wrote its own.
   if (statistics.frames() != frame) noteAgain(found.counts, geoms, statistics);
   return found.counts.pairs;
@@ -230,9 +233,11 @@ inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Stati
 std::size_t SmallScenes::collidePlainly(const Scene& scene, const PackRules& rules,
                                         Complaints& complaints, Statistics& statistics,
                                         const SmallReport& report) {
-  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->counts().user_classes))
+  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->found().counts.user_classes))
     return collide(scene, rules, complaints, statistics, report).pairs;
-  if (isStill(rules)) return tellPlainly(still_scene_->recall(), scene.count, statistics, report);
+  assert(!is_still_ || still_scene_->rules() == rules);
+  if (is_still_ && still_scene_->isAsSeen())
+    return tellPlainly(still_scene_->found(), scene.count, statistics, report);
   SmallStorage storage;
   SmallFound found(storage);
   find(scene, rules, storage, found.counts);
@@ -253,7 +258,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   SmallStorage storage;
   SmallFound found(storage);
   if (isStill(rules)) {
-    found = still_scene_->recall();
+    found = still_scene_->found();
   } else {
     find(scene, rules, storage, found.counts);
     noteFound(scene, rules, complaints, found);
@@ -339,7 +344,10 @@ void StillScene::remember(const Scene& scene, const PackRules& rules, const Smal
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
   active_.assign(found.active, found.active + found.counts.actives);
   pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
-  counts_ = found.counts;
+  found_.active = active_.data();
+  found_.pairs = pairs_.data();
+  found_.counts = found.counts;
+  found_.recalled = true;
 }
 
 }  // namespace ode_parallel_sap
