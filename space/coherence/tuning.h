@@ -28,8 +28,8 @@ constexpr std::size_t changed_chunk_cells = 4;
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 // How far a fat box lies outside of a box, in parts of the box's least extent; one that its box has
-// left twice as far. Piles then have a third more candidates than pairs; with half or twice the room
-// extraction takes up to 1.3 times as long in some of them.
+// left twice as far. Piles then have a third more candidates than pairs; with half or twice the
+// room extraction takes up to 1.3 times as long in some.
 // Unit: 1. From: peers, trembling and pile-cubes.
 // Doubled: +1 % of time. Halved: no difference.
 constexpr float fat_share = 1.0f / 16;
