@@ -46,7 +46,7 @@ bool live(std::uint64_t seed, Totals& totals) {
 bool reachesFatPairs(const Totals& totals) {
   constexpr unsigned long kEnoughFrames = 300;
   const bool enough =
-      totals.trembling < kEnoughFrames || 3 * totals.candidates_kept >= totals.trembling;
+      totals.trembling < kEnoughFrames || 5 * totals.candidates_kept >= totals.trembling;
   std::printf("%lu of %lu frames of trembling worlds found from kept candidates%s\n",
               totals.candidates_kept, totals.trembling, enough ? "" : ": TOO FEW");
   return enough;
