@@ -332,7 +332,8 @@ def rest(directory):
              "skip-asleep": "the others asleep, pairs at rest left out",
              "skip-asleep-told": "likewise, the space is told of the rest",
              "skip-static": "the others static, pairs at rest left out",
-             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box"}
+             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box",
+             "tolerance-0.002": "likewise, tolerance a five-hundredth of a box"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]
     lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]),
               shown(row["ratio"]), count(row["pairs"])] for row in rows]
