@@ -240,8 +240,8 @@ void DeviceSweep::scatterUpTo(std::size_t block) {
   for (; scattered_blocks_ < block; scattered_blocks_ += pass_blocks_) {
     const std::size_t begin = scattered_blocks_ * list_block;
     const std::size_t end = std::min(frame_.boxes, begin + pass_blocks_ * list_block);
-    scatterPairs(foundPairs(), {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)},
-                 frame_.boxes, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+    const SlotRange slots = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)};
+    scatterPairs(foundPairs(), slots, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
   }
 }
 
