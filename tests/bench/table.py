@@ -299,13 +299,15 @@ def rival_rows(directory, columns, at_rest_only):
 
 def rivals(directory):
     """Broad phases of engines. Those that keep pairs stand with ours that tells what began and ended."""
-    return rival_rows(directory, (OURS + ":begun-ended", "physx-abp", "physx-pabp", "physx-mbp", "physx-sap", "box3d",
-                                  "bullet-dbvt", OURS, "jolt", "scalable-ccd", "embree"), False)
+    return rival_rows(directory, (OURS + ":begun-ended", OURS + ":notified-begun-ended", "physx-abp", "physx-pabp",
+                                  "physx-mbp", "physx-sap", "box3d", "bullet-dbvt", OURS, "jolt", "scalable-ccd",
+                                  "embree"), False)
 
 
 def rivals_asleep(directory):
     """The same where pairs of boxes at rest are not due."""
-    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended", "jolt-asleep"), True)
+    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended",
+                                  OURS + ":notified-skip-asleep-begun-ended", "jolt-asleep"), True)
 
 
 def many_threads(directory):
