@@ -313,6 +313,7 @@ bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& 
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
   if (found.recalled && !found.counts.user_classes && events.tellSame(source)) return true;
   try {
+    events.keep(event_pairs_);
     event_pairs_.clear(1);
     Buffer<Pair>& pairs = event_pairs_.parts[0];
     pairs.resizeDiscarding(found.counts.pairs);
