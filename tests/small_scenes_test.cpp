@@ -92,6 +92,16 @@ TEST_CASE("What is done to a small space between two frames is seen by the next 
          CHECK(collide(space).empty());
          dParallelSAPSpaceSetSkipStatic(space, 0);
        }},
+      {"static pairs left out since it was not small",
+       [](World&, dSpaceID space) {
+         REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep));
+         dParallelSAPSpaceSetSkipStatic(space, 1);
+         CHECK(collide(space).empty());
+         REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodAuto));
+         CHECK(collide(space).empty());
+         CHECK(collide(space).empty());
+         dParallelSAPSpaceSetSkipStatic(space, 0);
+       }},
       {"events",
        [](World& world, dSpaceID space) {
          dParallelSAPSpaceSetEvents(space, 1);
