@@ -29,7 +29,7 @@ constexpr CompressBytes compress_bytes;
 
 struct Lanes {
   static constexpr const char* name = "neon";
-  static constexpr std::size_t longest_sorted = 8;
+  static constexpr std::size_t longest_sorted = 8;  // fixed: two registers
 
   static unsigned atLeast(const float* p, float value) {
     const float32x4_t v = vdupq_n_f32(value);

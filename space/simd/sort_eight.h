@@ -12,7 +12,7 @@
 namespace {
 
 struct ShortListSorter {
-  static constexpr std::size_t longest_sorted = 8;
+  static constexpr std::size_t longest_sorted = 8;  // fixed: a register
 
   // Writes the pairs of the first `count` of eight list words, ascending, to `sorted`, and anything
   // behind them up to the eighth place.

@@ -11,7 +11,7 @@ namespace {
 
 // As ShortListSorter of sort_eight.h, for up to sixteen words.
 struct ShortListSorter {
-  static constexpr std::size_t longest_sorted = 16;
+  static constexpr std::size_t longest_sorted = 16;  // fixed: a register
 
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
                         std::uint64_t* sorted) {
