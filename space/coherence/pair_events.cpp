@@ -5,6 +5,7 @@
 #include <numeric>
 #include <utility>
 
+#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
@@ -150,7 +151,7 @@ bool PairEvents::tellSame(Source source) {
 
 bool PairEvents::tellChanged(const PairList& pairs, const std::vector<ChangedPiece>& changes,
                              const Buffer<dxGeom*>& geoms, Source source, int threads) {
-  if (source != source_ || any_gone_ || closed_) return false;
+  if (!mechanisms::events_of_changes || source != source_ || any_gone_ || closed_) return false;
   return tellFound(pairs, geoms, source, threads, [&](int) { takePieces(pairs, changes); });
 }
 

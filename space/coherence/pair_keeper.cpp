@@ -30,8 +30,8 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
 // Sees without going through the slots that nothing was told of, and that there is nothing to look
 // at.
 bool PairKeeper::isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
-  return !any_changed_ && !all_may_have_changed_ && !rules.checked && source_ != Source::device &&
-         geom_update.watchesNone();
+  return mechanisms::plainly_same_frames && !any_changed_ && !all_may_have_changed_ &&
+         !rules.checked && source_ != Source::device && geom_update.watchesNone();
 }
 
 PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,

@@ -109,6 +109,7 @@ def change(path, name, replacement):
 # of pair-benchmark are found pairs first, so a variant that finds others is not timed.
 def measurements(quick):
     ours = ["--peers=parallel-sap", "--budget=%g" % (0.02 if quick else 0.03), "--rounds=1"]
+    told = ["--peers=parallel-sap:notified-begun-ended"] + ours[1:]
     pairs = ("scene", "n", "threads", "moving")
     seconds = "%g" % (0.02 if quick else 0.05)
     many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,log-sizes-6,giant-among-dust," \
@@ -122,6 +123,10 @@ def measurements(quick):
         ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64", "--still"] + ours, pairs),
         ("pair-benchmark", ["--scenes=" + few, "--sizes=300" + ("" if quick else ",30000"), "--still"] + ours,
          pairs),
+        # Of a program that tells what it changes, and asks what began and ended.
+        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--moving=0.01"] + told,
+         pairs),
+        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--still"] + told, pairs),
         ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=" + seconds,
                             "--rounds=1"], ("setting", "n", "threads")),
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
