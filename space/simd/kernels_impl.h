@@ -10,6 +10,7 @@
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
+#include "space/simd/kernel_shapes.h"
 #include "space/simd/kernel_trees.h"
 #include "space/simd/tuning.h"
 
@@ -242,6 +243,7 @@ constexpr Kernels<Real> kernelsFor() {
 }
 
 constexpr KernelSet kernel_set = {Lanes::name,        kernelsFor<float>(), kernelsFor<double>(),
-                                  sortListsBy<Lanes>, boxesOutside,        keptPairs};
+                                  sortListsBy<Lanes>, boxesOutside,        keptPairs,
+                                  pack_shapes};
 
 }  // namespace
