@@ -2,6 +2,7 @@
 // not looked for.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <functional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -168,6 +169,38 @@ TEST_CASE("A geom that nothing is told of is not looked at, one that is told of 
     CHECK(collide(row.space).size() == row.pairs.size() - 1);
     dParallelSAPSpaceSetNotified(row.space, 0);
     CHECK(collide(row.space) == row.pairs);
+  }
+}
+
+TEST_CASE("After frames of which nothing is told each change is seen", "[notified]") {
+  const BareEnvironment bare;
+  Row row;
+  dParallelSAPSpaceSetNotified(row.space, 1);
+  const dGeomID geom = row.geom(), last = row.world.geoms().back();
+  const std::function<void()> changes[] = {
+      [&] { dGeomSetPosition(geom, 0.5, 5, 0.5); },
+      [&] { dGeomSetPosition(geom, 0.5, 0.5, 0.5); },
+      [&] {
+        dGeomDisable(geom);
+        dParallelSAPSpaceNotify(row.space, geom);
+      },
+      [&] {
+        dGeomEnable(geom);
+        dParallelSAPSpaceNotify(row.space, nullptr);
+      },
+      [&] { row.world.remove(last); },
+      [&] { row.world.addAgain(last); },
+      [&] { dParallelSAPSpaceSetSkipAsleep(row.space, 1); },
+      [&] { dParallelSAPSpaceSetSkipAsleep(row.space, 0); },
+  };
+  Pairs before = row.pairs;
+  for (const std::function<void()>& change : changes) {
+    INFO("change " << &change - changes);
+    for (int frame = 0; frame < 3; ++frame) CHECK(difference(collide(row.space), before) == "");
+    CHECK(statsOf(row.space).kept == before.size());
+    change();
+    before = expectedPairs(row.world.geoms());
+    CHECK(difference(collide(row.space), before) == "");
   }
 }
 

@@ -213,7 +213,7 @@ TEST_CASE("Pairs in blocks are counted in a trace, and those of contacts are not
   collide(space);
   const auto ignore = [](void*, const dParallelSAPPair*, size_t, size_t) {};
   dParallelSAPSpaceCollidePairs(space, nullptr, 0, ignore);
-  dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, ignore);
+  dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, nullptr);
   dParallelSAPContactCallbacks callbacks = {};
   callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
   dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cuda/check/check.h"
+#include "cuda/check/motion.h"
 #include "cuda/check/scenes.h"
 #include "space/extract/paper/brute_force.h"
 #include "space/extract/sweep.h"
@@ -102,15 +103,18 @@ std::string nameOf(int way) {
   return way == by_choice ? "auto" : std::to_string(way);
 }
 
-// Frames of one scene in any way; Auto goes on learning from frame to frame, as in a space.
+// Frames of one scene in any way; Auto goes on learning from frame to frame, as in a space. All
+// boxes move between frames.
 class Frames {
  public:
-  Frames(Finders& finders, const BoxSet& boxes, int devices)
+  Frames(Finders& finders, BoxSet& boxes, int devices)
       : finders_(finders),
         boxes_(boxes),
+        motion_(boxes),
         candidates_(DeviceChoice::Candidates::upTo(true, devices)) {}
 
   double find(int way) {
+    motion_.advance();
     if (way != by_choice) return finders_.find(way, boxes_, pairs_);
     decision_ = choice_.decide(boxes_.size, candidates_);
     chosen_ = decision_.devices;
@@ -124,6 +128,7 @@ class Frames {
  private:
   Finders& finders_;
   const BoxSet& boxes_;
+  Motion motion_;
   const DeviceChoice::Candidates candidates_;
   DeviceChoice choice_;
   int chosen_ = 0;

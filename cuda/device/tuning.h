@@ -21,11 +21,11 @@ constexpr int blocks_a_processor = 8;
 // Doubled: no difference. Halved: no difference.
 constexpr int items_a_thread = 4;
 
-// What travels at a time, at most: 30 us at full speed hide what starting a piece costs, and the
+// What travels at a time, at most: 60 us at full speed hide what starting a piece costs, and the
 // first leaves soon.
 // Unit: bytes. From: cuda/check time, cube of 1,000,000.
 // Doubled: no difference. Halved: no difference.
-constexpr std::size_t piece_bytes = 3 << 19;
+constexpr std::size_t piece_bytes = 3 << 20;
 
 // Looks at whether another thread is done before the core is given away: some 50 us.
 // Unit: looks. From: cuda/check time, with more threads than cores.

@@ -202,16 +202,22 @@ void DeviceSweep::list(const std::uint32_t* counts) {
   mark(Scanned);
 }
 
-// Asks for what the host has to know, and has the pairs put into their lists meanwhile unless
+// Asks for what the host has to know, and has the first pairs put into their lists meanwhile unless
 // others have some of them. Few lists are sorted as well, before it is known whether all is done:
 // many are better sorted while others travel.
 void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
+  scattered_blocks_ = blocks();
   if (!frame_.isShared()) {
-    scatterPairs(foundPairs(), c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+    const bool few = pairs_expected_ <= most_sorted_at_once;
+    const std::size_t passes = few || frame_.in_place ? 1 : scatter_passes;
+    pass_blocks_ = (blocks() + passes - 1) / passes;
+    scattered_blocks_ = 0;
+    // Stages are timed one after the other.
+    scatterUpTo(measuring ? blocks() : 1);
     mark(Scattered);
-    sorted_ = pairs_expected_ > 0 && pairs_expected_ <= most_sorted_at_once;
+    sorted_ = few && pairs_expected_ > 0;
     if (sorted_) sortAll();
   }
 
@@ -225,6 +231,18 @@ void DeviceSweep::collect() {
   CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
                              (frame_.boxes + 31) / 32 * sizeof(std::uint32_t),
                              cudaMemcpyDeviceToHost, c.down));
+}
+
+// Has the pairs of the slots before those of a block put into their lists, in as many passes as
+// that takes.
+void DeviceSweep::scatterUpTo(std::size_t block) {
+  Context& c = *context_;
+  for (; scattered_blocks_ < block; scattered_blocks_ += pass_blocks_) {
+    const std::size_t begin = scattered_blocks_ * list_block;
+    const std::size_t end = std::min(frame_.boxes, begin + pass_blocks_ * list_block);
+    scatterPairs(foundPairs(), {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)},
+                 frame_.boxes, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+  }
 }
 
 std::size_t DeviceSweep::found() const {
@@ -298,7 +316,10 @@ void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted so
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
   const bool sort = !sorted_ || in_place != frame_.in_place;
-  if (sort && in_place) clearBorderline(total);
+  if (sort && in_place) {
+    clearBorderline(total);
+    scatterUpTo(blocks());  // sorted ones go to where found ones are
+  }
   std::size_t block = 0;
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t words = std::min(total, (piece + 1) * piece_words);
@@ -306,6 +327,7 @@ void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted so
     const std::size_t end =
         words == total ? blocks()
                        : std::lower_bound(begins + block, begins + blocks(), words) - begins;
+    scatterUpTo(end);
     if (sort) device::sortLists(lists(in_place), block, end, c.queue());
     block = end;
     if (!long_lists) sorted(piece);

@@ -97,6 +97,7 @@ class DeviceSweep {
   void search(bool ignore_clusters);
   void list(const std::uint32_t* counts);
   void collect();
+  void scatterUpTo(std::size_t block);
   void sortAll();
   void clearBorderline(std::size_t pairs);
   template <class Sorted>
@@ -116,6 +117,8 @@ class DeviceSweep {
   std::unique_ptr<Context> context_;
   Frame frame_;
   std::size_t pairs_expected_ = 0;
+  // Blocks of slots: whose pairs are in their lists, and how many more at a time.
+  std::size_t scattered_blocks_ = 0, pass_blocks_ = 1;
   bool sorted_ = false;  // all but the long lists, as the frame's in_place says
   bool sent_in_place_ = false;
   device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};

@@ -56,23 +56,29 @@ __global__ void __launch_bounds__(list_block)
     summary.block_begins[gridDim.x] = ends[slots];
 }
 
+// Whose lists a pass puts pairs into.
+enum class Slots { all, range, own };
+
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
 // places in its list at once. These are whatever the counter gives: below the list's end, as the
-// list has one place for each pair found. Of only_own pairs the others are taken for none.
-template <bool only_own>
+// list has one place for each pair found. Pairs of other slots are taken for none.
+template <Slots slots>
 __global__ void __launch_bounds__(block_threads)
-    scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
+    scatterKernel(const Found* __restrict__ found, unsigned long long capacity, SlotRange range,
                   const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
-  const unsigned long long count = only_own ? capacity : plan->counters.found;
+  const unsigned long long count = slots == Slots::own ? capacity : plan->counters.found;
   if (count > capacity) return;
-  const SlotRange own = only_own ? plan->own : SlotRange{0, 0};
+  if (slots == Slots::own) range = plan->own;
   const int lane = threadIdx.x % 32;
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long first = blockIdx.x * std::size_t{block_threads} + threadIdx.x - lane;
        first < count; first += stride) {
     Found pair = first + lane < count ? found[first + lane] : nothing_found;
     const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
-    if (only_own && !(earlier >= own.begin && earlier < own.end)) pair = nothing_found;
+    if (slots != Slots::all) {
+      if (!(earlier >= range.begin && earlier < range.end)) pair = nothing_found;
+      if (!__any_sync(all_lanes, pair != nothing_found)) continue;
+    }
     const std::uint32_t before = __shfl_up_sync(all_lanes, earlier, 1);
     const unsigned heads = __ballot_sync(all_lanes, lane == 0 || before != earlier);
     const int head = 31 - __clz(static_cast<int>(heads & (all_lanes >> (31 - lane))));
@@ -270,17 +276,20 @@ void summariseLists(const std::uint32_t* counts, const unsigned long long* ends,
          queue.stream, counts, ends, slots, plan, summary);
 }
 
-void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
-                  std::uint32_t* lists, const KernelQueue& queue) {
-  launch("scatter pairs", scatterKernel<false>, std::size_t(queue.processors) * blocks_a_processor,
-         block_threads, queue.stream, found.pairs, found.capacity, plan, ends, lists);
+void scatterPairs(const FoundPairs& found, const SlotRange& range, std::size_t slots,
+                  const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists,
+                  const KernelQueue& queue) {
+  const bool all = range.end - range.begin == slots;
+  launch("scatter pairs", all ? scatterKernel<Slots::all> : scatterKernel<Slots::range>,
+         std::size_t(queue.processors) * blocks_a_processor, block_threads, queue.stream,
+         found.pairs, found.capacity, range, plan, ends, lists);
 }
 
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
                      unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue) {
-  launch("scatter own pairs", scatterKernel<true>,
+  launch("scatter own pairs", scatterKernel<Slots::own>,
          std::size_t(queue.processors) * blocks_a_processor, block_threads, queue.stream, found,
-         count, plan, ends, lists);
+         count, SlotRange{0, 0}, plan, ends, lists);
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {

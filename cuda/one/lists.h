@@ -29,10 +29,11 @@ struct ListSummary {
 void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
                     ScenePlan* plan, const ListSummary& summary, const KernelQueue& queue);
 
-// Puts the words of the pairs into their lists, in no order within a list. ends[i] becomes the end
-// of list i. Does nothing if the pairs did not fit.
-void scatterPairs(const FoundPairs& found, const ScenePlan* plan, unsigned long long* ends,
-                  std::uint32_t* lists, const KernelQueue& queue);
+// Puts the words of pairs whose earlier slot is in `range`, of all `slots`, into their lists, in no
+// order within a list. ends[i] becomes the end of list i. Does nothing if the pairs did not fit.
+void scatterPairs(const FoundPairs& found, const SlotRange& range, std::size_t slots,
+                  const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists,
+                  const KernelQueue& queue);
 // The same with `count` pairs, of which those of plan->own are taken.
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
                      unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue);

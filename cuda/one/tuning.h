@@ -51,16 +51,23 @@ constexpr std::uint32_t cached_words = 4096;
 // Doubled: no difference. Halved: cube of 100,000 1.02 to 1.05 times.
 constexpr std::size_t most_sorted_at_once = std::size_t{1} << 20;
 
+// Passes in which many pairs are put into lists that leave in pieces, each pass those of a range of
+// slots: what leaves first waits for one of them only, and the places of a pass stay in the
+// second-level cache.
+// Unit: passes. From: cuda/check time, cubes of 1,000,000 and 4,000,000.
+// Doubled: TODO. Halved: TODO.
+constexpr std::size_t scatter_passes = 6;
+
 // What travels is cut into so many pieces at least, unless they were smaller than that part of
 // piece_bytes: the first can be dealt with early.
 // Unit: pieces. From: cuda/check time, cube of 100,000.
 // Doubled: no difference. Halved: no difference.
-constexpr std::size_t pieces_wanted = 4;
+constexpr std::size_t pieces_wanted = 8;
 
 // Pieces of a ring of pinned memory, which stays in the processor's cache.
 // Unit: pieces. From: cuda/check time, cube of 1,000,000.
 // Doubled: no difference. Halved: no difference.
-constexpr std::size_t ring_pieces = 8;
+constexpr std::size_t ring_pieces = 4;
 
 // From this many threads a device on one of them does nothing but drive it.
 // Unit: threads a device. From: cuda/check time, 2 to 16 threads.

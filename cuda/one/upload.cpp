@@ -19,7 +19,14 @@ Region sending("device: upload");
 
 // Bytes that are copied to where a device reads them: 50 us at the 8 GB/s that each of six threads
 // reaches.
-constexpr Grain grain_bytes = {piece_bytes / 4, Grain::whole};
+constexpr Grain grain_bytes = {piece_bytes / pieces_wanted, Grain::whole};
+
+// Of a piece of the array, in whole elements.
+std::size_t pieceBytes(const Upload::Array& array, std::size_t most) {
+  const std::size_t bytes =
+      std::clamp(array.bytes / array.pieces, piece_bytes / pieces_wanted, most);
+  return bytes / array.element * array.element;
+}
 
 }  // namespace
 
@@ -35,9 +42,7 @@ class Upload::Transfer {
         array_(array),
         stream_(stream),
         sent_(sent),
-        own_piece_bytes_(
-            std::clamp(array.bytes / pieces_wanted, piece_bytes / pieces_wanted, piece_bytes) /
-            array.element * array.element),
+        own_piece_bytes_(pieceBytes(array, piece_bytes)),
         pieces_((array.bytes + own_piece_bytes_ - 1) / own_piece_bytes_),
         copied_(pieces_) {}
 
@@ -120,7 +125,7 @@ class Upload::Transfer {
 namespace {
 
 void sendInPlace(const Upload::Array& array, cudaStream_t stream, const Upload::Sent& sent) {
-  const std::size_t step = piece_bytes / array.element * array.element;
+  const std::size_t step = pieceBytes(array, std::max(array.bytes, piece_bytes));
   for (std::size_t begin = 0; begin < array.bytes; begin += step) {
     const std::size_t end = std::min(begin + step, array.bytes);
     CHECK_CUDA(cudaMemcpyAsync(static_cast<char*>(array.to) + begin,

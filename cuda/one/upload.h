@@ -20,6 +20,7 @@ class Upload {
     void* to;  // on the device
     std::size_t bytes;
     std::size_t element;  // bytes of one; pieces hold whole ones
+    std::size_t pieces;   // wanted: what has come can be worked on
     bool locked;          // in memory (cuda/device/page_locks.h)
   };
   using Sent = std::function<void(std::size_t, std::size_t)>;

@@ -130,9 +130,10 @@ void DeviceGroup::bringSlices(const Array<Value>& array, const Round& round, int
   each([&](DeviceSweep& member, std::size_t index) {
     Context& c = *member.context();
     const Range slice = sliceOf(index);
-    const Upload::Array upload = {array.from.data() + slice.begin, array.to(c) + slice.begin,
-                                  (slice.end - slice.begin) * sizeof(Value), sizeof(Value),
-                                  round.locked[index] != 0};
+    const Upload::Array upload = {
+        array.from.data() + slice.begin,           array.to(c) + slice.begin,
+        (slice.end - slice.begin) * sizeof(Value), sizeof(Value),
+        round.of > 1 ? 1 : device::pieces_wanted,  round.locked[index] != 0};
     const int used = c.upload.run(upload, threads, c.up, [&](std::size_t begin, std::size_t end) {
       arrived(member, slice.begin + begin / sizeof(Value), slice.begin + end / sizeof(Value), c.up);
     });

@@ -14,15 +14,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// fixed: a fat box lies this share of a box's least extent outside of it, one that its box has left
-// twice as far. Piles then have a third more candidates than pairs; with 1/8 or 1/32 extraction
-// takes up to 1.3 times as long (tests/bench/results/NOTES.md).
-constexpr float fat_share = 1.0f / 16;
-
-// fixed: fat boxes are made where boxes would stay in them for so many frames, twice as many as
-// make good what that takes.
-constexpr float least_service = 4;
-
 // fixed: one box in so many is followed, which is 1 % of a frame, and no more than tell whether an
 // eighth of all is fast.
 constexpr std::size_t sampled_share = 16;

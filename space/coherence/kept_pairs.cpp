@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <utility>
 
 #include "space/coherence/tuning.h"
@@ -13,34 +14,91 @@ namespace {
 
 Region merging("kept pairs: parts");
 
-// Merges both into `merged`; returns how many of [begin, end) stayed.
-std::size_t mergePart(const Pair* begin, const Pair* end, const Pair* found, const Pair* found_end,
-                      const SlotSet& changed, Buffer<Pair>& merged) {
-  const SlotSet::View changes = changed.view();
-  const std::size_t count_found = found_end - found;
-  merged.resizeDiscarding((end - begin) + count_found);
-  Pair* next = merged.data();
-  Slot changed_earlier = begin < end ? changes.firstFrom(earlierOf(*begin)) : 0;
-  for (const Pair* pair = begin; pair < end || found < found_end;) {
-    const Pair next_found = found < found_end ? *found : ~Pair{0};
-    const Pair limit = std::min(next_found, makePair(changed_earlier, 0));
-    // Which later slots changed nothing foretells: each pair is written, and the next one over it.
-    for (; pair < end && *pair < limit; ++pair) {
-      *next = *pair;
-      next += !changes.contains(laterOf(*pair));
-    }
-    if (limit == next_found) {
-      *next++ = *found++;
-    } else {
-      while (pair < end && earlierOf(*pair) == changed_earlier) ++pair;
-      changed_earlier = changes.firstFrom(changed_earlier + 1);
-    }
-  }
-  merged.resize(next - merged.data());
-  return merged.size() - count_found;
-}
+// Pairs that are looked at before one of them is.
+constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
 
 }  // namespace
+
+// One part of both lists on its way into the new one.
+class KeptPairs::Merge {
+ public:
+  Merge(const Task& task, std::size_t old_begin, const SlotSet& changed, Buffer<Pair>& merged,
+        PairChanges& changes)
+      : begin_(task.begin - old_begin),
+        pair_(task.begin),
+        end_(task.end),
+        found_(task.found_begin),
+        found_end_(task.found_end),
+        changed_(changed.view()),
+        merged_(merged),
+        changes_(changes) {}
+
+  // Returns how many of the old ones stayed.
+  std::size_t run() {
+    const std::size_t count_found = found_end_ - found_;
+    merged_.resizeDiscarding((end_ - pair_) + count_found);
+    next_ = merged_.data();
+    changes_.clear();
+    Slot changed_earlier = pair_ < end_ ? changed_.firstFrom(earlierOf(*pair_)) : 0;
+    while (pair_ < end_ || found_ < found_end_) {
+      const Pair next_found = nextFound();
+      const Pair of_changed = makePair(changed_earlier, 0);
+      passOver(std::min(next_found, of_changed));
+      if (next_found < of_changed) {
+        meet();
+      } else {
+        while (pair_ < end_ && earlierOf(*pair_) == changed_earlier) meet();
+        changed_earlier = changed_.firstFrom(changed_earlier + 1);
+      }
+    }
+    merged_.resize(next_ - merged_.data());
+    return merged_.size() - count_found;
+  }
+
+ private:
+  Pair nextFound() const { return found_ < found_end_ ? *found_ : ~Pair{0}; }
+
+  // Pairs below `limit`, whose earlier slots are all unchanged.
+  void passOver(Pair limit) {
+    while (end_ - pair_ >= step && pair_[step - 1] < limit) {
+      bool any = false;
+      for (std::ptrdiff_t i = 0; i < step; ++i) any |= changed_.contains(laterOf(pair_[i]));
+      if (any) {
+        for (std::ptrdiff_t i = 0; i < step; ++i) passOne();
+      } else {
+        std::memcpy(next_, pair_, step * sizeof(Pair));
+        pair_ += step;
+        next_ += step;
+      }
+    }
+    while (pair_ < end_ && *pair_ < limit) passOne();
+  }
+  void passOne() {
+    if (changed_.contains(laterOf(*pair_)))
+      end();
+    else
+      *next_++ = *pair_++;
+  }
+  // The lesser of the next found pair and the next old one, which is of a changed slot if it is.
+  void meet() {
+    const Pair found = nextFound();
+    if (pair_ < end_ && *pair_ < found) return end();
+    if (pair_ < end_ && *pair_ == found)
+      ++pair_;  // it lasts
+    else
+      changes_.begun.push_back(static_cast<std::size_t>(next_ - merged_.data()));
+    *next_++ = *found_++;
+  }
+  void end() { changes_.ended.push_back(static_cast<std::size_t>(pair_++ - begin_)); }
+
+  const Pair* const begin_;  // where the first of all parts would be
+  const Pair *pair_, *const end_;
+  const Pair *found_, *const found_end_;
+  const SlotSet::View changed_;
+  Buffer<Pair>& merged_;
+  PairChanges& changes_;
+  Pair* next_ = nullptr;
+};
 
 // Cuts the pairs into parts of like length, and the found ones where those begin.
 void KeptPairs::planTasks(const PairList& pairs, const PairList& found, int threads) {
@@ -68,12 +126,19 @@ void KeptPairs::replace(const SlotSet& changed, const PairList& found, int threa
                         PairList& pairs) {
   planTasks(pairs, found, threads);
   merged_.clear(tasks_.size());
+  if (changes_.size() < tasks_.size()) changes_.resize(tasks_.size());
+  pieces_.clear();
+  std::size_t place = 0;
+  for (const Task& task : tasks_) {
+    const std::size_t begin = place;
+    place += static_cast<std::size_t>(task.end - task.begin);
+    pieces_.push_back({begin, place, &changes_[pieces_.size()]});
+  }
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
   runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
-    const Task& task = tasks_[range.begin];
-    kept += mergePart(task.begin, task.end, task.found_begin, task.found_end, changed,
-                      merged_.parts[range.begin]);
+    const std::size_t i = range.begin;
+    kept += Merge(tasks_[i], pieces_[i].old_begin, changed, merged_.parts[i], changes_[i]).run();
   });
   kept_ = kept;
   std::swap(pairs, merged_);

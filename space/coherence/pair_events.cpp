@@ -31,48 +31,49 @@ bool areSame(const Pair* a, const Pair* b) {
 class PairEvents::Comparison {
  public:
   // `old_slots`: by new slot; null where they are the same.
-  Comparison(const Buffer<Pair>& old, const Slot* old_slots) : old_(old), old_slots_(old_slots) {}
+  Comparison(const ToldPairs& old, const Slot* old_slots) : old_(old), old_slots_(old_slots) {}
 
   std::size_t oldPairs() const { return old_.size(); }
   Pair inOldSlots(Pair pair) const {
     return old_slots_ ? makePair(old_slots_[earlierOf(pair)], old_slots_[laterOf(pair)]) : pair;
   }
   // Of the old pairs those that come before this new one.
-  std::size_t oldBefore(Pair pair) const {
-    return std::lower_bound(old_.begin(), old_.end(), inOldSlots(pair)) - old_.begin();
-  }
-  void run(const Piece& piece, Findings& findings) const {
+  std::size_t oldBefore(Pair pair) const { return old_.before(inOldSlots(pair)); }
+  void run(const Piece& piece, PairChanges& findings) const {
     const Pair* pair = piece.begin;
-    const Pair* old = old_.data() + piece.old_begin;
-    const Pair* const old_end = old_.data() + piece.old_end;
     const auto begins = [&] {
-      findings.begun.push_back(piece.place + static_cast<std::size_t>(pair++ - piece.begin));
+      findings.begun.push_back(static_cast<std::size_t>(pair++ - piece.begin));
     };
-    const auto ends = [&] {
-      findings.ended.push_back(static_cast<std::size_t>(old++ - old_.data()));
-    };
-    while (pair < piece.end && old < old_end) {
-      if (!old_slots_ && piece.end - pair >= step && old_end - old >= step && areSame(pair, old)) {
-        pair += step;
-        old += step;
-        continue;
-      }
-      const Pair now = inOldSlots(*pair);
-      if (now < *old) {
-        begins();
-      } else if (*old < now) {
-        ends();
-      } else {
-        ++pair;
-        ++old;
-      }
-    }
+    old_.forRuns(piece.old_begin, piece.old_end,
+                 [&](const Pair* old, const Pair* old_end, std::size_t place) {
+                   const Pair* const run = old;
+                   const auto ends = [&] {
+                     findings.ended.push_back(place + static_cast<std::size_t>(old++ - run));
+                   };
+                   while (pair < piece.end && old < old_end) {
+                     if (!old_slots_ && piece.end - pair >= step && old_end - old >= step &&
+                         areSame(pair, old)) {
+                       pair += step;
+                       old += step;
+                       continue;
+                     }
+                     const Pair now = inOldSlots(*pair);
+                     if (now < *old) {
+                       begins();
+                     } else if (*old < now) {
+                       ends();
+                     } else {
+                       ++pair;
+                       ++old;
+                     }
+                   }
+                   while (old < old_end) ends();
+                 });
     while (pair < piece.end) begins();
-    while (old < old_end) ends();
   }
 
  private:
-  const Buffer<Pair>& old_;
+  const ToldPairs& old_;
   const Slot* const old_slots_;
 };
 
@@ -147,40 +148,63 @@ bool PairEvents::tellSame(Source source) {
   return true;
 }
 
+bool PairEvents::tellChanged(const PairList& pairs, const std::vector<ChangedPiece>& changes,
+                             const Buffer<dxGeom*>& geoms, Source source, int threads) {
+  if (source != source_ || any_gone_ || closed_) return false;
+  return tellFound(pairs, geoms, source, threads, [&](int) { takePieces(pairs, changes); });
+}
+
 bool PairEvents::tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
                       int threads) {
+  return tellFound(pairs, geoms, source, threads, [&](int team) {
+    const Comparison comparison(told_, nameOldSlots(geoms));
+    planPieces(pairs, comparison, team);
+    findChanges(comparison, team);
+  });
+}
+
+// find(team) leaves what begins and ends in pieces_. Nothing that lasts is changed before all
+// memory is there.
+template <class Find>
+bool PairEvents::tellFound(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
+                           int threads, Find find) {
   retire();
   try {
-    tellChanges(pairs, geoms, threads);
+    const int team = teamFor(pairs.size() + told_.size(), grains::passed_pairs, threads);
+    find(team);
+    addUp();
+    reserve(pairs, geoms.size());
+    for (Event& event : begun_) event.number = free_.take();
+    if (begun_.size() || ended_.size() || closed_) {
+      write(geoms, team);
+      numbers_.swap(next_numbers_);
+    }
   } catch (const std::bad_alloc&) {
     begun_.resizeDiscarding(0);
     ended_.resizeDiscarding(0);
     tellNothing();
     return false;
   }
+  told_.see(pairs);
+  last_slots_ = geoms.size();
+  if (any_gone_) gone_.clear();
+  any_gone_ = closed_ = false;
   source_ = source;
   is_known_ = true;
   return true;
 }
 
-// Nothing that lasts is changed before all memory is there.
-void PairEvents::tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads) {
-  const Comparison comparison(last_pairs_, nameOldSlots(geoms));
-  const std::size_t count = pairs.size();
-  const int team = teamFor(count + last_pairs_.size(), grains::passed_pairs, threads);
-  planPieces(pairs, comparison, team);
-  findChanges(comparison, team);
-  addUp();
-  reserve(count, geoms.size());
-  for (Event& event : begun_) event.number = free_.take();
-  if (begun_.size() || ended_.size() || closed_) {
-    write(geoms, team);
-    last_pairs_.swap(next_pairs_);
-    numbers_.swap(next_numbers_);
+// By parts of the new pairs.
+void PairEvents::takePieces(const PairList& pairs, const std::vector<ChangedPiece>& changes) {
+  pieces_.clear();
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const ChangedPiece& of = changes[i];
+    const Buffer<Pair>& part = pairs.parts[i];
+    pieces_.push_back({part.begin(), part.end(), place, of.old_begin, of.old_end, of.changes, 0,
+                       of.changes->begun.size(), 0, of.changes->ended.size(), 0, 0});
+    place += part.size();
   }
-  last_slots_ = geoms.size();
-  if (any_gone_) gone_.clear();
-  any_gone_ = closed_ = false;
 }
 
 void PairEvents::planPieces(const PairList& pairs, const Comparison& comparison, int threads) {
@@ -206,14 +230,11 @@ void PairEvents::planPieces(const PairList& pairs, const Comparison& comparison,
 
 void PairEvents::findChanges(const Comparison& comparison, int threads) {
   if (findings_.size() < static_cast<std::size_t>(threads)) findings_.resize(threads);
-  for (Findings& findings : findings_) {
-    findings.begun.resizeDiscarding(0);
-    findings.ended.resizeDiscarding(0);
-  }
+  for (PairChanges& findings : findings_) findings.clear();
   runChunks(comparing, threads, pieces_.size(), 1, [&](const Range& range, int thread) {
-    Findings& findings = findings_[thread];
+    PairChanges& findings = findings_[thread];
     Piece& piece = pieces_[range.begin];
-    piece.thread = static_cast<std::size_t>(thread);
+    piece.changes = &findings;
     piece.first_begun = findings.begun.size();
     piece.first_ended = findings.ended.size();
     comparison.run(piece, findings);
@@ -233,12 +254,10 @@ void PairEvents::addUp() {
 }
 
 // For what is to be written now, and for what may happen to so many slots until the next frame.
-void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
-  if (begun_.size() || ended_.size() || closed_) {
-    next_pairs_.resizeDiscarding(pairs);
-    next_numbers_.resizeDiscarding(pairs);
-  }
-  free_.reserve(last_pairs_.size() + begun_.size());
+void PairEvents::reserve(const PairList& pairs, std::size_t slots) {
+  if (begun_.size() || ended_.size() || closed_) next_numbers_.resizeDiscarding(pairs.size());
+  told_.reserve(pairs.parts.size());
+  free_.reserve(told_.size() + begun_.size());
   gone_.growTo(slots);
   was_.reserve(slots);
 }
@@ -247,25 +266,26 @@ void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
   runChunks(writing, threads, pieces_.size(), 1, [&](const Range& range, int) {
     const Piece& piece = pieces_[range.begin];
     writeEvents(piece, geoms);
-    std::copy(piece.begin, piece.end, next_pairs_.data() + piece.place);
     writeNumbers(piece);
   });
 }
 
 void PairEvents::writeEvents(const Piece& piece, const Buffer<dxGeom*>& geoms) {
-  const Findings& findings = findings_[piece.thread];
+  const PairChanges& changes = *piece.changes;
   for (std::size_t i = 0; i < piece.begun; ++i) {
     Event& event = begun_[piece.begun_before + i];
-    event.place = findings.begun[piece.first_begun + i];
-    const Pair pair = piece.begin[event.place - piece.place];
+    const std::size_t place = changes.begun[piece.first_begun + i];
+    const Pair pair = piece.begin[place];
+    event.place = piece.place + place;
     event.o1 = geoms[earlierOf(pair)];
     event.o2 = geoms[laterOf(pair)];
   }
   for (std::size_t i = 0; i < piece.ended; ++i) {
     Event& event = ended_[piece.ended_before + i];
-    event.place = findings.ended[piece.first_ended + i];
-    event.o1 = geomOf(earlierOf(last_pairs_[event.place]), geoms);
-    event.o2 = geomOf(laterOf(last_pairs_[event.place]), geoms);
+    event.place = changes.ended[piece.first_ended + i];
+    const Pair pair = told_.at(event.place);
+    event.o1 = geomOf(earlierOf(pair), geoms);
+    event.o2 = geomOf(laterOf(pair), geoms);
     event.number = numbers_[event.place];
   }
 }
@@ -295,22 +315,20 @@ void PairEvents::writeNumbers(const Piece& piece) {
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {
   const Slot p = oldOf(a), q = oldOf(b);
   const Pair pair = makePair(std::min(p, q), std::max(p, q));
-  const Pair* const found = std::lower_bound(last_pairs_.begin(), last_pairs_.end(), pair);
-  return is_known_ && found < last_pairs_.end() && *found == pair ? found - last_pairs_.begin()
-                                                                  : pairs();
+  const std::size_t place = told_.before(pair);
+  return place < pairs() && told_.at(place) == pair ? place : pairs();
 }
 
 void PairEvents::release() {
   retire();
   begun_.release();
   ended_.release();
-  next_pairs_.release();
   next_numbers_.release();
   old_slots_.release();
   pieces_ = std::vector<Piece>();
-  findings_ = std::vector<Findings>();
+  findings_ = std::vector<PairChanges>();
+  told_.shrink();
   try {
-    last_pairs_.shrink();
     numbers_.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }

@@ -8,17 +8,19 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/coherence/pair_changes.h"
 #include "space/coherence/pair_numbers.h"
+#include "space/coherence/told_pairs.h"
 #include "space/data/buffer.h"
 #include "space/data/pair_list.h"
 #include "space/data/slot_set.h"
 
 namespace ode_parallel_sap {
 
-// Holds the pairs of the last frame that was told, by the slots of that time, with their numbers. A
-// frame whose pairs are known to be the same costs nothing; any other one is compared with them, in
-// parts that threads share: first what begins and ends is looked for, and only if something does
-// are the pairs and numbers of the next frame written.
+// Knows the pairs of the last frame that was told, by the slots of that time, with their numbers. A
+// frame whose pairs are known to be the same costs nothing. Of one that went on from their list it
+// is known what it changed; any other one is compared with them, in parts that threads share. Only
+// if something begins or ends are the numbers of the next frame written.
 //
 // Slots are told apart by when their geoms came. One whose geom has left is marked; the next geom
 // to sit in it is another one. When slots are closed up, those that stay keep their order, so a
@@ -41,12 +43,17 @@ class PairEvents {
   // Slots are about to be closed up; null: no geom.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
+  // The list is about to be written: what is still needed of it is taken out.
+  void keep(PairList& pairs) { told_.keep(pairs); }
   // The pairs are those of the last frame of this source. False, and nothing told, where that says
   // nothing of the last told frame.
   bool tellSame(Source source);
+  // Likewise, but for these changes. False without memory for it, too.
+  bool tellChanged(const PairList& pairs, const std::vector<ChangedPiece>& changes,
+                   const Buffer<dxGeom*>& geoms, Source source, int threads);
   // Says what began and ended from the last told frame to these pairs. Without memory for it
   // nothing is told, and false is returned: the next frame is compared with the last one that was
-  // told.
+  // told. The pairs stay where they are, unless keep() takes them.
   bool tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source, int threads);
   // The frame has no list of pairs.
   void tellNothing();
@@ -58,15 +65,15 @@ class PairEvents {
   const Buffer<Event>& ended() const { return ended_; }
   // By place; of no pair if nothing was told.
   const Number* numbers() const { return numbers_.data(); }
-  std::size_t pairs() const { return is_known_ ? last_pairs_.size() : 0; }
+  std::size_t pairs() const { return is_known_ ? told_.size() : 0; }
   // The place in the last frame of a pair of slots of now; pairs() if it has none.
   std::size_t placeOf(Slot a, Slot b) const;
 
   // Gives back what the next frame need not have, and what the last one told.
   void release();
   std::size_t bytes() const {
-    return bytesOf(last_pairs_, numbers_, gone_, was_, free_, begun_, ended_, next_pairs_,
-                   next_numbers_, old_slots_, pieces_, findings_);
+    return bytesOf(told_, numbers_, gone_, was_, free_, begun_, ended_, next_numbers_, old_slots_,
+                   pieces_, findings_);
   }
 
  private:
@@ -74,23 +81,22 @@ class PairEvents {
   struct Piece {
     const Pair *begin, *end;
     std::size_t place, old_begin, old_end;
-    std::size_t thread, first_begun, begun, first_ended, ended;  // in the thread's findings
-    std::size_t begun_before, ended_before;                      // in all pieces before
-  };
-  struct alignas(64) Findings {
-    Buffer<std::size_t> begun, ended;  // places, new and old
-
-    std::size_t bytes() const { return bytesOf(begun, ended); }
+    const PairChanges* changes;  // among which these are the piece's:
+    std::size_t first_begun, begun, first_ended, ended;
+    std::size_t begun_before, ended_before;  // in all pieces before
   };
   class Comparison;
 
   void retire();
-  void tellChanges(const PairList& pairs, const Buffer<dxGeom*>& geoms, int threads);
+  template <class Find>
+  bool tellFound(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source, int threads,
+                 Find find);
   const Slot* nameOldSlots(const Buffer<dxGeom*>& geoms);
+  void takePieces(const PairList& pairs, const std::vector<ChangedPiece>& changes);
   void planPieces(const PairList& pairs, const Comparison& comparison, int threads);
   void findChanges(const Comparison& comparison, int threads);
   void addUp();
-  void reserve(std::size_t pairs, std::size_t slots);
+  void reserve(const PairList& pairs, std::size_t slots);
   void write(const Buffer<dxGeom*>& geoms, int threads);
   void writeEvents(const Piece& piece, const Buffer<dxGeom*>& geoms);
   void writeNumbers(const Piece& piece);
@@ -101,7 +107,7 @@ class PairEvents {
   Source source_ = Source::none;
   bool is_known_ = false;  // by the last frame
   // Of the last told frame.
-  Buffer<Pair> last_pairs_;
+  ToldPairs told_;
   Buffer<Number> numbers_;
   std::size_t last_slots_ = 0;
   // What happened to its slots since.
@@ -111,11 +117,10 @@ class PairEvents {
 
   PairNumbers free_;
   Buffer<Event> begun_, ended_;
-  Buffer<Pair> next_pairs_;
   Buffer<Number> next_numbers_;
   Buffer<Slot> old_slots_;  // by slot, where slots have other names than then
   std::vector<Piece> pieces_;
-  std::vector<Findings> findings_;  // one a thread
+  std::vector<PairChanges> findings_;  // one a thread
 };
 
 }  // namespace ode_parallel_sap

@@ -27,6 +27,13 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
 }
 
+// Sees without going through the slots that nothing was told of, and that there is nothing to look
+// at.
+bool PairKeeper::isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
+  return !any_changed_ && !all_may_have_changed_ && !rules.checked && source_ != Source::device &&
+         geom_update.watchesNone();
+}
+
 PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
                                        const PackRules& rules, int threads, GeomUpdate& geom_update,
                                        BoxSet& boxes) {
@@ -35,6 +42,13 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
   if (!running_ || rules != rules_ || !geom_update.canRepack()) {
     rules_ = rules;
     return Outcome::not_tried;
+  }
+  if (isPlainlySame(rules, geom_update)) {
+    geom_update.keepAll();
+    changes_ = 0;
+    threads_ = 1;
+    has_helped_ = true;
+    return Outcome::kept;
   }
   // Within a tolerance most of what moved may turn out to stay.
   const bool some_may_stay = rules.tolerance > 0;
@@ -61,6 +75,7 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
   // Slots that are gone are in none of the boxes, but in pairs.
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
+    any_changed_ = changes_ > 0;
     has_helped_ = true;
     return Outcome::kept;
   }
@@ -92,7 +107,7 @@ int PairKeeper::find(dxGeom* const* geoms, const GeomUpdate& geom_update, const 
     lent.filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
     kept_pairs_.replace(changed_, found_, threads, pairs);
     kept_ = kept_pairs_.kept();
-    changed_.clear();
+    forgetChanges();
   } else {
     kept_ = pairs.size();
   }

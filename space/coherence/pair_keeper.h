@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 #include "space/coherence/incremental.h"
 #include "space/coherence/kept_pairs.h"
@@ -28,18 +29,24 @@ class PairKeeper {
     if (!running_) return;
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
+    any_changed_ = true;
   }
   // Its geom has other bits or another body, or is enabled where it was not. May be called from
   // many threads at once.
   void tell(Slot slot) {
-    if (running_) changed_.insertShared(slot);
+    if (!running_) return;
+    changed_.insertShared(slot);
+    __atomic_store_n(&any_changed_, true, __ATOMIC_RELAXED);
   }
   // Any of the geoms may be such a one.
   void tellAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return running_ ? &changed_ : nullptr; }
   // The boxes are about to be packed as a whole.
-  void forgetChanges() { changed_.clear(); }
+  void forgetChanges() {
+    changed_.clear();
+    any_changed_ = false;
+  }
   // The last frame's boxes and pairs are complete, or of no use any more. `in_trees`: these boxes
   // are those that the sweep's trees hold.
   void start(std::size_t slots, bool on_device, bool in_trees);
@@ -62,8 +69,10 @@ class PairKeeper {
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
-  // Whether it left all pairs as they were.
+  // Whether it left all pairs as they were; otherwise those of before, and what it changed.
   bool unchanged() const { return changes_ == 0; }
+  PairList& replaced() { return kept_pairs_.replaced(); }
+  const std::vector<ChangedPiece>& pairChanges() const { return kept_pairs_.changes(); }
   std::size_t bytes() const {
     return bytesOf(changed_, incremental_, wide_incremental_, found_, kept_pairs_);
   }
@@ -72,6 +81,7 @@ class PairKeeper {
   // Who left the pairs of the last frame, and with them what find() can go on from.
   enum class Source { trees, no_trees, device };
 
+  bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const;
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
@@ -79,6 +89,7 @@ class PairKeeper {
                   const BoxSet& boxes, int threads);
 
   SlotSet changed_;
+  bool any_changed_ = false;  // if not, changed_ is empty
   bool running_ = false;
   bool all_may_have_changed_ = false;
   GeomUpdate::Untold untold_;

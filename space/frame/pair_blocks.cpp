@@ -42,7 +42,7 @@ void PairBlock::finish() {
   const std::size_t first = first_, count = held_;
   first_ += count;
   held_ = 0;
-  request_.callback(request_.data, pairs_, count, first);
+  if (request_.callback) request_.callback(request_.data, pairs_, count, first);
 }
 
 void PairBlock::handOut(std::size_t first, std::size_t count, dxGeom* const* geoms,
@@ -56,6 +56,7 @@ void PairBlock::handOut(std::size_t first, std::size_t count, dxGeom* const* geo
 // A thread whose callback throws keeps the others from beginning another block.
 int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
                   int threads) {
+  if (!request.callback) return 1;
   const std::size_t count = pairs.size();
   const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
   std::atomic<bool> failed{false};

@@ -14,9 +14,9 @@ namespace ode_parallel_sap {
 struct PairsRequest {
   void* data;
   int flags;
-  dParallelSAPPairsCallback* callback;
+  dParallelSAPPairsCallback* callback;  // null: pairs are found, and none is handed out
 
-  bool concurrent() const { return (flags & dParallelSAPPairsConcurrent) != 0; }
+  bool concurrent() const { return callback && (flags & dParallelSAPPairsConcurrent) != 0; }
 };
 
 // Pairs are gathered where the thread that hands them out has its stack, 8 KB of it, so that they
@@ -45,7 +45,7 @@ class PairBlock {
 };
 
 // Hands out all of them, by up to `threads` threads if they may be concurrent. Returns how many
-// worked.
+// worked. Does nothing without a callback.
 int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
                   int threads);
 

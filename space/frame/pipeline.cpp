@@ -40,13 +40,15 @@ void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
 // All stages up to the report. False where there is no memory for them.
 bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   const bool were_apart = std::exchange(candidates_apart_, false);
-  if (were_apart) std::swap(frame.pairs, candidates_);
+  if (were_apart) {
+    events_.keep(frame.pairs);
+    std::swap(frame.pairs, candidates_);
+  }
   if (!findChanges(frame)) findAnew(frame);
   frame.clock.begin(Stage::filter);
   select(frame);
   frame.result.filter_ms += frame.clock.lap();
-  tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew() &&
-                        store_.coherence.unchanged());
+  tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew());
   frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
   frame.found = true;
@@ -79,6 +81,7 @@ bool Pipeline::findChanges(Frame& frame) {
   frame.clock.begin(Stage::extract);
   result.threads = coherence.find(frame.geoms(), geom_update_, boxes_, plan.threads,
                                   {extraction_.finders(), pair_filter_}, frame.pairs);
+  events_.keep(coherence.replaced());
   result.found.method = dParallelSAPMethodSweep;
   result.candidates = coherence.candidates();
   result.kept = coherence.kept();
@@ -93,6 +96,7 @@ void Pipeline::findAnew(Frame& frame) {
   PairKeeper& coherence = store_.coherence;
   frame.clock.begin(Stage::update);
   coherence.stop();
+  events_.keep(frame.pairs);
   result.threads =
       geom_update_.pack(frame.geoms(), frame.slots(), plan.rules, plan.threads, boxes_);
   coherence.forgetChanges();

@@ -109,7 +109,7 @@ class Pipeline {
   void extract(Frame& frame);
   void takeNotice(Frame& frame);
   void select(Frame& frame);
-  void tellEvents(Frame& frame, bool unchanged);
+  void tellEvents(Frame& frame, bool kept);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
   void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);

@@ -58,6 +58,7 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
 }
 
 void Pipeline::release() {
+  events_.keep(store_.pairs);
   store_ = FrameStore();
   geom_update_ = GeomUpdate();
   boxes_ = BoxSet();

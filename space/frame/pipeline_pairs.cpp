@@ -49,8 +49,9 @@ void Pipeline::seePairs(const Frame& frame) {
   });
 }
 
-// What a frame within a callback finds is not told.
-void Pipeline::tellEvents(Frame& frame, bool unchanged) {
+// `kept`: the frame went on from the last one's list. What a frame within a callback finds is not
+// told.
+void Pipeline::tellEvents(Frame& frame, bool kept) {
   if (!events_.on()) return;
   if (frame.scene.nested) {
     events_.passOver();
@@ -59,8 +60,14 @@ void Pipeline::tellEvents(Frame& frame, bool unchanged) {
   frame.clock.begin(Stage::events);
   constexpr PairEvents::Source source = PairEvents::Source::frame;
   const int threads = frame.plan.threads;
-  if (!(unchanged && events_.tellSame(source)) &&
-      !events_.tell(frame.pairs, frame.scene.slots, source, threads))
+  const Buffer<dxGeom*>& slots = frame.scene.slots;
+  const PairKeeper& coherence = store_.coherence;
+  const auto tellKept = [&] {
+    return coherence.unchanged()
+               ? events_.tellSame(source)
+               : events_.tellChanged(frame.pairs, coherence.pairChanges(), slots, source, threads);
+  };
+  if (!(kept && tellKept()) && !events_.tell(frame.pairs, slots, source, threads))
     complaints_.ofUnreportedEvents();
   frame.result.events_ms = frame.clock.lap();
 }

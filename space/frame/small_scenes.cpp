@@ -1,6 +1,7 @@
 #include "space/frame/small_scenes.h"
 
 #include <algorithm>
+#include <cassert>
 #include <new>
 
 #include "space/data/mechanisms.h"
@@ -66,27 +67,19 @@ __attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned cou
   }
 }
 
-// The same for so few geoms that vectors of them do not pay. For very few a processor does foretell
-// the branches, and nothing needs to be laid out. Returns the number of pairs.
+// The same for so few geoms that vectors of them do not pay. Returns the number of pairs.
 unsigned findOverlapping(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
-  constexpr unsigned few = 3;  // fixed: three pairs
-  unsigned found = 0;
-  const auto put = [&](unsigned i, unsigned j, bool overlap) {
-    pairs[found] = {static_cast<std::uint16_t>(i << 8 | j)};
-    found += overlap;
-  };
-  if (count <= few) {
-    for (unsigned i = 0; i + 1 < count; ++i)
-      for (unsigned j = i + 1; j < count; ++j) put(i, j, boxesOverlap(geoms[i], geoms[j]));
-    return found;
-  }
   FacingBox boxes[most_without_vectors];
   for (unsigned i = 0; i < count; ++i) boxes[i] = FacingBox(geoms[i]);
+  std::size_t found = 0;
   for (unsigned i = 0; i + 1 < count; ++i) {
     const FacingBox::Turned box(boxes[i]);
-    for (unsigned j = i + 1; j < count; ++j) put(i, j, box.overlaps(boxes[j]));
+    for (unsigned j = i + 1; j < count; ++j) {
+      pairs[found] = {static_cast<std::uint16_t>(i << 8 | j)};
+      found += box.overlaps(boxes[j]);
+    }
   }
-  return found;
+  return static_cast<unsigned>(found);
 }
 
 enum class Bounds { usual, unbounded, invalid };
@@ -96,21 +89,28 @@ __attribute__((noinline)) Bounds boundsOf(const dxGeom* geom) {
   return isUnbounded(geom) ? Bounds::unbounded : Bounds::usual;
 }
 
-// The geoms that take part. All are clean. Needs exactMode().
-SmallCounts listActive(dxGeom* first, dxGeom** active) {
-  SmallCounts counts;
-  for (dxGeom* geom = first; geom; geom = geom->next) {
-    if (!isEnabled(geom)) continue;
-    const Bounds bounds = isPlain(geom) ? Bounds::usual : boundsOf(geom);
-    if (bounds == Bounds::invalid) {
-      ++counts.invalid;
-      continue;
-    }
-    if (bounds == Bounds::unbounded) ++counts.unbounded;
-    if (isUserClass(geom)) counts.user_classes = true;
-    active[counts.actives++] = geom;
+// Whether an enabled geom takes part. Counts it if it is one of those that few scenes have.
+__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallCounts& counts) {
+  if (!isEnabled(geom)) return false;  // it is an empty sub-space
+  const Bounds bounds = boundsOf(geom);
+  if (bounds == Bounds::invalid) {
+    ++counts.invalid;
+    return false;
   }
-  return counts;
+  if (bounds == Bounds::unbounded) ++counts.unbounded;
+  if (isUserClass(geom)) counts.user_classes = true;
+  return true;
+}
+
+// Lists the geoms that take part. All are clean. Needs exactMode().
+inline void listActive(dxGeom* first, dxGeom** active, SmallCounts& counts) {
+  unsigned actives = 0;
+  for (dxGeom* geom = first; geom; geom = geom->next) {
+    if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
+    const bool usual = geom->type < dFirstSpaceClass && isPlain(geom);
+    if (usual || takesPart(geom, counts)) active[actives++] = geom;
+  }
+  counts.actives = actives;
 }
 
 __attribute__((noinline)) bool isWanted(dxGeom* a, dxGeom* b, const PackRules& rules) {
@@ -132,9 +132,8 @@ __attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const PackR
   return pairs;
 }
 
-// Which of them may pair, the AABBTest functions apart. Needs exactMode().
-unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage& storage) {
-  if (actives > most_without_vectors) return listPairsOfMany(actives, rules, storage);
+__attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const PackRules& rules,
+                                                   SmallStorage& storage) {
   const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
   unsigned pairs = 0;
   for (unsigned i = 0; i < overlapping; ++i) {
@@ -145,18 +144,46 @@ unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage& stora
   return pairs;
 }
 
+// Which of them may pair, the AABBTest functions apart. Of very few a processor does foretell the
+// branches, and nothing needs to be laid out. Needs exactMode().
+inline unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage& storage) {
+  constexpr unsigned few = 3;  // fixed: three pairs
+  if (actives > most_without_vectors) return listPairsOfMany(actives, rules, storage);
+  if (actives > few) return listPairsOfSome(actives, rules, storage);
+  unsigned pairs = 0;
+  for (unsigned i = 0; i + 1 < actives; ++i)
+    for (unsigned j = i + 1; j < actives; ++j)
+      if (boxesOverlap(storage.active[i], storage.active[j]) &&
+          mayPair(storage.active[i], storage.active[j], rules))
+        storage.pairs[pairs++] = {static_cast<std::uint16_t>(i << 8 | j)};
+  return pairs;
+}
+
+// The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().
+inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallStorage& storage,
+                           SmallCounts& counts) {
+  listActive(scene.first, storage.active, counts);
+  counts.candidates = counts.pairs = listPairs(counts.actives, rules, storage);
+}
+
+__attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
+                                               SmallStorage& storage, SmallCounts& counts) {
+  const ScopedMode mode(exactMode());
+  findAmongClean(scene, rules, storage, counts);
+}
+
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. The thread's mode
 // is asked for before it computes: to be told, it has to come to an end with all that it computes.
-inline SmallCounts find(const Scene& scene, const PackRules& rules, SmallStorage& storage) {
-  bool is_exact = !differs(currentMode(), exactMode()), others = false;
-  const unsigned moved = clean(scene.first, others);
+// `counts` is written member by member and never copied: a copy of words that were just written one
+// by one waits for all of them to reach the cache.
+inline void find(const Scene& scene, const PackRules& rules, SmallStorage& storage,
+                 SmallCounts& counts) {
+  const bool is_exact = !differs(currentMode(), exactMode());
+  bool others = false;
+  counts.moved = clean(scene.first, others);
   scene.needs_clean = false;
-  if (others) is_exact = false;
-  const ScopedMode mode(exactMode(), is_exact);
-  SmallCounts counts = listActive(scene.first, storage.active);
-  counts.moved = moved;
-  counts.candidates = counts.pairs = listPairs(counts.actives, rules, storage);
-  return counts;
+  if (is_exact && !others) return findAmongClean(scene, rules, storage, counts);
+  findInExactMode(scene, rules, storage, counts);
 }
 
 // Leaves those of the pairs that pass the AABBTest functions.
@@ -181,15 +208,23 @@ void tellPair(const SmallFound& found, std::size_t place, void* data, dNearCallb
   callback(data, found.active[pair.earlier()], found.active[pair.later()]);
 }
 
+// Not inline, so that what was counted need not be at hand until the report has ended.
+__attribute__((noinline)) void noteAgain(const SmallCounts& counts, std::size_t geoms,
+                                         Statistics& statistics) {
+  statistics.noteSmall(counts.of(geoms));
+}
+
 // The report alone.
 inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Statistics& statistics,
                                const SmallReport& report) {
   const unsigned long long frame = statistics.frames();
   statistics.noteSmall(found.counts.of(geoms));
-  for (unsigned i = 0; i < found.counts.pairs; ++i)
-    tellPair(found, i, report.data, report.callback);
-  if (statistics.frames() != frame)  // a collide within the callback wrote its own
-    statistics.noteSmall(found.counts.of(geoms));
+  dxGeom* const* const active = found.active;
+  const PlacePair* const end = found.pairs + found.counts.pairs;
+  for (const PlacePair* pair = found.pairs; pair != end; ++pair)
+    report.callback(report.data, active[pair->earlier()], active[pair->later()]);
+  // A collide within the callback wrote its own.
+  if (statistics.frames() != frame) noteAgain(found.counts, geoms, statistics);
   return found.counts.pairs;
 }
 
@@ -198,19 +233,21 @@ inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Stati
 std::size_t SmallScenes::collidePlainly(const Scene& scene, const PackRules& rules,
                                         Complaints& complaints, Statistics& statistics,
                                         const SmallReport& report) {
-  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->counts().user_classes))
+  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->found().counts.user_classes))
     return collide(scene, rules, complaints, statistics, report).pairs;
-  if (isStill(rules)) return tellPlainly(still_scene_->recall(), scene.count, statistics, report);
+  assert(!is_still_ || still_scene_->rules() == rules);
+  if (is_still_ && still_scene_->isAsSeen())
+    return tellPlainly(still_scene_->found(), scene.count, statistics, report);
   SmallStorage storage;
-  const SmallCounts counts = find(scene, rules, storage);
-  if (counts.moved > 0 && counts.invalid == 0 && !counts.user_classes) {
+  SmallFound found(storage);
+  find(scene, rules, storage, found.counts);
+  if (found.counts.moved > 0 && found.counts.invalid == 0 && !found.counts.user_classes) {
     is_still_ = false;
     still_frames_ = 0;
-    return tellPlainly({storage.active, storage.pairs, counts}, scene.count, statistics, report);
+    return tellPlainly(found, scene.count, statistics, report);
   }
-  SmallFound found = {storage.active, storage.pairs, counts};
   noteFound(scene, rules, complaints, found);
-  if (counts.user_classes) test(storage, found);
+  if (found.counts.user_classes) test(storage, found);
   return tellPlainly(found, scene.count, statistics, report);
 }
 
@@ -219,11 +256,11 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   SmallStorage storage;
-  SmallFound found;
+  SmallFound found(storage);
   if (isStill(rules)) {
-    found = still_scene_->recall();
+    found = still_scene_->found();
   } else {
-    found = {storage.active, storage.pairs, find(scene, rules, storage)};
+    find(scene, rules, storage, found.counts);
     noteFound(scene, rules, complaints, found);
   }
   if (found.counts.user_classes) test(storage, found);
@@ -276,6 +313,7 @@ bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& 
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
   if (found.recalled && !found.counts.user_classes && events.tellSame(source)) return true;
   try {
+    events.keep(event_pairs_);
     event_pairs_.clear(1);
     Buffer<Pair>& pairs = event_pairs_.parts[0];
     pairs.resizeDiscarding(found.counts.pairs);
@@ -307,7 +345,10 @@ void StillScene::remember(const Scene& scene, const PackRules& rules, const Smal
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
   active_.assign(found.active, found.active + found.counts.actives);
   pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
-  counts_ = found.counts;
+  found_.active = active_.data();
+  found_.pairs = pairs_.data();
+  found_.counts = found.counts;
+  found_.recalled = true;
 }
 
 }  // namespace ode_parallel_sap

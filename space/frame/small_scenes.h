@@ -43,6 +43,10 @@ struct SmallCounts {
 
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallFound {
+  SmallFound() = default;
+  // What is going to be put there.
+  explicit SmallFound(const SmallStorage& storage) : active(storage.active), pairs(storage.pairs) {}
+
   dxGeom* const* active = nullptr;
   const PlacePair* pairs = nullptr;  // of places in `active`
   SmallCounts counts;
@@ -62,17 +66,16 @@ struct SmallReport {
 // and all are as they were in what a geom does not tell its space.
 class StillScene {
  public:
-  // Whether the rules and all geoms are as remembered.
-  bool holds(const PackRules& rules) const {
-    if (rules != rules_) return false;
+  const PackRules& rules() const { return rules_; }
+  // Whether all geoms are as remembered.
+  bool isAsSeen() const {
     Seen::Difference difference = 0;
     for (const Seen& seen : seen_) difference |= seen.difference();
     return difference == 0;
   }
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
   // Its candidates are its pairs, unless there are user classes.
-  SmallFound recall() const { return {active_.data(), pairs_.data(), counts_, true}; }
-  const SmallCounts& counts() const { return counts_; }
+  const SmallFound& found() const { return found_; }
   std::size_t bytes() const {
     return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
            pairs_.capacity() * sizeof(PlacePair);
@@ -109,7 +112,7 @@ class StillScene {
   std::vector<Seen> seen_;
   std::vector<dxGeom*> active_;
   std::vector<PlacePair> pairs_;
-  SmallCounts counts_;
+  SmallFound found_;  // in these
 };
 
 // The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
@@ -118,9 +121,9 @@ class SmallScenes {
  public:
   // A geom became dirty, came or went.
   void noteChange() { is_still_ = false; }
-  // collide() for a report without anything else, in a space without events and samples: most of
-  // what a frame of a few geoms takes would be to find out that there is nothing of it to do.
-  // Returns the number of pairs.
+  // collide() for a report without anything else, in a space without events and samples, by the
+  // rules of the frame before: most of what a frame of a few geoms takes would be to find out that
+  // there is nothing of it to do. Returns the number of pairs.
   std::size_t collidePlainly(const Scene& scene, const PackRules& rules, Complaints& complaints,
                              Statistics& statistics, const SmallReport& report);
   FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
@@ -130,7 +133,9 @@ class SmallScenes {
   }
 
  private:
-  bool isStill(const PackRules& rules) const { return is_still_ && still_scene_->holds(rules); }
+  bool isStill(const PackRules& rules) const {
+    return is_still_ && still_scene_->rules() == rules && still_scene_->isAsSeen();
+  }
   void noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
                  const SmallFound& found);
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);

@@ -50,10 +50,10 @@ inline FacingBox::Turned::Turned(const FacingBox& box) {
   }
 }
 inline bool FacingBox::Turned::overlaps(const FacingBox& box) const {
-  const auto onAxis = [&](int axis) {
-    return _mm_cmple_pd(bounds_[axis], _mm_load_pd(box.bounds_[axis]));
+  const auto apartOnAxis = [&](int axis) {
+    return _mm_cmpnle_pd(bounds_[axis], _mm_load_pd(box.bounds_[axis]));
   };
-  return _mm_movemask_pd(_mm_and_pd(_mm_and_pd(onAxis(0), onAxis(1)), onAxis(2))) == 3;
+  return _mm_movemask_pd(_mm_or_pd(_mm_or_pd(apartOnAxis(0), apartOnAxis(1)), apartOnAxis(2))) == 0;
 }
 #else
 inline FacingBox::FacingBox(const dxGeom* geom) {

@@ -106,7 +106,6 @@ void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
 void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                    dParallelSAPPairsCallback* callback) {
   ParallelSAPSpace& own = checked(space);
-  dAASSERT(callback);
   dUASSERT((flags & ~dParallelSAPPairsConcurrent) == 0, "unknown flags for pairs");
   own.collidePairs({data, flags, callback});
 }

@@ -4,29 +4,18 @@
 #include <chrono>
 #include <utility>
 
-#include "space/data/slot_set.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
 #include "space/geom/prefetch.h"
-#include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-constexpr std::size_t word_slots = SlotSet::word_slots;
-
 void prefetch(const dxGeom* geom) {
   prefetchState(geom);
   prefetchBounds(geom);
-}
-
-void growZeroed(Buffer<std::uint64_t>& words, std::size_t size) {
-  const std::size_t before = words.size();
-  if (size <= before) return;
-  words.resize(size);
-  std::fill(words.begin() + before, words.end(), 0);
 }
 
 // Whether geoms pair whose AABBs overlap. Needs exactMode().
@@ -36,37 +25,11 @@ bool pairs(const dxGeom* own, const dxGeom* geom) {
 
 }  // namespace
 
-// Calls visit(slot) for what was found, ascending. Few slots are sorted, many ticked off.
-template <class Visit>
-void GeomQueries::forFoundInOrder(std::size_t slots_now, Visit visit) {
-  if (found_.size() < slots_now / many_hits + 16) {
-    std::sort(found_.begin(), found_.end());
-    for (const Slot slot : found_) visit(slot);
-    return;
-  }
-  const std::size_t words = slots_now / word_slots + 1;
-  growZeroed(marks_, words);
-  growZeroed(marked_words_, words / word_slots + 1);
-  for (const Slot slot : found_) {
-    const std::size_t word = slot / word_slots;
-    marks_[word] |= std::uint64_t{1} << slot % word_slots;
-    marked_words_[word / word_slots] |= std::uint64_t{1} << word % word_slots;
-  }
-  for (std::size_t first = 0; first < words; first += word_slots)
-    for (std::uint64_t& rest = marked_words_[first / word_slots]; rest; rest &= rest - 1) {
-      const std::size_t word = first + __builtin_ctzll(rest);
-      for (std::uint64_t bits = std::exchange(marks_[word], 0); bits; bits &= bits - 1)
-        visit(static_cast<Slot>(word * word_slots + __builtin_ctzll(bits)));
-    }
-}
-
 void GeomQueries::release() {
   tree_.release();
   ahead_.release();
   hits_.release();
   found_.release();
-  marks_.release();
-  marked_words_.release();
 }
 
 void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits) {
@@ -108,10 +71,10 @@ void GeomQueries::lookAhead(const Geoms& geoms, dxGeom* geom, int threads) {
 }
 
 void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
-  tree_.find(geoms, geom, found_);
-  hits.resizeDiscarding(found_.size());
+  tree_.find(geoms, geom, found_.list());
+  hits.resizeDiscarding(found_.list().size());
   dxGeom** next = hits.data();
-  forFoundInOrder(geoms.size(), [&](Slot slot) {
+  found_.forEachInOrder(geoms.size(), [&](Slot slot) {
     dxGeom* const own = geoms[slot];
     prefetchState(own);
     *next++ = own;

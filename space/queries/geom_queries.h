@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <utility>
 
 #include "space/data/buffer.h"
+#include "space/queries/found_slots.h"
 #include "space/queries/geom_tree.h"
 #include "space/queries/queries_ahead.h"
 
@@ -62,22 +62,18 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const { return bytesOf(tree_, ahead_, hits_, found_, marks_, marked_words_); }
+  std::size_t bytes() const { return bytesOf(tree_, ahead_, hits_, found_); }
 
  private:
   void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
   void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
-  template <class Visit>
-  void forFoundInOrder(std::size_t slots, Visit visit);
 
   GeomTree tree_;
   QueriesAhead ahead_;
   LookedAhead looked_ahead_;
   Buffer<dxGeom*> hits_;
-  Buffer<Slot> found_;
-  // A bit a slot, and a bit for each word of those; all 0 between queries.
-  Buffer<std::uint64_t> marks_, marked_words_;
+  FoundSlots found_;
 };
 
 }  // namespace ode_parallel_sap

@@ -138,14 +138,13 @@ void QueriesAhead::findSome(const Geoms& geoms, const GeomTree& tree, const Rang
     item.comes = !hasNaN(item.geom);
     item.known = item.comes && share.geoms.size() < most_found;
     if (!item.known) continue;
-    tree.find(geoms, item.geom, share.slots);
-    std::sort(share.slots.begin(), share.slots.end());
+    tree.find(geoms, item.geom, share.slots.list());
     item.share = number;
     item.begin = share.geoms.size();
-    item.end = item.begin + share.slots.size();
+    item.end = item.begin + share.slots.list().size();
     share.geoms.resize(item.end);
     dxGeom** next = share.geoms.data() + item.begin;
-    for (const Slot slot : share.slots) *next++ = geoms[slot];
+    share.slots.forEachInOrder(geoms.size(), [&](Slot slot) { *next++ = geoms[slot]; });
   }
 }
 

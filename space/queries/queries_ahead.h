@@ -10,6 +10,7 @@
 #include "space/data/back_off.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
+#include "space/queries/found_slots.h"
 #include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
@@ -62,7 +63,7 @@ class QueriesAhead {
   };
   // What a thread found.
   struct Share {
-    Buffer<Slot> slots;
+    FoundSlots slots;
     Buffer<dxGeom*> geoms;
     std::size_t bytes() const { return bytesOf(slots, geoms); }
   };

@@ -7,57 +7,63 @@
 
 namespace {
 
-// Boxes that the query's bounds reach, gathered so that the query's boxes meet sixteen of them at a
-// time.
-template <class Real>
+// Boxes that the query's bounds reach, each as its cell and place in it: group_size * cell + lane.
 struct Candidates {
-  static constexpr std::size_t capacity = 2048 / sizeof(Real);
-  static constexpr std::size_t stride = capacity + group_size;
+  static constexpr std::size_t capacity = 512;  // fixed: 2 kB
 
-  alignas(64) Real lower[3][stride];
-  alignas(64) Real upper[3][stride];
-  alignas(64) std::uint32_t slot[stride];
-  alignas(64) std::uint32_t category[stride], collide[stride], body[stride];
+  alignas(64) std::uint32_t place[capacity + group_size];
   std::size_t count = 0;
 
   bool full() const { return count > capacity - group_size; }
 
   // Adds the boxes of `cell` in `mask`; at most 16 places are written beyond `count`.
-  void add(const TreeView<Real>& tree, std::size_t cell, unsigned mask) {
-    const Group<Real>& boxes = tree.levels[0][cell];
-    for (int axis = 0; axis < 3; ++axis) {
-      Lanes::compress(boxes.lower[axis], mask, lower[axis] + count);
-      Lanes::compress(boxes.upper[axis], mask, upper[axis] + count);
-    }
-    Lanes::compress(tree.ids[cell].slot, mask, slot + count);
-    if (tree.filters) {
-      const GroupFilter& filter = tree.filters[cell];
-      Lanes::compress(filter.category, mask, category + count);
-      Lanes::compress(filter.collide, mask, collide + count);
-      Lanes::compress(filter.body, mask, body + count);
-    }
+  void add(std::size_t cell, unsigned mask) {
+    Lanes::writeNumbers(static_cast<std::uint32_t>(cell * group_size), mask, place + count);
     count += __builtin_popcount(mask);
   }
 };
 
-// Pairs of the query's boxes with all candidates, which are used up.
+// Pairs of box `lane` of `cell` with the `hits` of the query's boxes.
 template <class Real>
-inline void meetCandidates(const Query<Real>& query, Candidates<Real>& others, PairSink& sink) {
-  if (!others.count) return;
-  const Real nan = static_cast<Real>(__builtin_nanf(""));
-  for (std::size_t i = 0; i < group_size; ++i) others.lower[0][others.count + i] = nan;
-  for (std::size_t base = 0; base < others.count; base += group_size) {
-    makeRoom(sink, group_size * group_size);
-    const Row<Real> row(others.lower[0] + base, others.upper[0] + base, Candidates<Real>::stride);
-    const RowIds ids = {others.slot + base, others.category + base, others.collide + base,
-                        others.body + base};
-    boxesAgainstRow(
-        query, row, ids, [](unsigned) { return all_lanes; }, sink);
+inline void writeCandidate(const Query<Real>& query, const TreeView<Real>& tree, std::size_t cell,
+                           unsigned lane, unsigned hits, PairSink& sink) {
+  if (query.filter) {
+    hits &= passesFilter(tree.filters[cell], lane, query.filter->category, query.filter->collide,
+                         query.filter->body);
+    if (!hits) return;
   }
+  makeRoom(sink, group_size);
+  std::uint64_t* const first = sink.next;
+  sink.next += Lanes::writePairs(query.ids->slot, tree.ids[cell].slot[lane], hits, first);
+  if (sizeof(Real) > sizeof(float) || query.exact) return;
+  const unsigned borderline = hits & ~overlaps(tree.levels[0][cell], lane, query.inner);
+  if (borderline) markBorderline(first, hits, borderline);
+}
+
+// Pairs of all candidates, which are used up, with the sixteen boxes of the query: these stay in
+// registers, and of a candidate nothing is copied. As in boxesAgainstRow, all are met before a pair
+// is written.
+template <class Real>
+inline void meetCandidates(const Query<Real>& query, const TreeView<Real>& tree, Candidates& others,
+                           PairSink& sink) {
+  const Row<Real> row = rowOf(*query.boxes);
+  std::uint16_t masks[Candidates::capacity];
+  std::size_t hit = 0;
+  for (std::size_t i = 0; i < others.count; ++i) {
+    const std::uint32_t place = others.place[i];
+    const unsigned mask = row.overlapping(tree.levels[0][place / group_size], place % group_size);
+    others.place[hit] = place;
+    masks[hit] = static_cast<std::uint16_t>(mask);
+    hit += mask != 0;
+  }
+  for (std::size_t i = 0; i < hit; ++i)
+    writeCandidate(query, tree, others.place[i] / group_size, others.place[i] % group_size,
+                   masks[i], sink);
   others.count = 0;
 }
 
-// Cells, gathered in the same way: their bounds and numbers.
+// Cells that are gathered, so that a query meets sixteen of them at a time: their bounds and
+// numbers.
 template <class Real>
 struct CellCandidates {
   static constexpr std::size_t capacity = 2048 / sizeof(Real);
@@ -125,11 +131,11 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   }
 }
 
-// Where a thread gathers.
+// Where a thread gathers what a query may meet.
 template <class Real>
 struct Workplace {
   CellCandidates<Real> cells;
-  Candidates<Real> boxes;
+  Candidates boxes;
 };
 
 // Cells of one tree that meet those of another, or of their own behind them.
@@ -162,10 +168,10 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
     }
     for (std::size_t i = 0; i < others; ++i) {
       const std::size_t other = work.cells.chosen[i];
-      work.boxes.add(tree, other, overlaps(bounds, lane, tree.levels[0][other]));
-      if (work.boxes.full()) meetCandidates(query, work.boxes, sink);
+      work.boxes.add(other, overlaps(bounds, lane, tree.levels[0][other]));
+      if (work.boxes.full()) meetCandidates(query, tree, work.boxes, sink);
     }
-    meetCandidates(query, work.boxes, sink);
+    meetCandidates(query, tree, work.boxes, sink);
   }
   work.cells.count = 0;
 }

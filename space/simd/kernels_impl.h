@@ -12,6 +12,7 @@
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_shapes.h"
 #include "space/simd/kernel_trees.h"
+#include "space/simd/list_words.h"
 #include "space/simd/tuning.h"
 
 namespace {
@@ -186,21 +187,22 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
     }
 }
 
-// A pair's place in its list is the number of pairs below it: no comparison decides where to go
+// A word's place in its list is the number of words below it: no comparison decides where to go
 // next, so none can be guessed wrong by the processor.
 template <std::size_t most>
-inline void sortList(const std::uint64_t* pairs, std::size_t count, std::uint64_t* sorted) {
+inline void sortList(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
+                     std::uint64_t* sorted) {
   static_assert(most % group_size == 0, "rows of sixteen");
   alignas(64) std::uint32_t keys[most];
-  const std::size_t places = (count + group_size - 1) / group_size * group_size;
-  for (std::size_t i = places - group_size; i < places; ++i) keys[i] = 0x7fffffff;
-  for (std::size_t i = 0; i < count; ++i)
-    keys[i] = static_cast<std::uint32_t>(pairs[i]) & 0x7fffffff;
+  const std::size_t last = (count - 1) / group_size * group_size;
+  const unsigned used = all_lanes >> (last + group_size - count);
+  for (std::size_t row = 0; row <= last; row += group_size)
+    memcpy(keys + row, words + row, group_size * sizeof *words);
   for (std::size_t i = 0; i < count; ++i) {
-    int place = 0;
-    for (std::size_t row = 0; row < places; row += group_size)
+    int place = __builtin_popcount(Lanes::below(keys + last, keys[i]) & used);
+    for (std::size_t row = 0; row < last; row += group_size)
       place += __builtin_popcount(Lanes::below(keys + row, keys[i]));
-    sorted[place] = pairs[i];
+    sorted[place] = pairOfListWord(keys[i], earlier);
   }
 }
 
@@ -208,29 +210,30 @@ inline void sortList(const std::uint64_t* pairs, std::size_t count, std::uint64_
 constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
 
 template <class Set>
-void sortListsBy(const std::uint64_t* pairs, const std::uint32_t* ends, std::size_t lists,
-                 std::uint64_t* sorted,
+void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
                  void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
-  const std::size_t all = lists ? ends[lists - 1] : 0;
-  for (std::size_t list = 0, begin = 0; list < lists; ++list) {
-    const std::size_t end = ends[list], count = end - begin;
-    const std::uint64_t* const from = pairs + begin;
+  const std::size_t all = lists.count ? lists.ends[lists.count - 1] : 0;
+  for (std::size_t list = 0, begin = 0; list < lists.count; ++list) {
+    const std::uint32_t earlier = lists.first_slot + static_cast<std::uint32_t>(list);
+    const std::size_t end = lists.ends[list], count = end - begin;
+    const std::uint32_t* const from = words + begin;
     std::uint64_t* const to = sorted + begin;
-    const bool has_room = begin + 8 <= all;
+    const bool has_room = begin + Set::longest_sorted <= all;
     begin = end;
-    if constexpr (Set::sorts_eight) {
-      if (count && count <= 8 && has_room) {
-        Set::sortEight(from, count, to);  // the next lists overwrite what it leaves behind this one
+    if constexpr (Set::longest_sorted > 0) {
+      if (count && count <= Set::longest_sorted && has_room) {
+        // The next lists overwrite what it leaves behind this one.
+        Set::sortShort(from, count, earlier, to);
         continue;
       }
     }
     if (count > longest_counted) {
-      memcpy(to, from, count * sizeof *from);
+      for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
       sortLong(to, to + count);
     } else if (count > group_size) {
-      sortList<longest_counted>(from, count, to);
+      sortList<longest_counted>(from, count, earlier, to);
     } else if (count) {
-      sortList<group_size>(from, count, to);
+      sortList<group_size>(from, count, earlier, to);
     }
   }
 }
@@ -242,8 +245,13 @@ constexpr Kernels<Real> kernelsFor() {
           findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {Lanes::name,        kernelsFor<float>(), kernelsFor<double>(),
-                                  sortListsBy<Lanes>, boxesOutside,        keptPairs,
+constexpr KernelSet kernel_set = {Lanes::name,
+                                  kernelsFor<float>(),
+                                  kernelsFor<double>(),
+                                  sortListsBy<Lanes>,
+                                  Lanes::longest_sorted > 0,
+                                  boxesOutside,
+                                  keptPairs,
                                   pack_shapes};
 
 }  // namespace

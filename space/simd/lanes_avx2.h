@@ -24,9 +24,9 @@ struct CompressOrder {
 };
 constexpr CompressOrder compress_order;
 
-struct Lanes : ScalarLanes, EightSorter {
+struct Lanes : ScalarLanes, ShortListSorter {
   static constexpr const char* name = "avx2";
-  using EightSorter::sorts_eight;
+  using ShortListSorter::longest_sorted;
 
   template <class Test>
   static unsigned each(Test test) {

@@ -7,13 +7,13 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
-#include "space/simd/sort_eight.h"
+#include "space/simd/sort_sixteen.h"
 
 namespace {
 
-struct Lanes : ScalarLanes, EightSorter {
+struct Lanes : ScalarLanes, ShortListSorter {
   static constexpr const char* name = "avx512";
-  using EightSorter::sorts_eight;
+  using ShortListSorter::longest_sorted;
 
   static unsigned atLeast(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);

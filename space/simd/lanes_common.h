@@ -28,7 +28,7 @@ struct RowByPointer {
 
 // What a set of lanes has no instructions for.
 struct ScalarLanes {
-  static constexpr bool sorts_eight = false;
+  static constexpr std::size_t longest_sorted = 0;  // words of a list that sortShort() takes
 
   // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
   // number of bits.

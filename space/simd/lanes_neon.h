@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
+#include "space/simd/list_words.h"
 
 namespace {
 
@@ -28,7 +29,7 @@ constexpr CompressBytes compress_bytes;
 
 struct Lanes {
   static constexpr const char* name = "neon";
-  static constexpr bool sorts_eight = true;
+  static constexpr std::size_t longest_sorted = 8;
 
   static unsigned atLeast(const float* p, float value) {
     const float32x4_t v = vdupq_n_f32(value);
@@ -119,17 +120,16 @@ struct Lanes {
     return vmaxnmvq_f64(v);
   }
 
-  // As EightSorter::sortEight() with AVX2: the first `count` of eight words by their low 31 bits,
-  // the others anywhere behind them.
-  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
+  // As ShortListSorter::sortShort() with AVX2.
+  static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
+                        std::uint64_t* sorted) {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3, 4, 5, 6, 7};
     const uint32x4_t largest = vdupq_n_u32(0x7fffffff);
     uint32x4_t lane[2], used[2], keys[2], places[2];
     for (int i = 0; i < 2; ++i) {
-      const auto two = [=](int at) { return vreinterpretq_u32_u64(vld1q_u64(words + 4 * i + at)); };
       lane[i] = vld1q_u32(lanes + 4 * i);
       used[i] = vcltq_u32(lane[i], vdupq_n_u32(static_cast<std::uint32_t>(count)));
-      keys[i] = vbslq_u32(used[i], vandq_u32(vuzp1q_u32(two(0), two(2)), largest), largest);
+      keys[i] = vbslq_u32(used[i], vld1q_u32(words + 4 * i), largest);
     }
     // A word's place is the number of keys below its own.
     places[0] = vcgtq_u32(keys[0], keys[1]);
@@ -146,7 +146,7 @@ struct Lanes {
     alignas(16) std::uint32_t place[8];
     for (int i = 0; i < 2; ++i)
       vst1q_u32(place + 4 * i, vbslq_u32(used[i], vsubq_u32(vdupq_n_u32(0), places[i]), lane[i]));
-    for (int i = 0; i < 8; ++i) sorted[place[i]] = words[i];
+    for (int i = 0; i < 8; ++i) sorted[place[i]] = pairOfListWord(words[i], earlier);
   }
 
  private:

@@ -1,5 +1,5 @@
-// Short lists of pairs in order without a branch, for sets of lanes with AVX2. Internal linkage, as
-// in kernels_impl.h.
+// Short lists in order without a branch, for sets of lanes with AVX2. Internal linkage, as in
+// kernels_impl.h.
 #pragma once
 
 #include <immintrin.h>
@@ -7,34 +7,44 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "space/simd/list_words.h"
+
 namespace {
 
-struct EightSorter {
-  static constexpr bool sorts_eight = true;
+struct ShortListSorter {
+  static constexpr std::size_t longest_sorted = 8;
 
-  // Sorts the first `count` of eight words by their low 31 bits, no two of which are alike or all
-  // ones, from `words` to `sorted`. The others may end up anywhere behind them in `sorted`.
-  static void sortEight(const std::uint64_t* words, std::size_t count, std::uint64_t* sorted) {
-    const auto load = [](const std::uint64_t* p) {
-      return _mm256_castsi256_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
-    };
-    const __m256i largest = _mm256_set1_epi32(0x7fffffff);
+  // Writes the pairs of the first `count` of eight list words, ascending, to `sorted`, and anything
+  // behind them up to the eighth place.
+  static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
+                        std::uint64_t* sorted) {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const __m256i used = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane);
-    const __m256i low_halves = _mm256_permute4x64_epi64(
-        _mm256_castps_si256(_mm256_shuffle_ps(load(words), load(words + 4), 0x88)), 0xd8);
-    const __m256i keys = _mm256_blendv_epi8(largest, _mm256_and_si256(low_halves, largest), used);
-    // A word's place is the number of keys below its own.
-    __m256i places = _mm256_setzero_si256();
-    for (int turn = 1; turn < 8; ++turn) {
-      const __m256i others = _mm256_permutevar8x32_epi32(
-          keys,
-          _mm256_and_si256(_mm256_add_epi32(lane, _mm256_set1_epi32(turn)), _mm256_set1_epi32(7)));
-      places = _mm256_sub_epi32(places, _mm256_cmpgt_epi32(keys, others));
-    }
-    alignas(32) std::uint32_t place[8];
-    _mm256_store_si256(reinterpret_cast<__m256i*>(place), _mm256_blendv_epi8(lane, places, used));
-    for (int i = 0; i < 8; ++i) sorted[place[i]] = words[i];
+    __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
+    v = _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), v, used);
+    // A bitonic network: lanes are compared with those that they have been exchanged for.
+    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
+    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = step<0xf0>(v, _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e));
+    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
+    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    writeFour(_mm256_castsi256_si128(v), earlier, sorted);
+    writeFour(_mm256_extracti128_si256(v, 1), earlier, sorted + 4);
+  }
+
+ private:
+  // The greater of both in the lanes of `greater`, the lesser in the others.
+  template <int greater>
+  static __m256i step(__m256i v, __m256i other) {
+    return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
+  }
+  static void writeFour(__m128i words, std::uint32_t earlier, std::uint64_t* pairs) {
+    const __m256i wide = _mm256_cvtepu32_epi64(words);
+    const __m256i mark = _mm256_slli_epi64(wide, 63), later = _mm256_srli_epi64(wide, 1);
+    const __m256i upper = _mm256_set1_epi64x(static_cast<long long>(std::uint64_t{earlier} << 32));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pairs),
+                        _mm256_or_si256(_mm256_or_si256(mark, upper), later));
   }
 };
 

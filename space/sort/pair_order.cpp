@@ -140,9 +140,9 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
     return sortSparse(pairs, count, buckets.slot_bits, scratch);
   }
   const ShortPair shape(first_slot, slots, buckets.slot_bits);
-  if (mechanisms::lists_by_digits && count / slots > long_list && shape.fits())
+  const std::size_t longest = kernelSet().sorts_short_lists ? 2 * long_list : long_list;
+  if (mechanisms::lists_by_digits && count / slots > longest && shape.fits())
     return sortByDigits(found, count, shape, pairs, scratch);
-  scratch.pairs.resizeDiscarding(count);
   scratch.ends.assign(slots + 1, 0);
   std::uint32_t* const ends = scratch.ends.data();
   Pair all = 0;
@@ -151,9 +151,13 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
     all |= found[i];
   }
   for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
+  constexpr std::size_t read_beyond = group_size;
+  scratch.words.resizeDiscarding(count + read_beyond);
+  std::uint32_t* const words = scratch.words.data();
   for (std::size_t i = 0; i < count; ++i)
-    scratch.pairs[ends[earlierOf(found[i]) - first_slot]++] = found[i];
-  kernelSet().sortLists(scratch.pairs.data(), ends, slots, pairs, sortLong);
+    words[ends[earlierOf(found[i]) - first_slot]++] =
+        laterOf(found[i]) << 1 | static_cast<std::uint32_t>(found[i] >> 63);
+  kernelSet().sortLists(words, {ends, slots, first_slot}, pairs, sortLong);
   return isMarkedBorderline(all);
 }
 

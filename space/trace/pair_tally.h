@@ -30,7 +30,7 @@ class PairTally {
     std::uint64_t sum = 0;
     for (size_t i = 0; i < count; ++i) sum += own.sumOf(pairs[i].o1, pairs[i].o2);
     own.add(count, sum);
-    own.pairs_callback_(own.data_, pairs, count, first);
+    if (own.pairs_callback_) own.pairs_callback_(own.data_, pairs, count, first);
   }
 
   void writeTo(Trace& trace) const { trace.writePairs(pairs_, sum_); }

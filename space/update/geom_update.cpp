@@ -212,6 +212,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
                      BoxSet& boxes) {
   packer_.rules = rules;
   watching_ = false;
+  watched_count_ = not_counted;
   boxes.size = slots;
   boxes.bits.resizeDiscarding(slots);
   boxes.bodies.resizeDiscarding(slots);
@@ -317,7 +318,8 @@ void GeomUpdate::watchAll() {
 int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, bool all,
                        SlotSet& changed) {
   if (!watching_) watchAll();
-  const std::size_t looks = all ? boxes.size : watched_.count();
+  watched_count_ = watched_.count();
+  const std::size_t looks = all ? boxes.size : watched_count_;
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
              plain = !packer_.rules.skip();
@@ -417,6 +419,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
   if (!watching_) watchAll();
   resizeTo(slots, boxes);
   listSlots(changed, slots);
+  if (slots_.size()) watched_count_ = not_counted;
   const auto threadsForSlots = [&] {
     return teamFor(slots_.size(), grains::packed_slots, threads);
   };

@@ -15,13 +15,26 @@
 
 namespace ode_parallel_sap {
 
+// The bounds on an axis. Whoever tests the boxes of few geoms loads both at once a moment later,
+// and would wait for two stores to reach the cache: one of both is handed on.
+template <class Real>
+inline void putBounds(Real lower, Real upper, Real* bounds) {
+  bounds[0] = lower;
+  bounds[1] = upper;
+}
+
+#if defined(__SSE2__)
+template <>
+inline void putBounds<double>(double lower, double upper, double* bounds) {
+  _mm_storeu_pd(bounds, _mm_set_pd(upper, lower));
+}
+#endif
+
 // The AABB reaches this far from the geom's place, on each axis.
 template <class Real>
 inline void putAround(const Real* place, const Real* reach, Real* aabb) {
-  for (int axis = 0; axis < 3; ++axis) {
-    aabb[2 * axis] = place[axis] - reach[axis];
-    aabb[2 * axis + 1] = place[axis] + reach[axis];
-  }
+  for (int axis = 0; axis < 3; ++axis)
+    putBounds(place[axis] - reach[axis], place[axis] + reach[axis], aabb + 2 * axis);
 }
 
 // One for each class: the operations of ODE's computeAABB() in their order, on the same numbers,
@@ -46,7 +59,9 @@ inline void boundsOfBox(const Real* place, const Real* rows, const Real* side, R
 }
 
 #if defined(__SSE2__)
-// X and y in one vector.
+// X and y in one vector. A place may have been written a moment ago, number by number: it is loaded
+// likewise, as one load would wait for both stores to reach the cache. A compiler is not to join
+// the two.
 template <>
 inline void boundsOfBox<double>(const double* place, const double* rows, const double* side,
                                 double* aabb) {
@@ -55,13 +70,15 @@ inline void boundsOfBox<double>(const double* place, const double* rows, const d
     return _mm_andnot_pd(_mm_set1_pd(-0.0), _mm_mul_pd(of_both, _mm_set1_pd(side[column])));
   };
   const __m128d sum = _mm_add_pd(_mm_add_pd(product(0), product(1)), product(2));
-  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum), at = _mm_loadu_pd(place);
+  const __m128d reach = _mm_mul_pd(_mm_set1_pd(0.5), sum);
+  __m128d at = _mm_load_sd(place);
+  __asm__("" : "+x"(at));
+  at = _mm_loadh_pd(at, place + 1);
   const __m128d lower = _mm_sub_pd(at, reach), upper = _mm_add_pd(at, reach);
   const double reach_z = halfExtent(rows + 8, side);
   _mm_storeu_pd(aabb, _mm_unpacklo_pd(lower, upper));
   _mm_storeu_pd(aabb + 2, _mm_unpackhi_pd(lower, upper));
-  aabb[4] = place[2] - reach_z;
-  aabb[5] = place[2] + reach_z;
+  putBounds(place[2] - reach_z, place[2] + reach_z, aabb + 4);
 }
 #endif
 
@@ -93,8 +110,7 @@ inline void computeBounds(dxRay& ray) {
   for (int axis = 0; axis < 3; ++axis) {
     const dReal begin = place[axis], end = begin + rows[4 * axis + 2] * ray.length;
     const bool forward = begin < end;
-    ray.aabb[2 * axis] = forward ? begin : end;
-    ray.aabb[2 * axis + 1] = forward ? end : begin;
+    putBounds(forward ? begin : end, forward ? end : begin, ray.aabb + 2 * axis);
   }
 }
 
@@ -119,11 +135,10 @@ class StockBounds {
   }
   // What geom->computeAABB() does, for a geom that is known.
   static void compute(dxGeom* geom) {
+    if (geom->type == dBoxClass) return computeBounds(*static_cast<dxBox*>(geom));  // most often
     switch (geom->type) {
       case dSphereClass:
         return computeBounds(*static_cast<dxSphere*>(geom));
-      case dBoxClass:
-        return computeBounds(*static_cast<dxBox*>(geom));
       case dCapsuleClass:
         return computeBounds(*static_cast<dxCapsule*>(geom));
       case dCylinderClass:

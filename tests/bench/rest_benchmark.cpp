@@ -39,6 +39,7 @@ constexpr Setting settings[] = {
     {"skip-asleep-told", kSome, true, true, true, true, 0, true},
     {"skip-static", kSome, true, false, true, false, 0, false},
     {"tolerance-0.2", kAll, false, false, false, false, 0.2, false},
+    {"tolerance-0.002", kAll, false, false, false, false, 0.002, false},
 };
 
 // Of `n` geoms, where `some` is what the user asked for.

@@ -299,13 +299,15 @@ def rival_rows(directory, columns, at_rest_only):
 
 def rivals(directory):
     """Broad phases of engines. Those that keep pairs stand with ours that tells what began and ended."""
-    return rival_rows(directory, (OURS + ":begun-ended", "physx-abp", "physx-pabp", "physx-mbp", "physx-sap", "box3d",
-                                  "bullet-dbvt", OURS, "jolt", "scalable-ccd", "embree"), False)
+    return rival_rows(directory, (OURS + ":begun-ended", OURS + ":notified-begun-ended", "physx-abp", "physx-pabp",
+                                  "physx-mbp", "physx-sap", "box3d", "bullet-dbvt", OURS, "jolt", "scalable-ccd",
+                                  "embree"), False)
 
 
 def rivals_asleep(directory):
     """The same where pairs of boxes at rest are not due."""
-    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended", "jolt-asleep"), True)
+    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended",
+                                  OURS + ":notified-skip-asleep-begun-ended", "jolt-asleep"), True)
 
 
 def many_threads(directory):
@@ -330,7 +332,8 @@ def rest(directory):
              "skip-asleep": "the others asleep, pairs at rest left out",
              "skip-asleep-told": "likewise, the space is told of the rest",
              "skip-static": "the others static, pairs at rest left out",
-             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box"}
+             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box",
+             "tolerance-0.002": "likewise, tolerance a five-hundredth of a box"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]
     lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]),
               shown(row["ratio"]), count(row["pairs"])] for row in rows]

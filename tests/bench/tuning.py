@@ -4,6 +4,7 @@ check program) that is so built is timed in turn with the whole one.
 
     cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON
     cmake --build build/release
+    build/release/tests/bench/record-piles build/release/tests/bench cubes balls
     tests/bench/tuning.py build build/release variants
     tests/bench/tuning.py measure build/release variants tests/bench/results/<machine>/tuning.csv
 
@@ -96,7 +97,8 @@ SETS_OF_CONSTANT = {
     "class_octaves": "pairs sizes", "fewer_larger": "pairs sizes", "shape_octaves": "pairs sizes",
     "least_shape_share": "pairs sizes", "coarse_growth": "far", "least_mapped": "pairs many", "swept_alone": "small pairs",
     "scene": "pairs many", "packed_slots": "rest", "looked_up": "far rest", "box_rows": "pairs", "sorted_records": "pairs many",
-    "box_tests": "paper small", "changed_boxes": "rest", "geom_tests": "far planes", "passed_pairs": "rest many",
+    "box_tests": "paper small", "changed_boxes": "rest", "fat_share": "trembling",
+    "least_service": "trembling", "geom_tests": "far planes", "passed_pairs": "rest many",
 }
 
 
@@ -109,11 +111,14 @@ def cells_of(constant, quick, all_threads="1,2"):
                                    "--threads=" + threads, "--peers=" + peer] + budget + list(more), pairs)
 
     most_threads = all_threads[-1]
+    longer = [] if quick else ["--budget=0.15"]  # where frames differ
     seconds = ["--seconds=%g" % (0.02 if quick else 0.05), "--rounds=1"]
     sets = {
         "pairs": [pair("dense-cube,log-sizes-4,brownian", "10000"), pair("dense-cube,jumps,trembling", "300", "1"),
                   pair("dense-cube", "100000", most_threads)],
         "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars,giant-among-dust", "10000", "1")],
+        "trembling": [pair("trembling,dense-cube,clusters,brownian", "1000,10000", "1", "parallel-sap", *longer),
+                      pair("pile-cubes,pile-balls", "10000", all_threads, "parallel-sap", *longer)],
         "far": [pair("far-clusters,two-decades-of-size", "10000")],
         "many": [pair("dense-cube", "400000", most_threads)],
         "small": [pair("dense-cube,heap", "16,32,48,64,120,160,250", "1", "parallel-sap", "--batch=64"),
@@ -245,7 +250,7 @@ def with_variables(source, copy, names):
             if variables & set(re.findall(r"\w+", value)):
                 variables.add(name)
                 text = re.sub(r"constexpr ([\w:]+ %s =)" % name, r"inline const \1", text)
-        text = re.sub(r"(#define ODE_PARALLEL_SAP_\w+\n)", lambda match: match.group(1) + TUNED, text, count=1)
+        text = re.sub(r"(#pragma once\n)", lambda match: match.group(1) + TUNED, text, count=1)
         with open(path, "w") as file:
             file.write(text)
 
@@ -336,6 +341,8 @@ def measure(options):
         built = os.path.join(options.variants, name)
         if os.path.exists(built):
             return built, None
+        if not os.path.exists(variables):
+            sys.exit("%s is missing: tuning.py build" % variables)
         factor = name.rsplit("-", 1)[1] if "-" in name else None
         return variables, factor and "%s=%s" % (constant.name, factor)
 

@@ -51,7 +51,8 @@ void Driver::step() {
       &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
       &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
       &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany,
-      &Driver::collideContacts,  &Driver::collideBlocks,   &Driver::collideWithEvents};
+      &Driver::collideContacts,  &Driver::collideBlocks,   &Driver::collideWithEvents,
+      &Driver::collideTrembling};
   (this->*kEdits[decisions_.below(std::size(kEdits))])();
 }
 

@@ -34,6 +34,9 @@ class Driver {
   const std::string& problem() const { return problem_; }
   unsigned long collides() const { return collides_; }  // compared with the oracle
   unsigned long changes() const { return changes_; }    // of single geoms, bodies, settings
+  // Frames in which nearly all moved by little, and those of them found from kept candidates.
+  unsigned long trembling() const { return trembling_; }
+  unsigned long candidatesKept() const { return candidates_kept_; }
 
  private:
   static constexpr int kNone = -1;
@@ -109,6 +112,12 @@ class Driver {
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
+  // Frames by fat pairs, in driver_trembling.cpp.
+  void collideTrembling();
+  void fillForTrembling(int space, Random& random);
+  void changeWhatMayPair(int member, Random& random);
+  void trembleAll(int space, double share, double leaving, Random& random);
+
   // Pairs in bulk, in driver_bulk.cpp.
   void collideBlocks();
   void collideWithEvents();
@@ -148,7 +157,7 @@ class Driver {
   std::vector<dBodyID> bodies_;
   std::deque<std::string> history_;
   std::string problem_;
-  unsigned long collides_ = 0, changes_ = 0, calls_ = 0;
+  unsigned long collides_ = 0, changes_ = 0, calls_ = 0, trembling_ = 0, candidates_kept_ = 0;
   std::size_t additions_ = 0;
 };
 

@@ -331,7 +331,11 @@ enum { dParallelSAPPairsConcurrent = 1 };
  * several, one) leaves dParallelSAPSpaceCollidePairs on the calling thread; the space is left
  * unlocked and usable. Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there
  * are few pairs; scenes of up to 120 geoms, and those for whose pairs there is no memory, use the
- * calling thread. */
+ * calling thread.
+ *
+ * `callback` may be 0: the pairs are found and counted, and none is handed out. That is the frame
+ * of a program that goes by what dParallelSAPSpaceGetBegunPairs and dParallelSAPSpaceGetEndedPairs
+ * tell. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
@@ -433,8 +437,9 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
  * nothing is told of that collide, and the next one is compared with the last that was told.
  *
  * Cost: none worth naming where no geom changed and the pairs are those kept from the last frame.
- * Otherwise each pair is compared with the last frame's, and where pairs begin or end written
- * again, on the threads of the space. Memory: 12 bytes a pair, 24 where pairs begin or end. */
+ * Where few changed it is known from these what began and ended, and the numbers behind it move.
+ * Otherwise each pair is compared with the last frame's, on the threads of the space. Memory: 4
+ * bytes a pair, 16 where pairs begin or end. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 

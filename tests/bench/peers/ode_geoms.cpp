@@ -49,7 +49,11 @@ void OdeSpacePeer::move(const Boxes& boxes) {
   for (std::size_t i = 0; i < geoms_.size(); ++i) {
     const CentredBox& box = boxes[i];
     const bool moves = !(box == shown_[i]);
-    if (world_) (moves ? dBodyEnable : dBodyDisable)(dGeomGetBody(geoms_[i]));
+    if (world_) {
+      const dBodyID body = dGeomGetBody(geoms_[i]);
+      if (moves && !dBodyIsEnabled(body)) woke(geoms_[i]);
+      (moves ? dBodyEnable : dBodyDisable)(body);
+    }
     if (!moves) continue;
     if (!box.sameSizeAs(shown_[i]))
       dGeomBoxSetLengths(geoms_[i], 2 * box.half[0], 2 * box.half[1], 2 * box.half[2]);

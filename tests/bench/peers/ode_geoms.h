@@ -24,6 +24,8 @@ class OdeSpacePeer : public Peer {
  protected:
   // Called once the geoms exist. The space neither owns nor destroys them.
   virtual dSpaceID createSpace(const Extent& extent, std::size_t count) = 0;
+  // The geom's body was enabled by a call.
+  virtual void woke(dGeomID) {}
 
   dSpaceID space_ = nullptr;
 

@@ -25,14 +25,15 @@ const char* nameOfMethod(int method) {
 }
 
 // How the pairs are handed over, and whether which of them began and ended is told too. `events` is
-// for a program that keeps what it wants of each pair: it looks at those that began and ended only.
+// for a program that keeps what it wants of each pair: those that began and ended are all it gets.
 enum class Report { pairs, blocks, concurrent_blocks, pairs_and_events, events };
 
 struct Choice {
   const char* name;
   int backend, method;
   Report report = Report::pairs;
-  bool sleeps = false;  // what does not move is asleep, and pairs of sleepers are left out
+  bool sleeps = false;    // what does not move is asleep, and pairs of sleepers are left out
+  bool notified = false;  // the program tells what it changes besides places and sizes
 };
 
 constexpr Choice choices[] = {
@@ -47,6 +48,10 @@ constexpr Choice choices[] = {
      true},
     {"parallel-sap:skip-asleep-begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
      Report::events, true},
+    {"parallel-sap:notified-begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
+     Report::events, false, true},
+    {"parallel-sap:notified-skip-asleep-begun-ended", dParallelSAPBackendCPU,
+     dParallelSAPMethodAuto, Report::events, true, true},
     {"parallel-sap:auto", dParallelSAPBackendAuto, dParallelSAPMethodAuto},
     {"parallel-sap:sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
     {"parallel-sap:brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
@@ -57,9 +62,6 @@ constexpr Choice choices[] = {
     {"parallel-sap:cuda-brute-force", dParallelSAPBackendCUDA, dParallelSAPMethodBruteForce},
     {"parallel-sap:cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
 };
-
-// A dParallelSAPPairsCallback that has no use for pairs that last.
-void passOver(void*, const dParallelSAPPair*, size_t, size_t) {}
 
 std::size_t numberOf(dGeomID geom) {
   return reinterpret_cast<std::size_t>(dGeomGetData(geom));
@@ -88,6 +90,7 @@ class ParallelSapPeer : public OdeSpacePeer {
     dParallelSAPSpaceSetEvents(
         space, choice_.report == Report::pairs_and_events || choice_.report == Report::events);
     dParallelSAPSpaceSetSkipAsleep(space, choice_.sleeps);
+    dParallelSAPSpaceSetNotified(space, choice_.notified);
     return space;
   }
 
@@ -129,10 +132,13 @@ class ParallelSapPeer : public OdeSpacePeer {
 
  private:
   dSpaceID createSpace(const Extent&, std::size_t) override { return createChosen(); }
+  void woke(dGeomID geom) override {
+    if (space_) dParallelSAPSpaceNotify(space_, geom);
+  }
 
   std::size_t findEvents() {
     settle();
-    dParallelSAPSpaceCollidePairs(space_, nullptr, 0, passOver);
+    dParallelSAPSpaceCollidePairs(space_, nullptr, 0, nullptr);
     begun_count_ = dParallelSAPSpaceGetBegunPairs(space_, &begun_);
     ended_count_ = dParallelSAPSpaceGetEndedPairs(space_, &ended_);
     return pairs_ += begun_count_ - ended_count_;
