@@ -112,8 +112,29 @@ TEST_CASE("AABBs of ODE's simple classes are computed bit for bit as the loaded 
     if (known) CHECK(StockBounds::agree(geom, static_cast<std::size_t>(scaled(100000)), seed));
 #if defined(__x86_64__)
     CHECK(known);  // without a contraction there is nothing to differ in
+    if (ode_parallel_sap::kernelSet().packShapes && sizeof(dReal) == sizeof(double))
+      CHECK(StockBounds::ofLoadedOde().knowsShape(geom) == (&of - stock_classes < 3));
 #endif
     dGeomDestroy(geom);
+  }
+}
+
+// ODE_PARALLEL_SAP_TEST_SCALE=1000: 100 million poses of each class with each instruction set.
+TEST_CASE(
+    "Every instruction set packs spheres, boxes and capsules bit for bit as one geom at a time") {
+  const std::uint64_t seed = seedOr(19);
+  for (const ode_parallel_sap::KernelSet* const* set = ode_parallel_sap::allKernelSets(); *set;
+       ++set) {
+    if (!(*set)->packShapes || sizeof(dReal) != sizeof(double)) continue;
+    for (int of = 0; of < 3; ++of) {
+      INFO((*set)->name << ", " << stock_classes[of].name << ", seed " << seed);
+      const dGeomID geom = stock_classes[of].create(nullptr, 1, 1, 1);
+      const std::size_t poses = static_cast<std::size_t>(scaled(100000));
+      std::size_t fine = 0;
+      CHECK(StockBounds::packsAlike(geom, (*set)->packShapes, poses, seed, &fine));
+      CHECK(fine > poses / 2);  // the usual ones, of three in four
+      dGeomDestroy(geom);
+    }
   }
 }
 

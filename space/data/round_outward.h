@@ -12,6 +12,7 @@
 #endif
 
 #include "space/data/box_set.h"
+#include "space/data/fine_boxes.h"
 #include "space/data/float_steps.h"
 #include "space/data/tuning.h"
 
@@ -24,16 +25,11 @@ struct BoundsFacts {
   bool coarse;     // rounding makes the box clearly larger
 };
 
-// fixed: a box is coarse (coarse_growth), too, if its extent comes near the denormals, with which
-// not every device computes.
-constexpr double least_fine_growth = 1e-37;
-
-// Whether a box of this largest size that reaches so far from the origin is not coarse, as no sum
-// of two bounds' steps is a great part of the size. False does not say that it is.
+// Whether a box of this largest size that reaches so far from the origin is not coarse. False does
+// not say that it is.
 inline bool isFine(double reach, double largest) {
-  constexpr double steps = 1 << 21;  // fixed: a quarter of a float's between two powers of two
-  return reach <= largest * (steps * coarse_growth) &&
-         largest * coarse_growth >= 2 * least_fine_growth && reach <= 1e38;
+  return reach <= largest * most_fine_reach && largest >= least_fine_size &&
+         reach <= greatest_fine_reach;
 }
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not

@@ -10,6 +10,7 @@
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
+#include "space/simd/kernel_shapes.h"
 #include "space/simd/kernel_trees.h"
 #include "space/simd/list_words.h"
 #include "space/simd/tuning.h"
@@ -244,9 +245,13 @@ constexpr Kernels<Real> kernelsFor() {
           findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {
-    Lanes::name,        kernelsFor<float>(),       kernelsFor<double>(),
-    sortListsBy<Lanes>, Lanes::longest_sorted > 0, boxesOutside,
-    keptPairs};
+constexpr KernelSet kernel_set = {Lanes::name,
+                                  kernelsFor<float>(),
+                                  kernelsFor<double>(),
+                                  sortListsBy<Lanes>,
+                                  Lanes::longest_sorted > 0,
+                                  boxesOutside,
+                                  keptPairs,
+                                  pack_shapes};
 
 }  // namespace

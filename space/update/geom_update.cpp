@@ -13,6 +13,7 @@
 #include "space/geom/geom_tests.h"
 #include "space/geom/prefetch.h"
 #include "space/update/block_packer.h"
+#include "space/update/moved_shapes.h"
 #include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
 
@@ -23,6 +24,7 @@ namespace {
 // Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, a geom's two
 // blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = prefetched_block;
+constexpr std::size_t geoms_ahead = prefetched_block, poses_ahead = prefetched_block / 2;
 
 // The i-th of all slots.
 constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
@@ -49,6 +51,57 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == numberOf(geom->body);
 }
+// Calls use(i) for the i of a range whose bit is set, the first one's in bit 0.
+template <class Use>
+void forBits(std::uint64_t bits, std::size_t begin, Use use) {
+  for (; bits; bits &= bits - 1) use(begin + __builtin_ctzll(bits));
+}
+
+// Packs geoms; note(slot, state) is told what comes of each.
+template <class Note>
+class PackEach {
+ public:
+  PackEach(const GeomPacker& packer, UpdatePart& part, BoxSet& boxes, Note note)
+      : packer_(packer, part, boxes), note_(note) {}
+
+  void operator()(const dxGeom* geom, Slot slot) { note_(slot, packer_.pack(geom, slot)); }
+  // Brings up to date and packs what can be by `shapes`. Returns which of the range that was, the
+  // first in bit 0.
+  template <class SlotOf>
+  std::uint64_t packMoved(dxGeom* const* geoms, const Range& range, SlotOf slotOf,
+                          MovedShapes& shapes, std::size_t& moved) {
+    if (!packer_.takesPlain()) return 0;
+    std::uint64_t taken = 0;
+    MovedShapes::Counts counts = 0;
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const Slot slot = slotOf(i);
+      dxGeom* const geom = geoms[slot];
+      if (!geom || !shapes.take(geom, slot, counts)) continue;
+      taken |= std::uint64_t{1} << (i - range.begin);
+      packer_.packFilters(geom, slot);
+      note_(slot, packer_.plainState());
+    }
+    const MovedShapes::Packed packed = shapes.pack(counts, packer_.boxes());
+    packer_.noteBoxes(packed.exact);
+    moved += packed.count;
+    return packed.all ? taken : 0;
+  }
+
+ private:
+  BlockPacker packer_;
+  Note note_;
+};
+
+template <class Use, class SlotOf>
+std::uint64_t packMoved(Use&, dxGeom* const*, const Range&, SlotOf, MovedShapes&, std::size_t&) {
+  return 0;
+}
+template <class Note, class SlotOf>
+std::uint64_t packMoved(PackEach<Note>& use, dxGeom* const* geoms, const Range& range,
+                        SlotOf slotOf, MovedShapes& shapes, std::size_t& moved) {
+  return use.packMoved(geoms, range, slotOf, shapes, moved);
+}
+
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
   constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
@@ -65,25 +118,30 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
   const auto block = [&](std::size_t begin) {
     return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
   };
-  const auto prefetchGeoms = [&](const Range& of) {
-    for (std::size_t i = of.begin; i < of.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetchGeom(geom);
+  const auto prefetch = [&](std::size_t geom_index, std::size_t pose_index) {
+    if (geom_index < range.end)
+      if (const dxGeom* const geom = geoms[slotOf(geom_index)]) prefetchGeom(geom);
+    if (pose_index < range.end)
+      if (const dxGeom* const geom = geoms[slotOf(pose_index)]) prefetchPose(geom);
   };
-  const auto prefetchPoses = [&](const Range& of) {
-    for (std::size_t i = of.begin; i < of.end; ++i)
-      if (const dxGeom* const geom = geoms[slotOf(i)]) prefetchPose(geom);
-  };
-  prefetchGeoms(block(range.begin));
-  prefetchPoses(block(range.begin));
-  prefetchGeoms(block(range.begin + block_size));
+  const PackShapes pack_shapes = kernelSet().packShapes;
+  MovedShapes shapes(stock, pack_shapes);
+  const bool in_exact_mode = pack_shapes && !differs(currentMode(), exactMode());
+  for (std::size_t i = range.begin; i < range.begin + geoms_ahead; ++i) prefetch(i, range.end);
+  for (std::size_t i = range.begin; i < range.begin + poses_ahead; ++i) prefetch(range.end, i);
   for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
-    const std::size_t end = block(begin).end;
-    prefetchGeoms(block(begin + 2 * block_size));
-    prefetchPoses(block(begin + block_size));
-    for (std::size_t i = begin; i < end; ++i) {
+    const Range own = block(begin);
+    for (std::size_t i = own.begin; i < own.end; ++i) prefetch(i + geoms_ahead, i + poses_ahead);
+    std::uint64_t rest = ~std::uint64_t{0} >> (64 - (own.end - own.begin));
+    if (in_exact_mode) {
+      auto use = useOf(part);
+      rest &= ~packMoved(use, geoms, own, slotOf, shapes, part.facts.moved);
+    }
+    if (!rest) continue;
+    forBits(rest, begin, [&](std::size_t i) {
       const Slot slot = slotOf(i);
       dxGeom* const geom = geoms[slot];
-      if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) return;
       ++part.facts.moved;
       if (stock.knows(geom))
         StockBounds::clean(geom);
@@ -91,14 +149,14 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
         part.deferred.push_back(slot);
       else
         cleanGeom(geom);
-    }
+    });
     const ScopedMode exact(exactMode());
     auto use = useOf(part);
-    for (std::size_t i = begin; i < end; ++i) {
+    forBits(rest, begin, [&](std::size_t i) {
       const Slot slot = slotOf(i);
       const dxGeom* const geom = geoms[slot];
       if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot);
-    }
+    });
   }
 }
 
@@ -163,12 +221,10 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   for (bool repeated = false;; repeated = true) {
     boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
     const int used = forGeoms(geoms, slots, threads, every_slot, [&](UpdatePart& part) {
-      return
-          [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
-            const SlotState state = packer.pack(geom, slot);
-            states_[slot] = state;
-            if (state) count(state, 1, part.facts);
-          };
+      return PackEach(packer_, part, boxes, [&](Slot slot, SlotState state) {
+        states_[slot] = state;
+        if (state) count(state, 1, part.facts);
+      });
     });
     some_body_ = 0;
     facts_ = mergeParts(0);
@@ -371,12 +427,11 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
   if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
     return false;
   forGeoms(geoms, slots_.size(), threadsForSlots(), listedSlot(), [&](UpdatePart& part) {
-    return [&, packer = BlockPacker(packer_, part, boxes)](const dxGeom* geom, Slot slot) mutable {
-      const SlotState state = packer.pack(geom, slot);
+    return PackEach(packer_, part, boxes, [&](Slot slot, SlotState state) {
       count(states_[slot], -1, part.facts);
       count(state, 1, part.facts);
       states_[slot] = state;
-    };
+    });
   });
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
