@@ -24,11 +24,12 @@ class KeptPairs::Merge {
  public:
   Merge(const Task& task, std::size_t old_begin, const SlotSet& changed, Buffer<Pair>& merged,
         PairChanges& changes)
-      : begin_(task.begin - old_begin),
+      : begin_(task.begin),
         pair_(task.begin),
         end_(task.end),
         found_(task.found_begin),
         found_end_(task.found_end),
+        old_begin_(old_begin),
         changed_(changed.view()),
         merged_(merged),
         changes_(changes) {}
@@ -89,11 +90,12 @@ class KeptPairs::Merge {
       changes_.begun.push_back(static_cast<std::size_t>(next_ - merged_.data()));
     *next_++ = *found_++;
   }
-  void end() { changes_.ended.push_back(static_cast<std::size_t>(pair_++ - begin_)); }
+  void end() { changes_.ended.push_back(old_begin_ + static_cast<std::size_t>(pair_++ - begin_)); }
 
-  const Pair* const begin_;  // where the first of all parts would be
+  const Pair* const begin_;
   const Pair *pair_, *const end_;
   const Pair *found_, *const found_end_;
+  const std::size_t old_begin_;  // the place of *begin_ among all old pairs
   const SlotSet::View changed_;
   Buffer<Pair>& merged_;
   PairChanges& changes_;

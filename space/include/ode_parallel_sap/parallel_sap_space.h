@@ -437,9 +437,9 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
  * nothing is told of that collide, and the next one is compared with the last that was told.
  *
  * Cost: none worth naming where no geom changed and the pairs are those kept from the last frame.
- * Where few changed it is known from these what began and ended, and the numbers behind it move.
- * Otherwise each pair is compared with the last frame's, on the threads of the space. Memory: 4
- * bytes a pair, 16 where pairs begin or end. */
+ * Where few changed it is known from these what began and ended, and if any did, the numbers of all
+ * pairs are copied. Otherwise each pair is compared with the last frame's as well, on the threads
+ * of the space. Memory: 4 bytes a pair, 16 where pairs begin or end. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
