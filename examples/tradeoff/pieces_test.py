@@ -122,16 +122,16 @@ class Budget(unittest.TestCase):
 
     def test_stops_when_seconds_are_up_and_goes_on_when_called_again(self):
         with tempfile.TemporaryDirectory() as folder:
-            slow = script(folder, "slow", "[ \"$1\" = scene ] && sleep 0.1\nexec %s \"$@\"\n" % program)
+            slow = script(folder, "slow", "[ \"$1\" = scene ] && sleep 0.2\nexec %s \"$@\"\n" % program)
             counts = [0]
             while True:
-                result = call(folder, slow, "--seconds", "1")
+                result = call(folder, slow, "--seconds", "2")
                 counts.append(len(read(folder, "scenes")))
                 self.assertGreater(counts[-1], counts[-2], result.stdout)
                 if result.returncode == 0:
                     break
                 self.assertEqual(result.returncode, 75, result.stdout)
-                self.assertIn("1 seconds are up, in which %d points ended" % (counts[-1] - counts[-2]), result.stdout)
+                self.assertIn("2 seconds are up, in which %d points ended" % (counts[-1] - counts[-2]), result.stdout)
                 self.assertFalse(os.path.exists(os.path.join(folder, "choices.md")))
             self.assertGreater(len(counts), 2)
             keys = [study.key(row, settings.KEY) for row in read(folder, "scenes")]
