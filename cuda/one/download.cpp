@@ -19,13 +19,12 @@ namespace {
 Region expanding("device: download");
 
 // Words that are expanded to pairs: half of the smallest piece that is asked for at once.
-constexpr Grain grain_words = {piece_segments * segment_words / pieces_wanted / 2, Grain::whole};
+constexpr Grain grain_words = {least_piece_segments * segment_words / 2, Grain::whole};
 
 }  // namespace
 
 std::size_t Download::pieceWords(std::size_t total) {
-  return std::clamp(total / segment_words / pieces_wanted, piece_segments / pieces_wanted,
-                    piece_segments) *
+  return std::clamp(total / segment_words / pieces_wanted, least_piece_segments, piece_segments) *
          segment_words;
 }
 

@@ -47,8 +47,10 @@ constexpr std::size_t segmentedEnd(std::size_t words) {
   return words + (words + segment_words - 1) / segment_words * header_words;
 }
 
-// What travels at a time, at most.
+// What travels at a time: at most, and at least.
 constexpr std::size_t piece_segments = piece_bytes / (segment_size * sizeof(std::uint32_t));
+constexpr std::size_t least_piece_segments =
+    least_piece_bytes / (segment_size * sizeof(std::uint32_t));
 
 // Pairs as the host has them (space/data/pair_list.h), in order, and for each segment_words of them
 // whether one is borderline, which is 0 before.

@@ -19,12 +19,11 @@ Region sending("device: upload");
 
 // Bytes that are copied to where a device reads them: 50 us at the 8 GB/s that each of six threads
 // reaches.
-constexpr Grain grain_bytes = {piece_bytes / pieces_wanted, Grain::whole};
+constexpr Grain grain_bytes = {least_piece_bytes, Grain::whole};
 
 // Of a piece of the array, in whole elements.
 std::size_t pieceBytes(const Upload::Array& array, std::size_t most) {
-  const std::size_t bytes =
-      std::clamp(array.bytes / array.pieces, piece_bytes / pieces_wanted, most);
+  const std::size_t bytes = std::clamp(array.bytes / array.pieces, least_piece_bytes, most);
   return bytes / array.element * array.element;
 }
 
