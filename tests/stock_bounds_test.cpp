@@ -7,8 +7,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
+
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
 
 #include "space/data/round_outward.h"
 #include "support/catch.hpp"
@@ -266,6 +271,27 @@ TEST_CASE("A geom that calls itself one of ODE's and is not computes its own AAB
   dSpaceRemove(space, &own);
   dSpaceDestroy(space);
 }
+
+#if defined(__SSE2__)
+TEST_CASE("Rays from denormal places have ODE's bounds in a thread that takes denormals for zero") {
+  constexpr unsigned zero_denormals = 0x8040;  // fixed: FTZ and DAZ
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  const Twins twins = {dCreateRay(space, 2), dCreateRay(nullptr, 2)};
+  constexpr dReal least = std::numeric_limits<dReal>::denorm_min();
+  for (const dReal direction : {dReal(-1), dReal(1)}) {
+    for (const dGeomID ray : {twins.in_space, twins.alone})
+      dGeomRaySet(ray, 3 * least, -7 * least, least, direction, direction, direction);
+    const unsigned before = _mm_getcsr();
+    _mm_setcsr(before | zero_denormals);
+    dSpaceCollide(space, nullptr, ignorePair);
+    const bool same = twins.same();
+    _mm_setcsr(before);
+    CHECK(same);
+  }
+  dGeomDestroy(twins.alone);
+  dSpaceDestroy(space);
+}
+#endif
 
 TEST_CASE("AABBs of geoms in the space are those of the same geoms in none") {
   const std::uint64_t seed = seedOr(18);
