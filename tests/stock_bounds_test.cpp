@@ -5,15 +5,26 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
+#include "space/data/round_outward.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
 
 using namespace sap_test;
+using ode_parallel_sap::Box;
+using ode_parallel_sap::PackShapes;
+using ode_parallel_sap::ShapeKind;
+using ode_parallel_sap::ShapeLayout;
 using ode_parallel_sap::StockBounds;
 
 namespace {
@@ -100,6 +111,82 @@ Twins makeTwins(Random& random, const StockClass& of, dSpaceID space, dWorldID w
 
 void ignorePair(void*, dGeomID, dGeomID) {}
 
+// A shape of which a kernel is told where its parts lie.
+struct PlainShape {
+  double pose[16], size[4], bounds[6];
+  const double* at = pose;
+};
+constexpr ShapeLayout plain_layout = {offsetof(PlainShape, at), offsetof(PlainShape, size),
+                                      offsetof(PlainShape, bounds)};
+
+// About a power of two, with few bits below the leading one or all of them.
+double numberNear(Random& random, int exponent) {
+  const double ones[] = {1, 1 + 0x1p-52, 2 - 0x1p-52, 1 + random.unit()};
+  return std::ldexp(ones[random.below(4)], exponent + static_cast<int>(random.below(4)) - 2);
+}
+
+double reachOf(ShapeKind kind, const double* row, const double* size) {
+  if (kind == ShapeKind::sphere) return size[0];
+  if (kind == ShapeKind::capsule) return std::fabs(row[2] * size[1]) * 0.5 + size[0];
+  return 0.5 *
+         (std::fabs(row[0] * size[0]) + std::fabs(row[1] * size[1]) + std::fabs(row[2] * size[2]));
+}
+
+// Where a bound is nothing or next to it, or where the steps of floats begin to be coarse.
+double placeNear(Random& random, double reach) {
+  const double places[] = {reach, std::nextafter(reach, 0), std::nextafter(reach, 2 * reach),
+                           std::ldexp(reach, 13 + static_cast<int>(random.below(6))),
+                           reach * random.unit()};
+  return places[random.below(5)] * (random.below(2) ? 1 : -1);
+}
+
+void pose(Random& random, ShapeKind kind, int exponent, PlainShape& shape) {
+  for (double& length : shape.size) length = numberNear(random, exponent);
+  for (double& part : shape.pose) part = random.between(-1, 1);
+  for (int axis = 0; axis < 3; ++axis)
+    shape.pose[axis] = placeNear(random, reachOf(kind, shape.pose + 4 + 4 * axis, shape.size));
+}
+
+// Whether a shape that was taken for fine has these bounds and this box. Clears `exact` if not all
+// bounds are floats.
+bool isPackedRight(ShapeKind kind, const PlainShape& shape, const Box& box, bool& exact) {
+  double bounds[6];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double reach = reachOf(kind, shape.pose + 4 + 4 * axis, shape.size);
+    bounds[2 * axis] = shape.pose[axis] - reach;
+    bounds[2 * axis + 1] = shape.pose[axis] + reach;
+  }
+  Box expected;
+  const auto facts = ode_parallel_sap::roundOutwardOneByOne(bounds, expected);
+  exact = exact && facts.exact;
+  return !facts.nan && !facts.unbounded && !facts.coarse &&
+         std::memcmp(bounds, shape.bounds, sizeof bounds) == 0 &&
+         std::memcmp(&box, &expected, sizeof box) == 0;
+}
+
+// Packs a list of shapes of about this size. Counts it if all were taken for fine; false if one
+// is not as it should be then.
+bool packsList(Random& random, PackShapes packShapes, ShapeKind kind, int exponent, int& fine) {
+  PlainShape shapes[9];
+  void* list[9];
+  std::uint32_t slots[9];
+  Box boxes[9];
+  const std::size_t count = 1 + random.below(random.below(2) ? 9 : 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    pose(random, kind, exponent, shapes[i]);
+    list[i] = shapes + i;
+    slots[i] = static_cast<std::uint32_t>(count - 1 - i);
+  }
+  const ode_parallel_sap::PackedShapes packed =
+      packShapes(kind, {list, slots, count}, plain_layout, boxes);
+  if (!packed.fine) return true;
+  ++fine;
+  bool right = true, exact = true;
+  for (std::size_t i = 0; i < count; ++i)
+    right = isPackedRight(kind, shapes[i], boxes[slots[i]], exact) && right;
+  return right && exact == packed.exact;
+}
+
 }  // namespace
 
 // ODE_PARALLEL_SAP_TEST_SCALE=1000: 100 million poses of each class.
@@ -138,6 +225,27 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("Lists of shapes are packed right up to the least and the greatest that is fine") {
+  constexpr ShapeKind kinds[] = {ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule};
+  const std::uint64_t seed = seedOr(20);
+  for (const ode_parallel_sap::KernelSet* const* set = ode_parallel_sap::allKernelSets(); *set;
+       ++set) {
+    if (!(*set)->packShapes) continue;
+    for (const ShapeKind kind : kinds)
+      for (const int exponent : {-120, -65, 0, 108}) {
+        INFO((*set)->name << ", kind " << static_cast<int>(kind) << ", sizes of 2^" << exponent
+                          << ", seed " << seed);
+        Random random(seed);
+        const int lists = scaled(10000);
+        int fine = 0, wrong = 0;
+        for (int i = 0; i < lists; ++i)
+          wrong += !packsList(random, (*set)->packShapes, kind, exponent, fine);
+        CHECK(wrong == 0);
+        if (exponent != -120) CHECK(fine > lists / 100);
+      }
+  }
+}
+
 TEST_CASE("A class of which now and then a last bit is another is left to ODE") {
   OtherSphere other;
   StockBounds bounds;
@@ -163,6 +271,27 @@ TEST_CASE("A geom that calls itself one of ODE's and is not computes its own AAB
   dSpaceRemove(space, &own);
   dSpaceDestroy(space);
 }
+
+#if defined(__SSE2__)
+TEST_CASE("Rays from denormal places have ODE's bounds in a thread that takes denormals for zero") {
+  constexpr unsigned zero_denormals = 0x8040;  // fixed: FTZ and DAZ
+  const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
+  const Twins twins = {dCreateRay(space, 2), dCreateRay(nullptr, 2)};
+  constexpr dReal least = std::numeric_limits<dReal>::denorm_min();
+  for (const dReal direction : {dReal(-1), dReal(1)}) {
+    for (const dGeomID ray : {twins.in_space, twins.alone})
+      dGeomRaySet(ray, 3 * least, -7 * least, least, direction, direction, direction);
+    const unsigned before = _mm_getcsr();
+    _mm_setcsr(before | zero_denormals);
+    dSpaceCollide(space, nullptr, ignorePair);
+    const bool same = twins.same();
+    _mm_setcsr(before);
+    CHECK(same);
+  }
+  dGeomDestroy(twins.alone);
+  dSpaceDestroy(space);
+}
+#endif
 
 TEST_CASE("AABBs of geoms in the space are those of the same geoms in none") {
   const std::uint64_t seed = seedOr(18);

@@ -6,6 +6,8 @@
 #include <immintrin.h>
 #endif
 
+#include <string.h>
+
 #include "space/data/box_set.h"
 #include "space/data/fine_boxes.h"
 #include "space/simd/kernels.h"
@@ -173,7 +175,7 @@ inline void packFourShapes(void* const* shapes, const std::uint32_t* slots,
   Box* box[4];
   for (int i = 0; i < 4; ++i) {
     char* const shape = static_cast<char*>(shapes[i]);
-    poses[i] = *reinterpret_cast<const double* const*>(shape + layout.pose);
+    memcpy(poses + i, shape + layout.pose, sizeof poses[i]);  // a pointer of another type there
     sizes[i] = reinterpret_cast<const double*>(shape + layout.size);
     bounds[i] = reinterpret_cast<double*>(shape + layout.bounds);
     box[i] = boxes + slots[i];

@@ -24,6 +24,7 @@ namespace {
 // Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, a geom's two
 // blocks and its pose's one block before they are needed.
 constexpr std::size_t block_size = prefetched_block;
+static_assert(block_size <= 64, "a bit for each geom of a block");
 constexpr std::size_t geoms_ahead = prefetched_block, poses_ahead = prefetched_block / 2;
 
 // The i-th of all slots.

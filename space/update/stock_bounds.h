@@ -109,7 +109,13 @@ inline void computeBounds(dxRay& ray) {
   const dReal *const place = ray.final_posr->pos, *const rows = ray.final_posr->R;
   for (int axis = 0; axis < 3; ++axis) {
     const dReal begin = place[axis], end = begin + rows[4 * axis + 2] * ray.length;
-    const bool forward = begin < end;
+    dReal compared = begin;
+#if defined(__SSE2__)
+    // Else a compiler may take the lesser of both by an instruction that makes a denormal zero
+    // where the thread's mode says so.
+    __asm__("" : "+x"(compared));
+#endif
+    const bool forward = compared < end;
     putBounds(forward ? begin : end, forward ? end : begin, ray.aabb + 2 * axis);
   }
 }
