@@ -1,6 +1,9 @@
 #include "cuda/check/motion.h"
 
 #include <cmath>
+#include <cstdint>
+
+#include "tests/bench/swing.h"
 
 namespace cuda_check {
 
@@ -8,12 +11,6 @@ using ode_parallel_sap::Box;
 using ode_parallel_sap::BoxSet;
 
 namespace {
-
-// Places from -8 to 8 and back again.
-int swing(int frame) {
-  const int phase = (frame + 8) % 32;
-  return phase <= 16 ? phase - 8 : 24 - phase;
-}
 
 // From -0.1 to 0.1, the same for a box and an axis every time.
 float speedOf(std::size_t box, int axis) {
@@ -29,7 +26,7 @@ Motion::Motion(BoxSet& boxes)
     : boxes_(boxes), places_(boxes.boxes.begin(), boxes.boxes.begin() + boxes.size) {}
 
 void Motion::advance() {
-  const float way = static_cast<float>(swing(++frame_));
+  const float way = static_cast<float>(bench::swing(++frame_));
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < places_.size(); ++i)
     for (int axis = 0; axis < 3; ++axis) {

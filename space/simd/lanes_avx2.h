@@ -24,9 +24,9 @@ struct CompressOrder {
 };
 constexpr CompressOrder compress_order;
 
-struct Lanes : ScalarLanes, ShortListSorter {
+struct Lanes : ScalarLanes, EightSorter {
   static constexpr const char* name = "avx2";
-  using ShortListSorter::longest_sorted;
+  using EightSorter::longest_sorted;
 
   template <class Test>
   static unsigned each(Test test) {

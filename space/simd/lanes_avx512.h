@@ -11,9 +11,9 @@
 
 namespace {
 
-struct Lanes : ScalarLanes, ShortListSorter {
+struct Lanes : ScalarLanes, SixteenSorter {
   static constexpr const char* name = "avx512";
-  using ShortListSorter::longest_sorted;
+  using SixteenSorter::longest_sorted;
 
   static unsigned atLeast(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);

@@ -11,7 +11,20 @@
 
 namespace {
 
-struct ShortListSorter {
+// Sorts eight words by a bitonic network, in which lanes are compared with those that they have
+// been exchanged for. Step::of<greater>(v, other) has the greater of both in the lanes of
+// `greater`, the lesser in the others.
+template <class Step>
+inline __m256i sortedEight(__m256i v) {
+  v = Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+  v = Step::template of<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
+  v = Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+  v = Step::template of<0xf0>(v, _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e));
+  v = Step::template of<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
+  return Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+}
+
+struct EightSorter {
   static constexpr std::size_t longest_sorted = 8;  // fixed: a register
 
   // Writes the pairs of the first `count` of eight list words, ascending, to `sorted`, and anything
@@ -22,23 +35,18 @@ struct ShortListSorter {
     const __m256i used = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane);
     __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
     v = _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), v, used);
-    // A bitonic network: lanes are compared with those that they have been exchanged for.
-    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
-    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-    v = step<0xf0>(v, _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e));
-    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
-    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = sortedEight<Step>(v);
     writeFour(_mm256_castsi256_si128(v), earlier, sorted);
     writeFour(_mm256_extracti128_si256(v, 1), earlier, sorted + 4);
   }
 
  private:
-  // The greater of both in the lanes of `greater`, the lesser in the others.
-  template <int greater>
-  static __m256i step(__m256i v, __m256i other) {
-    return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
-  }
+  struct Step {
+    template <int greater>
+    static __m256i of(__m256i v, __m256i other) {
+      return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
+    }
+  };
   static void writeFour(__m128i words, std::uint32_t earlier, std::uint64_t* pairs) {
     const __m256i wide = _mm256_cvtepu32_epi64(words);
     const __m256i mark = _mm256_slli_epi64(wide, 63), later = _mm256_srli_epi64(wide, 1);

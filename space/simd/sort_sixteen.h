@@ -2,15 +2,12 @@
 // Internal linkage, as in kernels_impl.h.
 #pragma once
 
-#include <immintrin.h>
-
-#include <cstddef>
-#include <cstdint>
+#include "space/simd/sort_eight.h"
 
 namespace {
 
-// As ShortListSorter of sort_eight.h, for up to sixteen words.
-struct ShortListSorter {
+// As EightSorter, for up to sixteen words.
+struct SixteenSorter {
   static constexpr std::size_t longest_sorted = 16;  // fixed: a register
 
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
@@ -27,26 +24,20 @@ struct ShortListSorter {
 
  private:
   static __m256i sortEight(const std::uint32_t* words, __mmask8 used) {
-    __m256i v = _mm256_mask_loadu_epi32(_mm256_set1_epi32(-1), used, words);
-    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
-    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-    v = step<0xf0>(v, _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e));
-    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
-    return step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    return sortedEight<Step>(_mm256_mask_loadu_epi32(_mm256_set1_epi32(-1), used, words));
   }
   static __m512i sortSixteen(const std::uint32_t* words, __mmask16 used) {
     __m512i v = _mm512_mask_loadu_epi32(_mm512_set1_epi32(-1), used, words);
-    v = step<0xaaaa>(v, quarters<0xb1>(v));
-    v = step<0xcccc>(v, quarters<0x1b>(v));
-    v = step<0xaaaa>(v, quarters<0xb1>(v));
-    v = step<0xf0f0>(v, exchanged<0xb1>(quarters<0x1b>(v)));
-    v = step<0xcccc>(v, quarters<0x4e>(v));
-    v = step<0xaaaa>(v, quarters<0xb1>(v));
-    v = step<0xff00>(v, exchanged<0x1b>(quarters<0x1b>(v)));
-    v = step<0xf0f0>(v, exchanged<0xb1>(v));
-    v = step<0xcccc>(v, quarters<0x4e>(v));
-    return step<0xaaaa>(v, quarters<0xb1>(v));
+    v = Step::of<0xaaaa>(v, quarters<0xb1>(v));
+    v = Step::of<0xcccc>(v, quarters<0x1b>(v));
+    v = Step::of<0xaaaa>(v, quarters<0xb1>(v));
+    v = Step::of<0xf0f0>(v, exchanged<0xb1>(quarters<0x1b>(v)));
+    v = Step::of<0xcccc>(v, quarters<0x4e>(v));
+    v = Step::of<0xaaaa>(v, quarters<0xb1>(v));
+    v = Step::of<0xff00>(v, exchanged<0x1b>(quarters<0x1b>(v)));
+    v = Step::of<0xf0f0>(v, exchanged<0xb1>(v));
+    v = Step::of<0xcccc>(v, quarters<0x4e>(v));
+    return Step::of<0xaaaa>(v, quarters<0xb1>(v));
   }
   template <int places>
   static __m512i quarters(__m512i v) {
@@ -56,15 +47,16 @@ struct ShortListSorter {
   static __m512i exchanged(__m512i v) {
     return _mm512_shuffle_i32x4(v, v, quarters);
   }
-  // The greater of both in the lanes of `greater`, the lesser in the others.
-  template <unsigned greater>
-  static __m256i step(__m256i v, __m256i other) {
-    return _mm256_mask_max_epu32(_mm256_min_epu32(v, other), greater, v, other);
-  }
-  template <unsigned greater>
-  static __m512i step(__m512i v, __m512i other) {
-    return _mm512_mask_max_epu32(_mm512_min_epu32(v, other), greater, v, other);
-  }
+  struct Step {
+    template <unsigned greater>
+    static __m256i of(__m256i v, __m256i other) {
+      return _mm256_mask_max_epu32(_mm256_min_epu32(v, other), greater, v, other);
+    }
+    template <unsigned greater>
+    static __m512i of(__m512i v, __m512i other) {
+      return _mm512_mask_max_epu32(_mm512_min_epu32(v, other), greater, v, other);
+    }
+  };
   static void writeEight(__m256i words, std::uint32_t earlier, std::uint64_t* pairs) {
     const __m512i wide = _mm512_cvtepu32_epi64(words);
     const __m512i mark = _mm512_slli_epi64(wide, 63), later = _mm512_srli_epi64(wide, 1);

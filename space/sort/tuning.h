@@ -33,8 +33,9 @@ constexpr std::size_t least_bucket_pairs = 512;
 constexpr std::size_t pairs_at_once = 65536;
 
 // Lists of more pairs than this, on average, are sorted by digits; of twice as many where lanes
-// sort short ones. Unit: pairs. From: sort-benchmark, one-place. Doubled: no difference. Halved: no
-// difference.
+// sort short ones.
+// Unit: pairs. From: sort-benchmark, one-place.
+// Doubled: no difference. Halved: no difference.
 constexpr std::size_t long_list = 6;
 
 // Where there are this many slots to a pair, looking at each slot takes longer than sorting.

@@ -125,7 +125,7 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
     if (pose_index < range.end)
       if (const dxGeom* const geom = geoms[slotOf(pose_index)]) prefetchPose(geom);
   };
-  const PackShapes pack_shapes = kernelSet().packShapes;
+  const PackShapes pack_shapes = mechanisms::shapes_at_once ? kernelSet().packShapes : nullptr;
   MovedShapes shapes(stock, pack_shapes);
   const bool in_exact_mode = pack_shapes && !differs(currentMode(), exactMode());
   for (std::size_t i = range.begin; i < range.begin + geoms_ahead; ++i) prefetch(i, range.end);

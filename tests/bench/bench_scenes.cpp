@@ -7,6 +7,7 @@
 #include "pile_recording.h"
 #include "random.h"
 #include "scenes.h"
+#include "swing.h"
 
 namespace bench {
 
@@ -54,12 +55,6 @@ Boxes centred(const sap_test::Boxes& boxes) {
 CentredBox cube(double x, double y, double z, double half) {
   const dReal h = static_cast<dReal>(half);
   return {{static_cast<dReal>(x), static_cast<dReal>(y), static_cast<dReal>(z)}, {h, h, h}};
-}
-
-// How far there and back: 0, 1, ... 8, 7, ... -8, -7, ... 0, 1, ...
-int swing(int frame) {
-  const int phase = (frame + 8) % 32;
-  return phase <= 16 ? phase - 8 : 24 - phase;
 }
 
 // Every box goes back and forth around its place, in each frame by up to a tenth of its width along
