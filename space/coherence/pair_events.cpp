@@ -42,38 +42,51 @@ class PairEvents::Comparison {
   std::size_t oldBefore(Pair pair) const { return old_.before(inOldSlots(pair)); }
   void run(const Piece& piece, PairChanges& findings) const {
     const Pair* pair = piece.begin;
-    const auto begins = [&] {
-      findings.begun.push_back(static_cast<std::size_t>(pair++ - piece.begin));
-    };
     old_.forRuns(piece.old_begin, piece.old_end,
-                 [&](const Pair* old, const Pair* old_end, std::size_t place) {
-                   const Pair* const run = old;
-                   const auto ends = [&] {
-                     findings.ended.push_back(place + static_cast<std::size_t>(old++ - run));
-                   };
-                   while (pair < piece.end && old < old_end) {
-                     if (!old_slots_ && piece.end - pair >= step && old_end - old >= step &&
-                         areSame(pair, old)) {
-                       pair += step;
-                       old += step;
-                       continue;
-                     }
-                     const Pair now = inOldSlots(*pair);
-                     if (now < *old) {
-                       begins();
-                     } else if (*old < now) {
-                       ends();
-                     } else {
-                       ++pair;
-                       ++old;
-                     }
-                   }
-                   while (old < old_end) ends();
+                 [&](const Pair* begin, const Pair* end, std::size_t place) {
+                   pair = pass(piece, pair, {begin, end, place}, findings);
                  });
-    while (pair < piece.end) begins();
+    while (pair < piece.end) findings.begun.push_back(indexIn(piece, pair++));
   }
 
  private:
+  // Old pairs that lie together.
+  struct OldRun {
+    const Pair *begin, *end;
+    std::size_t place;  // of the first
+    std::size_t placeOf(const Pair* old) const {
+      return place + static_cast<std::size_t>(old - begin);
+    }
+  };
+
+  static std::size_t indexIn(const Piece& piece, const Pair* pair) {
+    return static_cast<std::size_t>(pair - piece.begin);
+  }
+
+  // The piece's pairs from `pair` on against a run. Returns the first that comes after the run.
+  const Pair* pass(const Piece& piece, const Pair* pair, const OldRun& run,
+                   PairChanges& findings) const {
+    const Pair* old = run.begin;
+    while (pair < piece.end && old < run.end) {
+      if (!old_slots_ && piece.end - pair >= step && run.end - old >= step && areSame(pair, old)) {
+        pair += step;
+        old += step;
+        continue;
+      }
+      const Pair now = inOldSlots(*pair);
+      if (now < *old) {
+        findings.begun.push_back(indexIn(piece, pair++));
+      } else if (*old < now) {
+        findings.ended.push_back(run.placeOf(old++));
+      } else {
+        ++pair;
+        ++old;
+      }
+    }
+    while (old < run.end) findings.ended.push_back(run.placeOf(old++));
+    return pair;
+  }
+
   const ToldPairs& old_;
   const Slot* const old_slots_;
 };
