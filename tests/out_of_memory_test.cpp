@@ -1,0 +1,370 @@
+// Allocations of the library that fail, one of them or all from one on, in the midst of any call
+// that collides: what it reports is what it would have reported, and so is what follows.
+#include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/mman.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/events_oracle.h"
+#include "support/knobs.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+namespace {
+
+// All that this program, of which the library's objects are a part, asks of the heap and of the
+// system, on any thread.
+class Allocations {
+ public:
+  // Lets the one after so many fail, or all from then on, until the end of its life.
+  Allocations(long passed, bool for_good) {
+    failed_ = 0;
+    for_good_ = for_good;
+    left_ = passed;
+    watched_ = true;
+  }
+  ~Allocations() { watched_ = false; }
+  Allocations(const Allocations&) = delete;
+  Allocations& operator=(const Allocations&) = delete;
+
+  static bool fails() {
+    if (!watched_) return false;
+    const long left = left_--;
+    if (left > 0 || (left < 0 && !for_good_)) return false;
+    ++failed_;
+    return true;
+  }
+  // Since the last one came to life.
+  static int failed() { return failed_; }
+
+ private:
+  inline static std::atomic<bool> watched_{false};
+  inline static std::atomic<long> left_{0};
+  inline static std::atomic<bool> for_good_{false};
+  inline static std::atomic<int> failed_{0};
+};
+
+void* allocate(std::size_t bytes) {
+  void* const memory = Allocations::fails() ? nullptr : std::malloc(bytes ? bytes : 1);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  return allocate(bytes);
+}
+void* operator new[](std::size_t bytes) {
+  return allocate(bytes);
+}
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  return Allocations::fails() ? nullptr : std::malloc(bytes ? bytes : 1);
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+// The linker puts these in the place of the C library's (--wrap).
+extern "C" {
+void* __real_aligned_alloc(std::size_t alignment, std::size_t bytes);
+void* __real_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset);
+void* __wrap_aligned_alloc(std::size_t alignment, std::size_t bytes);
+void* __wrap_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset);
+
+void* __wrap_aligned_alloc(std::size_t alignment, std::size_t bytes) {
+  return Allocations::fails() ? nullptr : __real_aligned_alloc(alignment, bytes);
+}
+void* __wrap_mmap(void* at, std::size_t bytes, int protection, int flags, int file, off_t offset) {
+  return Allocations::fails() ? MAP_FAILED
+                              : __real_mmap(at, bytes, protection, flags, file, offset);
+}
+}
+
+namespace {
+
+// How often the library has said what it does without.
+struct Said {
+  int one_by_one = 0, events_later = 0;
+
+  Said() : before_(dGetMessageHandler()) {
+    said_ = this;
+    dSetMessageHandler(hear);
+  }
+  ~Said() { dSetMessageHandler(before_); }
+  Said(const Said&) = delete;
+  Said& operator=(const Said&) = delete;
+
+ private:
+  static void hear(int, const char* text, va_list) {
+    said_->one_by_one += std::strstr(text, "pairs are tested one by one") != nullptr;
+    said_->events_later += std::strstr(text, "is told by a later frame") != nullptr;
+  }
+
+  inline static Said* said_ = nullptr;
+  dMessageFunction* const before_;
+};
+
+// What a call has reported, in room that was there before it began.
+class Report {
+ public:
+  void begin(std::size_t room) {
+    words_.assign(room, 0);
+    size_ = 0;
+  }
+  void add(std::uint64_t word) { put(size_, word); }
+  void put(std::size_t place, std::uint64_t word) {
+    if (place < words_.size()) words_[place] = word;
+    for (std::size_t size = size_;
+         size < place + 1 && !size_.compare_exchange_weak(size, place + 1);) {
+    }
+  }
+  // By themselves, and by their places among all.
+  static void addPair(void* report, dGeomID o1, dGeomID o2) {
+    Report& self = *static_cast<Report*>(report);
+    self.add(number(o1));
+    self.add(number(o2));
+  }
+  static void putPairs(void* report, const dParallelSAPPair* pairs, std::size_t count,
+                       std::size_t first) {
+    Report& self = *static_cast<Report*>(report);
+    for (std::size_t i = 0; i < count; ++i) {
+      self.put(2 * (first + i), number(pairs[i].o1));
+      self.put(2 * (first + i) + 1, number(pairs[i].o2));
+    }
+  }
+  static void addContacts(void* report, dGeomID o1, dGeomID o2, const dContactGeom* contacts,
+                          int count) {
+    addPair(report, o1, o2);
+    for (int i = 0; i < count; ++i) {
+      static_cast<Report*>(report)->addBits(contacts[i].pos);
+      static_cast<Report*>(report)->addBits(contacts[i].normal);
+    }
+  }
+  void addHit(const dParallelSAPRayHit& hit) {
+    add(hit.geom ? number(hit.geom) : ~std::uint64_t{0});
+    if (hit.geom) addBits(hit.pos);
+  }
+  std::vector<std::uint64_t> words() const {
+    REQUIRE(size_ <= words_.size());
+    return std::vector<std::uint64_t>(words_.begin(), words_.begin() + size_);
+  }
+  Pairs pairs() const {
+    const std::vector<std::uint64_t> all = words();
+    Pairs pairs;
+    for (std::size_t i = 0; i < all.size(); i += 2) pairs.emplace_back(all[i], all[i + 1]);
+    return pairs;
+  }
+
+ private:
+  void addBits(const dVector3 vector) {
+    for (int axis = 0; axis < 3; ++axis) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &vector[axis], sizeof vector[axis]);
+      add(bits);
+    }
+  }
+
+  std::vector<std::uint64_t> words_;
+  std::atomic<std::size_t> size_{0};
+};
+
+// A scene that changes and is asked in many ways. Of one seed it is the same with failures and
+// without.
+class AskedScene {
+ public:
+  enum Kind : std::size_t { pairs, blocks, shared_blocks, contacts, query, rays_too };
+
+  explicit AskedScene(std::uint64_t seed) : random_(seed) {
+    constexpr std::size_t sizes[] = {40, 300, 1500};
+    most_ = sizes[random_.below(3)];
+    side_ = std::cbrt(static_cast<double>(most_));
+    far_ = random_.chance(0.2) ? 1e8 : 0;  // where boxes become doubles
+    dParallelSAPSpaceSetNumThreads(space_, random_.chance(0.5) ? 1 : 3);
+    dParallelSAPSpaceSetEvents(space_, random_.chance(0.5));
+    dParallelSAPSpaceSetCullPlanes(space_, random_.chance(0.5));
+    if (random_.chance(0.3)) dParallelSAPSpaceSetMethod(space_, static_cast<int>(random_.below(4)));
+    add(dCreatePlane(nullptr, 0, 0, 1, static_cast<dReal>(0.3 * side_)));
+    while (in_.size() < most_) create();
+    dGeomRaySet(probe_, 0, 0, 0, 1, 1, 1);
+    dGeomRaySetLength(probe_, static_cast<dReal>(2 * side_));
+  }
+  ~AskedScene() { dGeomDestroy(probe_); }
+  AskedScene(const AskedScene&) = delete;
+  AskedScene& operator=(const AskedScene&) = delete;
+
+  // What changes between two calls, nothing at times.
+  void change() {
+    const double part[] = {0, 0.01, 1}, reach[] = {0.01, 0.5};
+    const std::size_t moves = static_cast<std::size_t>(part[random_.below(3)] * in_.size());
+    const double most = reach[random_.below(2)];
+    for (std::size_t i = 0; i < moves; ++i) move(any(), most);
+    if (random_.chance(0.2)) (random_.chance(0.5) ? dGeomDisable : dGeomEnable)(any());
+    if (random_.chance(0.2))
+      for (std::size_t i = 0; i < most_ / 20 + 1; ++i) destroy();
+    while (random_.chance(0.6) && in_.size() < most_) create();
+    kind_ = random_.below(6);
+    if (kind_ == contacts && dParallelSAPSpaceGetEvents(space_)) kind_ = pairs;
+  }
+
+  // Asks; of allocations that are watched meanwhile it makes none.
+  template <class Watch>
+  std::vector<std::uint64_t> ask(Watch watch) {
+    Report report;
+    report.begin(100 * most_ + 1000);
+    std::array<dParallelSAPRay, 200> rays = {};
+    std::array<dParallelSAPRayHit, 200> hits = {};
+    if (kind_ == rays_too)
+      for (dParallelSAPRay& ray : rays) aim(ray);
+    {
+      [[maybe_unused]] const auto watching = watch();
+      call(report, rays, hits);
+    }
+    if (kind_ == rays_too)
+      for (const dParallelSAPRayHit& hit : hits) report.addHit(hit);
+    if (tells()) told_ = report.pairs();
+    return report.words();
+  }
+
+  // What is wrong about what began and ended, if the last call tells of that.
+  std::string checkEvents(bool may_have_failed) {
+    if (!dParallelSAPSpaceGetEvents(space_) || !tells()) return "";
+    const bool nothing =
+        numbersOf(space_).empty() && begunOf(space_).empty() && endedOf(space_).empty();
+    if (may_have_failed && nothing) return "";
+    return oracle_.check(space_, told_, in_);
+  }
+  std::size_t kind() const { return kind_; }
+  std::size_t geoms() const { return in_.size(); }
+
+ private:
+  bool tells() const { return kind_ <= shared_blocks; }
+  void call(Report& report, const std::array<dParallelSAPRay, 200>& rays,
+            std::array<dParallelSAPRayHit, 200>& hits) {
+    static const dParallelSAPContactCallbacks callbacks = {Report::addContacts, nullptr, nullptr,
+                                                           nullptr};
+    switch (kind_) {
+      case pairs:
+        return dSpaceCollide(space_, &report, Report::addPair);
+      case blocks:
+        return dParallelSAPSpaceCollidePairs(space_, &report, 0, Report::putPairs);
+      case shared_blocks:
+        return dParallelSAPSpaceCollidePairs(space_, &report, dParallelSAPPairsConcurrent,
+                                             Report::putPairs);
+      case contacts:
+        return dParallelSAPSpaceCollideContacts(space_, &report, 4, &callbacks);
+      case query:
+        return dSpaceCollide2(space_.geom(), probe_, &report, Report::addPair);
+      default:
+        dParallelSAPSpaceRays(space_, rays.data(), rays.size(), 0, hits.data());
+    }
+  }
+  void aim(dParallelSAPRay& ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+      ray.origin[axis] = coordinate();
+      ray.direction[axis] = static_cast<dReal>(random_.between(-1, 1));
+    }
+    ray.length = static_cast<dReal>(random_.between(0, side_));
+    ray.category_bits = ray.collide_bits = ~0ul;
+  }
+  dReal coordinate() { return static_cast<dReal>(far_ + random_.between(0, side_)); }
+  dGeomID any() {
+    auto at = in_.lower_bound(1 + random_.below(next_));  // not the plane
+    return at == in_.end() ? in_.rbegin()->second : at->second;
+  }
+  void create() {
+    const dGeomID geom =
+        random_.chance(0.8) ? dCreateBox(nullptr, 1, 1, 1) : dCreateSphere(nullptr, dReal(0.6));
+    dGeomSetPosition(geom, coordinate(), coordinate(), coordinate());
+    add(geom);
+  }
+  void add(dGeomID geom) {
+    setNumber(geom, next_);
+    dSpaceAdd(space_, geom);
+    in_[next_++] = geom;
+  }
+  void destroy() {
+    if (in_.size() < 3) return;
+    const dGeomID geom = any();
+    if (dGeomGetClass(geom) == dPlaneClass) return;
+    in_.erase(number(geom));
+    dGeomDestroy(geom);
+  }
+  void move(dGeomID geom, double reach) {
+    if (dGeomGetClass(geom) == dPlaneClass) return;
+    const dReal* const at = dGeomGetPosition(geom);
+    dReal to[3];
+    for (int axis = 0; axis < 3; ++axis)
+      to[axis] = at[axis] + static_cast<dReal>(random_.between(-reach, reach));
+    dGeomSetPosition(geom, to[0], to[1], to[2]);
+  }
+
+  Random random_;
+  const Space space_;
+  const dGeomID probe_ = dCreateRay(nullptr, 1);
+  std::size_t most_, kind_ = pairs;
+  double side_, far_;
+  std::map<std::size_t, dGeomID> in_;
+  std::size_t next_ = 0;
+  Pairs told_;
+  EventsOracle oracle_;
+};
+
+}  // namespace
+
+TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[memory]") {
+  const Said said;
+  Random random(seedOr(341));
+  int failures = 0;
+  for (int scene = 0; scene < scaled(300); ++scene) {
+    const std::uint64_t seed = random.bits();
+    AskedScene whole(seed), hurt(seed);
+    for (int frame = 0; frame < 12; ++frame) {
+      whole.change();
+      hurt.change();
+      const auto expected = whole.ask([] { return 0; });
+      // Few are asked for by frames that find their storage from before.
+      const long passed = static_cast<long>(random.below(std::size_t{1} << random.below(7)));
+      // Contacts and rays need some memory, for those of one pair or ray.
+      const bool need_some =
+          hurt.kind() == AskedScene::contacts || hurt.kind() == AskedScene::rays_too;
+      const bool for_good = random.chance(0.3) && !need_some;
+      const bool fails = random.chance(0.6);
+      const auto got = hurt.ask([&] { return Allocations(fails ? passed : 1000000, for_good); });
+      const bool failed = Allocations::failed() > 0;
+      failures += failed;
+      INFO("scene " << scene << " (" << seed << "), frame " << frame << ", call " << hurt.kind()
+                    << ", " << hurt.geoms() << " geoms, allocations " << passed
+                    << (for_good ? " and all later ones" : "") << (fails ? "" : " none"));
+      REQUIRE(whole.kind() == hurt.kind());
+      REQUIRE(got == expected);
+      REQUIRE(whole.checkEvents(false) == "");
+      REQUIRE(hurt.checkEvents(failed) == "");
+    }
+  }
+  CHECK(failures > scaled(300));
+  CHECK(said.one_by_one > scaled(30));
+  CHECK(said.events_later > 0);
+}
