@@ -134,10 +134,13 @@ double reachOf(ShapeKind kind, const double* row, const double* size) {
 
 // Where a bound is nothing or next to it, or where the steps of floats begin to be coarse.
 double placeNear(Random& random, double reach) {
-  const double places[] = {reach, std::nextafter(reach, 0), std::nextafter(reach, 2 * reach),
+  const double places[] = {reach,
+                           std::nextafter(reach, 0),
+                           std::nextafter(reach, 2 * reach),
                            std::ldexp(reach, 13 + static_cast<int>(random.below(6))),
+                           std::ldexp(reach, 20 + static_cast<int>(random.below(40))),
                            reach * random.unit()};
-  return places[random.below(5)] * (random.below(2) ? 1 : -1);
+  return places[random.below(6)] * (random.below(2) ? 1 : -1);
 }
 
 void pose(Random& random, ShapeKind kind, int exponent, PlainShape& shape) {
@@ -147,9 +150,10 @@ void pose(Random& random, ShapeKind kind, int exponent, PlainShape& shape) {
     shape.pose[axis] = placeNear(random, reachOf(kind, shape.pose + 4 + 4 * axis, shape.size));
 }
 
-// Whether a shape that was taken for fine has these bounds and this box. Clears `exact` if not all
-// bounds are floats.
-bool isPackedRight(ShapeKind kind, const PlainShape& shape, const Box& box, bool& exact) {
+// Whether a shape that was packed, as a coarse one or a fine one, has these bounds and this box.
+// Clears `exact` if not all bounds are floats.
+bool isPackedRight(ShapeKind kind, const PlainShape& shape, const Box& box, bool coarse,
+                   bool& exact) {
   double bounds[6];
   for (int axis = 0; axis < 3; ++axis) {
     const double reach = reachOf(kind, shape.pose + 4 + 4 * axis, shape.size);
@@ -159,14 +163,19 @@ bool isPackedRight(ShapeKind kind, const PlainShape& shape, const Box& box, bool
   Box expected;
   const auto facts = ode_parallel_sap::roundOutwardOneByOne(bounds, expected);
   exact = exact && facts.exact;
-  return !facts.nan && !facts.unbounded && !facts.coarse &&
+  return !facts.nan && !facts.unbounded && facts.coarse == coarse &&
          std::memcmp(bounds, shape.bounds, sizeof bounds) == 0 &&
          std::memcmp(&box, &expected, sizeof box) == 0;
 }
 
-// Packs a list of shapes of about this size. Counts it if all were taken for fine; false if one
-// is not as it should be then.
-bool packsList(Random& random, PackShapes packShapes, ShapeKind kind, int exponent, int& fine) {
+struct Counts {
+  int fine = 0, coarse = 0, neither = 0;
+};
+
+// Packs a list of shapes of about this size, and counts these; false if one that was packed is not
+// as it should be.
+bool packsList(Random& random, PackShapes packShapes, ShapeKind kind, int exponent,
+               Counts& counts) {
   PlainShape shapes[9];
   void* list[9];
   std::uint32_t slots[9];
@@ -179,12 +188,20 @@ bool packsList(Random& random, PackShapes packShapes, ShapeKind kind, int expone
   }
   const ode_parallel_sap::PackedShapes packed =
       packShapes(kind, {list, slots, count}, plain_layout, boxes);
-  if (!packed.fine) return true;
-  ++fine;
-  bool right = true, exact = true;
-  for (std::size_t i = 0; i < count; ++i)
-    right = isPackedRight(kind, shapes[i], boxes[slots[i]], exact) && right;
-  return right && exact == packed.exact;
+  bool right = (packed.fine & packed.coarse) == 0 && (packed.fine | packed.coarse) >> count == 0;
+  bool exact = true;
+  int others = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool fine = packed.fine >> i & 1, coarse = packed.coarse >> i & 1;
+    counts.fine += fine;
+    counts.coarse += coarse;
+    others += !fine && !coarse;
+    if (fine || coarse)
+      right = isPackedRight(kind, shapes[i], boxes[slots[i]], coarse, exact) && right;
+  }
+  counts.neither += others;
+  // Of others the bounds are of no use, but they may be rounded ones.
+  return right && (exact == packed.exact || (others && exact));
 }
 
 }  // namespace
@@ -237,11 +254,14 @@ TEST_CASE("Lists of shapes are packed right up to the least and the greatest tha
                           << ", seed " << seed);
         Random random(seed);
         const int lists = scaled(10000);
-        int fine = 0, wrong = 0;
+        Counts counts;
+        int wrong = 0;
         for (int i = 0; i < lists; ++i)
-          wrong += !packsList(random, (*set)->packShapes, kind, exponent, fine);
+          wrong += !packsList(random, (*set)->packShapes, kind, exponent, counts);
         CHECK(wrong == 0);
-        if (exponent != -120) CHECK(fine > lists / 100);
+        CHECK((counts.fine > lists / 10) == (exponent != -120));
+        CHECK((counts.coarse > lists / 10) == (exponent == -65 || exponent == 0));
+        CHECK((counts.neither > lists / 100) == (exponent != 0));
       }
   }
 }

@@ -106,44 +106,49 @@ inline __m128 rounded(Four bounds) {
   return _mm256_cvtpd_ps(_mm256_castsi256_pd(whole));
 }
 
-// What was seen of boxes while they were made.
-class BoxWatch {
- public:
-  // Stricter than isFine(). What reaches that far on each axis has bounds that are 0 or beyond the
-  // denormals of floats: a difference of two such numbers is a multiple of the lesser one's last
-  // bit.
-  void note(const FourPoints& place, const FourPoints& reach) {
-    const Four most = _mm256_max_pd(_mm256_max_pd(reach.x, reach.y), reach.z);
-    const Four sum =
-        _mm256_add_pd(_mm256_add_pd(magnitudes(place.x), magnitudes(place.y)), magnitudes(place.z));
-    greatest_ = _mm256_max_pd(greatest_, most);
-    const Four far =
-        _mm256_cmp_pd(sum, _mm256_mul_pd(most, _mm256_set1_pd(most_fine_reach)), _CMP_NLE_UQ);
-    bad_ = _mm256_or_pd(bad_, _mm256_or_pd(far, tooSmall(reach.x)));
-    bad_ = _mm256_or_pd(bad_, _mm256_or_pd(tooSmall(reach.y), tooSmall(reach.z)));
-  }
-  void noteBounds(Four lower, Four upper) {
-    bits_ = _mm256_or_si256(
-        bits_, _mm256_or_si256(_mm256_castpd_si256(lower), _mm256_castpd_si256(upper)));
-  }
-  bool exact() const { return _mm256_testz_si256(bits_, bitsBelowFloats()) != 0; }
-  bool fine() const {
-    const Four large = _mm256_cmp_pd(greatest_, _mm256_set1_pd(greatest_reach), _CMP_NLE_UQ);
-    return _mm256_movemask_pd(_mm256_or_pd(bad_, large)) == 0;
-  }
-
- private:
+// Of four shapes, a mask each.
+struct FourKinds {
   static constexpr double least_reach =
       0x1p-66;  // fixed: its last bit is 2^-118, least floats 2^-126
-  static constexpr double greatest_reach = greatest_fine_reach / (2 * most_fine_reach);
 
-  static Four tooSmall(Four reach) {
-    return _mm256_cmp_pd(reach, _mm256_set1_pd(least_reach), _CMP_NGE_UQ);
+  Four bounded;  // there are floats around the bounds that are neither denormal nor infinite
+  Four far;      // the box may be coarse; stricter than isFine()
+
+  // What reaches that far on each axis has bounds that are 0 or beyond the denormals of floats: a
+  // difference of two such numbers is a multiple of the lesser one's last bit.
+  FourKinds(const FourPoints& place, const FourPoints& reach) {
+    const Four most = _mm256_max_pd(_mm256_max_pd(reach.x, reach.y), reach.z);
+    const Four least = _mm256_min_pd(_mm256_min_pd(reach.x, reach.y), reach.z);
+    const Four sum =
+        _mm256_add_pd(_mm256_add_pd(magnitudes(place.x), magnitudes(place.y)), magnitudes(place.z));
+    // A NaN is in the sum of all, whatever becomes of it in the others.
+    const Four all = _mm256_add_pd(_mm256_add_pd(sum, reach.x), _mm256_add_pd(reach.y, reach.z));
+    bounded = _mm256_and_pd(_mm256_cmp_pd(all, _mm256_set1_pd(greatest_fine_reach), _CMP_LE_OQ),
+                            _mm256_cmp_pd(least, _mm256_set1_pd(least_reach), _CMP_GE_OQ));
+    far = _mm256_cmp_pd(sum, _mm256_mul_pd(most, _mm256_set1_pd(most_fine_reach)), _CMP_NLE_UQ);
   }
-
-  Four greatest_ = _mm256_setzero_pd(), bad_ = _mm256_setzero_pd();
-  __m256i bits_ = _mm256_setzero_si256();
 };
+
+inline unsigned bitsOf(Four mask) {
+  return static_cast<unsigned>(_mm256_movemask_pd(mask));
+}
+
+// Which of four floats make clearly larger: as in roundOutward(), where bounds are no denormals.
+__attribute__((noinline)) unsigned coarseOf(const Four* places, const Four* reaches,
+                                            const __m128* lowers, const __m128* uppers) {
+  Four largest = _mm256_setzero_pd(), growth = largest;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Four lower = _mm256_sub_pd(places[axis], reaches[axis]);
+    const Four upper = _mm256_add_pd(places[axis], reaches[axis]);
+    const Four size = _mm256_sub_pd(upper, lower);
+    const Four size_of_floats =
+        _mm256_sub_pd(_mm256_cvtps_pd(uppers[axis]), _mm256_cvtps_pd(lowers[axis]));
+    largest = _mm256_max_pd(largest, size);
+    growth = _mm256_max_pd(growth, _mm256_sub_pd(size_of_floats, size));
+  }
+  const Four limit = _mm256_mul_pd(largest, _mm256_set1_pd(coarse_growth));
+  return bitsOf(_mm256_cmp_pd(growth, limit, _CMP_GT_OQ));
+}
 
 // Lower and upper bounds of four shapes along an axis, side by side.
 inline void storeBounds(Four lower, Four upper, std::size_t axis, double* const* bounds) {
@@ -167,9 +172,15 @@ inline void storeBoxes(const __m128* lower, const __m128* upper, Box* const* box
   _mm_storeh_pi(back(3), high);
 }
 
+// What was packed, a bit each.
+struct FourPacked {
+  unsigned fine, coarse;
+};
+
+// Adds all bits of the bounds to `bits`.
 template <class Reach>
-inline void packFourShapes(void* const* shapes, const std::uint32_t* slots,
-                           const ShapeLayout& layout, Box* boxes, BoxWatch& watch) {
+inline FourPacked packFourShapes(void* const* shapes, const std::uint32_t* slots,
+                                 const ShapeLayout& layout, Box* boxes, __m256i& bits) {
   const double *poses[4], *sizes[4];
   double* bounds[4];
   Box* box[4];
@@ -181,26 +192,37 @@ inline void packFourShapes(void* const* shapes, const std::uint32_t* slots,
     box[i] = boxes + slots[i];
   }
   const FourPoints place = pointsAt(poses, 0), reach = Reach::of(poses, sizes);
-  watch.note(place, reach);
+  const FourKinds kinds(place, reach);
   const Four places[] = {place.x, place.y, place.z}, reaches[] = {reach.x, reach.y, reach.z};
   __m128 lowers[3], uppers[3];
   for (int axis = 0; axis < 3; ++axis) {
     const Four lower = _mm256_sub_pd(places[axis], reaches[axis]);
     const Four upper = _mm256_add_pd(places[axis], reaches[axis]);
     storeBounds(lower, upper, axis, bounds);
-    watch.noteBounds(lower, upper);
+    bits = _mm256_or_si256(bits,
+                           _mm256_or_si256(_mm256_castpd_si256(lower), _mm256_castpd_si256(upper)));
     lowers[axis] = rounded<true>(lower);
     uppers[axis] = rounded<false>(upper);
   }
   storeBoxes(lowers, uppers, box);
+  const unsigned fine = bitsOf(_mm256_andnot_pd(kinds.far, kinds.bounded));
+  if (__builtin_expect(fine == 15, 1)) return {fine, 0};
+  const unsigned far = bitsOf(_mm256_and_pd(kinds.far, kinds.bounded));
+  const unsigned coarse = far ? far & coarseOf(places, reaches, lowers, uppers) : 0;
+  return {fine | (far & ~coarse), coarse};
 }
 
 template <class Reach>
 inline PackedShapes packAll(const ShapeList& list, const ShapeLayout& layout, Box* boxes) {
-  BoxWatch watch;
+  std::uint64_t fine = 0, coarse = 0;
+  __m256i bits = _mm256_setzero_si256();
+  const auto pack = [&](void* const* shapes, const std::uint32_t* slots, std::size_t place) {
+    const FourPacked packed = packFourShapes<Reach>(shapes, slots, layout, boxes, bits);
+    fine |= std::uint64_t{packed.fine} << place;
+    coarse |= std::uint64_t{packed.coarse} << place;
+  };
   std::size_t i = 0;
-  for (; i + 4 <= list.count; i += 4)
-    packFourShapes<Reach>(list.first + i, list.slots + i, layout, boxes, watch);
+  for (; i + 4 <= list.count; i += 4) pack(list.first + i, list.slots + i, i);
   if (i < list.count) {
     void* shapes[4];
     std::uint32_t slots[4];
@@ -209,9 +231,10 @@ inline PackedShapes packAll(const ShapeList& list, const ShapeLayout& layout, Bo
       shapes[k] = list.first[from];
       slots[k] = list.slots[from];
     }
-    packFourShapes<Reach>(shapes, slots, layout, boxes, watch);
+    pack(shapes, slots, i);
   }
-  return {watch.fine(), watch.exact()};
+  const std::uint64_t all = ~std::uint64_t{0} >> (64 - list.count);
+  return {fine & all, coarse & all, _mm256_testz_si256(bits, bitsBelowFloats()) != 0};
 }
 
 PackedShapes packShapes(ShapeKind shape, const ShapeList& shapes, const ShapeLayout& layout,

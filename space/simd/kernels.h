@@ -127,13 +127,15 @@ struct ShapeList {
   const std::uint32_t* slots;
   std::size_t count;
 };
+// Of a list, the first in bit 0.
 struct PackedShapes {
-  bool fine;   // all boxes are bounded and not coarse
-  bool exact;  // no bound was rounded
+  std::uint64_t fine, coarse;  // bounded boxes; what is in neither is left to others
+  bool exact;                  // certainly no bound of these was rounded
 };
 
 // Computes the bounds of shapes, and from these boxes[slot]: as dxGeom::computeAABB() and
-// roundOutward() do, bit for bit, where all are fine. Else what is written is of no use.
+// roundOutward() do, bit for bit, where a box is fine or coarse. Else what is written is of no use.
+// 64 shapes at most.
 using PackShapes = PackedShapes (*)(ShapeKind shape, const ShapeList& shapes,
                                     const ShapeLayout& layout, BasicBox<float>* boxes);
 

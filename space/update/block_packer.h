@@ -39,7 +39,7 @@ class BlockPacker {
   }
 
   // Whether the box alone decides what there is to a geom that is enabled and neither a space nor
-  // of a user's class: it is plain, and gets plainState(), if its box is fine.
+  // of a user's class: if it is fine, the geom is plain and gets plainState().
   bool takesPlain() const { return plain_rules_; }
   SlotState plainState() const { return plain_state_; }
   // Packs all of a plain geom but its box.

@@ -1,6 +1,7 @@
 #include "space/update/geom_update.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -82,10 +83,17 @@ class PackEach {
       packer_.packFilters(geom, slot);
       note_(slot, packer_.plainState());
     }
-    const MovedShapes::Packed packed = shapes.pack(counts, packer_.boxes());
+    const SlotState coarse = packer_.plainState() | coarse_state;
+    const MovedShapes::Packed packed =
+        shapes.pack(counts, packer_.boxes(), [&](Slot slot) { note_(slot, coarse); });
     packer_.noteBoxes(packed.exact);
     moved += packed.count;
-    return packed.all ? taken : 0;
+    if (!packed.all)
+      forBits(taken, range.begin, [&](std::size_t i) {
+        if (geoms[slotOf(i)]->gflags & GEOM_DIRTY)
+          taken &= ~(std::uint64_t{1} << (i - range.begin));
+      });
+    return taken;
   }
 
  private:
@@ -251,17 +259,24 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
   }
   if (!mechanisms::counted_clusters || (changed && boxes.wide))
     return true;  // until all are packed
-  coarse_.resizeDiscarding(0);
-  const auto list = [this](Slot slot) {
-    if (states_[slot] & coarse_state) coarse_.push_back(slot);
+  // Without a branch: whether a box is coarse is hard to foretell where many are. One place more
+  // than there are such boxes, for what is not one.
+  const auto list = [&](std::size_t slots, auto slotOf) {
+    coarse_.resizeDiscarding(std::min(slots, coarse) + 1);
+    std::size_t listed = 0;
+    for (std::size_t i = 0; i < slots; ++i) {
+      coarse_[listed] = slotOf(i);
+      listed += (states_[slotOf(i)] & coarse_state) != 0;
+    }
+    assert(listed < coarse_.size());
+    coarse_.resize(listed);
   };
   const ScopedMode exact(exactMode());
   if (changed && coarse_clusters_.counted()) {
-    for (const Slot slot : *changed) list(slot);
+    list(changed->size(), [&](std::size_t i) { return (*changed)[i]; });
     if (coarse_clusters_.countMoved(boxes, coarse_, most, threads) <= most) return false;
-    coarse_.resizeDiscarding(0);
   }
-  for (std::size_t slot = 0; slot < boxes.size; ++slot) list(static_cast<Slot>(slot));
+  list(boxes.size, every_slot);
   return coarse_clusters_.count(boxes, coarse_, most, threads) > most;
 }
 

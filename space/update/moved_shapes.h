@@ -42,8 +42,9 @@ class MovedShapes {
     bool all = true;    // that were taken; the others are as bad as before
     bool exact = true;  // no bound was rounded
   };
-  // Writes bounds and boxes of what was taken.
-  Packed pack(Counts counts, Box* boxes) {
+  // Writes bounds and boxes of what was taken; noteCoarse(slot) is told whose boxes are coarse.
+  template <class NoteCoarse>
+  Packed pack(Counts counts, Box* boxes, NoteCoarse noteCoarse) {
     Packed packed;
     for (int of = 0; of < StockBounds::shapes; ++of) {
       const std::size_t count = counts >> 8 * of & 0xff;
@@ -52,13 +53,14 @@ class MovedShapes {
       const PackedShapes done =
           pack_shapes_(StockBounds::shapeOf(any), {geoms_[of], slots_[of], count},
                        StockBounds::layoutOf(any), boxes);
-      packed.all = packed.all && done.fine;
-      if (done.fine) {
-        packed.count += count;
-        packed.exact = packed.exact && done.exact;
-      } else {
-        for (std::size_t i = 0; i < count; ++i) static_cast<dxGeom*>(geoms_[of][i])->gflags |= bad;
-      }
+      const std::uint64_t others = ~std::uint64_t{0} >> (64 - count) & ~(done.fine | done.coarse);
+      packed.all = packed.all && !others;
+      packed.count += count - static_cast<std::size_t>(__builtin_popcountll(others));
+      packed.exact = packed.exact && done.exact;
+      for (std::uint64_t bits = done.coarse; bits; bits &= bits - 1)
+        noteCoarse(slots_[of][__builtin_ctzll(bits)]);
+      for (std::uint64_t bits = others; bits; bits &= bits - 1)
+        static_cast<dxGeom*>(geoms_[of][__builtin_ctzll(bits)])->gflags |= bad;
     }
     return packed;
   }
@@ -66,7 +68,7 @@ class MovedShapes {
  private:
   static constexpr int bad = GEOM_DIRTY | GEOM_AABB_BAD;
 
-  static_assert(prefetched_block < 256 && StockBounds::shapes <= 4, "a byte for each count");
+  static_assert(prefetched_block <= 64 && StockBounds::shapes <= 4, "a byte for each count");
 
   const StockBounds& stock_;
   const PackShapes pack_shapes_;

@@ -107,9 +107,10 @@ bool StockBounds::packsAlike(dxGeom* geom, PackShapes packShapes, std::size_t po
     std::memcpy(bounds, geom->aabb, sizeof bounds);
     geom->computeAABB();
     const BoundsFacts facts = roundOutward(geom->aabb, expected_box);
-    if (!packed.fine) continue;
-    if (fine) ++*fine;
-    if (facts.nan || facts.unbounded || facts.coarse || facts.exact != packed.exact ||
+    if (!packed.fine && !packed.coarse) continue;
+    if (fine && packed.fine) ++*fine;
+    if (facts.nan || facts.unbounded || facts.coarse != (packed.coarse != 0) ||
+        facts.exact != packed.exact || packed.fine + packed.coarse != 1 ||
         !sameBounds(bounds, geom->aabb) || std::memcmp(&box, &expected_box, sizeof box) != 0)
       return false;
   }

@@ -183,7 +183,7 @@ class StockBounds {
   // keeps the last ones.
   static bool agree(dxGeom* geom, std::size_t poses, std::uint64_t seed);
   // Whether packShapes() writes those bounds and the box that roundOutward() makes of them, where
-  // it takes them for fine: so many times, if that is asked for.
+  // it takes them for fine or coarse; `fine`: how often for the former.
   static bool packsAlike(dxGeom* geom, PackShapes packShapes, std::size_t poses, std::uint64_t seed,
                          std::size_t* fine = nullptr);
 

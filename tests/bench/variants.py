@@ -138,7 +138,7 @@ def measurements(quick):
                              "--rounds=1"], ("kind", "n", "queries", "moving", "threads")),
         # Geoms of a user's class: edges that may all meet, and vertices and faces, told apart by bits or in two spaces.
         ("mesh-benchmark", ["--made=" + ("40" if quick else "30,120,300"), "--seconds=" + seconds, "--rounds=1",
-                            "--peers=parallel-sap,parallel-sap:new-cells,parallel-sap:two-spaces"],
+                            "--peers=parallel-sap,parallel-sap:mirrored,parallel-sap:two-spaces"],
          ("mesh", "kind", "peer", "threads")),
         ("plane-benchmark", ["--stock=0", "--sizes=" + ("1000" if quick else "1000,30000"),
                              "--seconds=" + seconds, "--rounds=1"], ("variant", "bodies", "threads")),
