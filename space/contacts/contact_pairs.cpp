@@ -33,12 +33,16 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     geom->recomputePosr();
     geom->recomputeAABB();
   }
-  try {
-    list_.push_back({o1, o2});
-  } catch (const std::bad_alloc&) {
-    collideNow();
-    list_.push_back({o1, o2});
-  }
+  if (tryToList(o1, o2)) return;
+  collideNow();
+  if (!tryToList(o1, o2)) dDebug(0, "parallel SAP space: no memory for one pair");
+}
+
+bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
+  list_.push_back({o1, o2});
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
 }
 
 void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {

@@ -23,6 +23,7 @@ class ContactPairs {
 
  private:
   bool makeRoom(std::size_t pairs);
+  bool tryToList(dGeomID o1, dGeomID o2);
   void collideNow();
 
   const ContactRequest& request_;

@@ -392,16 +392,19 @@ std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& reques
                             request.flags,      request.nearest ? request.nearest + ray : nullptr,
                             request.data,       request.all,
                             request.first + ray};
-    Store store;
-    Pass pass(*this, geoms, one, store);
+    bool found = false;
     try {
+      Store store;
+      Pass pass(*this, geoms, one, store);
       pass.begin(1, false);
       pass.castAll(1, false);
       pass.gatherLate();
+      found = true;
+      hits += pass.tell();
     } catch (const std::bad_alloc&) {
+      if (found) throw;
       dDebug(0, "parallel SAP space: no memory for the hits of one ray");
     }
-    hits += pass.tell();
   }
   return hits;
 }
