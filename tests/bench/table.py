@@ -414,7 +414,25 @@ def instructions(directory):
                     ["%s; commit %s, %s" % (row["compiler"], row["commit"], row["date"])])
 
 
-TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
+def meshes(directory):
+    """Boxes of real meshes, and of a cloth: with pairs of fat boxes kept, and where none can be."""
+    rows = read(directory, "meshes")
+    lines = []
+    for mesh in values(rows, "mesh"):
+        for kind in values(rows, "kind"):
+            for threads in values(rows, "threads"):
+                here = [row for row in rows if (row["mesh"], row["kind"], row["threads"]) == (mesh, kind, threads)]
+                time = lambda peer: next((row["median_ms"] for row in here if row["peer"] == peer), None)
+                ours, mirrored = time("parallel-sap"), time("parallel-sap:mirrored")
+                embree = min(time("embree"), time("embree-default"))
+                lines.append([mesh, kind, count(threads), shown(ours), shown(mirrored), shown(time("parallel-sap:concurrent-blocks")),
+                              shown(time("parallel-sap:two-spaces")), shown(embree), shown(embree / ours, "×"),
+                              shown(embree / mirrored, "×")])
+    return markdown(["ms, boxes of", "pairs", "threads", "ours", "mirrored", "concurrent blocks", "two spaces", "embree, the better",
+                     "gain", "mirrored"], lines, [machine(rows)])
+
+
+TABLES = {"instructions": (instructions, "instructions"), "meshes": (meshes, "meshes"), "step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
           "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
           "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
           "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
