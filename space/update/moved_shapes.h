@@ -68,7 +68,8 @@ class MovedShapes {
  private:
   static constexpr int bad = GEOM_DIRTY | GEOM_AABB_BAD;
 
-  static_assert(prefetched_block <= 64 && StockBounds::shapes <= 4, "a byte for each count");
+  static_assert(prefetched_block <= 64 && StockBounds::shapes <= 4,
+                "a bit for each of a list, a byte for its count");
 
   const StockBounds& stock_;
   const PackShapes pack_shapes_;
