@@ -3,6 +3,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -265,6 +266,7 @@ class AskedScene {
   // Contacts and rays need memory for those of one pair or ray.
   bool needsSome() const { return kind_ == contacts || kind_ == rays_too; }
   std::size_t geoms() const { return in_.size(); }
+  dSpaceID space() const { return space_; }
 
  private:
   enum Kind : std::size_t { pairs, blocks, shared_blocks, contacts, query, rays_too };
@@ -346,7 +348,7 @@ class AskedScene {
 TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[memory]") {
   const Said said;
   Random random(seedOr(341));
-  int failures = 0, given_up = 0;
+  int failures = 0, given_up = 0, widest = 0;
   for (int scene = 0; scene < scaled(300); ++scene) {
     const std::uint64_t seed = random.bits();
     AskedScene whole(seed), hurt(seed);
@@ -366,6 +368,7 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
       }
       const bool failed = Allocations::failed() > 0;
       failures += failed;
+      widest = std::max(widest, statsOf(hurt.space()).threads);
       INFO("scene " << scene << " (" << seed << "), frame " << frame << ", call " << hurt.kind()
                     << ", " << hurt.geoms() << " geoms, allocations " << passed
                     << (for_good ? " and all later ones" : "") << (fails ? "" : " none"));
@@ -385,4 +388,5 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
   CHECK(said.one_by_one > scaled(30));
   CHECK(said.events_later > 0);
   CHECK(given_up > 0);
+  if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest == 3);
 }
