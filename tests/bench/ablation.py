@@ -46,7 +46,7 @@ def measure(options):
 
 
 def run(project, libraries, wanted, options):
-    """In each round each program is run with every library in turn; the file is written after each round."""
+    """In each round each program is run with every library in turn; the file is written after each program."""
     least = {name: {} for name in libraries}
     for number in range(options.rounds):
         for measurement in variants.measurements(options.quick):
@@ -56,7 +56,7 @@ def run(project, libraries, wanted, options):
                 times = variants.measure(project, library, options.quick, options.cores, [measurement])
                 for cell, ms in times.items():
                     least[name][cell] = min(ms, least[name].get(cell, math.inf))
-        write(options.csv, wanted, least)
+            write(options.csv, wanted, least)
         print("round", number + 1, flush=True)
 
 

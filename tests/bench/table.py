@@ -256,7 +256,7 @@ def trace_peers(directory):
         others = sorted((row for row in here if row["peer"] in LIBRARIES), key=lambda row: row["median_ms"])
         stock = sorted((row for row in here if row["peer"] in ODE_SPACES), key=lambda row: row["median_ms"])
         cell = lambda found: "%s %s" % (found[0]["peer"], shown(1000 * found[0]["median_ms"])) if found else "–"
-        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), cell([told] if told else []), cell(others),
+        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(1000 * told["median_ms"]) if told else "–", cell(others),
                       cell(stock)])
     return markdown(["boxes of", "boxes", "ours, us a frame", "ours, begun and ended pairs", "nearest other library",
                      "nearest of ODE's spaces"], lines, [machine(rows)])
