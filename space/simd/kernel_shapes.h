@@ -177,7 +177,7 @@ struct FourPacked {
   unsigned fine, coarse;
 };
 
-// Adds all bits of the bounds of those to `bits`.
+// Adds all bits of the bounds to `bits`.
 template <class Reach>
 inline FourPacked packFourShapes(void* const* shapes, const std::uint32_t* slots,
                                  const ShapeLayout& layout, Box* boxes, __m256i& bits) {
@@ -195,17 +195,16 @@ inline FourPacked packFourShapes(void* const* shapes, const std::uint32_t* slots
   const FourKinds kinds(place, reach);
   const Four places[] = {place.x, place.y, place.z}, reaches[] = {reach.x, reach.y, reach.z};
   __m128 lowers[3], uppers[3];
-  Four all = _mm256_setzero_pd();
   for (int axis = 0; axis < 3; ++axis) {
     const Four lower = _mm256_sub_pd(places[axis], reaches[axis]);
     const Four upper = _mm256_add_pd(places[axis], reaches[axis]);
     storeBounds(lower, upper, axis, bounds);
-    all = _mm256_or_pd(all, _mm256_or_pd(lower, upper));
+    bits = _mm256_or_si256(bits,
+                           _mm256_or_si256(_mm256_castpd_si256(lower), _mm256_castpd_si256(upper)));
     lowers[axis] = rounded<true>(lower);
     uppers[axis] = rounded<false>(upper);
   }
   storeBoxes(lowers, uppers, box);
-  bits = _mm256_or_si256(bits, _mm256_castpd_si256(_mm256_and_pd(all, kinds.bounded)));
   const unsigned fine = bitsOf(_mm256_andnot_pd(kinds.far, kinds.bounded));
   if (__builtin_expect(fine == 15, 1)) return {fine, 0};
   const unsigned far = bitsOf(_mm256_and_pd(kinds.far, kinds.bounded));

@@ -130,7 +130,7 @@ struct ShapeList {
 // Of a list, the first in bit 0.
 struct PackedShapes {
   std::uint64_t fine, coarse;  // bounded boxes; what is in neither is left to others
-  bool exact;                  // no bound of these was rounded
+  bool exact;                  // certainly no bound of these was rounded
 };
 
 // Computes the bounds of shapes, and from these boxes[slot]: as dxGeom::computeAABB() and
