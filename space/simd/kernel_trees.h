@@ -62,6 +62,20 @@ inline void meetCandidates(const Query<Real>& query, const TreeView<Real>& tree,
   others.count = 0;
 }
 
+// A box that many rows are tested against: a copy, so that it may stay in registers whatever is
+// written meanwhile.
+template <class Real>
+struct OneBox {
+  Real lower[3][1], upper[3][1];
+
+  OneBox(const Group<Real>& boxes, unsigned lane) {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis][0] = boxes.lower[axis][lane];
+      upper[axis][0] = boxes.upper[axis][lane];
+    }
+  }
+};
+
 // Cells that are gathered, so that a query meets sixteen of them at a time: their bounds and
 // numbers.
 template <class Real>
@@ -87,15 +101,15 @@ struct CellCandidates {
     count += __builtin_popcount(mask);
   }
 
-  // Puts the cells from `first` on whose bounds overlap box `lane` of `box` into chosen[], and
-  // returns their number.
-  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t first) {
+  // Puts the cells from `first` on whose bounds overlap `box` into chosen[], and returns their
+  // number.
+  std::size_t choose(const OneBox<Real>& box, std::uint32_t first) {
     for (int i = 0; i < group_size; ++i)
       lower[0][count + i] = static_cast<Real>(__builtin_nanf(""));
     std::size_t number = 0;
     for (std::size_t base = 0; base < count; base += group_size) {
       const unsigned mask =
-          Row<Real>(lower[0] + base, upper[0] + base, stride).overlapping(box, lane) &
+          Row<Real>(lower[0] + base, upper[0] + base, stride).overlapping(box, 0) &
           ~Lanes::below(cell + base, first);
       Lanes::compress(cell + base, mask, chosen + number);
       number += __builtin_popcount(mask);
@@ -154,10 +168,9 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
                       Workplace<Real>& work, PairSink& sink) {
   const TreeView<Real>& tree = meeting.tree;
   for (std::size_t cell = begin; cell < end; ++cell) {
-    const Group<Real>& bounds = meeting.queries.levels[1][cell / group_size];
-    const unsigned lane = cell % group_size;
+    const OneBox<Real> bounds(meeting.queries.levels[1][cell / group_size], cell % group_size);
     const std::size_t others =
-        work.cells.choose(bounds, lane, meeting.forward ? static_cast<std::uint32_t>(cell + 1) : 0);
+        work.cells.choose(bounds, meeting.forward ? static_cast<std::uint32_t>(cell + 1) : 0);
     if (!others && !own) continue;
     const Query<Real> query(meeting.queries, cell, meeting.exact);
     if (own) {
@@ -168,7 +181,7 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
     }
     for (std::size_t i = 0; i < others; ++i) {
       const std::size_t other = work.cells.chosen[i];
-      work.boxes.add(other, overlaps(bounds, lane, tree.levels[0][other]));
+      work.boxes.add(other, rowOf(tree.levels[0][other]).overlapping(bounds, 0));
       if (work.boxes.full()) meetCandidates(query, tree, work.boxes, sink);
     }
     meetCandidates(query, tree, work.boxes, sink);

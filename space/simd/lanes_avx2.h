@@ -13,7 +13,7 @@ namespace {
 
 // compress_order[m] lists the set bits of m, low ones first.
 struct CompressOrder {
-  alignas(32) std::uint32_t lanes[256][8];
+  alignas(64) std::uint8_t lanes[256][8];
   constexpr CompressOrder() : lanes() {
     for (int m = 0; m < 256; ++m) {
       int count = 0;
@@ -23,6 +23,21 @@ struct CompressOrder {
   }
 };
 constexpr CompressOrder compress_order;
+
+// pair_lanes[m] does so for words that are interleaved afterwards: the first four go to lanes 0, 1,
+// 4 and 5, from where they come to lie in one register.
+struct PairLanes {
+  alignas(64) std::uint8_t lanes[256][8];
+  constexpr PairLanes() : lanes() {
+    constexpr int place[] = {0, 1, 4, 5, 2, 3, 6, 7};
+    for (int m = 0; m < 256; ++m) {
+      int count = 0;
+      for (int i = 0; i < 8; ++i)
+        if (m >> i & 1) lanes[m][place[count++]] = i;
+    }
+  }
+};
+constexpr PairLanes pair_lanes;
 
 struct Lanes : ScalarLanes, EightSorter {
   static constexpr const char* name = "avx2";
@@ -35,7 +50,11 @@ struct Lanes : ScalarLanes, EightSorter {
   static __m256i load(const std::uint32_t* p) {
     return _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
   }
+  static __m256i lanesOf(const std::uint8_t* bytes) {
+    return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes)));
+  }
   static unsigned signs(__m256 v) { return static_cast<unsigned>(_mm256_movemask_ps(v)); }
+  static unsigned signs(__m256d v) { return static_cast<unsigned>(_mm256_movemask_pd(v)); }
 
   static unsigned atLeast(const float* p, float value) {
     const __m256 v = _mm256_set1_ps(value);
@@ -49,22 +68,32 @@ struct Lanes : ScalarLanes, EightSorter {
     const __m256d v = _mm256_set1_pd(value);
     unsigned mask = 0;
     for (int i = 0; i < 16; i += 4)
-      mask |= static_cast<unsigned>(
-                  _mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_GE_OQ)))
-              << i;
+      mask |= signs(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_GE_OQ)) << i;
     return mask;
   }
   static unsigned atMost(const double* p, double value) {
     const __m256d v = _mm256_set1_pd(value);
     unsigned mask = 0;
     for (int i = 0; i < 16; i += 4)
-      mask |= static_cast<unsigned>(
-                  _mm256_movemask_pd(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_LE_OQ)))
-              << i;
+      mask |= signs(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_LE_OQ)) << i;
     return mask;
   }
   template <class Real>
-  using Row = RowByPointer<Lanes, Real>;
+  struct Row;
+  static constexpr int doubles = 4;  // fixed: of a register
+
+  // Which of the boxes of a register overlap a box.
+  template <class BoxGroup>
+  static unsigned overlapping(const double* lower, const double* upper, std::size_t stride,
+                              const BoxGroup& box, unsigned lane) {
+    const auto reach = [&](int axis) {
+      return _mm256_and_pd(_mm256_cmp_pd(_mm256_load_pd(upper + axis * stride),
+                                         _mm256_set1_pd(box.lower[axis][lane]), _CMP_GE_OQ),
+                           _mm256_cmp_pd(_mm256_load_pd(lower + axis * stride),
+                                         _mm256_set1_pd(box.upper[axis][lane]), _CMP_LE_OQ));
+    };
+    return signs(_mm256_and_pd(_mm256_and_pd(reach(0), reach(1)), reach(2)));
+  }
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
@@ -87,8 +116,9 @@ struct Lanes : ScalarLanes, EightSorter {
   static void compress(const T* p, unsigned mask, T* out) {
     static_assert(sizeof(T) == 4, "lanes are words");
     const auto eight = [](const T* from, unsigned m, T* to) {
-      const __m256i lanes = _mm256_permutevar8x32_epi32(
-          _mm256_load_si256(reinterpret_cast<const __m256i*>(from)), load(compress_order.lanes[m]));
+      const __m256i lanes =
+          _mm256_permutevar8x32_epi32(_mm256_load_si256(reinterpret_cast<const __m256i*>(from)),
+                                      lanesOf(compress_order.lanes[m]));
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), lanes);
     };
     eight(p, mask & 0xff, out);
@@ -101,7 +131,7 @@ struct Lanes : ScalarLanes, EightSorter {
     const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
                           _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)),
-                                           load(compress_order.lanes[m])));
+                                           lanesOf(compress_order.lanes[m])));
     };
     eight(first, mask & 0xff, out);
     eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
@@ -109,7 +139,6 @@ struct Lanes : ScalarLanes, EightSorter {
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const int low = writeEight(slots, slot, mask & 0xff, out);
-    if (!(mask >> 8)) return low;
     return low + writeEight(slots + 8, slot, mask >> 8, out + low);
   }
   using ScalarLanes::greatest;
@@ -134,19 +163,11 @@ struct Lanes : ScalarLanes, EightSorter {
   static int writeEight(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const __m256i own = _mm256_set1_epi32(static_cast<int>(slot));
-    const __m256i other =
-        _mm256_permutevar8x32_epi32(load(slots), load(compress_order.lanes[mask]));
-    const __m256i earlier = _mm256_min_epu32(own, other);
-    const __m256i later = _mm256_max_epu32(own, other);
-    const auto word = [](__m128i high, __m128i low) {
-      return _mm256_or_si256(_mm256_slli_epi64(_mm256_cvtepu32_epi64(high), 32),
-                             _mm256_cvtepu32_epi64(low));
-    };
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out),
-                        word(_mm256_castsi256_si128(earlier), _mm256_castsi256_si128(later)));
-    _mm256_storeu_si256(
-        reinterpret_cast<__m256i*>(out + 4),
-        word(_mm256_extracti128_si256(earlier, 1), _mm256_extracti128_si256(later, 1)));
+    const __m256i other = _mm256_permutevar8x32_epi32(load(slots), lanesOf(pair_lanes.lanes[mask]));
+    const __m256i earlier = _mm256_min_epu32(own, other), later = _mm256_max_epu32(own, other);
+    __m256i* const words = reinterpret_cast<__m256i*>(out);
+    _mm256_storeu_si256(words, _mm256_unpacklo_epi32(later, earlier));
+    _mm256_storeu_si256(words + 1, _mm256_unpackhi_epi32(later, earlier));
     return __builtin_popcount(mask);
   }
   // The lesser of both, or the other one where one is NaN.
@@ -156,6 +177,38 @@ struct Lanes : ScalarLanes, EightSorter {
   static __m256 max(__m256 a, __m256 b) {
     return _mm256_blendv_ps(_mm256_max_ps(a, b), a, _mm256_cmp_ps(b, b, _CMP_UNORD_Q));
   }
+};
+
+// Sixteen boxes in registers.
+template <>
+struct Lanes::Row<float> {
+  __m256 lower[3][2], upper[3][2];
+
+  Row(const float* lowers, const float* uppers, std::size_t stride) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int half = 0; half < 2; ++half) {
+        lower[axis][half] = _mm256_load_ps(lowers + axis * stride + 8 * half);
+        upper[axis][half] = _mm256_load_ps(uppers + axis * stride + 8 * half);
+      }
+  }
+  // Which of them overlap a box, as closed intervals. Lanes are made bits once, after all tests.
+  template <class BoxGroup>
+  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+    const auto reach = [&](int axis, int half) {
+      return _mm256_and_ps(
+          _mm256_cmp_ps(upper[axis][half], _mm256_set1_ps(box.lower[axis][lane]), _CMP_GE_OQ),
+          _mm256_cmp_ps(lower[axis][half], _mm256_set1_ps(box.upper[axis][lane]), _CMP_LE_OQ));
+    };
+    const auto all = [&](int half) {
+      return signs(_mm256_and_ps(_mm256_and_ps(reach(0, half), reach(1, half)), reach(2, half)));
+    };
+    return all(0) | all(1) << 8;
+  }
+};
+
+template <>
+struct Lanes::Row<double> : RowByRegisters<Lanes, double> {
+  using RowByRegisters<Lanes, double>::RowByRegisters;
 };
 
 }  // namespace

@@ -26,6 +26,22 @@ struct RowByPointer {
   }
 };
 
+// The same, register by register: lanes are made bits once for all six bounds.
+template <class Set, class Real>
+struct RowByRegisters : RowByPointer<Set, Real> {
+  using RowByPointer<Set, Real>::RowByPointer;
+
+  template <class BoxGroup>
+  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+    constexpr int width = sizeof(Real) == sizeof(float) ? 2 * Set::doubles : Set::doubles;
+    unsigned mask = 0;
+    for (int first = 0; first < 16; first += width)
+      mask |= Set::overlapping(this->lower + first, this->upper + first, this->stride, box, lane)
+              << first;
+    return mask;
+  }
+};
+
 // What a set of lanes has no instructions for.
 struct ScalarLanes {
   static constexpr std::size_t longest_sorted = 0;  // fixed: it has no sortShort()

@@ -48,7 +48,32 @@ struct Lanes : ScalarLanes {
     return mask;
   }
   template <class Real>
-  using Row = RowByPointer<Lanes, Real>;
+  using Row = RowByRegisters<Lanes, Real>;
+  static constexpr int doubles = 2;  // fixed: of a register
+
+  // Which of the boxes of a register overlap a box.
+  template <class BoxGroup>
+  static unsigned overlapping(const float* lower, const float* upper, std::size_t stride,
+                              const BoxGroup& box, unsigned lane) {
+    const auto reach = [&](int axis) {
+      return _mm_and_ps(
+          _mm_cmpge_ps(_mm_load_ps(upper + axis * stride), _mm_set1_ps(box.lower[axis][lane])),
+          _mm_cmple_ps(_mm_load_ps(lower + axis * stride), _mm_set1_ps(box.upper[axis][lane])));
+    };
+    return static_cast<unsigned>(
+        _mm_movemask_ps(_mm_and_ps(_mm_and_ps(reach(0), reach(1)), reach(2))));
+  }
+  template <class BoxGroup>
+  static unsigned overlapping(const double* lower, const double* upper, std::size_t stride,
+                              const BoxGroup& box, unsigned lane) {
+    const auto reach = [&](int axis) {
+      return _mm_and_pd(
+          _mm_cmpge_pd(_mm_load_pd(upper + axis * stride), _mm_set1_pd(box.lower[axis][lane])),
+          _mm_cmple_pd(_mm_load_pd(lower + axis * stride), _mm_set1_pd(box.upper[axis][lane])));
+    };
+    return static_cast<unsigned>(
+        _mm_movemask_pd(_mm_and_pd(_mm_and_pd(reach(0), reach(1)), reach(2))));
+  }
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m128i v = _mm_set1_epi32(static_cast<int>(value));

@@ -25,28 +25,49 @@ inline __m256i sortedEight(__m256i v) {
 }
 
 struct EightSorter {
-  static constexpr std::size_t longest_sorted = 8;  // fixed: a register
+  static constexpr std::size_t longest_sorted = 16;  // fixed: two registers
 
-  // Writes the pairs of the first `count` of eight list words, ascending, to `sorted`, and anything
-  // behind them up to the eighth place.
+  // Writes the pairs of the first `count` of sixteen list words, ascending, to `sorted`, and
+  // anything behind them up to the sixteenth place.
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
                         std::uint64_t* sorted) {
-    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256i used = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane);
-    __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
-    v = _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), v, used);
-    v = sortedEight<Step>(v);
-    writeFour(_mm256_castsi256_si128(v), earlier, sorted);
-    writeFour(_mm256_extracti128_si256(v, 1), earlier, sorted + 4);
+    if (count <= 8) {
+      writeEight(sortedEight<Step>(firstOf(words, count)), earlier, sorted);
+      return;
+    }
+    const __m256i low = sortedEight<Step>(firstOf(words, 8));
+    const __m256i high = backwards(sortedEight<Step>(firstOf(words + 8, count - 8)));
+    writeEight(merged(_mm256_min_epi32(low, high)), earlier, sorted);
+    writeEight(merged(_mm256_max_epi32(low, high)), earlier, sorted + 8);
   }
 
  private:
+  // Beyond `count` there are words that are above all.
+  static __m256i firstOf(const std::uint32_t* words, std::size_t count) {
+    const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i used = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(count)), lane);
+    const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
+    return _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), v, used);
+  }
+  static __m256i backwards(__m256i v) {
+    return _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e);
+  }
+  // Of words that rise and fall, or fall and rise.
+  static __m256i merged(__m256i v) {
+    v = Step::of<0xf0>(v, _mm256_permute4x64_epi64(v, 0x4e));
+    v = Step::of<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
+    return Step::of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+  }
   struct Step {
     template <int greater>
     static __m256i of(__m256i v, __m256i other) {
       return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
     }
   };
+  static void writeEight(__m256i words, std::uint32_t earlier, std::uint64_t* pairs) {
+    writeFour(_mm256_castsi256_si128(words), earlier, pairs);
+    writeFour(_mm256_extracti128_si256(words, 1), earlier, pairs + 4);
+  }
   static void writeFour(__m128i words, std::uint32_t earlier, std::uint64_t* pairs) {
     const __m256i wide = _mm256_cvtepu32_epi64(words);
     const __m256i mark = _mm256_slli_epi64(wide, 63), later = _mm256_srli_epi64(wide, 1);
