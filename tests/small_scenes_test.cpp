@@ -236,6 +236,27 @@ TEST_CASE("A small space reports a NaN that comes later once, and counts it in e
   CHECK(messages.all().size() == 1);
 }
 
+TEST_CASE("A signalling NaN traps in no small frame of a program whose invalid operations do",
+          "[small]") {
+  if (!FloatingPointMode::kCanBeSet) return;
+  const Space space;
+  const dGeomID geoms[] = {createUserBox(space, {0, 1, 0, 1, 0, 1}),
+                           createUserBox(space, {0, 1, 0, 1, 0, 1}),
+                           createUserBox(space, {0, 1, 0, 1, 0, 1})};
+  const Messages messages;
+  for (int frame = 0; frame < 3; ++frame) {
+    Bounds bounds{0, 1, 0, 1, 0, 1};
+    if (frame > 0) bounds[frame] = std::numeric_limits<dReal>::signaling_NaN();
+    setUserBounds(geoms[1], bounds);
+    const Pairs pairs = [&] {
+      const FloatingPointMode trapping(FloatingPointMode::kTrapping);
+      return collide(space);
+    }();
+    CHECK(pairs.size() == (frame > 0 ? 1u : 3u));
+  }
+  CHECK(messages.all().size() == 1);
+}
+
 TEST_CASE("A mode that an AABB function leaves behind changes no pair of a small space",
           "[small]") {
   if (!FloatingPointMode::kCanBeSet) return;
