@@ -69,7 +69,10 @@ inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeVi
       masks[i] = mask = overlaps(*query.boxes, lane, boxes[i]);
       hit |= std::uint32_t{mask != 0} << i;
     }
-    if (end < (first + count) * group_size) masks[count - 1] &= (1u << end % group_size) - 1;
+    if (end < (first + count) * group_size) {
+      masks[count - 1] &= (1u << end % group_size) - 1;
+      if (!masks[count - 1]) hit &= ~(1u << (count - 1));
+    }
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
       writeHits(query, lane, masks[i], rowOf(boxes[i]), idsOf(cells, first + i), sink);
@@ -218,7 +221,8 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
     const std::size_t end = lists.ends[list], count = end - begin;
     const std::uint32_t* const from = words + begin;
     std::uint64_t* const to = sorted + begin;
-    const bool has_room = begin + Set::longest_sorted <= all;
+    // Sets write eight places at a time.
+    const bool has_room = begin + (count + 7) / 8 * 8 <= all;
     begin = end;
     if constexpr (Set::longest_sorted > 0) {
       if (count && count <= Set::longest_sorted && has_room) {

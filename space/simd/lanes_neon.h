@@ -120,7 +120,7 @@ struct Lanes {
     return vmaxnmvq_f64(v);
   }
 
-  // As EightSorter::sortShort() with AVX2.
+  // As EightSorter::sortShort(), for up to eight words.
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
                         std::uint64_t* sorted) {
     constexpr std::uint32_t lanes[] = {0, 1, 2, 3, 4, 5, 6, 7};

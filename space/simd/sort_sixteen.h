@@ -6,7 +6,7 @@
 
 namespace {
 
-// As EightSorter, for up to sixteen words.
+// As EightSorter, with sixteen words in a register.
 struct SixteenSorter {
   static constexpr std::size_t longest_sorted = 16;  // fixed: a register
 
