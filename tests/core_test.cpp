@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "space/cells/cell_tree.h"
 #include "space/coherence/incremental.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
@@ -99,6 +100,31 @@ TEST_CASE("A dense scene is tested to its end, and what turns out to be none is 
     REQUIRE(brute_force.findDense(mixed.boxes, 2, list) > 0);
     check(joined(list), mixed);
   }
+}
+
+TEST_CASE("A row without columns asks for no room and writes nothing") {
+  constexpr std::size_t places = 400;
+  const Box box = {{0, 0, 0}, {1, 1, 1}};
+  BoxSet boxes;
+  boxes.size = places;
+  boxes.boxes.resize(places);
+  std::fill(boxes.boxes.begin(), boxes.boxes.end(), box);
+  std::vector<std::uint32_t> starts;
+  for (std::uint32_t start = 0; start <= places; start += group_size) starts.push_back(start);
+  CellTree<float> cells;
+  cells.build(boxes, nullptr, starts.data(), starts.size() - 1, 1,
+              CellTree<float>::Levels::cells_only);
+  const std::uint64_t untouched = ~std::uint64_t{0};
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
+    for (const std::size_t row : {5, 15, 16, 399}) {
+      INFO((*set)->name << ", row " << row);
+      std::vector<std::uint64_t> words(group_size, untouched);
+      PairSink sink = {words.data(), words.data(),
+                       [](PairSink&, std::size_t) { FAIL("room was asked for"); }};
+      (*set)->narrow.trianglePairs(cells.view(), {places, row, row + 1, row, row + 1}, true, sink);
+      CHECK(sink.next == words.data());
+      CHECK(words == std::vector<std::uint64_t>(group_size, untouched));
+    }
 }
 
 TEST_CASE("The instruction set that is chosen is the one that runs, and each has its name") {

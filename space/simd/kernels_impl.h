@@ -69,10 +69,7 @@ inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeVi
       masks[i] = mask = overlaps(*query.boxes, lane, boxes[i]);
       hit |= std::uint32_t{mask != 0} << i;
     }
-    if (end < (first + count) * group_size) {
-      masks[count - 1] &= (1u << end % group_size) - 1;
-      if (!masks[count - 1]) hit &= ~(1u << (count - 1));
-    }
+    if (end < (first + count) * group_size) masks[count - 1] &= (1u << end % group_size) - 1;
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
       writeHits(query, lane, masks[i], rowOf(boxes[i]), idsOf(cells, first + i), sink);
@@ -90,7 +87,8 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
     for (; row <= part.last_row && row / group_size == query_cell; ++row) {
       const std::size_t begin = row == part.first_row ? part.first_column : row + 1;
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
-      makeRoom(sink, end > begin ? end - begin + group_size : 0);
+      if (end <= begin) continue;
+      makeRoom(sink, end - begin + group_size);
       if (part.places <= few)
         rowAgainstFew(query, row % group_size, cells, begin, end, sink);
       else

@@ -11,114 +11,72 @@
 
 namespace {
 
-// compress_order[m] lists the set bits of m, low ones first.
-struct CompressOrder {
+// For each mask of eight lanes its set bits, low ones first: the i-th in lane place[i].
+struct LaneTable {
   alignas(64) std::uint8_t lanes[256][8];
-  constexpr CompressOrder() : lanes() {
+  constexpr explicit LaneTable(const int (&place)[8]) : lanes() {
     for (int m = 0; m < 256; ++m) {
       int count = 0;
       for (int i = 0; i < 8; ++i)
-        if (m >> i & 1) lanes[m][count++] = i;
+        if (m >> i & 1) lanes[m][place[count++]] = static_cast<std::uint8_t>(i);
     }
   }
 };
-constexpr CompressOrder compress_order;
+constexpr LaneTable compress_order({0, 1, 2, 3, 4, 5, 6, 7});
+// For words that are interleaved afterwards: those of a register come to lie in one register.
+constexpr LaneTable pair_order({0, 1, 4, 5, 2, 3, 6, 7});
 
-// pair_lanes[m] does so for words that are interleaved afterwards: the first four go to lanes 0, 1,
-// 4 and 5, from where they come to lie in one register.
-struct PairLanes {
-  alignas(64) std::uint8_t lanes[256][8];
-  constexpr PairLanes() : lanes() {
-    constexpr int place[] = {0, 1, 4, 5, 2, 3, 6, 7};
-    for (int m = 0; m < 256; ++m) {
-      int count = 0;
-      for (int i = 0; i < 8; ++i)
-        if (m >> i & 1) lanes[m][place[count++]] = i;
-    }
-  }
-};
-constexpr PairLanes pair_lanes;
-
-struct Lanes : ScalarLanes, EightSorter {
+struct Lanes : RegisterLanes<Lanes>, EightSorter {
   static constexpr const char* name = "avx2";
   using EightSorter::longest_sorted;
+  template <class Real>
+  struct Row;
 
-  template <class Test>
-  static unsigned each(Test test) {
-    return test(0) | test(8) << 8;
-  }
   static __m256i load(const std::uint32_t* p) {
     return _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
   }
-  static __m256i lanesOf(const std::uint8_t* bytes) {
-    return _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(bytes)));
+  static __m256i lanesOf(const LaneTable& table, unsigned mask) {
+    return _mm256_cvtepu8_epi32(
+        _mm_loadl_epi64(reinterpret_cast<const __m128i*>(table.lanes[mask])));
   }
   static unsigned signs(__m256 v) { return static_cast<unsigned>(_mm256_movemask_ps(v)); }
   static unsigned signs(__m256d v) { return static_cast<unsigned>(_mm256_movemask_pd(v)); }
+  static unsigned signs(__m256i v) { return signs(_mm256_castsi256_ps(v)); }
 
-  static unsigned atLeast(const float* p, float value) {
-    const __m256 v = _mm256_set1_ps(value);
-    return each([=](int i) { return signs(_mm256_cmp_ps(_mm256_load_ps(p + i), v, _CMP_GE_OQ)); });
+  static __m256 notBelow(const float* p, float value) {
+    return _mm256_cmp_ps(_mm256_load_ps(p), _mm256_set1_ps(value), _CMP_GE_OQ);
   }
-  static unsigned atMost(const float* p, float value) {
-    const __m256 v = _mm256_set1_ps(value);
-    return each([=](int i) { return signs(_mm256_cmp_ps(_mm256_load_ps(p + i), v, _CMP_LE_OQ)); });
+  static __m256d notBelow(const double* p, double value) {
+    return _mm256_cmp_pd(_mm256_load_pd(p), _mm256_set1_pd(value), _CMP_GE_OQ);
   }
-  static unsigned atLeast(const double* p, double value) {
-    const __m256d v = _mm256_set1_pd(value);
-    unsigned mask = 0;
-    for (int i = 0; i < 16; i += 4)
-      mask |= signs(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_GE_OQ)) << i;
-    return mask;
+  static __m256 notAbove(const float* p, float value) {
+    return _mm256_cmp_ps(_mm256_load_ps(p), _mm256_set1_ps(value), _CMP_LE_OQ);
   }
-  static unsigned atMost(const double* p, double value) {
-    const __m256d v = _mm256_set1_pd(value);
-    unsigned mask = 0;
-    for (int i = 0; i < 16; i += 4)
-      mask |= signs(_mm256_cmp_pd(_mm256_load_pd(p + i), v, _CMP_LE_OQ)) << i;
-    return mask;
+  static __m256d notAbove(const double* p, double value) {
+    return _mm256_cmp_pd(_mm256_load_pd(p), _mm256_set1_pd(value), _CMP_LE_OQ);
   }
-  template <class Real>
-  struct Row;
-  static constexpr int doubles = 4;  // fixed: of a register
-
-  // Which of the boxes of a register overlap a box.
-  template <class BoxGroup>
-  static unsigned overlapping(const double* lower, const double* upper, std::size_t stride,
-                              const BoxGroup& box, unsigned lane) {
-    const auto reach = [&](int axis) {
-      return _mm256_and_pd(_mm256_cmp_pd(_mm256_load_pd(upper + axis * stride),
-                                         _mm256_set1_pd(box.lower[axis][lane]), _CMP_GE_OQ),
-                           _mm256_cmp_pd(_mm256_load_pd(lower + axis * stride),
-                                         _mm256_set1_pd(box.upper[axis][lane]), _CMP_LE_OQ));
-    };
-    return signs(_mm256_and_pd(_mm256_and_pd(reach(0), reach(1)), reach(2)));
-  }
+  static __m256d both(__m256d a, __m256d b) { return _mm256_and_pd(a, b); }
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return 0xffff ^ each([=](int i) {
-             return signs(_mm256_castsi256_ps(
-                 _mm256_cmpeq_epi32(_mm256_and_si256(load(p + i), v), _mm256_setzero_si256())));
+    return 0xffff ^ bits<std::uint32_t>([=](int i) {
+             return _mm256_cmpeq_epi32(_mm256_and_si256(load(p + i), v), _mm256_setzero_si256());
            });
   }
   static unsigned below(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return each(
-        [=](int i) { return signs(_mm256_castsi256_ps(_mm256_cmpgt_epi32(v, load(p + i)))); });
+    return bits<std::uint32_t>([=](int i) { return _mm256_cmpgt_epi32(v, load(p + i)); });
   }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return each(
-        [=](int i) { return signs(_mm256_castsi256_ps(_mm256_cmpeq_epi32(load(p + i), v))); });
+    return bits<std::uint32_t>([=](int i) { return _mm256_cmpeq_epi32(load(p + i), v); });
   }
   template <class T>
   static void compress(const T* p, unsigned mask, T* out) {
     static_assert(sizeof(T) == 4, "lanes are words");
     const auto eight = [](const T* from, unsigned m, T* to) {
-      const __m256i lanes =
-          _mm256_permutevar8x32_epi32(_mm256_load_si256(reinterpret_cast<const __m256i*>(from)),
-                                      lanesOf(compress_order.lanes[m]));
+      const __m256i lanes = _mm256_permutevar8x32_epi32(
+          _mm256_load_si256(reinterpret_cast<const __m256i*>(from)), lanesOf(compress_order, m));
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), lanes);
     };
     eight(p, mask & 0xff, out);
@@ -129,9 +87,9 @@ struct Lanes : ScalarLanes, EightSorter {
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)),
-                                           lanesOf(compress_order.lanes[m])));
+      _mm256_storeu_si256(
+          reinterpret_cast<__m256i*>(to),
+          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)), lanesOf(compress_order, m)));
     };
     eight(first, mask & 0xff, out);
     eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
@@ -163,7 +121,7 @@ struct Lanes : ScalarLanes, EightSorter {
   static int writeEight(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const __m256i own = _mm256_set1_epi32(static_cast<int>(slot));
-    const __m256i other = _mm256_permutevar8x32_epi32(load(slots), lanesOf(pair_lanes.lanes[mask]));
+    const __m256i other = _mm256_permutevar8x32_epi32(load(slots), lanesOf(pair_order, mask));
     const __m256i earlier = _mm256_min_epu32(own, other), later = _mm256_max_epu32(own, other);
     __m256i* const words = reinterpret_cast<__m256i*>(out);
     _mm256_storeu_si256(words, _mm256_unpacklo_epi32(later, earlier));
@@ -207,8 +165,8 @@ struct Lanes::Row<float> {
 };
 
 template <>
-struct Lanes::Row<double> : RowByRegisters<Lanes, double> {
-  using RowByRegisters<Lanes, double>::RowByRegisters;
+struct Lanes::Row<double> : RegisterLanes<Lanes>::Row<double> {
+  using RegisterLanes<Lanes>::Row<double>::Row;
 };
 
 }  // namespace

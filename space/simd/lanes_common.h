@@ -26,22 +26,6 @@ struct RowByPointer {
   }
 };
 
-// The same, register by register: lanes are made bits once for all six bounds.
-template <class Set, class Real>
-struct RowByRegisters : RowByPointer<Set, Real> {
-  using RowByPointer<Set, Real>::RowByPointer;
-
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    constexpr int width = sizeof(Real) == sizeof(float) ? 2 * Set::doubles : Set::doubles;
-    unsigned mask = 0;
-    for (int first = 0; first < 16; first += width)
-      mask |= Set::overlapping(this->lower + first, this->upper + first, this->stride, box, lane)
-              << first;
-    return mask;
-  }
-};
-
 // What a set of lanes has no instructions for.
 struct ScalarLanes {
   static constexpr std::size_t longest_sorted = 0;  // fixed: it has no sortShort()
@@ -82,6 +66,47 @@ struct ScalarLanes {
       greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
     return greatest;
   }
+};
+
+// For sets whose comparisons fill the lanes of a register, of which signs() makes bits: notBelow()
+// and notAbove() compare those at a place in memory with a number, both() is where two are filled.
+template <class Set>
+struct RegisterLanes : ScalarLanes {
+  // Bits of sixteen lanes of type T: test(i) compares those of a register from lane i on.
+  template <class T, class Test>
+  static unsigned bits(Test test) {
+    constexpr int width = sizeof(test(0)) / sizeof(T);
+    unsigned mask = 0;
+    for (int i = 0; i < 16; i += width) mask |= Set::signs(test(i)) << i;
+    return mask;
+  }
+  // Which of p[0..15] are at least `value`.
+  template <class Real>
+  static unsigned atLeast(const Real* p, Real value) {
+    return bits<Real>([=](int i) { return Set::notBelow(p + i, value); });
+  }
+  // Which of p[0..15] are at most `value`.
+  template <class Real>
+  static unsigned atMost(const Real* p, Real value) {
+    return bits<Real>([=](int i) { return Set::notAbove(p + i, value); });
+  }
+  // Lanes are made bits once for all six bounds.
+  template <class Real>
+  struct Row : RowByPointer<Set, Real> {
+    using RowByPointer<Set, Real>::RowByPointer;
+
+    template <class BoxGroup>
+    unsigned overlapping(const BoxGroup& box, unsigned lane) const {
+      return bits<Real>([&](int i) {
+        const auto reach = [&](int axis) {
+          const std::size_t at = axis * this->stride + i;
+          return Set::both(Set::notBelow(this->upper + at, box.lower[axis][lane]),
+                           Set::notAbove(this->lower + at, box.upper[axis][lane]));
+        };
+        return Set::both(Set::both(reach(0), reach(1)), reach(2));
+      });
+    }
+  };
 };
 
 }  // namespace

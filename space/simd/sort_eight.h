@@ -27,8 +27,8 @@ inline __m256i sortedEight(__m256i v) {
 struct EightSorter {
   static constexpr std::size_t longest_sorted = 16;  // fixed: two registers
 
-  // Writes the pairs of the first `count` of sixteen list words, ascending, to `sorted`, and
-  // anything behind them up to the sixteenth place.
+  // Writes the pairs of the first `count` of sixteen list words, ascending, to `sorted`. Words are
+  // read, and places written, eight at a time: in the last eight anything is behind the pairs.
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
                         std::uint64_t* sorted) {
     if (count <= 8) {
