@@ -66,8 +66,11 @@ constexpr bool curves_of_clusters = true;
 constexpr bool unbounded_rows = true;
 // Boxes become doubles only where many that floats make larger are close together (CoarseClusters).
 constexpr bool counted_clusters = true;
-// Long lists of pairs are sorted by digits (PairOrder). Else by comparison.
+// Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by
+// itself.
 constexpr bool lists_by_digits = true;
+// Pairs are counted and dealt by turns of several stretches (interleave). Else as they were found.
+constexpr bool interleaved_pairs = true;
 // Large storage is on huge pages (Storage).
 constexpr bool huge_pages = true;
 

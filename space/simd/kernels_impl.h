@@ -222,14 +222,10 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
     // Sets write eight places at a time.
     const bool has_room = begin + (count + 7) / 8 * 8 <= all;
     begin = end;
-    if constexpr (Set::longest_sorted > 0) {
-      if (count && count <= Set::longest_sorted && has_room) {
-        // The next lists overwrite what it leaves behind this one.
-        Set::sortShort(from, count, earlier, to);
-        continue;
-      }
-    }
-    if (count > longest_counted) {
+    if (count && count <= Set::longest_sorted && has_room) {
+      // The next lists overwrite what it leaves behind this one.
+      Set::sortShort(from, count, earlier, to);
+    } else if (count > longest_counted) {
       for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
       sortLong(to, to + count);
     } else if (count > group_size) {
@@ -238,6 +234,14 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
       sortList<group_size>(from, count, earlier, to);
     }
   }
+}
+
+template <class Set>
+constexpr auto sortListsOf() -> decltype(KernelSet::sortLists) {
+  if constexpr (Set::longest_sorted > 0)
+    return sortListsBy<Set>;
+  else
+    return nullptr;
 }
 
 template <class Real>
@@ -250,8 +254,8 @@ constexpr Kernels<Real> kernelsFor() {
 constexpr KernelSet kernel_set = {Lanes::name,
                                   kernelsFor<float>(),
                                   kernelsFor<double>(),
-                                  sortListsBy<Lanes>,
-                                  Lanes::longest_sorted > 0,
+                                  sortListsOf<Lanes>(),
+                                  Lanes::longest_sorted,
                                   boxesOutside,
                                   keptPairs,
                                   pack_shapes};

@@ -6,6 +6,7 @@
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/simd/kernels.h"
+#include "space/sort/interleaved.h"
 #include "space/sort/radix_sort.h"
 #include "space/sort/tuning.h"
 
@@ -17,6 +18,8 @@ constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 
 // fixed: pairs of a line of the cache.
 constexpr std::size_t line_pairs = 64 / sizeof(Pair);
+constexpr std::size_t few_pairs = 64;  // fixed: counters cost more than comparing them in any case
+constexpr int short_pair_bits = 31;    // fixed: of a word, but for the borderline mark
 
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
 
@@ -36,38 +39,25 @@ void sortLong(Pair* begin, Pair* end) {
   radixSort(begin, scratch.data(), count, 0, bits, 1);
 }
 
-}  // namespace
-
-// By digits: of the earlier slots those that differ.
-bool PairOrder::sortSparse(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch) {
-  Pair all = 0, differing = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    all |= pairs[i];
-    differing |= pairs[i] ^ pairs[0];
-  }
-  constexpr std::size_t few = 64;  // fixed: two sorts by digits cost more in any case
-  if (count <= few) {
-    std::sort(pairs, pairs + count,
-              [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
-    return isMarkedBorderline(all);
-  }
-  int earlier_bits = 0;
-  while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
-  radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
-  if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
-  return isMarkedBorderline(all);
+// Returns whether one of the pairs is borderline.
+bool sortFew(Pair* pairs, std::size_t count) {
+  std::sort(pairs, pairs + count,
+            [](Pair a, Pair b) { return (a & ~borderline_bit) < (b & ~borderline_bit); });
+  return std::any_of(pairs, pairs + count, isMarkedBorderline);
 }
+
+}  // namespace
 
 // A pair of a bucket in 32 bits: as it is, but for the earlier slot, which is counted from the
 // bucket's first.
 class PairOrder::ShortPair {
  public:
-  ShortPair(Slot first_slot, std::size_t slots, int slot_bits)
-      : first_slot_(first_slot), slot_bits_(slot_bits), bits_(slot_bits) {
-    while ((slots - 1) >> (bits_ - slot_bits_)) ++bits_;
+  ShortPair(const Buckets& buckets, std::size_t bucket)
+      : first_slot_(buckets.firstSlot(bucket)), slot_bits_(buckets.slot_bits), bits_(slot_bits_) {
+    while ((buckets.slotsOf(bucket) - 1) >> (bits_ - slot_bits_)) ++bits_;
   }
   int bits() const { return bits_; }  // but for the top one, which marks what is borderline
-  bool fits() const { return bits_ < 32; }
+  bool fits() const { return bits_ <= short_pair_bits; }
   std::uint32_t of(Pair pair) const {
     return static_cast<std::uint32_t>(pair >> 63 << 31) |
            (earlierOf(pair) - first_slot_) << slot_bits_ | laterOf(pair);
@@ -90,16 +80,16 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
   const auto digitOf = [](std::uint32_t word, int pass) {
     return (word & 0x7fffffff) >> pass * digit_bits & (digits - 1);
   };
-  scratch.ends.assign(passes * digits, 0);
-  std::uint32_t* const next = scratch.ends.data();
+  scratch.counts.assign(passes * digits, 0);
+  std::uint32_t* const next = scratch.counts.data();
   scratch.words.resizeDiscarding(2 * count);
-  std::uint32_t *from = scratch.words.data(), *to = from + count, all = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t word = shape.of(found[i]);
-    from[i] = word;
+  std::uint32_t *from = scratch.words.data(), *to = from + count, *end = from, all = 0;
+  interleave(found, count, [&](Pair pair) {
+    const std::uint32_t word = shape.of(pair);
+    *end++ = word;
     all |= word;
     for (int pass = 0; pass < passes; ++pass) ++next[pass * digits + digitOf(word, pass)];
-  }
+  });
   for (int pass = 0; pass < passes; ++pass) {
     std::uint32_t* const at = next + pass * digits;
     for (std::uint32_t digit = 0, position = 0; digit < digits; ++digit)
@@ -114,51 +104,74 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
   return all >> 31;
 }
 
+// As few passes as the number of pairs is worth the counters of.
 bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
                              Pair* pairs, Scratch& scratch) {
+  constexpr int few_digits = most_digits_alone, more_digits = most_digits + 1;
+  if (count >> most_digits == 0)
+    return shape.bits() <= 3 * few_digits
+               ? sortWords<3, few_digits>(found, count, shape, pairs, scratch)
+               : sortWords<4, few_digits>(found, count, shape, pairs, scratch);
   if (shape.bits() <= 2 * most_digits)
     return sortWords<2, most_digits>(found, count, shape, pairs, scratch);
-  // One pass less, where its counters are few beside the pairs.
-  constexpr int more_digits = most_digits + 1;
   if (shape.bits() <= 2 * more_digits && count >> more_digits > 2)
     return sortWords<2, more_digits>(found, count, shape, pairs, scratch);
-  if (shape.bits() <= 3 * most_digits_alone)
-    return sortWords<3, most_digits_alone>(found, count, shape, pairs, scratch);
+  if (shape.bits() <= 3 * few_digits)
+    return sortWords<3, few_digits>(found, count, shape, pairs, scratch);
   return sortWords<3, most_digits>(found, count, shape, pairs, scratch);
+}
+
+// Pairs that no word has room for: by digits, of the earlier slots by those that differ.
+bool PairOrder::sortWide(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch) {
+  Pair all = 0, differing = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    all |= pairs[i];
+    differing |= pairs[i] ^ pairs[0];
+  }
+  int earlier_bits = 0;
+  while (earlierOf(differing) >> earlier_bits) ++earlier_bits;
+  scratch.pairs.resizeDiscarding(count);
+  radixSort(pairs, scratch.pairs.data(), count, 0, slot_bits, 1);
+  if (earlier_bits) radixSort(pairs, scratch.pairs.data(), count, 32, earlier_bits, 1);
+  return isMarkedBorderline(all);
+}
+
+// Each list by itself.
+bool PairOrder::sortLists(const Pair* found, std::size_t count, const SlotRange& slots, Pair* pairs,
+                          Scratch& scratch) {
+  scratch.counts.assign(slots.count + 1, 0);
+  std::uint32_t* const ends = scratch.counts.data();
+  Pair all = 0;
+  interleave(found, count, [&](Pair pair) {
+    ++ends[earlierOf(pair) - slots.first + 1];
+    all |= pair;
+  });
+  for (std::size_t slot = 0; slot < slots.count; ++slot) ends[slot + 1] += ends[slot];
+  constexpr std::size_t read_beyond = group_size;
+  scratch.words.resizeDiscarding(count + read_beyond);
+  std::uint32_t* const words = scratch.words.data();
+  interleave(found, count, [&](Pair pair) {
+    words[ends[earlierOf(pair) - slots.first]++] =
+        laterOf(pair) << 1 | static_cast<std::uint32_t>(pair >> 63);
+  });
+  kernelSet().sortLists(words, {ends, slots.count, slots.first}, pairs, sortLong);
+  return isMarkedBorderline(all);
 }
 
 // From `found` to `pairs`, which may be the same.
 bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
-  if (count == 0) return false;
-  const Slot first_slot = static_cast<Slot>(bucket << buckets.shift);
-  const std::size_t slots =
-      std::min(std::size_t{1} << buckets.shift, buckets.slots - std::size_t{first_slot});
-  if (slots / count >= sparse_slots) {
-    if (found != pairs) std::copy(found, found + count, pairs);
-    scratch.pairs.resizeDiscarding(count);
-    return sortSparse(pairs, count, buckets.slot_bits, scratch);
-  }
-  const ShortPair shape(first_slot, slots, buckets.slot_bits);
-  const std::size_t longest = kernelSet().sorts_short_lists ? 2 * long_list : long_list;
-  if (mechanisms::lists_by_digits && count / slots > longest && shape.fits())
-    return sortByDigits(found, count, shape, pairs, scratch);
-  scratch.ends.assign(slots + 1, 0);
-  std::uint32_t* const ends = scratch.ends.data();
-  Pair all = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    ++ends[earlierOf(found[i]) - first_slot + 1];
-    all |= found[i];
-  }
-  for (std::size_t slot = 0; slot < slots; ++slot) ends[slot + 1] += ends[slot];
-  constexpr std::size_t read_beyond = group_size;
-  scratch.words.resizeDiscarding(count + read_beyond);
-  std::uint32_t* const words = scratch.words.data();
-  for (std::size_t i = 0; i < count; ++i)
-    words[ends[earlierOf(found[i]) - first_slot]++] =
-        laterOf(found[i]) << 1 | static_cast<std::uint32_t>(found[i] >> 63);
-  kernelSet().sortLists(words, {ends, slots, first_slot}, pairs, sortLong);
-  return isMarkedBorderline(all);
+  const SlotRange slots{buckets.firstSlot(bucket), buckets.slotsOf(bucket)};
+  const KernelSet& kernels = kernelSet();
+  const bool compared = count <= few_pairs;
+  const bool listed = !compared && kernels.sortLists && count >= short_list * slots.count &&
+                      count <= long_list * kernels.longest_sorted * slots.count;
+  if (listed || (!compared && !mechanisms::lists_by_digits && kernels.sortLists))
+    return sortLists(found, count, slots, pairs, scratch);
+  const ShortPair shape(buckets, bucket);
+  if (!compared && shape.fits()) return sortByDigits(found, count, shape, pairs, scratch);
+  if (found != pairs) std::copy(found, found + count, pairs);
+  return compared ? sortFew(pairs, count) : sortWide(pairs, count, buckets.slot_bits, scratch);
 }
 
 // Small enough for the cache, and enough of them for all threads.
@@ -172,7 +185,12 @@ PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, i
   }
   const std::size_t shared =
       std::min(tasks_a_thread * threads, count / chunkOf(count, least_bucket_pairs, threads));
-  const std::size_t wanted = std::min(most_buckets, std::max(count / bucket_pairs, shared) + 1);
+  std::size_t wanted = std::max(count / bucket_pairs, shared) + 1;
+  // So many that a pair has room in 32 bits, where this leaves enough of them in a bucket.
+  const std::size_t short_pairs = std::size_t{1}
+                                  << std::max(2 * buckets.slot_bits - short_pair_bits, 0);
+  if (count / least_bucket_pairs >= short_pairs) wanted = std::max(wanted, short_pairs);
+  wanted = std::min(wanted, most_buckets);
   while ((slots - 1) >> buckets.shift >= wanted) ++buckets.shift;
   buckets.count = ((slots - 1) >> buckets.shift) + 1;
   return buckets;
@@ -188,7 +206,8 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
     for (std::size_t part = thread; part < parts; part += team) {
       if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const counts = positions_.data() + buckets.count * part;
-      for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
+      interleave(found[part].data(), found[part].size(),
+                 [&](Pair pair) { ++counts[bucketOf(pair)]; });
     }
   });
   bucket_begin_.resize(buckets.count + 1);
@@ -203,12 +222,12 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
     for (std::size_t part = thread; part < parts; part += team) {
       if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const next = positions_.data() + buckets.count * part;
-      for (const Pair pair : found[part]) {
+      interleave(found[part].data(), found[part].size(), [&](Pair pair) {
         Pair* const to = dealt + next[bucketOf(pair)]++;
         *to = pair;
         // More buckets are open than a processor follows by itself.
         __builtin_prefetch(to + line_pairs, 1);
-      }
+      });
     }
   });
 }

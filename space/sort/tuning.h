@@ -32,16 +32,21 @@ constexpr std::size_t least_bucket_pairs = 512;
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t pairs_at_once = 65536;
 
-// Lists of more pairs than this, on average, are sorted by digits; of twice as many where lanes
-// sort short ones.
-// Unit: pairs. From: sort-benchmark, one-place.
+// Where lanes sort short lists, lists of at least so many pairs on average are sorted one by one.
+// Shorter ones are sorted together, by digits.
+// Unit: pairs. From: sort-benchmark, brownian.
 // Doubled: no difference. Halved: no difference.
-constexpr std::size_t long_list = 6;
+constexpr std::size_t short_list = 2;
 
-// Where there are this many slots to a pair, looking at each slot takes longer than sorting.
-// Unit: slots. From: rest-benchmark.
-// Doubled: no difference. Halved: -8 % of time.
-constexpr std::size_t sparse_slots = 4;
+// And so are lists that are on average longer than this many times the longest that lanes sort.
+// Unit: times. From: sort-benchmark, one-place.
+// Doubled: no difference. Halved: no difference.
+constexpr std::size_t long_list = 2;
+
+// Stretches of a list that pairs are taken from by turns.
+// Unit: stretches. From: sort-benchmark.
+// Doubled: no difference. Halved: no difference.
+constexpr std::size_t stretches = 4;
 
 // A list of up to this length is sorted by comparing, a longer one (that of a ground plane may hold
 // all geoms) by digits, storage included.
