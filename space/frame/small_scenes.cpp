@@ -102,43 +102,59 @@ __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallCounts& counts
   return true;
 }
 
-// Lists the geoms that take part. All are clean. Needs exactMode().
-inline void listActive(dxGeom* first, dxGeom** active, SmallCounts& counts) {
+// Lists the geoms that take part. All are clean. Returns whether some two may not meet by their
+// bits or bodies: no bit is in all, or a geom is followed by another one of its body, as all but
+// the last are. Needs exactMode().
+inline bool listActive(dxGeom* first, dxGeom** active, SmallCounts& counts) {
   unsigned actives = 0;
+  unsigned long shared_bits = ~0ul;
+  bool followed = false;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
     const bool usual = geom->type < dFirstSpaceClass && isPlain(geom);
-    if (usual || takesPart(geom, counts)) active[actives++] = geom;
+    if (!usual && !takesPart(geom, counts)) continue;
+    active[actives++] = geom;
+    shared_bits &= geom->category_bits & geom->collide_bits;
+    followed |= geom->body_next != nullptr;
   }
   counts.actives = actives;
+  return !shared_bits || followed;
 }
 
 __attribute__((noinline)) bool isWanted(dxGeom* a, dxGeom* b, const PackRules& rules) {
   return !(rules.cull_planes && areClearByPlane(a, b)) && !isLeftOut(a, b, rules);
 }
 
-bool mayPair(dxGeom* a, dxGeom* b, const PackRules& rules) {
-  const bool all_wanted = !rules.skip() && !rules.cull_planes;
-  return filtersMatch(a, b) && (all_wanted || isWanted(a, b, rules));
-}
+// What decides, beside their AABBs, which geoms that take part may pair.
+struct Choice {
+  const PackRules& rules;
+  bool by_rules;
+  bool by_filters;  // else any two may meet by bits and bodies
 
-__attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const PackRules& rules,
+  bool takesAll() const { return !by_filters && !by_rules; }
+  bool takes(dxGeom* a, dxGeom* b) const {
+    return (!by_filters || filtersMatch(a, b)) && (!by_rules || isWanted(a, b, rules));
+  }
+};
+
+__attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const Choice& choice,
                                                    SmallStorage& storage) {
   unsigned pairs = 0;
   forOverlapping(storage.active, actives, [&](PlacePair pair) {
-    if (mayPair(storage.active[pair.earlier()], storage.active[pair.later()], rules))
+    if (choice.takes(storage.active[pair.earlier()], storage.active[pair.later()]))
       storage.pairs[pairs++] = pair;
   });
   return pairs;
 }
 
-__attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const PackRules& rules,
+__attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const Choice& choice,
                                                    SmallStorage& storage) {
   const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
+  if (choice.takesAll()) return overlapping;
   unsigned pairs = 0;
   for (unsigned i = 0; i < overlapping; ++i) {
     const PlacePair pair = storage.pairs[i];
-    if (mayPair(storage.active[pair.earlier()], storage.active[pair.later()], rules))
+    if (choice.takes(storage.active[pair.earlier()], storage.active[pair.later()]))
       storage.pairs[pairs++] = pair;
   }
   return pairs;
@@ -146,15 +162,15 @@ __attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const PackR
 
 // Which of them may pair, the AABBTest functions apart. Of very few a processor does foretell the
 // branches, and nothing needs to be laid out. Needs exactMode().
-inline unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage& storage) {
-  constexpr unsigned few = 3;  // fixed: three pairs
-  if (actives > most_without_vectors) return listPairsOfMany(actives, rules, storage);
-  if (actives > few) return listPairsOfSome(actives, rules, storage);
+inline unsigned listPairs(unsigned actives, const Choice& choice, SmallStorage& storage) {
+  constexpr unsigned few = 5;  // fixed: ten pairs
+  if (actives > most_without_vectors) return listPairsOfMany(actives, choice, storage);
+  if (actives > few) return listPairsOfSome(actives, choice, storage);
   unsigned pairs = 0;
   for (unsigned i = 0; i + 1 < actives; ++i)
     for (unsigned j = i + 1; j < actives; ++j)
       if (boxesOverlap(storage.active[i], storage.active[j]) &&
-          mayPair(storage.active[i], storage.active[j], rules))
+          choice.takes(storage.active[i], storage.active[j]))
         storage.pairs[pairs++] = {static_cast<std::uint16_t>(i << 8 | j)};
   return pairs;
 }
@@ -162,8 +178,9 @@ inline unsigned listPairs(unsigned actives, const PackRules& rules, SmallStorage
 // The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().
 inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallStorage& storage,
                            SmallCounts& counts) {
-  listActive(scene.first, storage.active, counts);
-  counts.candidates = counts.pairs = listPairs(counts.actives, rules, storage);
+  const bool by_filters = listActive(scene.first, storage.active, counts);
+  counts.candidates = counts.pairs =
+      listPairs(counts.actives, {rules, rules.skip() || rules.cull_planes, by_filters}, storage);
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
