@@ -207,7 +207,7 @@ inline void sortList(const std::uint32_t* words, std::size_t count, std::uint32_
   }
 }
 
-// The longest list that is sorted so.
+// The longest list that is sorted so; of shorter ones the rows stay in registers.
 constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
 
 template <class Set>
@@ -228,8 +228,10 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
     } else if (count > longest_counted) {
       for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
       sortLong(to, to + count);
-    } else if (count > group_size) {
+    } else if (count > 2 * group_size) {
       sortList<longest_counted>(from, count, earlier, to);
+    } else if (count > group_size) {
+      sortList<2 * group_size>(from, count, earlier, to);
     } else if (count) {
       sortList<group_size>(from, count, earlier, to);
     }

@@ -19,6 +19,7 @@ constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 // fixed: pairs of a line of the cache.
 constexpr std::size_t line_pairs = 64 / sizeof(Pair);
 constexpr std::size_t few_pairs = 64;  // fixed: counters cost more than comparing them in any case
+constexpr std::size_t longest_on_stack = 512;  // fixed: 4 kB
 constexpr int short_pair_bits = 31;    // fixed: of a word, but for the borderline mark
 
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
@@ -26,17 +27,14 @@ Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pai
 // Of pairs with one earlier slot: by the later slot, whatever the borderline bit.
 void sortLong(Pair* begin, Pair* end) {
   const std::size_t count = end - begin;
-  if (count <= longest_compared) {
-    std::sort(begin, end, [](Pair a, Pair b) { return laterOf(a) < laterOf(b); });
-    return;
-  }
   Slot all = 0;
   for (const Pair* pair = begin; pair < end; ++pair) all |= laterOf(*pair);
   int bits = 1;
   while (all >> bits) ++bits;
-  Buffer<Pair> scratch;
-  scratch.resize(count);
-  radixSort(begin, scratch.data(), count, 0, bits, 1);
+  Pair on_stack[longest_on_stack];
+  Buffer<Pair> longer;
+  if (count > longest_on_stack) longer.resize(count);
+  radixSort(begin, count > longest_on_stack ? longer.data() : on_stack, count, 0, bits, 1);
 }
 
 // Returns whether one of the pairs is borderline.

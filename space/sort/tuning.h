@@ -48,10 +48,4 @@ constexpr std::size_t long_list = 2;
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t stretches = 4;
 
-// A list of up to this length is sorted by comparing, a longer one (that of a ground plane may hold
-// all geoms) by digits, storage included.
-// Unit: pairs. From: sort-benchmark, planes.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t longest_compared = 512;
-
 }  // namespace ode_parallel_sap
