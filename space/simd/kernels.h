@@ -196,10 +196,10 @@ struct KernelSet {
   const char* name;
   Kernels<float> narrow;
   Kernels<double> wide;
-  // Writes lists of pairs, ascending in each, to `sorted`. A word is a pair's later slot, none
-  // twice in a list, above its borderline mark; up to fifteen words beyond the last are read.
-  // `sortLong` sorts a long list in place. Null in a set that has to look at one word after the
-  // other.
+  // Null in a set that has to look at one word after the other. Writes lists of pairs, ascending in
+  // each, to `sorted`. A word is a pair's later slot, below 2^30 and none twice in a list, above
+  // its borderline mark; up to fifteen words beyond the last are read. `sortLong` sorts a long list
+  // in place.
   void (*sortLists)(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
                     void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
   std::size_t longest_sorted;  // pairs of a list that it sorts in registers

@@ -20,7 +20,7 @@ constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 constexpr std::size_t line_pairs = 64 / sizeof(Pair);
 constexpr std::size_t few_pairs = 64;  // fixed: counters cost more than comparing them in any case
 constexpr std::size_t longest_on_stack = 512;  // fixed: 4 kB
-constexpr int short_pair_bits = 31;    // fixed: of a word, but for the borderline mark
+constexpr int short_pair_bits = 31;            // fixed: of a word, but for the borderline mark
 
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
 
@@ -106,10 +106,13 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
 bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
                              Pair* pairs, Scratch& scratch) {
   constexpr int few_digits = most_digits_alone, more_digits = most_digits + 1;
-  if (count >> most_digits == 0)
-    return shape.bits() <= 3 * few_digits
-               ? sortWords<3, few_digits>(found, count, shape, pairs, scratch)
-               : sortWords<4, few_digits>(found, count, shape, pairs, scratch);
+  if (count >> most_digits == 0) {
+    if (shape.bits() <= 2 * few_digits)
+      return sortWords<2, few_digits>(found, count, shape, pairs, scratch);
+    if (shape.bits() <= 3 * few_digits)
+      return sortWords<3, few_digits>(found, count, shape, pairs, scratch);
+    return sortWords<4, few_digits>(found, count, shape, pairs, scratch);
+  }
   if (shape.bits() <= 2 * most_digits)
     return sortWords<2, most_digits>(found, count, shape, pairs, scratch);
   if (shape.bits() <= 2 * more_digits && count >> more_digits > 2)
@@ -187,7 +190,8 @@ PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, i
   // So many that a pair has room in 32 bits, where this leaves enough of them in a bucket.
   const std::size_t short_pairs = std::size_t{1}
                                   << std::max(2 * buckets.slot_bits - short_pair_bits, 0);
-  if (count / least_bucket_pairs >= short_pairs) wanted = std::max(wanted, short_pairs);
+  if (short_pairs <= std::min(count / least_bucket_pairs, most_buckets))
+    wanted = std::max(wanted, short_pairs);
   wanted = std::min(wanted, most_buckets);
   while ((slots - 1) >> buckets.shift >= wanted) ++buckets.shift;
   buckets.count = ((slots - 1) >> buckets.shift) + 1;

@@ -15,7 +15,7 @@ namespace ode_parallel_sap {
 class PairOrder {
  public:
   // Leaves the pairs of all `found` buffers in `pairs` as one part, ascending. Slots are below
-  // `slots`.
+  // `slots`, which is 2^30 at most.
   void sort(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
             PairList& pairs);
   std::size_t bytes() const { return bytesOf(positions_, bucket_begin_, scratch_); }
