@@ -109,6 +109,8 @@ bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPa
   if (count >> most_digits == 0) {
     if (shape.bits() <= 2 * few_digits)
       return sortWords<2, few_digits>(found, count, shape, pairs, scratch);
+    if (shape.bits() <= 2 * (few_digits + 1))
+      return sortWords<2, few_digits + 1>(found, count, shape, pairs, scratch);
     if (shape.bits() <= 3 * few_digits)
       return sortWords<3, few_digits>(found, count, shape, pairs, scratch);
     return sortWords<4, few_digits>(found, count, shape, pairs, scratch);
