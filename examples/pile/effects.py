@@ -318,7 +318,8 @@ class Pictures(Folder):
         self.assertEqual(lines, [])  # such a step is over long before a display's next frame
 
     def test_a_line_is_drawn_where_the_next_frame_is_due(self):
-        output = self.run_pile("--scene", "balls", "--bodies", "3000", "--steps", "2", "--space", "simple", "--picture-of-times", self.file)
+        # Such a step takes several frames of a display on any machine.
+        output = self.run_pile("--scene", "balls", "--bodies", "10000", "--steps", "2", "--space", "simple", "--picture-of-times", self.file)
         bars, lines, texts, _ = self.bars(self.file)
         step = sum(ms for ms, _ in self.shares(output).values())
         start = bars["solver"][0]
