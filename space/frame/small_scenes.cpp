@@ -163,9 +163,8 @@ __attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const Choic
 // Which of them may pair, the AABBTest functions apart. Of very few a processor does foretell the
 // branches, and nothing needs to be laid out. Needs exactMode().
 inline unsigned listPairs(unsigned actives, const Choice& choice, SmallStorage& storage) {
-  constexpr unsigned few = 5;  // fixed: ten pairs
   if (actives > most_without_vectors) return listPairsOfMany(actives, choice, storage);
-  if (actives > few) return listPairsOfSome(actives, choice, storage);
+  if (actives > most_by_branches) return listPairsOfSome(actives, choice, storage);
   unsigned pairs = 0;
   for (unsigned i = 0; i + 1 < actives; ++i)
     for (unsigned j = i + 1; j < actives; ++j)

@@ -21,6 +21,11 @@ constexpr std::size_t most_tested = 650;
 // Doubled: no difference. Halved: no difference.
 constexpr int cut_frames = 4;
 
+// Up to this number of geoms pairs are tested by branches.
+// Unit: geoms. From: small.
+// Doubled: not measured. Halved: not measured.
+constexpr unsigned most_by_branches = 5;
+
 // Up to this number of geoms pairs are tested without vectors.
 // Unit: geoms. From: small; doubled and halved on the EPYC.
 // Doubled: +2 % of time. Halved: -2 % of time.

@@ -37,6 +37,14 @@ void sortLong(Pair* begin, Pair* end) {
   radixSort(begin, count > longest_on_stack ? longer.data() : on_stack, count, 0, bits, 1);
 }
 
+// Whether so many pairs of so many earlier slots make lists that lanes sort well one by one.
+bool sortsByLists(std::size_t count, std::size_t slots) {
+  const KernelSet& kernels = kernelSet();
+  if (!kernels.sortLists) return false;
+  return !mechanisms::lists_by_digits ||
+         (count >= short_list * slots && count <= long_list * kernels.longest_sorted * slots);
+}
+
 // Returns whether one of the pairs is borderline.
 bool sortFew(Pair* pairs, std::size_t count) {
   std::sort(pairs, pairs + count,
@@ -165,16 +173,14 @@ bool PairOrder::sortLists(const Pair* found, std::size_t count, const SlotRange&
 bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
   const SlotRange slots{buckets.firstSlot(bucket), buckets.slotsOf(bucket)};
-  const KernelSet& kernels = kernelSet();
-  const bool compared = count <= few_pairs;
-  const bool listed = !compared && kernels.sortLists && count >= short_list * slots.count &&
-                      count <= long_list * kernels.longest_sorted * slots.count;
-  if (listed || (!compared && !mechanisms::lists_by_digits && kernels.sortLists))
-    return sortLists(found, count, slots, pairs, scratch);
-  const ShortPair shape(buckets, bucket);
-  if (!compared && shape.fits()) return sortByDigits(found, count, shape, pairs, scratch);
+  if (count > few_pairs) {
+    if (sortsByLists(count, slots.count)) return sortLists(found, count, slots, pairs, scratch);
+    const ShortPair shape(buckets, bucket);
+    if (shape.fits()) return sortByDigits(found, count, shape, pairs, scratch);
+  }
   if (found != pairs) std::copy(found, found + count, pairs);
-  return compared ? sortFew(pairs, count) : sortWide(pairs, count, buckets.slot_bits, scratch);
+  if (count <= few_pairs) return sortFew(pairs, count);
+  return sortWide(pairs, count, buckets.slot_bits, scratch);
 }
 
 // Small enough for the cache, and enough of them for all threads.

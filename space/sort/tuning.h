@@ -34,7 +34,7 @@ constexpr std::size_t pairs_at_once = 65536;
 
 // Where lanes sort short lists, lists of at least so many pairs on average are sorted one by one.
 // Shorter ones are sorted together, by digits.
-// Unit: pairs. From: sort-benchmark, brownian.
+// Unit: pairs. From: sort-benchmark, peers, brownian.
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t short_list = 2;
 
