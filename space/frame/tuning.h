@@ -23,7 +23,7 @@ constexpr int cut_frames = 4;
 
 // Up to this number of geoms pairs are tested by branches.
 // Unit: geoms. From: small.
-// Doubled: not measured. Halved: not measured.
+// Doubled: +3 % of time. Halved: +3 % of time.
 constexpr unsigned most_by_branches = 5;
 
 // Up to this number of geoms pairs are tested without vectors.

@@ -133,12 +133,13 @@ Found makePairs(std::size_t boxes, double a_box, std::size_t parts) {
     std::swap(slots[i], slots[random.below(i + 1)]);
   }
   Found found(parts);
+  const std::size_t gap = static_cast<std::size_t>(2 * reach / a_box);
   for (std::size_t place = 0; place < boxes; ++place)
-    for (std::size_t behind = 1; behind <= reach && place + behind < boxes; ++behind)
-      if (random.chance(a_box / reach)) {
-        const auto ends = std::minmax(slots[place], slots[place + behind]);
-        found[place * parts / boxes].push_back(ode_parallel_sap::makePair(ends.first, ends.second));
-      }
+    for (std::size_t behind = 1 + random.below(gap); behind <= reach && place + behind < boxes;
+         behind += 1 + random.below(gap)) {
+      const auto ends = std::minmax(slots[place], slots[place + behind]);
+      found[place * parts / boxes].push_back(ode_parallel_sap::makePair(ends.first, ends.second));
+    }
   return found;
 }
 

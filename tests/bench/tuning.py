@@ -89,7 +89,7 @@ def constants(source):
 SETS_OF_ROOM = {
     "space/axes": "paper", "space/cells": "pairs sizes many", "space/coherence": "rest", "space/extract/paper": "paper",
     "space/frame": "small pairs", "space/queries": "queries", "space/simd": "pairs many queries",
-    "space/sort": "pairs many rest planes", "space/update": "pairs many rest far",
+    "space/sort": "pairs lists many rest planes", "space/update": "pairs many rest far",
 }
 SETS_OF_CONSTANT = {
     "smallest_scene": "small", "tasks_a_thread": "pairs sizes many", "chunk_pairs": "pairs many", "chunk_cells": "pairs many",
@@ -98,7 +98,7 @@ SETS_OF_CONSTANT = {
     "least_shape_share": "pairs sizes", "coarse_growth": "far", "least_mapped": "pairs many", "swept_alone": "small pairs",
     "scene": "pairs many", "packed_slots": "rest", "looked_up": "far rest", "box_rows": "pairs", "sorted_records": "pairs many",
     "box_tests": "paper small", "changed_boxes": "rest", "fat_share": "trembling",
-    "least_service": "trembling", "geom_tests": "far planes", "passed_pairs": "rest many",
+    "most_by_branches": "smallest", "least_service": "trembling", "geom_tests": "far planes", "passed_pairs": "rest many",
 }
 
 
@@ -117,6 +117,8 @@ def cells_of(constant, quick, all_threads="1,2"):
         "pairs": [pair("dense-cube,log-sizes-4,brownian", "10000"), pair("dense-cube,jumps,trembling", "300", "1"),
                   pair("dense-cube", "100000", most_threads)],
         "sizes": [pair("six-decades-of-size,bars-among-cubes,brownian-assorted,thin-bars,giant-among-dust", "10000", "1")],
+        "lists": [pair("two-sizes,log-sizes-6,walls,touching-lattice,six-decades-of-size", "1000,10000", "1")],
+        "smallest": [pair("dense-cube,heap,one-place", "2,3,4,5,6,8,10,12", "1", "parallel-sap", "--batch=64")],
         "trembling": [pair("trembling,dense-cube,clusters,brownian", "1000,10000", "1", "parallel-sap", *longer),
                       pair("pile-cubes,pile-balls", "10000", all_threads, "parallel-sap", *longer)],
         "far": [pair("far-clusters,two-decades-of-size", "10000")],
