@@ -133,13 +133,16 @@ Found makePairs(std::size_t boxes, double a_box, std::size_t parts) {
     std::swap(slots[i], slots[random.below(i + 1)]);
   }
   Found found(parts);
-  const std::size_t gap = static_cast<std::size_t>(2 * reach / a_box);
-  for (std::size_t place = 0; place < boxes; ++place)
-    for (std::size_t behind = 1 + random.below(gap); behind <= reach && place + behind < boxes;
-         behind += 1 + random.below(gap)) {
-      const auto ends = std::minmax(slots[place], slots[place + behind]);
+  for (std::size_t place = 0; place < boxes; ++place) {
+    const auto whole = static_cast<std::size_t>(a_box);
+    const std::size_t pairs = whole + random.chance(a_box - static_cast<double>(whole));
+    for (std::size_t i = 0; i < pairs; ++i) {
+      const std::size_t other = place + 1 + i * reach / pairs + random.below(reach / pairs);
+      if (other >= boxes) break;
+      const auto ends = std::minmax(slots[place], slots[other]);
       found[place * parts / boxes].push_back(ode_parallel_sap::makePair(ends.first, ends.second));
     }
+  }
   return found;
 }
 
