@@ -124,6 +124,49 @@ TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU
   CHECK(clear > 100);
 }
 
+TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled by", "[elements]") {
+  Random random(sap_test::seedOr(93));
+  std::size_t overlapping = 0;
+  for (int trial = 0; trial < 1000000; ++trial) {
+    const Box scaled_by = anyBox(random), one = anyBox(random);
+    const Box other = random.chance(0.8) ? boxBeside(one, random) : anyBox(random);
+    const device::Record bounds = recordOf(scaled_by), a = recordOf(one), b = recordOf(other);
+    if (!device::isActive(bounds) || !device::isActive(a) || !device::isActive(b)) continue;
+    if (!device::overlap(a.low, a.high, b.low, b.high)) continue;
+    ++overlapping;
+    const device::CoarseScale scale(bounds.low, bounds.high);
+    if (!mayOverlap(scale.coarse(a.low, a.high), scale.coarse(b.low, b.high)))
+      FAIL("boxes that overlap may not, in trial " << trial);
+  }
+  CHECK(overlapping > 10000);
+}
+
+TEST_CASE("Nine bits tell most boxes of a cell apart", "[elements]") {
+  Random random(sap_test::seedOr(94));
+  const device::Record bounds = {{1000, -4, 0, 0}, {1004, 0, 4e-3f, 0}};
+  const device::CoarseScale scale(bounds.low, bounds.high);
+  const auto boxIn = [&] {
+    const auto part = [&](float low, float high, float& lower, float& upper) {
+      const float extent = (high - low) / 4;
+      lower = low + (high - low - extent) * static_cast<float>(random.between(0, 1));
+      upper = lower + extent;
+    };
+    device::Record box = {};
+    part(bounds.low.x, bounds.high.x, box.low.x, box.high.x);
+    part(bounds.low.y, bounds.high.y, box.low.y, box.high.y);
+    part(bounds.low.z, bounds.high.z, box.low.z, box.high.z);
+    return box;
+  };
+  int overlapping = 0, possible = 0;
+  for (int trial = 0; trial < 100000; ++trial) {
+    const device::Record a = boxIn(), b = boxIn();
+    overlapping += device::overlap(a.low, a.high, b.low, b.high);
+    possible += mayOverlap(scale.coarse(a.low, a.high), scale.coarse(b.low, b.high));
+  }
+  CHECK(overlapping > 10000);
+  CHECK(possible < 1.03 * overlapping);
+}
+
 TEST_CASE("A device never divides what the CPU puts into one bin of sizes", "[elements]") {
   Random random(sap_test::seedOr(93));
   BoxSet boxes;

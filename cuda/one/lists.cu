@@ -96,21 +96,27 @@ struct BlockLists {
   std::uint8_t ahead[list_block];
 };
 
-// Puts each word of a block's short lists where the number of lesser words in its list says. Word k
-// of the list at place `low` is wordOf(low, k).
-template <class WordOf, class Write>
-__device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t first_slot,
-                          Write write) {
+// The last list that begins at or before word i of a block's short lists.
+__device__ int listOf(const BlockLists& block, std::uint32_t i) {
+  int low = 0, high = list_block - 1;
+  while (low < high) {
+    const int middle = (low + high + 1) / 2;
+    if (block.short_begins[middle] <= i)
+      low = middle;
+    else
+      high = middle - 1;
+  }
+  return low;
+}
+
+// Puts each word of a block's short lists where the number of lesser words in its list says. Word i
+// of all is of the list at place listAt(i), whose word k is wordOf(place, k).
+template <class ListAt, class WordOf, class Write>
+__device__ void rankWords(ListAt listAt, WordOf wordOf, const BlockLists& block,
+                          std::size_t first_slot, Write write) {
   const std::uint32_t count = block.short_begins[list_block];
   for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
-    int low = 0, high = list_block - 1;  // the last list that begins at or before i
-    while (low < high) {
-      const int middle = (low + high + 1) / 2;
-      if (block.short_begins[middle] <= i)
-        low = middle;
-      else
-        high = middle - 1;
-    }
+    const int low = listAt(i);
     const std::uint32_t begin = block.short_begins[low];
     const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
     std::uint32_t rank = 0;
@@ -120,6 +126,8 @@ __device__ void rankWords(WordOf wordOf, const BlockLists& block, std::size_t fi
   }
 }
 
+static_assert(list_block <= 256, "a byte tells a list of a block");
+
 // One block list_block slots, one thread a word of their short lists, in strides. The words of a
 // list differ, so that their ranks do; a rank is below the list's length. Short lists of a block
 // have at most list_block * long_list words.
@@ -128,6 +136,7 @@ __global__ void __launch_bounds__(list_block)
     sortKernel(Lists of, std::size_t first_block, Write write) {
   __shared__ BlockLists block;
   __shared__ std::uint32_t cached[cached_words];
+  __shared__ std::uint8_t list_at[cached_words];  // of each cached word
   if (of.plan->counters.found > of.capacity) return;
   const std::uint32_t* const __restrict__ lists = of.words;
   const unsigned long long* const ends = of.ends;
@@ -164,11 +173,14 @@ __global__ void __launch_bounds__(list_block)
   const bool in_a_row = !__syncthreads_or(end - begin > long_list);
   if (in_a_row && count <= cached_words) {
     for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
+    for (std::uint32_t i = sum - length; i < sum; ++i) list_at[i] = static_cast<std::uint8_t>(t);
     __syncthreads();
-    rankWords([&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
+    rankWords([&](std::uint32_t i) { return list_at[i]; },
+              [&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
               block, first, write);
   } else {
-    rankWords([&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
+    rankWords([&](std::uint32_t i) { return listOf(block, i); },
+              [&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
               first, write);
   }
 }

@@ -61,7 +61,7 @@ struct Counters {
   unsigned long long found;       // places taken in the buffer of found pairs
   unsigned long long long_words;  // of all long lists
   std::uint32_t long_lists;
-  std::uint32_t padding;
+  std::uint32_t cells_dealt;  // to warps that search, beyond those dealt in strides
 
   std::uint32_t inactive;  // boxes
   std::uint32_t cells;

@@ -1,5 +1,7 @@
 #include "cuda/one/search.h"
 //
+#include <algorithm>
+
 #include "cuda/one/primitives.cuh"
 
 namespace ode_parallel_sap {
@@ -7,7 +9,7 @@ namespace device {
 
 namespace {
 
-// fixed: the spaces of a block's warps fill the 48 kB of shared memory that every device has.
+// fixed: the spaces of a block's warps fit into the 48 kB of shared memory that every device has.
 constexpr int search_warps = 8;
 constexpr int search_threads = search_warps * 32;
 
@@ -29,8 +31,12 @@ constexpr int queue_size = cell_size + cells_at_once * cell_size;
 struct WarpSpace {
   float4 query_low[cell_size], query_high[cell_size];
   float4 low[queue_size], high[queue_size];
-  uint2 cells[fan_out];  // first place, number of boxes
+  alignas(16) CoarseBox query[cell_size];
+  Record bounds;  // the query's, of all its boxes
+  CoarseScale scale;
   std::uint32_t stack[fan_out * (most_levels - 1)];
+  uint2 cells[fan_out];                   // first place, number of boxes
+  std::uint16_t hits[32 * hits_at_once];  // the queued box's lane, then the query's box
 };
 
 constexpr int level_shift = 28;  // fixed: nodes above the cells are fewer than 2^28
@@ -43,16 +49,40 @@ struct Places {
   Found* at = nullptr;
   std::uint32_t left = 0;
 
-  // `count` places, at most overflow_places: those behind the capacity if it does not suffice.
-  __device__ Found* take(std::uint32_t count, int lane) {
+  // The place of the k-th of the next `count` pairs, at most chunk_places.
+  __device__ Found* next(std::uint32_t k, std::uint32_t count, int lane) {
+    Found* const own = at + k;
+    if (count <= left) {
+      at += count;
+      left -= count;
+      return own;
+    }
+    Found* const fresh = take(lane);
+    const std::uint32_t there = count - left;
+    Found* const place = k < left ? own : fresh + (k - left);
+    at = fresh + there;
+    left = chunk_places - there;
+    return place;
+  }
+
+ private:
+  // Places behind the capacity if it does not suffice.
+  __device__ Found* take(int lane) {
     unsigned long long first = 0;
-    if (lane == 0) first = atomicAdd(&plan->counters.found, static_cast<unsigned long long>(count));
+    if (lane == 0)
+      first = atomicAdd(&plan->counters.found, static_cast<unsigned long long>(chunk_places));
     first = __shfl_sync(all_lanes, first, 0);
-    return found + (first + count <= capacity ? first : capacity);
+    return found + (first + chunk_places <= capacity ? first : capacity);
   }
 };
-static_assert(overflow_places >= cell_size * cell_size && overflow_places >= chunk_places,
-              "a warp's hits fit behind the capacity");
+static_assert(eighths_in_strides <= 8 && hits_at_once >= 1, "all cells, and some hits");
+static_assert(chunk_places >= 32, "a warp's hits fit into a chunk");
+
+// Bits [begin, end) of 32.
+__device__ std::uint32_t bitsWithin(int begin, int end) {
+  const std::uint32_t below_end = static_cast<std::uint32_t>((1ull << min(max(end, 0), 32)) - 1);
+  return below_end & ~static_cast<std::uint32_t>((1ull << min(max(begin, 0), 32)) - 1);
+}
 
 template <bool exact, bool filtered>
 struct Search {
@@ -64,63 +94,76 @@ struct Search {
   std::uint32_t query_count = 0;
   int queued = 0, own_left = 0, celled = 0, stacked = 0;
 
-  // Which of the query's boxes may meet box `slot` by their bits and bodies.
-  __device__ std::uint32_t passing(std::uint32_t hits, std::uint32_t slot) const {
-    std::uint32_t passed = 0;
-    const uint2 bits = filter.bits && hits ? filter.bits[slot] : make_uint2(~0u, ~0u);
-    const std::uint32_t body = filter.bodies && hits ? filter.bodies[slot] : 0;
-    for (std::uint32_t left = hits; left; left &= left - 1) {
-      const int q = __ffs(left) - 1;
-      const std::uint32_t other = __float_as_uint(space.query_low[q].w);
-      bool pass = true;
-      if (filter.bits) {
-        const uint2 others = filter.bits[other];
-        pass = ((bits.x & others.y) | (bits.y & others.x)) != 0;
-      }
-      if (body) pass = pass && filter.bodies[other] != body;
-      if (pass) passed |= 1u << q;
+  // Whether two boxes may meet by their bits and bodies.
+  __device__ bool passes(std::uint32_t slot, std::uint32_t other) const {
+    if (filter.bits) {
+      const uint2 own = filter.bits[slot], others = filter.bits[other];
+      if (((own.x & others.y) | (own.y & others.x)) == 0) return false;
     }
-    return passed;
+    if (!filter.bodies) return true;
+    const std::uint32_t body = filter.bodies[slot];
+    return body == 0 || body != filter.bodies[other];
   }
 
-  // Writes the pairs of each lane's box with the query's boxes in `hits`: in each round one of
-  // every lane that has one left, side by side.
-  __device__ void write(std::uint32_t hits, const float4& low, const float4& high) {
-    const std::uint32_t all = warpSum(__popc(hits));
-    Found* fresh = nullptr;  // so that fresh[k] is the place of pair k
-    std::uint32_t taken = 0;
-    if (all > places.left) {
-      taken = max(chunk_places, all - places.left);
-      fresh = places.take(taken, lane) - places.left;
+  // Bit q: whether the query's box q may overlap. Bits of boxes that it has not are anything.
+  __device__ std::uint32_t mayMeet(const CoarseBox& box) const {
+    constexpr std::uint32_t at_once = 8;  // fixed: boxes tested between two branches
+    std::uint32_t hits = 0;
+    for (std::uint32_t first = 0; first < query_count; first += at_once) {
+      const uint4* const pairs = reinterpret_cast<const uint4*>(space.query + first);
+      std::uint32_t some = 0;
+#pragma unroll
+      for (std::uint32_t i = 0; i < at_once; i += 2) {
+        const uint4 two = pairs[i / 2];
+        if (mayOverlap(box, {two.x, two.y})) some |= 1u << i;
+        if (mayOverlap(box, {two.z, two.w})) some |= 2u << i;
+      }
+      hits |= some << first;
     }
-    const std::uint32_t slot = __float_as_uint(low.w), lanes_below = (1u << lane) - 1;
-    std::uint32_t earlier_here = 0;  // pairs of which the lane's own box is the earlier one
-    std::uint32_t written = 0;
-    for (unsigned active; (active = __ballot_sync(all_lanes, hits != 0)) != 0;) {
-      const std::uint32_t k = written + __popc(active & lanes_below);
-      written += __popc(active);
-      if (!hits) continue;
-      const int q = __ffs(hits) - 1;
+    return hits;
+  }
+
+  // Writes the pairs of each lane's queued box, the first of which is at `first`, with those of the
+  // query's boxes in `hits` that it overlaps: some of them, the others are returned. The lanes take
+  // them all together, however many hits each box has.
+  __device__ std::uint32_t writeSome(std::uint32_t hits, int first) {
+    const int count = min(__popc(hits), hits_at_once);
+    int end = count;
+    for (int step = 1; step < 32; step *= 2) {
+      const int below = __shfl_up_sync(all_lanes, end, step);
+      if (lane >= step) end += below;
+    }
+    const int begin = end - count, total = __shfl_sync(all_lanes, end, 31);
+    for (int i = begin; i < end; ++i) {
+      space.hits[i] = static_cast<std::uint16_t>(lane << 5 | (__ffs(hits) - 1));
       hits &= hits - 1;
+    }
+    __syncwarp();
+    std::uint32_t earlier_here = 0;  // pairs of which the lane's own box is the earlier one
+    for (int from = 0; from < total; from += 32) {
+      const int i = from + lane;
+      const unsigned hit = space.hits[min(i, total - 1)];
+      const int q = hit & 31, place = first + (hit >> 5);
+      const float4 low = space.low[place], high = space.high[place];
       const float4 query_low = space.query_low[q], query_high = space.query_high[q];
-      const std::uint32_t other = __float_as_uint(query_low.w);
+      const std::uint32_t slot = __float_as_uint(low.w), other = __float_as_uint(query_low.w);
+      bool meets = i < total && overlap(query_low, query_high, low, high);
+      if (filtered) meets = meets && passes(slot, other);
+      const unsigned meeting = __ballot_sync(all_lanes, meets);
+      Found* const to = places.next(__popc(meeting & ((1u << lane) - 1)), __popc(meeting), lane);
+      const bool is_earlier = meets && slot < other;
+      earlier_here +=
+          __popc(__ballot_sync(all_lanes, is_earlier) & bitsWithin(begin - from, end - from));
+      if (!meets) continue;
       const bool borderline = !exact && !isClear(query_low, query_high, low, high) &&
                               overlapIsBorderline(query_low, query_high, low, high);
       const std::uint32_t earlier = min(slot, other), later = max(slot, other);
-      (k < places.left ? places.at : fresh)[k] = Found{earlier} << 32 | later << 1 | borderline;
-      if (earlier == slot)
-        ++earlier_here;
-      else
-        atomicAdd(&counts[other], 1u);
+      *to = Found{earlier} << 32 | later << 1 | borderline;
+      if (!is_earlier) atomicAdd(&counts[other], 1u);
     }
-    if (earlier_here) atomicAdd(&counts[slot], earlier_here);
-    if (taken) {
-      places.at = fresh + all;
-      places.left = taken - (all - places.left);
-    } else {
-      places.at += all;
-      places.left -= all;
-    }
+    if (earlier_here) atomicAdd(&counts[__float_as_uint(space.low[first + lane].w)], earlier_here);
+    __syncwarp();
+    return hits;
   }
 
   // One lane a box, the last ones of the queue: each meets all of the query's boxes. The first
@@ -128,25 +171,19 @@ struct Search {
   __device__ void meetQueued() {
     __syncwarp();
     const int first = max(queued - 32, 0), place = first + lane;
-    const bool used = place < queued;
-    const float4 low = space.low[place], high = space.high[place];
-    std::uint32_t hits = 0;
-#pragma unroll 2
-    for (std::uint32_t q = 0; q < query_count; ++q)
-      hits |=
-          static_cast<std::uint32_t>(overlap(space.query_low[q], space.query_high[q], low, high))
-          << q;
+    std::uint32_t hits = mayMeet(space.scale.coarse(space.low[place], space.high[place]));
+    if (query_count < cell_size) hits &= (1u << query_count) - 1;
     if (place < own_left) hits &= (1u << place) - 1;
-    if (!used) hits = 0;
-    if (filtered) hits = passing(hits, __float_as_uint(low.w));
-    if (__any_sync(all_lanes, hits)) write(hits, low, high);
+    if (place >= queued) hits = 0;
+    while (__any_sync(all_lanes, hits)) hits = writeSome(hits, first);
     queued = first;
     own_left = min(own_left, first);
     __syncwarp();
   }
 
   // Queues the boxes of the last queued cells that the query's bounds reach.
-  __device__ void visitCells(const Records& sorted, const Record& query) {
+  __device__ void visitCells(const Records& sorted) {
+    const Record query = space.bounds;
     const int first = max(celled - cells_at_once, 0);
     Record box[cells_at_once];
     bool hit[cells_at_once];
@@ -175,7 +212,8 @@ struct Search {
 
   // Takes the last node from the stack; its children that the query's bounds reach, beyond cell
   // `cell`, go onto the stack or, if they are cells, to those to be visited.
-  __device__ void expandNode(const LevelTable& levels, const Record& query, std::uint32_t cell) {
+  __device__ void expandNode(const LevelTable& levels, std::uint32_t cell) {
+    const Record query = space.bounds;
     const std::uint32_t node = space.stack[--stacked];
     const int level = node >> level_shift;
     __syncwarp();
@@ -203,9 +241,8 @@ struct Search {
   }
 };
 
-// One warp a cell, cells in strides of the grids of all parts. Levels, counts and nodes are those
-// of the tree that plan->counters.cells gives; a child is read only below its level's count, a box
-// only below its cell's.
+// One warp a cell. Levels, counts and nodes are those of the tree that plan->counters.cells gives;
+// a child is read only below its level's count, a box only below its cell's.
 template <bool exact, bool filtered>
 __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     searchKernel(const Records sorted, const Tree tree, SearchRules rules, ScenePlan* plan,
@@ -231,10 +268,16 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
       spaces[warp], rules.filter, {plan, found.pairs, found.capacity}, counts, lane};
   WarpSpace& space = spaces[warp];
 
-  const Part part = rules.part;
-  const std::uint32_t stride = gridDim.x * part.count * search_warps;
-  for (std::uint32_t cell = (blockIdx.x * part.count + part.index) * search_warps + warp;
-       cell < cell_count; cell += stride) {
+  // Most cells are dealt in strides, so that a block's warps have neighbours, which reach the same
+  // boxes; the last ones to whoever is done: how long one takes differs.
+  const auto cellOf = [&](std::uint32_t dealt) {
+    const std::uint32_t group = dealt / search_warps * rules.part.count + rules.part.index;
+    return group * search_warps + dealt % search_warps;
+  };
+  const std::uint32_t stride = gridDim.x * search_warps;
+  const std::uint32_t in_strides = cell_count / rules.part.count / 8 * eighths_in_strides;
+  std::uint32_t dealt = blockIdx.x * search_warps + warp;
+  for (std::uint32_t cell; (cell = cellOf(dealt)) < cell_count;) {
     const Record query = tree.level[0][cell];
     const std::uint32_t start = __float_as_uint(query.low.w);
     search.query_count = __float_as_uint(query.high.w);
@@ -242,19 +285,31 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     if (lane < search.query_count) own = sorted[start + lane];
     space.query_low[lane] = space.low[lane] = own.low;
     space.query_high[lane] = space.high[lane] = own.high;
-    if (lane == 0) space.stack[0] = static_cast<std::uint32_t>(top_level) << level_shift;
+    const CoarseScale scale(query.low, query.high);
+    space.query[lane] = scale.coarse(own.low, own.high);
+    if (lane == 0) {
+      space.bounds = query;
+      space.scale = scale;
+      space.stack[0] = static_cast<std::uint32_t>(top_level) << level_shift;
+    }
     __syncwarp();
     search.queued = search.own_left = search.query_count;
     search.stacked = 1;
     do {
       while (search.queued < 32 && (search.celled || search.stacked)) {
         if (search.celled)
-          search.visitCells(sorted, query);
+          search.visitCells(sorted);
         else
-          search.expandNode(levels, query, cell);
+          search.expandNode(levels, cell);
       }
       search.meetQueued();
     } while (search.queued || search.celled || search.stacked);
+    if (dealt + stride < in_strides) {
+      dealt += stride;
+      continue;
+    }
+    if (lane == 0) dealt = max(in_strides, stride) + atomicAdd(&plan->counters.cells_dealt, 1u);
+    dealt = __shfl_sync(all_lanes, dealt, 0);
   }
   for (std::uint32_t i = lane; i < search.places.left; i += 32) search.places.at[i] = nothing_found;
 }
@@ -270,9 +325,13 @@ void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan
   const auto kernel = rules.exact ? filtered ? searchKernel<true, true> : searchKernel<true, false>
                       : filtered ? searchKernel<false, true>
                                   : searchKernel<false, false>;
-  launch("find pairs", kernel, std::size_t(queue.processors) * search_blocks_a_processor,
-         search_threads, queue.stream, recordsIn(cells.sorted, cells.boxes), tree, rules, plan,
-         found, counts);
+  // As many as run at once: those of before would take all cells that are not dealt in strides.
+  int blocks = 0;
+  CHECK_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(&blocks, kernel, search_threads,
+                                                                    0, cudaOccupancyDefault));
+  blocks = std::min(std::max(blocks, 1), search_blocks_a_processor);
+  launch("find pairs", kernel, std::size_t(queue.processors) * blocks, search_threads, queue.stream,
+         recordsIn(cells.sorted, cells.boxes), tree, rules, plan, found, counts);
 }
 
 }  // namespace device

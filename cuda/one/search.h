@@ -35,8 +35,8 @@ struct FoundPairs {
   Found* pairs;
   unsigned long long capacity;
 };
-// Places behind that capacity, into which goes what does not fit: the hits of a warp.
-constexpr std::size_t overflow_places = std::size_t{cell_size} * cell_size;
+// Places behind that capacity, into which goes what does not fit.
+constexpr std::size_t overflow_places = chunk_places;
 
 // Writes the pairs of each searched cell with itself and those ahead to `found`, in no order, as
 // far as they go into it, and takes counters.found places for them; adds up in counts[] the pairs
