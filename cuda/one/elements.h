@@ -40,6 +40,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlap(const float4& low_a, const float
 struct CoarseBox {
   std::uint32_t low, high;
 };
+// fixed: above each nine bits.
 constexpr std::uint32_t coarse_guards = 1u << 9 | 1u << 19 | 1u << 29;
 
 // Whether the boxes may overlap: certainly, where overlap() says so.

@@ -29,16 +29,6 @@ constexpr int search_blocks_a_processor = 4;
 // Doubled: no difference. Halved: no difference.
 constexpr std::uint32_t chunk_places = 256;
 
-// Cells that are dealt in strides, the others to whichever warp is done.
-// Unit: eighths of all. From: cuda/check time, cubes of 1,000,000 and 4,000,000.
-// Doubled: not possible, all of them: search 1.1 and 1.05 times. Halved: no difference.
-constexpr std::uint32_t eighths_in_strides = 6;
-
-// Hits of each queued box that a warp deals with at once.
-// Unit: hits a box. From: cuda/check time, cube of 1,000,000.
-// Doubled: not possible, shared memory is full. Halved: search 1.07 times.
-constexpr int hits_at_once = 8;
-
 // Cells whose boxes are loaded together, to wait for memory once.
 // Unit: cells. From: cuda/check time, cube.
 // Doubled: no difference. Halved: no difference.
