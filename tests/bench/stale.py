@@ -5,7 +5,7 @@
     tests/bench/stale.py DIR FILE ...   some
 
 A file is as old as the oldest commit that its rows name; where none does, as the commit that it came with. What
-changes documents only is no change. Ends with 1 if any file is older, or names a commit that is not to be had.
+changes documents or comments only is no change. Ends with 1 if any file is older, or names a commit that is not to be had.
 """
 import csv
 import glob
@@ -52,12 +52,21 @@ def commits_of(path):
     return {re.sub("-dirty$", "", name) for name in named if name}
 
 
+def changes_code(diff):
+    """Whether it changes more than blank lines and comments of their own lines. What has no lines (a file that got
+    another name, a merge) counts as code."""
+    lines = re.findall(r"^(?!\+\+\+ |--- )[+-][ \t]*(.*)", diff, re.M)
+    return not lines or any(line and not line.startswith("//") for line in lines)
+
+
 def changes_since(root, commit, paths):
     """The commits since then that changed one of the paths, newest first; None if there is no such commit."""
     if git(root, "cat-file", "-e", commit + "^{commit}") is None:
         return None
-    listing = git(root, "log", "--format=%h %cs %s", commit + "..HEAD", "--", *paths, DOCUMENTS)
-    return listing.splitlines()
+    listing = git(root, "log", "--format=%x00%h %cs %s", "--patch", "--unified=0", commit + "..HEAD", "--", *paths,
+                  DOCUMENTS)
+    found = (entry.partition("\n") for entry in listing.split("\0")[1:])
+    return [title for title, _, diff in found if changes_code(diff)]
 
 
 def judge(root, path):

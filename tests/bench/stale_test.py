@@ -62,6 +62,18 @@ class Stale(unittest.TestCase):
             self.change(other)
         self.assertEqual(self.run_on(path)[0], 0)
 
+    def test_nor_does_a_change_of_comments(self):
+        path = self.recorded("peers", self.first)
+        self.change("space/sort/radix.cpp", "  // Says why.\n\n")
+        self.assertEqual(self.run_on(path)[0], 0)
+        self.change("space/sort/radix.cpp", "int bits = 8;  // and code\n")
+        status, text = self.run_on(path)
+        self.assertEqual(status, 1)
+        self.assertIn("1 changes of space", text)
+        self.git("mv", "space/sort/radix.cpp", "space/sort/digits.cpp")
+        self.git("commit", "--quiet", "-m", "Another name")
+        self.assertIn("2 changes of space", self.run_on(path)[1])
+
     def test_a_study_is_as_old_as_what_it_times(self):
         paths = [self.recorded(study, self.first) for study in ("sort", "devices")]
         self.change("cuda/kernel.cu")

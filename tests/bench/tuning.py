@@ -9,6 +9,7 @@ check program) that is so built is timed in turn with the whole one.
     tests/bench/tuning.py measure build/release variants tests/bench/results/<machine>/tuning.csv
 
     cmake -S cuda -B build/check -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+    cmake --build build/check
     tests/bench/tuning.py build-devices build/check variants    where there is nvcc; no device is needed
     tests/bench/tuning.py measure-devices variants tests/bench/results/<machine>/tuning.csv
 
@@ -527,6 +528,8 @@ def main():
     add("table", show, "csv")
     add("check", check)
     options = parser.parse_args()
+    if "variants" in options:
+        options.variants = os.path.abspath(options.variants)
     return options.run(options)
 
 
