@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "cuda/one/cell_cut.h"
+#include "cuda/one/cell_dealer.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
+#include "cuda/one/row_length.h"
 #include "space/cells/size_classes.h"
 #include "space/data/pair_rule.h"
 #include "support/catch.hpp"
@@ -125,7 +127,7 @@ TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU
 }
 
 TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled by", "[elements]") {
-  Random random(sap_test::seedOr(93));
+  Random random(sap_test::seedOr(98));
   std::size_t overlapping = 0;
   for (int trial = 0; trial < 1000000; ++trial) {
     const Box scaled_by = anyBox(random), one = anyBox(random);
@@ -142,7 +144,7 @@ TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled 
 }
 
 TEST_CASE("Nine bits tell most boxes of a cell apart", "[elements]") {
-  Random random(sap_test::seedOr(94));
+  Random random(sap_test::seedOr(99));
   const device::Record bounds = {{1000, -4, 0, 0}, {1004, 0, 4e-3f, 0}};
   const device::CoarseScale scale(bounds.low, bounds.high);
   const auto boxIn = [&] {
@@ -238,6 +240,7 @@ struct CurvedBoxes {
       boxes.push_back(recordOf(box));
     }
     curve.choose(least, greatest, extent, digits);
+    for (int axis = 0; axis < 3; ++axis) curve.chooseSpread(axis, digits);
     std::copy(extent, extent + 3, sum);
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = unordered(least[axis]);
@@ -283,8 +286,7 @@ TEST_CASE("A place on the curve is a block of space, smaller with each digit", "
         REQUIRE(scene.curve.bits[0] + scene.curve.bits[1] + scene.curve.bits[2] == digits);
         REQUIRE(scene.alikeSteps());
         std::vector<std::uint32_t> keys;
-        for (const device::Record& box : scene.boxes)
-          keys.push_back(scene.curve.keyOf(box, digits));
+        for (const device::Record& box : scene.boxes) keys.push_back(scene.curve.keyOf(box));
         for (const std::uint32_t key : keys) REQUIRE(key < 1u << digits);
         for (std::size_t i = 1; i < keys.size(); ++i) {
           // What two keys share says how near their boxes are on each axis.
@@ -305,6 +307,27 @@ TEST_CASE("A place on the curve is a block of space, smaller with each digit", "
       }
 }
 
+TEST_CASE("Digits are spread to those of any mask, in their order", "[elements]") {
+  Random random(sap_test::seedOr(101));
+  for (int trial = 0; trial < 100000; ++trial) {
+    std::uint32_t mask = 0;
+    const double full = random.unit();
+    for (int digit = 0; digit < 32; ++digit)
+      if (random.chance(full)) mask |= 1u << digit;
+    const auto number = static_cast<std::uint32_t>(random.unit() * 4294967296.0);
+    std::uint32_t expected = 0, left = number;
+    for (int digit = 0; digit < 32; ++digit) {
+      if (!(mask >> digit & 1)) continue;
+      expected |= (left & 1) << digit;
+      left >>= 1;
+    }
+    device::DigitSpread spread;
+    spread.choose(mask);
+    INFO(number << " to " << mask);
+    REQUIRE(spread.of(number) == expected);
+  }
+}
+
 TEST_CASE("Along one axis keys never decrease", "[elements]") {
   Random random(sap_test::seedOr(96));
   for (const double length : {1e-38, 1.0, 12345.0, 1e37}) {
@@ -314,9 +337,7 @@ TEST_CASE("Along one axis keys never decrease", "[elements]") {
     std::sort(boxes.begin(), boxes.end(), [](const device::Record& a, const device::Record& b) {
       return CurvedBoxes::centre(a, 0) < CurvedBoxes::centre(b, 0);
     });
-    const auto keyOf = [&](const device::Record& box) {
-      return scene.curve.keyOf(box, device::curve_digits);
-    };
+    const auto keyOf = [&](const device::Record& box) { return scene.curve.keyOf(box); };
     for (std::size_t i = 1; i < boxes.size(); ++i) REQUIRE(keyOf(boxes[i - 1]) <= keyOf(boxes[i]));
     CHECK(keyOf(boxes.front()) == 0);
     CHECK(keyOf(boxes.back()) >> 4 == (1u << (device::curve_digits - 4)) - 1);  // 24 of 27 digits
@@ -401,4 +422,63 @@ TEST_CASE("Cells are whole blocks of space, of 32 boxes at most", "[elements]") 
     checkCuts(keys);
     checkCuts(long_keys);
   }
+}
+
+TEST_CASE("Each cell is dealt to one warp of one part, whoever is done first", "[elements]") {
+  Random random(sap_test::seedOr(100));
+  for (int round = 0; round < 300; ++round) {
+    const auto cells = static_cast<std::uint32_t>(random.below(5000));
+    const std::uint32_t parts = 1 + random.below(device::most_parts);
+    const std::uint32_t warps = device::CellDealer::together * (1 + random.below(60));
+    INFO(cells << " cells, " << parts << " parts, " << warps << " warps");
+    std::vector<int> times(cells, 0);
+    for (std::uint32_t part = 0; part < parts; ++part) {
+      const device::CellDealer dealer({part, parts}, cells, warps);
+      std::vector<std::uint32_t> at(warps);
+      for (std::uint32_t warp = 0; warp < warps; ++warp) at[warp] = warp;
+      std::uint32_t asked = 0;
+      while (!at.empty()) {
+        std::uint32_t& own = at[random.below(static_cast<std::uint32_t>(at.size()))];
+        const std::uint32_t cell = dealer.cellOf(own);
+        if (cell >= cells) {
+          own = at.back();
+          at.pop_back();
+          continue;
+        }
+        ++times[cell];
+        own = dealer.isInStrides(dealer.after(own)) ? dealer.after(own) : dealer.forAsking(asked++);
+      }
+    }
+    CHECK(std::count(times.begin(), times.end(), 1) == static_cast<std::ptrdiff_t>(cells));
+  }
+}
+
+TEST_CASE("Rows have room for what slots have, and keep their length while they do", "[elements]") {
+  using device::rowLengthFor;
+  constexpr double places = device::row_places_a_pair;
+  Random random(sap_test::seedOr(102));
+  std::uint32_t last = 0;
+  for (int frame = 0; frame < 100000; ++frame) {
+    const double pairs = 40 * random.unit() * random.unit();
+    const std::uint32_t length = rowLengthFor(pairs, last);
+    INFO(pairs << " pairs a slot, rows of " << last << " before, of " << length << " now");
+    REQUIRE((length == 0) == (pairs * places > device::most_row));
+    if (length) {
+      REQUIRE(length % device::least_row == 0);
+      REQUIRE(length >= pairs * places);
+      REQUIRE(length <= std::max<double>(device::least_row, 4 * pairs * places));
+      // A scene that moves a little has the same rows, and with them the same graph.
+      REQUIRE(rowLengthFor(pairs * 0.9, length) ==
+              (length <= std::max<double>(device::least_row, 3.6 * pairs * places)
+                   ? length
+                   : rowLengthFor(pairs * 0.9, 0)));
+    }
+    last = length;
+  }
+  // Around a limit.
+  const double limit = 2 * device::least_row / places;
+  std::uint32_t length = rowLengthFor(limit * 1.01, 0);
+  CHECK(length == 4 * device::least_row);
+  CHECK(rowLengthFor(limit * 0.99, length) == length);
+  CHECK(rowLengthFor(limit * 1.01, length) == length);
 }

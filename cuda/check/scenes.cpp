@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <stdexcept>
@@ -164,6 +165,25 @@ void bars(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   }
 }
 
+// Lists as long as what treats lists by their length has limits, and one more or less: a beam, then
+// as many cubes in it as its list has pairs. These are apart or, with even seeds, meet the next
+// eight each, so that rows are of other lengths.
+void beams(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
+  start(n, boxes);
+  constexpr std::size_t lengths[] = {0, 1, 7, 8, 9, 15, 16, 17, 31, 32, 33, 63, 64, 65, 500};
+  const double half = seed % 2 ? 0.4 : 4;
+  std::size_t beam = 0;
+  for (std::size_t i = 0; i < n; ++beam) {
+    const double y = 20.0 * static_cast<double>(beam);
+    const std::size_t length = std::min(lengths[beam % std::size(lengths)], n - i - 1);
+    const double middle = 0.5 * static_cast<double>(length);
+    const double centre[3] = {middle, y, 0}, halves[3] = {middle + 1, 0.5, 0.5};
+    put(boxes.boxes[i++], centre, halves);
+    for (std::size_t k = 0; k < length; ++k)
+      putCube(boxes.boxes[i++], static_cast<double>(k), y, 0, half);
+  }
+}
+
 // One box holds all the others.
 void giant(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
   cube(n, seed, boxes);
@@ -264,23 +284,16 @@ void exactCube(std::size_t n, std::uint64_t seed, BoxSet& boxes) {
 
 const std::vector<Scene>& scenes() {
   constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
-  static const std::vector<Scene> all = {{"cube", any, cube},
-                                         {"exact", any, exactCube},
-                                         {"filtered", any, filtered},
-                                         {"rows", any, rows},
-                                         {"lattice", any, lattice},
-                                         {"layer", any, layer},
-                                         {"line", any, line},
-                                         {"clusters", any, clusters},
-                                         {"decades", any, decades},
-                                         {"bars", any, bars},
-                                         {"giant", any, giant},
-                                         {"outlier", any, outlier},
-                                         {"denormals", 200000, denormals},
-                                         {"same spot", 6000, sameSpot},
-                                         {"powers", 1234, powers},
-                                         {"sizes", any, sizes},
-                                         {"strange", 200000, strange}};
+  static const std::vector<Scene> all = {
+      {"cube", any, cube},           {"exact", any, exactCube},
+      {"filtered", any, filtered},   {"rows", any, rows},
+      {"lattice", any, lattice},     {"layer", any, layer},
+      {"line", any, line},           {"clusters", any, clusters},
+      {"decades", any, decades},     {"bars", any, bars},
+      {"beams", any, beams},         {"giant", any, giant},
+      {"outlier", any, outlier},     {"denormals", 200000, denormals},
+      {"same spot", 6000, sameSpot}, {"powers", 1234, powers},
+      {"sizes", any, sizes},         {"strange", 200000, strange}};
   return all;
 }
 

@@ -21,11 +21,12 @@ class CachedGraph {
   // What makes two frames' work the same: sizes, and that no buffer was moved in between, which
   // shows in their bytes.
   struct Key {
-    std::size_t boxes, device_bytes, part, parts;
+    std::size_t boxes, device_bytes, row_length, part, parts;
     bool exact;
     bool operator==(const Key& other) const {
-      return boxes == other.boxes && device_bytes == other.device_bytes && part == other.part &&
-             parts == other.parts && exact == other.exact;
+      return boxes == other.boxes && device_bytes == other.device_bytes &&
+             row_length == other.row_length && part == other.part && parts == other.parts &&
+             exact == other.exact;
     }
   };
 

@@ -18,16 +18,15 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int highestDigit(std::uint64_t bits) {
 #endif
 }
 
-// How many of the keys from `at` on, in steps of `way`, share the digits from `shift` on with it;
-// cell_size at most. The keys are sorted, so those that do are in a row. `room` keys can be read
-// in that direction, `at` included.
+// How many of the keys up to `last` share the digits from `shift` on with it; cell_size at most.
+// The keys are sorted, so those that do are in a row. `room` keys can be read, `last` included.
 template <class Key>
-ODE_PARALLEL_SAP_BOTH_SIDES inline int alikeFrom(const Key* at, int way, int room, int shift) {
-  const Key wanted = *at >> shift;
+ODE_PARALLEL_SAP_BOTH_SIDES inline int alikeBefore(const Key* last, int room, int shift) {
+  const Key wanted = *last >> shift;
   int low = 1, high = room < cell_size ? room : cell_size;  // low are alike for certain
   while (low < high) {
     const int middle = (low + high + 1) / 2;
-    if (at[way * (middle - 1)] >> shift == wanted)
+    if (last[1 - middle] >> shift == wanted)
       low = middle;
     else
       high = middle - 1;
@@ -61,7 +60,8 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline CellCut cellCutAt(const Key* keys, std::size_
                                                      std::size_t i) {
   constexpr int class_shift = sizeof(Key) * 8 - class_digits;
   if (i == 0) return {true, false};
-  const Key differ = keys[i] ^ keys[i - 1];
+  const Key* const at = keys + i;
+  const Key differ = at[0] ^ at[-1];
   if (differ >> class_shift) return {true, false};
   const std::size_t ahead = count - i, most = cell_size;
   const int room_ahead = static_cast<int>(ahead < most ? ahead : most);
@@ -69,9 +69,8 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline CellCut cellCutAt(const Key* keys, std::size_
   // The block of space that holds both is cut here unless it fits into a cell as a whole. The keys
   // of one class share the class's digits, so no block reaches across.
   const int shift = differ ? highestDigit(differ) + 1 : 0;
-  if (alikeFrom(keys + i - 1, -1, room_behind, shift) + alikeFrom(keys + i, 1, room_ahead, shift) <=
-      cell_size)
-    return {false, false};
+  const int beyond = cell_size - alikeBefore(at - 1, room_behind, shift);
+  if (beyond >= room_ahead || at[beyond] >> shift != at[0] >> shift) return {false, false};
   if (differ) return {true, false};
   const std::size_t before = i - firstAlike(keys, i);
   return {before % cell_size == 0, before == cluster_size};

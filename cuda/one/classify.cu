@@ -265,6 +265,8 @@ __global__ void __launch_bounds__(block_threads)
   if (t < plan->classes)
     curves[t].choose(plan->summary[t].low, plan->summary[t].high, plan->summary[t].extent, digits);
   __syncthreads();
+  if (t < plan->classes * 3) curves[t / 3].chooseSpread(t % 3, digits);
+  __syncthreads();
   const int unbounded = plan->unbounded;
   const std::size_t stride = std::size_t{gridDim.x} * block_threads;
   for (std::size_t i = blockIdx.x * std::size_t{block_threads} + t; i < count; i += stride) {
@@ -273,7 +275,7 @@ __global__ void __launch_bounds__(block_threads)
     if (isActive(box)) {
       const int own = table[binOf(box)];
       key = static_cast<std::uint32_t>(own) << curve_digits;
-      if (own != unbounded) key |= curves[own].keyOf(box, digits) << (curve_digits - digits);
+      if (own != unbounded) key |= curves[own].keyOf(box) << (curve_digits - digits);
     }
     keys[i] = key;
     slots[i] = static_cast<std::uint32_t>(i);

@@ -93,6 +93,7 @@ __global__ void __launch_bounds__(block_threads)
   if (!cluster.divisible) return;
   cluster.curve.choose(cluster.low, cluster.high, plan->summary[classOf(keys[i])].extent,
                        curve_digits);
+  for (int axis = 0; axis < 3; ++axis) cluster.curve.chooseSpread(axis, curve_digits);
   plan->counters.clustered = 1;
 }
 
@@ -112,8 +113,7 @@ __global__ void __launch_bounds__(block_threads)
   const std::size_t begin = clusterBegin(keys, active, i);
   std::uint64_t place = 0;
   if (begin < active && clusters[begin / cluster_size].divisible)
-    place = clusters[begin / cluster_size].curve.keyOf(loadBox(boxes.boxes, boxes.slots[i]),
-                                                       curve_digits);
+    place = clusters[begin / cluster_size].curve.keyOf(loadBox(boxes.boxes, boxes.slots[i]));
   const std::uint64_t before = sizeof(Key) == 4
                                    ? std::uint64_t{keys[i]} << 32
                                    : std::uint64_t(classOf(keys[i])) << class_shift |

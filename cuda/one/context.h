@@ -49,16 +49,19 @@ struct Context {
   DeviceBuffer<std::uint8_t> flags;
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
-  DeviceBuffer<unsigned long long> ends, block_begins;
+  DeviceBuffer<unsigned long long> begins, block_begins;
   DeviceBuffer<std::uint32_t> has_list, long_slots;
   device::LongListStore long_store;
-  DeviceBuffer<device::Found> found;
-  DeviceBuffer<std::uint32_t> lists, segments;
-  DeviceBuffer<std::uint8_t> borderline;  // where pairs travel as such (lists.h)
-  // Only where several devices share a scene: the sums of what all have counted, and the sorted own
-  // pairs. What the others have counted and found, if it cannot be read where it is.
+  DeviceBuffer<std::uint32_t> rows;       // the first words of each list
+  DeviceBuffer<device::Found> found;      // pairs beyond the rows
+  DeviceBuffer<std::uint32_t> lists;      // with these in their places
+  DeviceBuffer<std::uint32_t> segments;   // sorted, as words
+  DeviceBuffer<device::Found> pairs;      // or as pairs, where they travel as such
+  DeviceBuffer<std::uint8_t> borderline;  // of these (lists.h)
+  // Only where several devices share a scene: the sums of what all have counted. What the others
+  // have counted and found, if it cannot be read where it is.
   DeviceBuffer<std::uint32_t> all_counts, copied_counts;
-  DeviceBuffer<device::Found> own_pairs, copied_pairs;
+  DeviceBuffer<device::Found> copied_pairs;
   DeviceBuffer<char> scratch;
 
   PinnedBuffer<device::Counters> host_counters;
@@ -82,16 +85,17 @@ struct Context {
   }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
-           copied_counts.bytes() + own_pairs.bytes() + copied_pairs.bytes() + plan.bytes() +
-           keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
-           starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
-           sorted.bytes() + tree.bytes() + counts.bytes() + ends.bytes() + block_begins.bytes() +
-           has_list.bytes() + long_store.bytes() + long_slots.bytes() + found.bytes() +
-           lists.bytes() + segments.bytes() + borderline.bytes() + scratch.bytes();
+           copied_counts.bytes() + copied_pairs.bytes() + plan.bytes() + keys[0].bytes() +
+           keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
+           long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
+           tree.bytes() + counts.bytes() + begins.bytes() + block_begins.bytes() +
+           has_list.bytes() + long_store.bytes() + long_slots.bytes() + rows.bytes() +
+           found.bytes() + lists.bytes() + segments.bytes() + pairs.bytes() + borderline.bytes() +
+           scratch.bytes();
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
-  // Places for pairs that may be found.
-  std::size_t pairPlaces() const { return found.capacity() - device::overflow_places; }
+  // Places for pairs beyond the rows.
+  std::size_t foundPlaces() const { return found.capacity() - device::overflow_places; }
 };
 
 }  // namespace ode_parallel_sap

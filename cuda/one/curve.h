@@ -7,11 +7,38 @@
 namespace ode_parallel_sap {
 namespace device {
 
+// Puts the lowest digits of a number where those of a mask are, in their order. In five steps: each
+// moves digits up by half as many places as the one before, those that have so far to go (H. S.
+// Warren, Hacker's Delight, "Expand, or Generalized Insert").
+struct DigitSpread {
+  std::uint32_t mask, moved[5];  // where those come to lie that a step of 2^i moves
+
+  ODE_PARALLEL_SAP_BOTH_SIDES void choose(std::uint32_t digits) {
+    mask = digits;
+    // Backwards: digits that have an odd number of gaps below go one down, and then two, four ...
+    std::uint32_t gaps = ~digits << 1;
+    for (int step = 0; step < 5; ++step) {
+      std::uint32_t odd = gaps;
+      for (int way = 1; way < 32; way *= 2) odd ^= odd << way;
+      moved[step] = odd & digits;
+      digits = (digits ^ moved[step]) | moved[step] >> (1 << step);
+      gaps &= ~odd;
+    }
+  }
+  ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t of(std::uint32_t number) const {
+    for (int step = 4; step >= 0; --step)
+      number = (number & ~moved[step]) | (number << (1 << step) & moved[step]);
+    return number & mask;
+  }
+};
+
 // How the centres of one class become keys (Quantizer on the CPU).
 struct Curve : CurveDigits {
   float origin[3], prescale[3], scale[3], last_step[3];
+  DigitSpread spread[3];
 
-  // From the centres' range, as ordered integers, and the sums of the boxes' extents.
+  // From the centres' range, as ordered integers, and the sums of the boxes' extents. All but how
+  // digits are spread.
   ODE_PARALLEL_SAP_BOTH_SIDES void choose(const int* low, const int* high,
                                           const unsigned long long* extent, int digits) {
     double range[3], step[3], greatest = 0;
@@ -33,26 +60,23 @@ struct Curve : CurveDigits {
       last_step[axis] = static_cast<float>(steps * (1 - 1.0 / (1 << 24)));  // the greatest below
     }
   }
+  // The rest, axis by axis, so that threads can share it.
+  ODE_PARALLEL_SAP_BOTH_SIDES void chooseSpread(int axis, int digits) {
+    std::uint32_t own = 0;
+    for (int digit = 0; digit < digits; ++digit)
+      if (axisOf(digit) == axis) own |= 1u << digit;
+    spread[axis].choose(own);
+  }
   // Comparisons that are false for NaN, which inverted boxes around infinity could give.
   ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t stepOf(float low, float high, int axis) const {
     const float step = (centreOf(low, high) - origin[axis]) * prescale[axis] * scale[axis];
     return step > 0 ? static_cast<std::uint32_t>(step < last_step[axis] ? step : last_step[axis])
                     : 0;
   }
-  ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t keyOf(const Record& box, int digits) const {
-    std::uint32_t x = stepOf(box.low.x, box.high.x, 0), y = stepOf(box.low.y, box.high.y, 1),
-                  z = stepOf(box.low.z, box.high.z, 2);
-    std::uint32_t key = 0;
-    unsigned long long left = axes;
-    for (int digit = 0; digit < digits; ++digit, left >>= 2) {
-      const unsigned axis = left & 3;
-      const std::uint32_t bit = axis == 0 ? x & 1 : axis == 1 ? y & 1 : z & 1;
-      key |= bit << digit;
-      x >>= axis == 0;
-      y >>= axis == 1;
-      z >>= axis == 2;
-    }
-    return key;
+  ODE_PARALLEL_SAP_BOTH_SIDES std::uint32_t keyOf(const Record& box) const {
+    return spread[0].of(stepOf(box.low.x, box.high.x, 0)) |
+           spread[1].of(stepOf(box.low.y, box.high.y, 1)) |
+           spread[2].of(stepOf(box.low.z, box.high.z, 2));
   }
 };
 

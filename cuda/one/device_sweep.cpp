@@ -4,18 +4,11 @@
 
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
+#include "cuda/one/row_length.h"
 
 namespace ode_parallel_sap {
 
 using namespace device;
-
-namespace {
-
-// fixed: places for pairs before anything is known of the scene: a guess that only the first frame
-// needs.
-constexpr std::size_t first_pairs_a_box = 8;
-
-}  // namespace
 
 DriverContext DeviceSweep::driverContext() {
   if (!context_) driver_context_ = driverContextOf(device_);
@@ -38,7 +31,7 @@ void DeviceSweep::wait() {
 
 void DeviceSweep::begin(const Frame& frame) {
   frame_ = frame;
-  sorted_ = false;
+  sorted_blocks_ = 0;
   if (!context_) context_ = std::make_unique<Context>(device_);
   Context& c = *context_;
   reserve();
@@ -55,7 +48,7 @@ void DeviceSweep::arrived(std::size_t first, std::size_t last, cudaStream_t stre
 
 void DeviceSweep::reserve() {
   Context& c = *context_;
-  const std::size_t boxes = frame_.boxes, slots = boxes;
+  const std::size_t boxes = frame_.boxes, slots = boxes, parts = frame_.part.count;
   c.boxes.reserve(boxes * 6);
   c.plan.reserve(1);
   for (int i = 0; i < 2; ++i) {
@@ -70,29 +63,37 @@ void DeviceSweep::reserve() {
   c.tree.reserve(TreeLayout(boxes).records * record_bytes);
   c.counts.reserve(slots + 1);
   if (frame_.isShared()) c.all_counts.reserve(slots + 1);
-  c.ends.reserve(slots + 1);
+  c.begins.reserve(slots + 1);
   c.block_begins.reserve(blocks() + 1);
   c.has_list.reserve((slots + 31) / 32);
   c.long_slots.reserve(slots);
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks() + 1);
   c.host_has_list.reserve((slots + 31) / 32);
-  reservePairs(std::max(pairs_expected_, boxes * first_pairs_a_box / frame_.part.count));
+  row_length_ = frame_.isShared() ? 0 : rowLengthFor(pairs_a_slot_, row_length_);
+  c.rows.reserve(slots * row_length_);
+  // Few are beyond rows, but each warp that has some takes chunk_places.
+  const std::size_t places = boxes * least_places_a_box / parts;
+  reservePairs(std::max(pairs_expected_, places),
+               std::max(beyond_expected_, row_length_ ? places / 4 : places));
 }
 
-void DeviceSweep::reservePairs(std::size_t pairs) {
+void DeviceSweep::reservePairs(std::size_t pairs, std::size_t beyond) {
   Context& c = *context_;
-  c.found.reserve(pairs + overflow_places);
-  c.lists.reserve(c.pairPlaces());
-  c.segments.reserve(segmentedSize(c.pairPlaces()));
+  c.found.reserve(beyond + overflow_places);
+  c.lists.reserve(pairs);
+  if (frame_.in_place)
+    c.pairs.reserve(pairs);
+  else
+    c.segments.reserve(segmentedSize(pairs));
 }
 
 void DeviceSweep::orderAndSearch() {
   Context& c = *context_;
   c.graph.run(
       [&] {
-        return CachedGraph::Key{frame_.boxes, c.deviceBytes(), frame_.part.index, frame_.part.count,
-                                frame_.exact};
+        return CachedGraph::Key{frame_.boxes,      c.deviceBytes(),   row_length_,
+                                frame_.part.index, frame_.part.count, frame_.exact};
       },
       c.compute,
       [&] {
@@ -126,7 +127,14 @@ device::CellStore DeviceSweep::cellStore() {
 }
 
 device::FoundPairs DeviceSweep::foundPairs() {
-  return {context_->found.data(), context_->pairPlaces()};
+  return {rows(), context_->found.data(), context_->foundPlaces()};
+}
+
+// What the device's pairs are counted by is used up when they are put into their lists.
+device::OpenLists DeviceSweep::openLists() {
+  Context& c = *context_;
+  return {c.lists.data(), c.lists.capacity(), c.begins.data(), frame_.boxes,
+          frame_.isShared() ? c.all_counts.data() : c.counts.data()};
 }
 
 void DeviceSweep::buildCells() {
@@ -169,7 +177,10 @@ void DeviceSweep::search(bool ignore_clusters) {
   findPairs(cellStore(), {filter, frame_.part, frame_.exact, ignore_clusters}, c.plan.data(),
             foundPairs(), c.counts.data(), c.queue());
   mark(Searched);
-  if (!frame_.isShared()) list(c.counts.data());
+  if (frame_.isShared()) return;
+  list(c.counts.data());
+  scatterPairs(foundPairs(), c.plan.data(), openLists(), c.queue());
+  mark(Scattered);
 }
 
 void DeviceSweep::search() {
@@ -187,8 +198,8 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
   Context& c = *context_;
   const std::size_t slots = frame_.boxes;
   addCounts(counts, c.all_counts.data(), c.queue());
-  scanCounts(c.all_counts.data(), c.ends.data(), slots, c.queue());
-  keepOwnCounts(c.ends.data(), slots, frame_.part, c.plan.data(), c.all_counts.data(), c.queue());
+  scanCounts(c.all_counts.data(), c.begins.data(), slots, c.queue());
+  keepOwnCounts(c.begins.data(), slots, frame_.part, c.plan.data(), c.all_counts.data(), c.queue());
   list(c.all_counts.data());
   collect();
 }
@@ -196,30 +207,20 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
 // Finds where the lists will be.
 void DeviceSweep::list(const std::uint32_t* counts) {
   Context& c = *context_;
-  scanCounts(counts, c.ends.data(), frame_.boxes, c.queue());
-  summariseLists(counts, c.ends.data(), frame_.boxes, c.plan.data(),
+  scanCounts(counts, c.begins.data(), frame_.boxes, c.queue());
+  summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
                  {c.has_list.data(), c.block_begins.data(), c.long_slots.data()}, c.queue());
   mark(Scanned);
 }
 
-// Asks for what the host has to know, and has the first pairs put into their lists meanwhile unless
-// others have some of them. Few lists are sorted as well, before it is known whether all is done:
-// many are better sorted while others travel.
+// Asks for what the host has to know. The first lists are sorted before it knows that all is done;
+// the others are better sorted while these travel.
 void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
-  scattered_blocks_ = blocks();
-  if (!frame_.isShared()) {
-    const bool few = pairs_expected_ <= most_sorted_at_once;
-    const std::size_t passes = few || frame_.in_place ? 1 : scatter_passes;
-    pass_blocks_ = (blocks() + passes - 1) / passes;
-    scattered_blocks_ = 0;
-    // Stages are timed one after the other.
-    scatterUpTo(measuring ? blocks() : 1);
-    mark(Scattered);
-    sorted_ = few && pairs_expected_ > 0;
-    if (sorted_) sortAll();
-  }
+  sorted_blocks_ = frame_.isShared() ? 0 : std::min(blocks(), blocks_at_once_);
+  if (sorted_blocks_ && frame_.in_place) clearBorderline(sortedPlaces(true));
+  device::sortLists(lists(frame_.in_place), 0, sorted_blocks_, c.queue());
 
   CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
   CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
@@ -231,18 +232,6 @@ void DeviceSweep::collect() {
   CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
                              (frame_.boxes + 31) / 32 * sizeof(std::uint32_t),
                              cudaMemcpyDeviceToHost, c.down));
-}
-
-// Has the pairs of the slots before those of a block put into their lists, in as many passes as
-// that takes.
-void DeviceSweep::scatterUpTo(std::size_t block) {
-  Context& c = *context_;
-  for (; scattered_blocks_ < block; scattered_blocks_ += pass_blocks_) {
-    const std::size_t begin = scattered_blocks_ * list_block;
-    const std::size_t end = std::min(frame_.boxes, begin + pass_blocks_ * list_block);
-    const SlotRange slots = {static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end)};
-    scatterPairs(foundPairs(), slots, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
-  }
 }
 
 std::size_t DeviceSweep::found() const {
@@ -260,45 +249,46 @@ bool DeviceSweep::isClustered() const {
 bool DeviceSweep::isDone() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
-  const std::size_t kept = frame_.isShared() ? std::max(pairs(), found()) : pairs();
-  pairs_expected_ = kept + kept / 4;
-  const bool fits = found() <= c.pairPlaces();
-  if (!fits) {
-    // Warps leave some places empty, not always the same number.
-    pairs_expected_ = std::max(pairs_expected_, found() + found() / 16);
-    reservePairs(pairs_expected_);
-  }
+  const bool fits =
+      found() <= c.foundPlaces() && (frame_.isShared() || pairs() <= c.lists.capacity());
+  if (pairs() > sortedPlaces(frame_.in_place)) sorted_blocks_ = 0;
+  const unsigned long long* const begins = c.host_begins.data();
+  blocks_at_once_ = std::upper_bound(begins, begins + blocks(), most_sorted_at_once) - begins;
+  pairs_a_slot_ = static_cast<double>(pairs()) / static_cast<double>(frame_.boxes);
+  pairs_expected_ = pairs() + pairs() / 4;
+  // Warps leave some places empty, not always the same number.
+  beyond_expected_ = found() + found() / 4;
+  if (!fits) reservePairs(pairs_expected_, beyond_expected_);
   return fits && !isClustered();
 }
 
 void DeviceSweep::reserveOwn() {
   context_->lists.reserve(pairs());
-  context_->own_pairs.reserve(pairs());
 }
 
 void DeviceSweep::takePairs(const Found* found, std::size_t count) {
   Context& c = *context_;
-  scatterOwnPairs(found, count, c.plan.data(), c.ends.data(), c.lists.data(), c.queue());
+  scatterOwnPairs(found, count, c.plan.data(), openLists(), c.queue());
   mark(Scattered);
 }
 
-// The lists after scatter, and where they go when they are sorted. The pairs are in their lists by
-// then: the places of found ones are taken for sorted ones, unless other devices may still be
-// reading them.
+// Pairs for which there is room in the lists and where they go when they are sorted.
+std::size_t DeviceSweep::sortedPlaces(bool in_place) const {
+  const Context& c = *context_;
+  return std::min(c.lists.capacity(), in_place
+                                          ? c.pairs.capacity()
+                                          : c.segments.capacity() / segment_size * segment_words);
+}
+
+// The lists after scatter, and where they go when they are sorted.
 Lists DeviceSweep::lists(bool in_place) {
   Context& c = *context_;
-  Lists lists = {c.lists.data(), c.ends.data(), frame_.boxes, c.plan.data(), c.pairPlaces(), {}};
+  Lists lists = {rows(), c.lists.data(), sortedPlaces(in_place), c.begins.data(), frame_.boxes, {}};
   if (in_place)
-    lists.to.pairs = {sortedPairs().data(), c.borderline.data()};
+    lists.to.pairs = {c.pairs.data(), c.borderline.data()};
   else
     lists.to.segments = c.segments.data();
   return lists;
-}
-
-void DeviceSweep::sortAll() {
-  Context& c = *context_;
-  if (frame_.in_place) clearBorderline(c.pairPlaces());
-  device::sortLists(lists(frame_.in_place), 0, blocks(), c.queue());
 }
 
 void DeviceSweep::clearBorderline(std::size_t pairs) {
@@ -315,21 +305,17 @@ void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted so
   const std::size_t total = pairs(), pieces = (total + piece_words - 1) / piece_words;
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
-  const bool sort = !sorted_ || in_place != frame_.in_place;
-  if (sort && in_place) {
-    clearBorderline(total);
-    scatterUpTo(blocks());  // sorted ones go to where found ones are
-  }
-  std::size_t block = 0;
+  if (in_place != frame_.in_place) sorted_blocks_ = 0;
+  if (sorted_blocks_ == 0 && in_place) clearBorderline(total);
   for (std::size_t piece = 0; piece < pieces; ++piece) {
     const std::size_t words = std::min(total, (piece + 1) * piece_words);
     // Up to the first block that begins at or after the piece's end.
     const std::size_t end =
-        words == total ? blocks()
-                       : std::lower_bound(begins + block, begins + blocks(), words) - begins;
-    scatterUpTo(end);
-    if (sort) device::sortLists(lists(in_place), block, end, c.queue());
-    block = end;
+        words == total ? blocks() : std::lower_bound(begins, begins + blocks(), words) - begins;
+    if (end > sorted_blocks_) {
+      device::sortLists(lists(in_place), sorted_blocks_, end, c.queue());
+      sorted_blocks_ = end;
+    }
     if (!long_lists) sorted(piece);
   }
   if (long_lists) {
@@ -340,14 +326,17 @@ void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted so
   mark(Listed);
 }
 
-void DeviceSweep::sortLists(std::size_t piece_words) {
+void DeviceSweep::sortLists(std::size_t piece_words,
+                            const std::function<void(std::size_t)>& ready) {
   Context& c = *context_;
   const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
   sent_in_place_ = false;
   while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
   c.segments.reserve(segmentedSize(pairs()));
-  sortInPieces(false, piece_words,
-               [&](std::size_t piece) { CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute)); });
+  sortInPieces(false, piece_words, [&](std::size_t piece) {
+    CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
+    ready(piece);
+  });
 }
 
 void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
@@ -357,7 +346,8 @@ void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
   const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
   if (total == 0) return mark(Listed);
   c.host_borderline.reserve(segments);
-  const Found* const sorted = sortedPairs().data();
+  c.pairs.reserve(total);
+  const Found* const sorted = c.pairs.data();
   sortInPieces(true, piece_pairs, [&](std::size_t piece) {
     const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
     CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "cuda/one/cells.h"
@@ -50,7 +51,7 @@ class DeviceSweep {
   void arrived(std::size_t first, std::size_t last, cudaStream_t stream);
   // Once all boxes are on their way. The host need not wait.
   void order();
-  // Finds the pairs of the part; with no others, their places in the lists, too.
+  // Finds the pairs of the part; with no others, puts them into their lists, too.
   void search();
   // Both, replayed in one call where frames repeat themselves. Not for filters.
   void orderAndSearch();
@@ -74,8 +75,8 @@ class DeviceSweep {
   void takePairs(const device::Found* found, std::size_t count);
 
   // Sorts the lists, in the order in which they leave. Words [i, i + 1) * piece_words of them may
-  // leave after context()->ready[i].
-  void sortLists(std::size_t piece_words);
+  // leave after context()->ready[i]: ready(i) is called when that was asked for.
+  void sortLists(std::size_t piece_words, const std::function<void(std::size_t)>& ready);
   // The same, and sends them as pairs to where they belong: a part of `pairs`, which has room for
   // them and is locked. finishPairs waits until all are there.
   void sendPairs(PairList& pairs, std::size_t part);
@@ -91,23 +92,25 @@ class DeviceSweep {
   void release();
 
  private:
+  // fixed: guesses, before anything is known of the scene; there are never fewer places.
+  static constexpr double first_pairs_a_slot = 5;
+  static constexpr std::size_t least_places_a_box = 8;
+
   void reserve();
-  void reservePairs(std::size_t pairs);
+  void reservePairs(std::size_t pairs, std::size_t beyond);
   void buildCells();
   void search(bool ignore_clusters);
   void list(const std::uint32_t* counts);
   void collect();
-  void scatterUpTo(std::size_t block);
-  void sortAll();
   void clearBorderline(std::size_t pairs);
   template <class Sorted>
   void sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted);
+  std::size_t sortedPlaces(bool in_place) const;
   device::Lists lists(bool in_place);
   device::CellStore cellStore();
   device::FoundPairs foundPairs();
-  DeviceBuffer<device::Found>& sortedPairs() {
-    return frame_.isShared() ? context_->own_pairs : context_->found;
-  }
+  device::OpenLists openLists();
+  device::Rows rows() { return {context_->rows.data(), row_length_}; }
   std::size_t blocks() const {
     return (frame_.boxes + device::list_block - 1) / device::list_block;
   }
@@ -116,10 +119,14 @@ class DeviceSweep {
   DriverContext driver_context_ = nullptr;
   std::unique_ptr<Context> context_;
   Frame frame_;
-  std::size_t pairs_expected_ = 0;
-  // Blocks of slots: whose pairs are in their lists, and how many more at a time.
-  std::size_t scattered_blocks_ = 0, pass_blocks_ = 1;
-  bool sorted_ = false;  // all but the long lists, as the frame's in_place says
+  // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
+  // And how many pairs a slot has.
+  std::size_t pairs_expected_ = 0, beyond_expected_ = 0;
+  double pairs_a_slot_ = first_pairs_a_slot;
+  std::uint32_t row_length_ = 0;  // 0: no rows
+  // Blocks of slots whose lists are sorted but the long ones, as the frame's in_place says, and how
+  // many that is before the host knows.
+  std::size_t sorted_blocks_ = 0, blocks_at_once_ = 0;
   bool sent_in_place_ = false;
   device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
   // The same after the sort, which leaves its result in either array; and after the sort that is

@@ -21,6 +21,11 @@ Region expanding("device: download");
 // Words that are expanded to pairs: half of the smallest piece that is asked for at once.
 constexpr Grain grain_words = {least_piece_segments * segment_words / 2, Grain::whole};
 
+std::size_t wordsOf(const Download::Lists& lists, std::size_t piece) {
+  const std::size_t words = Download::pieceWords(lists.words);
+  return std::min(words, lists.words - piece * words);
+}
+
 }  // namespace
 
 std::size_t Download::pieceWords(std::size_t total) {
@@ -30,6 +35,23 @@ std::size_t Download::pieceWords(std::size_t total) {
 
 Download::Download() {
   for (std::size_t i = 0; i < ring_pieces; ++i) here_.push_back(std::make_unique<Event>());
+}
+
+std::uint32_t* Download::ringOf(const Lists& lists, std::size_t piece) {
+  return ring_.data() + piece % ring_pieces * segmentedSize(pieceWords(lists.words));
+}
+
+void Download::copy(const Lists& lists, std::size_t piece, cudaStream_t stream) {
+  CHECK_CUDA(cudaStreamWaitEvent(stream, *lists.ready[piece], 0));
+  CHECK_CUDA(cudaMemcpyAsync(
+      ringOf(lists, piece), lists.segments + piece * segmentedSize(pieceWords(lists.words)),
+      segmentedEnd(wordsOf(lists, piece)) * sizeof(std::uint32_t), cudaMemcpyDeviceToHost, stream));
+  CHECK_CUDA(cudaEventRecord(*here_[piece % ring_pieces], stream));
+}
+
+void Download::ask(const Lists& lists, std::size_t piece, cudaStream_t stream) {
+  if (piece == 0) ring_.reserve(piece_segments * segment_size * ring_pieces);
+  if (piece < ring_pieces) copy(lists, piece, stream);
 }
 
 // Lists on their way, piece by piece. Each thread makes pairs of its part of a piece.
@@ -46,17 +68,16 @@ class Download::Transfer {
         pieces_(piecesFor(lists.words)),
         expanded_(pieces_) {}
 
-  // Asks for pieces, waits for them and tells the others; a place of the ring is asked for again
-  // once all threads are done with its piece.
+  // Waits for pieces and tells the others; a place of the ring is asked for again once all threads
+  // are done with its piece.
   void drive(int team) {
-    std::size_t asked = 0;
-    const auto isFree = [&] {
-      return asked < ring_pieces || expanded_[asked - ring_pieces].load() == team;
-    };
+    std::size_t asked = std::min(pieces_, ring_pieces);
+    const auto isFree = [&] { return expanded_[asked - ring_pieces].load() == team; };
     for (std::size_t piece = 0; piece < pieces_; ++piece) {
       if (asked == piece) spinUntil([&] { return isFree() || failed_.load(); });
       if (failed_) return;
-      while (asked < pieces_ && asked < piece + ring_pieces && isFree()) ask(asked++);
+      while (asked < pieces_ && asked < piece + ring_pieces && isFree())
+        download_.copy(lists_, asked++, stream_);
       CHECK_CUDA(cudaEventSynchronize(*download_.here_[piece % ring_pieces]));
       arrived_.store(piece + 1, std::memory_order_release);
       expand(piece, 0, team);
@@ -76,24 +97,10 @@ class Download::Transfer {
   void fail() { failed_ = true; }
 
  private:
-  std::size_t wordsOf(std::size_t piece) const {
-    return std::min(piece_words_, lists_.words - piece * piece_words_);
-  }
-  std::uint32_t* ringOf(std::size_t piece) {
-    return download_.ring_.data() + piece % ring_pieces * segmentedSize(piece_words_);
-  }
-
-  void ask(std::size_t piece) {
-    CHECK_CUDA(cudaStreamWaitEvent(stream_, *lists_.ready[piece], 0));
-    CHECK_CUDA(cudaMemcpyAsync(ringOf(piece), lists_.segments + piece * segmentedSize(piece_words_),
-                               segmentedEnd(wordsOf(piece)) * sizeof(std::uint32_t),
-                               cudaMemcpyDeviceToHost, stream_));
-    CHECK_CUDA(cudaEventRecord(*download_.here_[piece % ring_pieces], stream_));
-  }
   void expand(std::size_t piece, int thread, int team) {
-    const std::size_t base = piece * piece_words_, words = wordsOf(piece);
+    const std::size_t base = piece * piece_words_, words = wordsOf(lists_, piece);
     const Range part = ownPart((words + segment_words - 1) / segment_words, thread, team);
-    const std::uint32_t* const here = ringOf(piece);
+    const std::uint32_t* const here = download_.ringOf(lists_, piece);
     for (std::size_t segment = part.begin; segment < part.end; ++segment) {
       const std::size_t begin = segment * segment_words;
       const std::size_t end = std::min(begin + segment_words, words);
@@ -118,7 +125,6 @@ class Download::Transfer {
 int Download::run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs,
                   std::size_t part) {
   if (lists.words == 0) return 1;
-  ring_.reserve(piece_segments * segment_size * ring_pieces);
   threads = teamFor(lists.words, grain_words, threads);
   if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
   for (auto& segments : borderline_) segments.clear();

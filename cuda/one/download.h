@@ -31,12 +31,19 @@ class Download {
     bool exact;                     // no pair is borderline
   };
 
-  // Fills a part of `pairs`, which has room for them. Returns the number of threads used.
+  // Asks for a piece of which the device has been told how to make it ready; one after the other,
+  // from the first one on. Does nothing for those that have no place in the ring yet.
+  void ask(const Lists& lists, std::size_t piece, cudaStream_t stream);
+  // Fills a part of `pairs`, which has room for them, when all pieces that have a place were asked
+  // for. Returns the number of threads used.
   int run(const Lists& lists, int threads, cudaStream_t stream, PairList& pairs, std::size_t part);
   std::size_t bytes() const { return ring_.bytes(); }
 
  private:
   class Transfer;
+
+  void copy(const Lists& lists, std::size_t piece, cudaStream_t stream);
+  std::uint32_t* ringOf(const Lists& lists, std::size_t piece);
 
   PinnedBuffer<std::uint32_t> ring_;
   std::vector<std::unique_ptr<Event>> here_;                // one a piece of the ring

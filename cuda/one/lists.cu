@@ -16,172 +16,230 @@ struct Add {
   }
 };
 
-// Writes word `i` of all lists to the segments, and the header if it is a segment's first.
+// What writes word `i` of all lists, which is of that slot, with how far it is ahead.
 struct ToSegments {
   std::uint32_t* segments;
-  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t ahead,
-                             std::uint32_t slot) const {
-    segments[i + (i / segment_words + 1) * header_words] = word | ahead << ahead_shift;
+  // And the header, if it is a segment's first.
+  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t slot) const {
+    segments[i + (i / segment_words + 1) * header_words] = word;
     if (i % segment_words == 0)
       *reinterpret_cast<uint4*>(segments + i / segment_words * segment_size) =
           make_uint4(slot, 0, 0, 0);
   }
 };
-// Writes it as a pair.
 struct ToPairs {
   SortedPairs to;
-  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t,
-                             std::uint32_t slot) const {
-    to.pairs[i] = Found{word & 1} << 63 | Found{slot} << 32 | word >> 1;
+  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t slot) const {
+    to.pairs[i] = Found{word & 1} << 63 | Found{slot} << 32 | (word & word_mask) >> 1;
     if (word & 1) to.borderline[i / segment_words] = 1;
   }
 };
 
+// Notes the slot if its list is long; those of a block at once, as all blocks meet at two counters.
+// There is a place for each slot.
+__device__ void noteLong(std::uint32_t count, std::uint32_t slot, ScenePlan* plan,
+                         std::uint32_t* long_slots) {
+  __shared__ std::uint32_t lists, first;
+  __shared__ unsigned long long words;
+  const bool is_long = count > long_list;
+  if (threadIdx.x == 0) lists = words = 0;
+  if (!__syncthreads_or(is_long)) return;
+  std::uint32_t place = 0;
+  if (is_long) {
+    place = atomicAdd(&lists, 1u);
+    atomicAdd(&words, static_cast<unsigned long long>(count));
+  }
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    first = atomicAdd(&plan->counters.long_lists, lists);
+    atomicAdd(&plan->counters.long_words, words);
+  }
+  __syncthreads();
+  if (is_long) long_slots[first + place] = slot;
+}
+
 // One thread a slot, one block list_block slots. The last block's last threads have no slot;
 // block_begins has a place for each block and one more, has_list one for each 32 slots.
 __global__ void __launch_bounds__(list_block)
-    summariseKernel(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, ListSummary summary) {
+    summariseKernel(const std::uint32_t* counts, const unsigned long long* begins,
+                    std::size_t slots, ScenePlan* plan, ListSummary summary) {
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
-  if (threadIdx.x == 0) summary.block_begins[blockIdx.x] = ends[slot];
+  if (threadIdx.x == 0) summary.block_begins[blockIdx.x] = begins[slot];
   const std::uint32_t count = slot < slots ? counts[slot] : 0;
   const unsigned lists = __ballot_sync(all_lanes, count != 0);
   if (threadIdx.x % 32 == 0 && slot < slots) summary.has_list[slot / 32] = lists;
-  if (count > long_list) {
-    summary.long_slots[atomicAdd(&plan->counters.long_lists, 1u)] =
-        static_cast<std::uint32_t>(slot);
-    atomicAdd(&plan->counters.long_words, static_cast<unsigned long long>(count));
-  }
+  noteLong(count, static_cast<std::uint32_t>(slot), plan, summary.long_slots);
   if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0)
-    summary.block_begins[gridDim.x] = ends[slots];
+    summary.block_begins[gridDim.x] = begins[slots];
 }
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
-// places in its list at once. These are whatever the counter gives: below the list's end, as the
-// list has one place for each pair found. Pairs of slots outside the range are taken for none. It
-// is plan->own, and all places are filled, if only_own.
+// places in its list at once, from those that are left: the last ones first, as many as there are
+// pairs beyond the slot's row. Where only_own, those of slots outside plan->own are taken for none,
+// and all places are filled. A place is below the list's end, as one is left for each pair beyond
+// the row when the first one comes, and not before the row's end.
 template <bool only_own>
 __global__ void __launch_bounds__(block_threads)
-    scatterKernel(const Found* __restrict__ found, unsigned long long capacity, SlotRange range,
-                  const ScenePlan* plan, unsigned long long* ends, std::uint32_t* lists) {
+    scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
+                  const ScenePlan* plan, OpenLists to) {
   const unsigned long long count = only_own ? capacity : plan->counters.found;
-  if (count > capacity) return;
-  if (only_own) range = plan->own;
+  if (count > capacity || to.begins[to.slots] > to.capacity) return;
+  const SlotRange own = plan->own;
   const int lane = threadIdx.x % 32;
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long first = blockIdx.x * std::size_t{block_threads} + threadIdx.x - lane;
        first < count; first += stride) {
     Found pair = first + lane < count ? found[first + lane] : nothing_found;
     const std::uint32_t earlier = static_cast<std::uint32_t>(pair >> 32);
-    if (!(earlier >= range.begin && earlier < range.end)) pair = nothing_found;
+    if (only_own && !(earlier >= own.begin && earlier < own.end)) pair = nothing_found;
     if (!__any_sync(all_lanes, pair != nothing_found)) continue;
     const std::uint32_t before = __shfl_up_sync(all_lanes, earlier, 1);
     const unsigned heads = __ballot_sync(all_lanes, lane == 0 || before != earlier);
     const int head = 31 - __clz(static_cast<int>(heads & (all_lanes >> (31 - lane))));
     const unsigned later_heads = lane == 31 ? 0 : heads >> (lane + 1);
     const int length = later_heads ? __ffs(later_heads) : 32 - lane;  // of a head's row
-    unsigned long long place = 0;
-    if (head == lane && pair != nothing_found)
-      place = atomicAdd(&ends[earlier], static_cast<unsigned long long>(length));
-    place = __shfl_sync(all_lanes, place, head) + (lane - head);
-    if (pair != nothing_found) lists[place] = static_cast<std::uint32_t>(pair);
+    std::uint32_t left = 0;
+    if (head == lane && pair != nothing_found) left = atomicSub(&to.left[earlier], length);
+    left = __shfl_sync(all_lanes, left, head) - (lane - head);
+    if (pair != nothing_found)
+      to.words[to.begins[earlier] + left - 1] = static_cast<std::uint32_t>(pair);
   }
 }
 
-// The lists of one block of slots. Long ones count as empty in `short_begins`.
-struct BlockLists {
-  unsigned long long begins[list_block];
-  std::uint32_t short_begins[list_block + 1];
-  std::uint32_t has_list[list_block / 32], warp_sums[list_block / 32];
-  std::uint8_t ahead[list_block];
-};
-
-// The last list that begins at or before word i of a block's short lists.
-__device__ int listOf(const BlockLists& block, std::uint32_t i) {
-  int low = 0, high = list_block - 1;
-  while (low < high) {
-    const int middle = (low + high + 1) / 2;
-    if (block.short_begins[middle] <= i)
-      low = middle;
-    else
-      high = middle - 1;
-  }
-  return low;
+// Word k of the list of a slot, which begins at `begin`.
+__device__ std::uint32_t wordAt(const Lists& of, std::size_t slot, unsigned long long begin,
+                                unsigned long long k) {
+  return k < of.rows.length ? of.rows.words[slot * of.rows.length + k] : of.words[begin + k];
 }
 
-// Puts each word of a block's short lists where the number of lesser words in its list says. Word i
-// of all is of the list at place listAt(i), whose word k is wordOf(place, k).
-template <class ListAt, class WordOf, class Write>
-__device__ void rankWords(ListAt listAt, WordOf wordOf, const BlockLists& block,
-                          std::size_t first_slot, Write write) {
-  const std::uint32_t count = block.short_begins[list_block];
-  for (std::uint32_t i = threadIdx.x; i < count; i += list_block) {
-    const int low = listAt(i);
-    const std::uint32_t begin = block.short_begins[low];
-    const std::uint32_t length = block.short_begins[low + 1] - begin, own = wordOf(low, i - begin);
-    std::uint32_t rank = 0;
-    for (std::uint32_t k = 0; k < length; ++k) rank += wordOf(low, k) < own;
-    write(block.begins[low] + rank, own, rank == 0 ? block.ahead[low] : 0,
-          static_cast<std::uint32_t>(first_slot + low));
+constexpr std::uint32_t no_word = ~std::uint32_t{0};  // behind all words
+
+__device__ void putInOrder(std::uint32_t& a, std::uint32_t& b) {
+  const std::uint32_t lesser = min(a, b);
+  b = max(a, b);
+  a = lesser;
+}
+
+// Batcher's odd-even merge sort, all of it in registers: templates, as the compiler does not unroll
+// loops whose ways are halved. Merges every way-th of `count` words from `first` on.
+template <int first, int count, int way, int size>
+__device__ void mergeWords(std::uint32_t (&words)[size]) {
+  if constexpr (2 * way < count) {
+    mergeWords<first, count, 2 * way>(words);
+    mergeWords<first + way, count, 2 * way>(words);
+#pragma unroll
+    for (int i = first + way; i + way < first + count; i += 2 * way)
+      putInOrder(words[i], words[i + way]);
+  } else {
+    putInOrder(words[first], words[first + way]);
   }
+}
+template <int first, int count, int size>
+__device__ void sortWords(std::uint32_t (&words)[size]) {
+  if constexpr (count > 1) {
+    sortWords<first, count / 2>(words);
+    sortWords<first + count / 2, count / 2>(words);
+    mergeWords<first, count, 1>(words);
+  }
+}
+
+// Copies a list of at most `size` words, sorted. Four words are read from a row at once, some
+// behind the list's end perhaps, but never behind the row's, which is a multiple of 16 bytes.
+template <int size>
+__device__ void sortList(const Lists& of, std::size_t slot, unsigned long long begin,
+                         std::uint32_t length, std::uint32_t* to) {
+  std::uint32_t words[size];
+  const uint4* const row = reinterpret_cast<const uint4*>(of.rows.words + slot * of.rows.length);
+#pragma unroll
+  for (int k = 0; k < size; k += 4) {
+    uint4 four = {};
+    if (k < length && k < of.rows.length) {
+      four = row[k / 4];
+    } else if (k < length) {
+      four.x = of.words[begin + k];
+      if (k + 1 < length) four.y = of.words[begin + k + 1];
+      if (k + 2 < length) four.z = of.words[begin + k + 2];
+      if (k + 3 < length) four.w = of.words[begin + k + 3];
+    }
+    words[k] = four.x;
+    words[k + 1] = four.y;
+    words[k + 2] = four.z;
+    words[k + 3] = four.w;
+  }
+#pragma unroll
+  for (int k = 0; k < size; ++k)
+    if (k >= length) words[k] = no_word;
+  sortWords<0, size>(words);
+#pragma unroll
+  for (int k = 0; k < size; ++k)
+    if (k < length) to[k] = words[k];
 }
 
 static_assert(list_block <= 256, "a byte tells a list of a block");
+static_assert(long_list == 32, "registers hold the words of a list");
 
-// One block list_block slots, one thread a word of their short lists, in strides. The words of a
-// list differ, so that their ranks do; a rank is below the list's length. Short lists of a block
-// have at most list_block * long_list words.
+// The short lists of one block of slots, one after the other.
+struct ShortLists {
+  std::uint32_t words[list_block * long_list];
+  std::uint8_t list_at[list_block * long_list];  // of each word
+  unsigned long long shift[list_block];          // what a list's words are ahead of their places
+  std::uint32_t has_list[list_block / 32], warp_sums[list_block / 32];
+};
+
+// One block list_block slots, one thread a short list: sorted into shared memory, from which all
+// write word after word. These are list_block * long_list words at most, and go to where `begins`
+// says. If found pairs did not fit, scatter left places unfilled: words are anything then, and the
+// search is made again.
 template <class Write>
 __global__ void __launch_bounds__(list_block)
     sortKernel(Lists of, std::size_t first_block, Write write) {
-  __shared__ BlockLists block;
-  __shared__ std::uint32_t cached[cached_words];
-  __shared__ std::uint8_t list_at[cached_words];  // of each cached word
-  if (of.plan->counters.found > of.capacity) return;
-  const std::uint32_t* const __restrict__ lists = of.words;
-  const unsigned long long* const ends = of.ends;
+  __shared__ ShortLists block;
   const std::size_t slots = of.slots;
+  if (of.begins[slots] > of.capacity) return;
   const int t = threadIdx.x, lane = t % 32, warp = t / 32;
   const std::size_t first = (first_block + blockIdx.x) * list_block, slot = first + t;
-  const unsigned long long begin = slot == 0 ? 0 : ends[min(slot, slots) - 1];
-  const unsigned long long end = slot < slots ? ends[slot] : begin;
+  const unsigned long long begin = of.begins[min(slot, slots)];
+  const unsigned long long end = of.begins[min(slot + 1, slots)];
   const std::uint32_t length =
       end - begin > long_list ? 0 : static_cast<std::uint32_t>(end - begin);
   const unsigned with_list = __ballot_sync(all_lanes, begin < end);
-  std::uint32_t sum = length;
+  std::uint32_t place = length;
   for (int step = 1; step < 32; step *= 2) {
-    const std::uint32_t below = __shfl_up_sync(all_lanes, sum, step);
-    if (lane >= step) sum += below;
+    const std::uint32_t below = __shfl_up_sync(all_lanes, place, step);
+    if (lane >= step) place += below;
   }
-  block.begins[t] = begin;
-  if (lane == 31) block.warp_sums[warp] = sum;
+  if (lane == 31) block.warp_sums[warp] = place;
   if (lane == 0) block.has_list[warp] = with_list;
+  place -= length;
   __syncthreads();
-  for (int i = 0; i < warp; ++i) sum += block.warp_sums[i];
-  block.short_begins[t + 1] = sum;
-  if (t == 0) block.short_begins[0] = 0;
+  std::uint32_t count = 0;
+  for (int i = 0; i < list_block / 32; ++i) {
+    if (i == warp) place += count;
+    count += block.warp_sums[i];
+  }
   // The slot before in this block that has a list.
   unsigned before = with_list & ((1u << lane) - 1);
   int from = warp;
   while (!before && from > 0) before = block.has_list[--from];
-  const int ahead = before ? t - (from * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
-  block.ahead[t] = static_cast<std::uint8_t>(min(ahead, static_cast<int>(far_ahead)));
+  const std::uint32_t ahead =
+      before ? t - (from * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
+
+  std::uint32_t* const to = block.words + place;
+  const int longest = warpMax(static_cast<int>(length));
+  if (longest <= 8)
+    sortList<8>(of, slot, begin, length, to);
+  else if (longest <= 16)
+    sortList<16>(of, slot, begin, length, to);
+  else
+    sortList<long_list>(of, slot, begin, length, to);
+  if (length) to[0] |= min(ahead, far_ahead) << ahead_shift;
+  for (std::uint32_t k = 0; k < length; ++k)
+    block.list_at[place + k] = static_cast<std::uint8_t>(t);
+  block.shift[t] = begin - place;
   __syncthreads();
-  const unsigned long long base = block.begins[0];
-  const std::uint32_t count = block.short_begins[list_block];
-  // Without a long list among them the words of a block are in a row.
-  const bool in_a_row = !__syncthreads_or(end - begin > long_list);
-  if (in_a_row && count <= cached_words) {
-    for (std::uint32_t i = t; i < count; i += list_block) cached[i] = lists[base + i];
-    for (std::uint32_t i = sum - length; i < sum; ++i) list_at[i] = static_cast<std::uint8_t>(t);
-    __syncthreads();
-    rankWords([&](std::uint32_t i) { return list_at[i]; },
-              [&](int list, std::uint32_t k) { return cached[block.short_begins[list] + k]; },
-              block, first, write);
-  } else {
-    rankWords([&](std::uint32_t i) { return listOf(block, i); },
-              [&](int list, std::uint32_t k) { return lists[block.begins[list] + k]; }, block,
-              first, write);
+  for (std::uint32_t i = t; i < count; i += list_block) {
+    const int list = block.list_at[i];
+    write(block.shift[list] + i, block.words[i], static_cast<std::uint32_t>(first + list));
   }
 }
 
@@ -198,18 +256,18 @@ struct LongWords {
 
 // One thread a long list: where it begins, and its length, from which a scan makes offsets.
 __global__ void __launch_bounds__(block_threads)
-    longListKernel(const unsigned long long* ends, LongLists lists, unsigned long long* begins,
-                   unsigned long long* lengths) {
+    longListKernel(const unsigned long long* list_begins, LongLists lists,
+                   unsigned long long* begins, unsigned long long* lengths) {
   const std::uint32_t i = blockIdx.x * block_threads + threadIdx.x;
   if (i >= lists.count) return;
   const std::uint32_t slot = lists.slots[i];
-  begins[i] = slot ? ends[slot - 1] : 0;
-  lengths[i] = ends[slot] - begins[i];
+  begins[i] = list_begins[slot];
+  lengths[i] = list_begins[slot + 1] - begins[i];
 }
 
 // One thread a word of the long lists, in strides.
 __global__ void __launch_bounds__(block_threads)
-    gatherKernel(const std::uint32_t* lists, LongWords from, std::uint64_t* keys) {
+    gatherKernel(Lists lists, LongWords from, std::uint64_t* keys) {
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
@@ -221,8 +279,8 @@ __global__ void __launch_bounds__(block_threads)
       else
         high = middle - 1;
     }
-    keys[i] =
-        std::uint64_t{low} << from.word_bits | lists[from.begins[low] + (i - from.offsets[low])];
+    keys[i] = std::uint64_t{low} << from.word_bits |
+              wordAt(lists, from.slots[low], from.begins[low], i - from.offsets[low]);
   }
 }
 
@@ -236,7 +294,8 @@ __global__ void __launch_bounds__(block_threads)
     const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
     const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
     const unsigned long long rank = i - from.offsets[list];
-    write(from.begins[list] + rank, word, rank == 0 ? far_ahead : 0, from.slots[list]);
+    const std::uint32_t ahead = rank == 0 ? far_ahead << ahead_shift : 0;
+    write(from.begins[list] + rank, word | ahead, from.slots[list]);
   }
 }
 
@@ -265,6 +324,15 @@ const std::uint64_t* sortKeys(DeviceBuffer<std::uint64_t> (&buffers)[2], unsigne
   return keys.Current();
 }
 
+// Calls use(what writes words to where they go).
+template <class Use>
+void withWriter(const Lists& lists, Use use) {
+  if (lists.to.segments)
+    use(ToSegments{lists.to.segments});
+  else
+    use(ToPairs{lists.to.pairs});
+}
+
 int bitsFor(std::uint64_t values) {
   int bits = 0;
   while (bits < 64 && values >> bits) ++bits;
@@ -273,28 +341,28 @@ int bitsFor(std::uint64_t values) {
 
 }  // namespace
 
-void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
+void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::size_t slots,
                 const ScratchQueue& queue) {
-  scan(counts, ends, slots + 1, queue);
+  scan(counts, begins, slots + 1, queue);
 }
 
-void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, const ListSummary& summary, const KernelQueue& queue) {
+void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
+                    std::size_t slots, ScenePlan* plan, const ListSummary& summary,
+                    const KernelQueue& queue) {
   launch("summarise lists", summariseKernel, (slots + list_block - 1) / list_block, list_block,
-         queue.stream, counts, ends, slots, plan, summary);
+         queue.stream, counts, begins, slots, plan, summary);
 }
 
-void scatterPairs(const FoundPairs& found, const SlotRange& range, const ScenePlan* plan,
-                  unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue) {
+void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenLists& to,
+                  const KernelQueue& queue) {
   launch("scatter pairs", scatterKernel<false>, std::size_t(queue.processors) * blocks_a_processor,
-         block_threads, queue.stream, found.pairs, found.capacity, range, plan, ends, lists);
+         block_threads, queue.stream, found.pairs, found.capacity, plan, to);
 }
 
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
-                     unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue) {
-  launch("scatter own pairs", scatterKernel<true>,
-         std::size_t(queue.processors) * blocks_a_processor, block_threads, queue.stream, found,
-         count, SlotRange{0, 0}, plan, ends, lists);
+                     const OpenLists& to, const KernelQueue& queue) {
+  launch("scatter own pairs", scatterKernel<true>, blocksFor(count, queue), block_threads,
+         queue.stream, found, count, plan, to);
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
@@ -302,11 +370,7 @@ void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const Ker
     launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream, lists,
            begin, write);
   };
-  if (begin == end) return;
-  if (lists.to.segments)
-    sort(ToSegments{lists.to.segments});
-  else
-    sort(ToPairs{lists.to.pairs});
+  if (begin != end) withWriter(lists, sort);
 }
 
 void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
@@ -318,12 +382,12 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
   unsigned long long* const lengths = store.offsets.data() + count;
   unsigned long long* const offsets = store.offsets.data();
   launch("find long lists", longListKernel, blocksForAll(count), block_threads, queue.stream,
-         lists.ends, long_lists, store.begins.data(), lengths);
+         lists.begins, long_lists, store.begins.data(), lengths);
   scan(lengths, offsets, count, queue);
   const LongWords from = {long_lists.slots, store.begins.data(),         offsets, count,
                           long_lists.words, bitsFor(2 * lists.slots - 1)};
   const std::size_t blocks = blocksFor(from.words, queue);
-  launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists.words, from,
+  launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists, from,
          store.keys[0].data());
   const std::uint64_t* const sorted =
       sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
@@ -331,10 +395,7 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
     launch("spread long lists", spreadKernel<decltype(write)>, blocks, block_threads, queue.stream,
            sorted, from, write);
   };
-  if (lists.to.segments)
-    spread(ToSegments{lists.to.segments});
-  else
-    spread(ToPairs{lists.to.pairs});
+  withWriter(lists, spread);
 }
 
 }  // namespace device

@@ -13,9 +13,9 @@
 namespace ode_parallel_sap {
 namespace device {
 
-// ends[i] = counts[0] + ... + counts[i - 1] for i <= slots: where each list begins, the last one
+// begins[i] = counts[0] + ... + counts[i - 1] for i <= slots: where each list begins, the last one
 // the number of pairs. counts[slots] is read.
-void scanCounts(const std::uint32_t* counts, unsigned long long* ends, std::size_t slots,
+void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::size_t slots,
                 const ScratchQueue& queue);
 
 // What the host needs beside the plan's counters.
@@ -26,16 +26,26 @@ struct ListSummary {
   std::uint32_t* long_slots;  // whose lists are longer than long_list
 };
 // Before scatter.
-void summariseLists(const std::uint32_t* counts, const unsigned long long* ends, std::size_t slots,
-                    ScenePlan* plan, const ListSummary& summary, const KernelQueue& queue);
+void summariseLists(const std::uint32_t* counts, const unsigned long long* begins,
+                    std::size_t slots, ScenePlan* plan, const ListSummary& summary,
+                    const KernelQueue& queue);
 
-// Puts the words of pairs whose earlier slot is in `range` into their lists, in no order within a
-// list. ends[i] becomes the end of list i. Does nothing if the pairs did not fit.
-void scatterPairs(const FoundPairs& found, const SlotRange& range, const ScenePlan* plan,
-                  unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue);
-// The same with `count` pairs, of which those of plan->own are taken.
+// Lists with a place for each pair: that of slot i begins at words[begins[i]]. left[i], at first
+// the number of its pairs, is how many places from its first one on are not filled yet.
+struct OpenLists {
+  std::uint32_t* words;
+  unsigned long long capacity;  // of words: nothing is done if the lists do not fit
+  const unsigned long long* begins;
+  std::size_t slots;
+  std::uint32_t* left;
+};
+// Puts the pairs that are beyond the rows into their lists: at places from rows.length on, those
+// before stay as they are. Does nothing if they did not fit into `found`.
+void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenLists& to,
+                  const KernelQueue& queue);
+// The same with `count` pairs, of which those of plan->own are taken; without rows.
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
-                     unsigned long long* ends, std::uint32_t* lists, const KernelQueue& queue);
+                     const OpenLists& to, const KernelQueue& queue);
 
 // Words of the segments that hold `words` words, headers included.
 constexpr std::size_t segmentedSize(std::size_t words) {
@@ -59,20 +69,21 @@ struct SortedPairs {
   std::uint8_t* borderline;
 };
 
-// The lists after scatter, and where they go when they are sorted: into segments, or as pairs.
+// The lists after scatter, and where they go when they are sorted: into segments, or as pairs. The
+// first words of a list are in its slot's row, the k-th of the others at words[begins[slot] + k].
 struct Lists {
+  Rows rows;
   const std::uint32_t* words;
-  const unsigned long long* ends;
+  unsigned long long capacity;  // of words, and of where they go
+  const unsigned long long* begins;
   std::size_t slots;
-  const ScenePlan* plan;
-  unsigned long long capacity;  // of found pairs: nothing is in the lists if these did not fit
   struct {
     std::uint32_t* segments;  // null: into pairs
     SortedPairs pairs;
   } to;
 };
 
-// Sorts the lists of blocks [begin, end) but the long ones. Does nothing if the pairs did not fit.
+// Sorts the lists of blocks [begin, end) but the long ones. Does nothing if they do not fit.
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue);
 
 // What sorting long lists needs beside them; grows as needed.

@@ -31,8 +31,11 @@ constexpr int fan_out = 32;    // fixed: likewise, the children of a node
 // fixed: enough for 2^28 boxes.
 constexpr int most_levels = 6;
 
+// Lists longer than this are sorted by digits, all of them together; the others by one thread each.
+constexpr std::uint32_t long_list = 32;  // fixed: registers hold so many words
+
 // Slots whose lists are sorted by one block.
-constexpr int list_block = block_threads;
+constexpr int list_block = 256;  // fixed: a byte tells a list of a block
 
 // How the lists travel. The words of all lists follow each other: the later slot above the lowest
 // bit, which tells that the pair is borderline. The top digits of a word tell by how many slots its

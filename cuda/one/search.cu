@@ -2,6 +2,7 @@
 //
 #include <algorithm>
 
+#include "cuda/one/cell_dealer.h"
 #include "cuda/one/primitives.cuh"
 
 namespace ode_parallel_sap {
@@ -10,7 +11,7 @@ namespace device {
 namespace {
 
 // fixed: the spaces of a block's warps fit into the 48 kB of shared memory that every device has.
-constexpr int search_warps = 8;
+constexpr int search_warps = CellDealer::together;
 constexpr int search_threads = search_warps * 32;
 
 // fixed: more hits of each queued box at once would not fit there. Half as many: 1.07 times the
@@ -87,10 +88,12 @@ __device__ std::uint32_t bitsWithin(int begin, int end) {
   return below_end & ~static_cast<std::uint32_t>((1ull << min(max(begin, 0), 32)) - 1);
 }
 
-template <bool exact, bool filtered>
+// in_rows: pairs go into rows first.
+template <bool exact, bool filtered, bool in_rows>
 struct Search {
   WarpSpace& space;
   const SearchFilter filter;
+  const Rows rows;
   Places places;
   std::uint32_t* const counts;
   const int lane;
@@ -126,22 +129,46 @@ struct Search {
     return hits;
   }
 
-  // Writes the pairs of each lane's queued box, the first of which is at `first`, with those of the
-  // query's boxes in `hits` that it overlaps: some of them, the others are returned. The lanes take
-  // them all together, however many hits each box has.
-  __device__ std::uint32_t writeSome(std::uint32_t hits, int first) {
+  // Counts a pair of the earlier slot, if `meets`; returns how many were counted before. The lanes
+  // `alike`, this one among them, count pairs of the same slot at once.
+  __device__ std::uint32_t countPairs(bool meets, std::uint32_t earlier, std::uint32_t alike) {
+    const int first = __ffs(alike) - 1;
+    std::uint32_t before = 0;
+    if (meets && lane == first) before = atomicAdd(&counts[earlier], __popc(alike));
+    return __shfl_sync(all_lanes, before, first) + __popc(alike & ((1u << lane) - 1));
+  }
+
+  // Puts the pairs of lanes that have one beside the rows.
+  __device__ void put(bool any, std::uint32_t earlier, std::uint32_t word) {
+    const unsigned all = __ballot_sync(all_lanes, any);
+    if (!all) return;
+    Found* const to = places.next(__popc(all & ((1u << lane) - 1)), __popc(all), lane);
+    if (any) *to = Found{earlier} << 32 | word;
+  }
+
+  // Lists some of the hits of each lane's queued box, which are taken out of `hits`, lane after
+  // lane. Returns where the lane's are in the list.
+  __device__ int2 listSome(std::uint32_t& hits) const {
     const int count = min(__popc(hits), hits_at_once);
     int end = count;
     for (int step = 1; step < 32; step *= 2) {
       const int below = __shfl_up_sync(all_lanes, end, step);
       if (lane >= step) end += below;
     }
-    const int begin = end - count, total = __shfl_sync(all_lanes, end, 31);
-    for (int i = begin; i < end; ++i) {
+    for (int i = end - count; i < end; ++i) {
       space.hits[i] = static_cast<std::uint16_t>(lane << 5 | (__ffs(hits) - 1));
       hits &= hits - 1;
     }
     __syncwarp();
+    return {end - count, end};
+  }
+
+  // Writes the pairs of each lane's queued box, the first of which is at `first`, with those of the
+  // query's boxes in `hits` that it overlaps: some of them, the others are returned. The lanes take
+  // them all together, however many hits each box has.
+  __device__ std::uint32_t writeSome(std::uint32_t hits, int first) {
+    const int2 own = listSome(hits);
+    const int total = __shfl_sync(all_lanes, own.y, 31);
     std::uint32_t earlier_here = 0;  // pairs of which the lane's own box is the earlier one
     for (int from = 0; from < total; from += 32) {
       const int i = from + lane;
@@ -152,19 +179,30 @@ struct Search {
       const std::uint32_t slot = __float_as_uint(low.w), other = __float_as_uint(query_low.w);
       bool meets = i < total && overlap(query_low, query_high, low, high);
       if (filtered) meets = meets && passes(slot, other);
-      const unsigned meeting = __ballot_sync(all_lanes, meets);
-      Found* const to = places.next(__popc(meeting & ((1u << lane) - 1)), __popc(meeting), lane);
-      const bool is_earlier = meets && slot < other;
-      earlier_here +=
-          __popc(__ballot_sync(all_lanes, is_earlier) & bitsWithin(begin - from, end - from));
-      if (!meets) continue;
-      const bool borderline = !exact && !isClear(query_low, query_high, low, high) &&
+      const bool borderline = !exact && meets && !isClear(query_low, query_high, low, high) &&
                               overlapIsBorderline(query_low, query_high, low, high);
-      const std::uint32_t earlier = min(slot, other), later = max(slot, other);
-      *to = Found{earlier} << 32 | later << 1 | borderline;
-      if (!is_earlier) atomicAdd(&counts[other], 1u);
+      const std::uint32_t earlier = min(slot, other), word = max(slot, other) << 1 | borderline;
+      const bool is_earlier = meets && slot < other;
+      const unsigned earlier_ones = __ballot_sync(all_lanes, is_earlier);
+      if (in_rows) {
+        // The hits of the same queued box.
+        const std::uint32_t range = __shfl_sync(all_lanes, own.x << 16 | own.y, hit >> 5);
+        const std::uint32_t alike = bitsWithin(static_cast<int>(range >> 16) - from,
+                                               static_cast<int>(range & 0xffff) - from);
+        const std::uint32_t before =
+            countPairs(meets, earlier, is_earlier ? earlier_ones & alike : 1u << lane);
+        const bool in_row = before < rows.length;
+        // Each slot has its row, and each place of it is given once.
+        if (meets && in_row) rows.words[std::size_t{earlier} * rows.length + before] = word;
+        put(meets && !in_row, earlier, word);
+      } else {
+        earlier_here += __popc(earlier_ones & bitsWithin(own.x - from, own.y - from));
+        if (meets && !is_earlier) atomicAdd(&counts[other], 1u);
+        put(meets, earlier, word);
+      }
     }
-    if (earlier_here) atomicAdd(&counts[__float_as_uint(space.low[first + lane].w)], earlier_here);
+    if (!in_rows && earlier_here)
+      atomicAdd(&counts[__float_as_uint(space.low[first + lane].w)], earlier_here);
     __syncwarp();
     return hits;
   }
@@ -264,31 +302,17 @@ struct Search {
   }
 };
 
-// Which cells a warp takes. Three quarters are dealt in strides, so that a block's warps have
-// neighbours, which reach the same boxes; the others to whoever is done, as how long one takes
-// differs. Of 1,000,000 and 4,000,000 boxes: 1.1 and 1.05 times the time with all in strides, 1.03
-// and 1.16 with all to whoever is done.
-struct Dealer {
-  const Part part;
-  const std::uint32_t stride, in_strides;
-
-  __device__ Dealer(const Part& part, std::uint32_t cells)
-      : part(part), stride(gridDim.x * search_warps), in_strides(cells / part.count / 4 * 3) {}
-
-  __device__ std::uint32_t cellOf(std::uint32_t dealt) const {
-    const std::uint32_t group = dealt / search_warps * part.count + part.index;
-    return group * search_warps + dealt % search_warps;
-  }
-  __device__ std::uint32_t next(std::uint32_t dealt, int lane, ScenePlan* plan) const {
-    if (dealt + stride < in_strides) return dealt + stride;
-    if (lane == 0) dealt = max(in_strides, stride) + atomicAdd(&plan->counters.cells_dealt, 1u);
-    return __shfl_sync(all_lanes, dealt, 0);
-  }
-};
+// The number of a warp's next cell; the same in all lanes.
+__device__ std::uint32_t nextOf(const CellDealer& dealer, std::uint32_t dealt, int lane,
+                                ScenePlan* plan) {
+  if (dealer.isInStrides(dealer.after(dealt))) return dealer.after(dealt);
+  if (lane == 0) dealt = dealer.forAsking(atomicAdd(&plan->counters.cells_dealt, 1u));
+  return __shfl_sync(all_lanes, dealt, 0);
+}
 
 // One warp a cell. Levels, counts and nodes are those of the tree that plan->counters.cells gives;
 // a child is read only below its level's count, a box only below its cell's.
-template <bool exact, bool filtered>
+template <bool exact, bool filtered, bool in_rows>
 __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     searchKernel(const Records sorted, const Tree tree, SearchRules rules, ScenePlan* plan,
                  FoundPairs found, std::uint32_t* counts) {
@@ -309,13 +333,13 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
     }
   }
   __syncthreads();
-  Search<exact, filtered> search = {
-      spaces[warp], rules.filter, {plan, found.pairs, found.capacity}, counts, lane};
+  Search<exact, filtered, in_rows> search = {
+      spaces[warp], rules.filter, found.rows, {plan, found.pairs, found.capacity}, counts, lane};
 
-  const Dealer dealer(rules.part, cell_count);
+  const CellDealer dealer(rules.part, cell_count, gridDim.x * search_warps);
   std::uint32_t dealt = blockIdx.x * search_warps + warp;
   for (std::uint32_t cell; (cell = dealer.cellOf(dealt)) < cell_count;
-       dealt = dealer.next(dealt, lane, plan)) {
+       dealt = nextOf(dealer, dealt, lane, plan)) {
     search.begin(tree.level[0][cell], sorted, top_level);
     do {
       while (search.queued < 32 && (search.celled || search.stacked)) {
@@ -330,6 +354,13 @@ __global__ void __launch_bounds__(search_threads, search_blocks_a_processor)
   for (std::uint32_t i = lane; i < search.places.left; i += 32) search.places.at[i] = nothing_found;
 }
 
+template <bool in_rows>
+auto kernelFor(bool exact, bool filtered) {
+  return exact ? filtered ? searchKernel<true, true, in_rows> : searchKernel<true, false, in_rows>
+         : filtered ? searchKernel<false, true, in_rows>
+                    : searchKernel<false, false, in_rows>;
+}
+
 }  // namespace
 
 void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
@@ -338,10 +369,10 @@ void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan
   for (int level = 0; level < most_levels; ++level)
     tree.level[level] = recordsIn(cells.tree, cells.layout.records, cells.layout.begin[level]);
   const bool filtered = rules.filter.bits || rules.filter.bodies;
-  const auto kernel = rules.exact ? filtered ? searchKernel<true, true> : searchKernel<true, false>
-                      : filtered ? searchKernel<false, true>
-                                  : searchKernel<false, false>;
-  // As many as run at once: those of before would take all cells that are not dealt in strides.
+  const auto kernel = found.rows.length ? kernelFor<true>(rules.exact, filtered)
+                                        : kernelFor<false>(rules.exact, filtered);
+  // No more than run at once: the cells that are not dealt in strides would be gone when the others
+  // begin.
   int blocks = 0;
   CHECK_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessorWithFlags(&blocks, kernel, search_threads,
                                                                     0, cudaOccupancyDefault));

@@ -30,17 +30,24 @@ struct SearchRules {
   bool ignore_clusters;  // or else nothing is done in a clustered scene
 };
 
-// Room for pairs as they are found.
+// A row for each slot, where the first words of its list go as they are found, in no order.
+struct Rows {
+  std::uint32_t* words;
+  std::uint32_t length;  // of a row; 0: there are none
+};
+
+// Room for pairs as they are found: what is beyond its slot's row goes to `pairs`.
 struct FoundPairs {
+  Rows rows;
   Found* pairs;
   unsigned long long capacity;
 };
 // Places behind that capacity, into which goes what does not fit.
 constexpr std::size_t overflow_places = chunk_places;
 
-// Writes the pairs of each searched cell with itself and those ahead to `found`, in no order, as
-// far as they go into it, and takes counters.found places for them; adds up in counts[] the pairs
-// of each earlier slot, all of them whatever the capacity.
+// Finds the pairs of each searched cell with itself and those ahead. They go into found.rows and,
+// what is beyond, into found.pairs, as far as there is room; counters.found places are taken for
+// these. Adds up in counts[] the pairs of each earlier slot, all of them whatever the capacity.
 void findPairs(const CellStore& cells, const SearchRules& rules, ScenePlan* plan,
                const FoundPairs& found, std::uint32_t* counts, const KernelQueue& queue);
 

@@ -34,29 +34,23 @@ constexpr std::uint32_t chunk_places = 256;
 // Doubled: no difference. Halved: no difference.
 constexpr int cells_at_once = 2;
 
-// Lists longer than this are sorted by digits, all of them together.
-// Unit: pairs. From: cuda/check time, long bars.
-// Doubled: no difference. Halved: no difference.
-constexpr std::uint32_t long_list = 64;
-
-// Words of a block's lists that are kept in shared memory while they are sorted, 16 kB; what has
-// more is read from global memory.
-// Unit: words. From: cuda/check time, cube of 1,000,000.
-// Doubled: no difference. Halved: no difference.
-constexpr std::uint32_t cached_words = 4096;
-
-// Up to this number of pairs lists are sorted before the host knows that all were found, which
-// saves it a way to the device. More are sorted in pieces, while others travel.
+// The lists of the first so many pairs are sorted before the host knows that all were found, which
+// saves it a way to the device. The others are sorted in pieces, while these travel.
 // Unit: pairs. From: cuda/check cells, cubes of 10,000 (0.95 of the time) to 1,000,000.
-// Doubled: no difference. Halved: cube of 100,000 1.02 to 1.05 times.
+// Doubled: no difference. Halved: no difference.
 constexpr std::size_t most_sorted_at_once = std::size_t{1} << 20;
 
-// Passes in which many pairs are put into lists that leave in pieces, each pass those of a range of
-// slots: what leaves first waits for one of them only, and the places of a pass stay in the
-// second-level cache.
-// Unit: passes. From: cuda/check time, cubes of 1,000,000 and 4,000,000.
+// Places in each slot's row for its first words, for each pair that slots have on average. Earlier
+// slots have more later ones: up to twice as many.
+// Unit: places a pair. From: cuda/check time, all scenes.
 // Doubled: no difference. Halved: no difference.
-constexpr std::size_t scatter_passes = 4;
+constexpr std::size_t row_places_a_pair = 3;
+
+// Where rows would have to be longer there are none: most lists are, which takes longer with rows
+// (6,000 boxes in one spot: 1.5 times).
+// Unit: places. From: cuda/check time, one place.
+// Doubled: no difference. Halved: no difference.
+constexpr std::uint32_t most_row = 64;
 
 // What travels is cut into so many pieces at least, unless they were smaller than
 // least_piece_bytes: the first can be dealt with early.

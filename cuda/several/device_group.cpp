@@ -31,6 +31,11 @@ void copyBetween(DeviceSweep& to, T* at, const DeviceSweep& from, const T* value
         cudaMemcpyPeerAsync(at, to.device(), values, from.device(), count * sizeof(T), stream));
 }
 
+Download::Lists listsOf(const DeviceSweep& member, bool exact) {
+  const Context& c = *member.context();
+  return {c.segments.data(), member.pairs(), c.ready, c.host_has_list.data(), exact};
+}
+
 }  // namespace
 
 // Calls work(member, its number) with its device current.
@@ -262,17 +267,17 @@ void DeviceGroup::fetch(const BoxSet& boxes, int threads, PairList& pairs) {
     to.resizeDiscarding(member.pairs());
     in_place[part] =
         wantsInPlace(threads) && member.context()->pairs_lock.covers(to.data(), to.bytes());
-    if (in_place[part])
-      member.sendPairs(pairs, part);
-    else
-      member.sortLists(Download::pieceWords(member.pairs()));
+    if (in_place[part]) return member.sendPairs(pairs, part);
+    Context& c = *member.context();
+    member.sortLists(Download::pieceWords(member.pairs()), [&](std::size_t piece) {
+      c.download.ask(listsOf(member, boxes.exact), piece, c.down);
+    });
   });
   each([&](DeviceSweep& member, std::size_t part) {
     if (in_place[part]) return;
     Context& c = *member.context();
-    const Download::Lists lists = {c.segments.data(), member.pairs(), c.ready,
-                                   c.host_has_list.data(), boxes.exact};
-    threads_used_ = std::max(threads_used_, c.download.run(lists, threads, c.down, pairs, part));
+    const int used = c.download.run(listsOf(member, boxes.exact), threads, c.down, pairs, part);
+    threads_used_ = std::max(threads_used_, used);
   });
   each([&](DeviceSweep& member, std::size_t part) {
     if (in_place[part]) member.finishPairs(pairs, part);
