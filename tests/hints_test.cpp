@@ -80,10 +80,11 @@ void addLayers(World& world, int count, const std::vector<unsigned long>& catego
 
 struct Run {
   using Collide = std::function<void(dSpaceID)>;
-  std::string line;              // the last that was said, or nothing
-  dParallelSAPStats stats;       // of the last frame
-  double share[3];               // of the pairs: static, asleep, clear of a plane
-  double total_ms, of_pairs_ms;  // of all frames; and that which goes by the number of pairs
+  std::string line;            // the last that was said, or nothing
+  dParallelSAPStats stats;     // of the last frame
+  double share[3];             // of the pairs: static, asleep, clear of a plane
+  double total_ms, report_ms;  // of all frames
+  double of_pairs_ms;          // that which goes by the number of pairs
 };
 
 void collideWorking(dSpaceID space) {
@@ -139,6 +140,7 @@ Run run(const std::function<void(World&)>& populate, const Run::Collide& collide
       collide_once(space);
       run.stats = statsOf(space);
       run.total_ms += run.stats.total_ms;
+      run.report_ms += run.stats.report_ms;
       run.of_pairs_ms += run.stats.extract_ms + run.stats.filter_ms + run.stats.report_ms;
     }
     REQUIRE(run.stats.sampled >= samples);
@@ -330,18 +332,32 @@ TEST_CASE("Nothing is said where nothing would be saved", "[hints]") {
            collideWorking(space);
          },
          kSamples},
-        {"pairs for which the callback does nothing",
-         [](World& world) {
-           add(world, denseCube(100, 1), Bodies::none);
-           add(world, denseCube(1500, 2), Bodies::awake, 100);
-         },
-         [](dSpaceID space) { dSpaceCollide(space, nullptr, workUnlessStatic); }, kSamples},
         {"too little to tell", [](World& world) { add(world, denseCube(300, 1), Bodies::none); },
          collideWorking, 4}}) {
     const Run seen = run(c.populate, c.collide, c.samples);
     INFO(c.name);
     CHECK(seen.line == "");
   }
+}
+
+// Unless the machine was busy elsewhere while it found pairs, callbacks are nearly all of the time.
+TEST_CASE("Nothing is said of pairs for which the callback does nothing", "[hints]") {
+  int runs = 0;
+  const auto runOnce = [&] {
+    ++runs;
+    return run(
+        [](World& world) {
+          add(world, denseCube(100, 1), Bodies::none);
+          add(world, denseCube(1500, 2), Bodies::awake, 100);
+        },
+        [](dSpaceID space) { dSpaceCollide(space, nullptr, workUnlessStatic); });
+  };
+  Run seen = runOnce();
+  while (seen.report_ms < 0.9 * seen.total_ms && runs < 20) seen = runOnce();
+  REQUIRE(seen.report_ms >= 0.9 * seen.total_ms);
+  CHECK(seen.share[0] > 0.02);
+  CHECK(seen.share[0] * 0.1 < 0.01);  // what is said is a hundredth at least
+  CHECK(seen.line == "");
 }
 
 TEST_CASE("Pairs are sampled where statistics are printed, and nowhere else", "[hints]") {

@@ -30,8 +30,9 @@ PairSample::Kinds PairSample::kindsOf(const dxGeom* a, const dxGeom* b) {
 }
 
 void PairSample::add(const Kinds& kinds, int contacts, double ms) {
-  const SampledPairs::Kind one = {1, contacts >= 0 ? 1u : 0u, contacts > 0 ? 1u : 0u,
-                                  withoutOutliers(ms)};
+  const double took = withoutOutliers(ms);
+  const SampledPairs::Kind one = {1, contacts >= 0 ? 1u : 0u, contacts > 0 ? 1u : 0u, took,
+                                  took * took};
   seen_.all.add(one);
   if (kinds.of_static) seen_.of_static.add(one);
   if (kinds.asleep) seen_.asleep.add(one);

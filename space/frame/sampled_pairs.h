@@ -11,13 +11,16 @@ struct SampledPairs {
   struct Kind {
     // All; those that the narrow phase of the space collided; and of those, the ones with contacts.
     unsigned long long pairs = 0, collided = 0, touching = 0;
-    double report_ms = 0;  // what the near callback took for them, if that was called pair by pair
+    // What the near callback took for them, if that was called pair by pair; and the sum of
+    // squares.
+    double report_ms = 0, report_ms_squared = 0;
 
     void add(const Kind& more) {
       pairs += more.pairs;
       collided += more.collided;
       touching += more.touching;
       report_ms += more.report_ms;
+      report_ms_squared += more.report_ms_squared;
     }
   };
   // Pairs of two categories, the smaller number first, of which it is known whether they touch.
