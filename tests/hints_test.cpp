@@ -360,6 +360,24 @@ TEST_CASE("Nothing is said of pairs for which the callback does nothing", "[hint
   CHECK(seen.line == "");
 }
 
+TEST_CASE("A callback that is interrupted at first is not taken for all", "[hints]") {
+  static int calls;
+  calls = 0;
+  const Run seen = run(
+      [](World& world) {
+        add(world, denseCube(500, 1), Bodies::awake);  // first, so that the first pair is of these
+        add(world, denseCube(500, 2), Bodies::none, 100);
+      },
+      [](dSpaceID space) {
+        dSpaceCollide(space, nullptr,
+                      [](void*, dGeomID, dGeomID) { work(calls++ ? 700 : 7000000); });
+      });
+  INFO(seen.line);
+  CHECK(seen.share[0] > 0.4);
+  CHECK(std::fabs(saidOf(seen.line, kStatic).saved -
+                  seen.share[0] * seen.of_pairs_ms / seen.total_ms) < 0.1);
+}
+
 TEST_CASE("Pairs are sampled where statistics are printed, and nowhere else", "[hints]") {
   const Variable stats("ODE_PARALLEL_SAP_STATS", nullptr);
   const Space space;

@@ -42,14 +42,16 @@ void PairSample::add(const Kinds& kinds, int contacts, double ms) {
   seen_.addTo(kinds.a, kinds.b, one);
 }
 
-// Where another program had the core for a while, that would stand for thousands of pairs.
+// Where another program had the core for a while, that would stand for thousands of pairs. Until
+// the mean is known by some callbacks, it is that of others which do next to nothing: long ones
+// count for less at first, but one that is interrupted among the first does not count for all.
 double PairSample::withoutOutliers(double ms) const {
-  constexpr unsigned long long least = 16;  // fixed: before that no mean is known
-  constexpr double most_means = 100;        // fixed: callbacks differ by no more, as a rule
-  ms = std::max(ms, 0.0);
-  if (seen_.all.pairs < least) return ms;
-  const double mean = seen_.all.report_ms / static_cast<double>(seen_.all.pairs);
-  return mean > 0 ? std::min(ms, most_means * mean) : ms;
+  constexpr double others = 16;         // fixed: the next few outweigh them
+  constexpr double others_ms = 0.0001;  // fixed: what a call takes, and little else
+  constexpr double most_means = 100;    // fixed: callbacks differ by no more, as a rule
+  const double mean =
+      (seen_.all.report_ms + others * others_ms) / (static_cast<double>(seen_.all.pairs) + others);
+  return std::clamp(ms, 0.0, most_means * mean);
 }
 
 // Marsaglia's xorshift; from 1 to twice the average.
