@@ -4,6 +4,7 @@
 #include <new>
 
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 
@@ -61,7 +62,7 @@ dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geo
   constexpr std::ptrdiff_t ahead = prefetch_distance;
   const Pair* pair = begin;
   for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
-    __builtin_prefetch(&geoms[laterOf(pair[ahead])]);
+    prefetch(&geoms[laterOf(pair[ahead])]);
     *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   }
   for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};

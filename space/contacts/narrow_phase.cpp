@@ -12,7 +12,7 @@
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
-#include "space/geom/prefetch.h"
+#include "space/geom/geom_prefetch.h"
 
 namespace ode_parallel_sap {
 

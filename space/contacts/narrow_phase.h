@@ -11,6 +11,7 @@
 #include "space/contacts/certainly_apart.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
@@ -80,7 +81,7 @@ class NarrowPhase {
     if (place >= found_.size() || found_[place].thread == nobody) return;
     const Found& found = found_[place];
     const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
-    if (found.count) __builtin_prefetch(told);
+    if (found.count) ode_parallel_sap::prefetch(told);
   }
   // Of how many pairs it is known.
   std::size_t precomputed() const;

@@ -4,6 +4,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_tests.h"
 
@@ -72,16 +73,16 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pa
                             const Pair* end, Pair* to) {
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
-  const auto prefetch = [&](const dxGeom* geom) {
-    __builtin_prefetch(&geom->gflags);
-    if (what.bits) __builtin_prefetch(&geom->collide_bits);
+  const auto askFor = [&](const dxGeom* geom) {
+    prefetch(&geom->gflags);
+    if (what.bits) prefetch(&geom->collide_bits);
   };
   for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
-      __builtin_prefetch(&geoms[laterOf(pair[2 * ahead])]);
-      prefetch(geoms[laterOf(pair[ahead])]);
+      prefetch(&geoms[laterOf(pair[2 * ahead])]);
+      askFor(geoms[laterOf(pair[ahead])]);
       const Slot earlier = earlierOf(pair[ahead]);
-      if (earlier != earlierOf(pair[ahead - 1])) prefetch(geoms[earlier]);
+      if (earlier != earlierOf(pair[ahead - 1])) askFor(geoms[earlier]);
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "space/data/prefetch.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -9,9 +10,9 @@ namespace ode_parallel_sap {
 // Of the nearer one its body, and what the program hangs on it. That need not be an address.
 void GeomsAhead::askFor(const dxGeom* far, const dxGeom* near) {
   constexpr std::uintptr_t least_address = 4096;  // fixed: nobody maps the first page
-  __builtin_prefetch(&far->body);
-  if (near->body) __builtin_prefetch(near->body);
-  if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) __builtin_prefetch(near->data);
+  prefetch(&far->body);
+  if (near->body) prefetch(near->body);
+  if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
 }
 
 }  // namespace ode_parallel_sap

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "space/data/pair_list.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
@@ -59,7 +60,7 @@ class GeomsAhead {
   template <class Call>
   void tellAhead(const Pair* begin, const Pair* end, const Pair* last, Call call) const {
     for (; begin < end && last - begin > 4 * step; ++begin) {
-      __builtin_prefetch(&geoms_[laterOf(begin[4 * step])]);
+      prefetch(&geoms_[laterOf(begin[4 * step])]);
       askFor(geoms_[laterOf(begin[2 * step])], geoms_[laterOf(begin[step])]);
       call(*begin);
     }

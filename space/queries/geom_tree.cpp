@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "space/data/mechanisms.h"
+#include "space/data/prefetch.h"
 #include "space/data/round_outward.h"
 #include "space/geom/geom_tests.h"
 #include "space/queries/tuning.h"
@@ -22,8 +23,8 @@ dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
 void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
   const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance);
   if (!geom) return;
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(geom->aabb);
+  prefetch(&geom->gflags);
+  prefetch(geom->aabb);
 }
 
 template <class Tree>

@@ -7,7 +7,7 @@
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/geom/geom_tests.h"
-#include "space/geom/prefetch.h"
+#include "space/geom/geom_prefetch.h"
 
 namespace ode_parallel_sap {
 

@@ -10,6 +10,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_data.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/rays/ray_probe.h"
 
@@ -161,8 +162,7 @@ void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
 void RayCaster::Pass::meetAll(Flight& flight) const {
   for (std::size_t slot = 0; slot < geoms_.size(); ++slot) {
     if (slot + prefetch_distance < geoms_.size())
-      if (const dxGeom* const later = geoms_[slot + prefetch_distance])
-        __builtin_prefetch(later->aabb);
+      if (const dxGeom* const later = geoms_[slot + prefetch_distance]) prefetch(later->aabb);
     if (geoms_[slot]) meet(flight, geoms_[slot], {static_cast<Slot>(slot), 0});
   }
 }

@@ -12,6 +12,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/pair_list.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 
@@ -129,7 +130,7 @@ inline std::size_t keptPairs(const Box* boxes, const std::uint64_t* kept, std::s
   };
   std::size_t i = 0;
   for (; i + prefetch_distance < count; ++i) {
-    __builtin_prefetch(&boxes[laterOf(kept[i + prefetch_distance])]);
+    prefetch(&boxes[laterOf(kept[i + prefetch_distance])]);
     test(kept[i]);
   }
   for (; i < count; ++i) test(kept[i]);

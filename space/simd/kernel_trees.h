@@ -2,6 +2,7 @@
 // kernels_impl.h.
 #pragma once
 
+#include "space/data/prefetch.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/tuning.h"
 
@@ -249,9 +250,8 @@ struct Front {
 template <class Real>
 inline void prefetchCell(const TreeView<Real>& tree, std::size_t cell) {
   const char* const boxes = reinterpret_cast<const char*>(tree.levels[0] + cell);
-  for (std::size_t line = 0; line < sizeof(Group<Real>); line += 64)
-    __builtin_prefetch(boxes + line);
-  __builtin_prefetch(tree.ids + cell);
+  for (std::size_t line = 0; line < sizeof(Group<Real>); line += 64) prefetch(boxes + line);
+  prefetch(tree.ids + cell);
 }
 
 // Pairs of the query's boxes with those of the cells that they reach, which are used up. As in

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "space/data/prefetch.h"
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
 #include "space/simd/kernel_kept_pairs.h"
@@ -159,7 +160,7 @@ void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t beg
     const std::uint32_t start = starts[cell], count = starts[cell + 1] - start;
     if (order && cell + packed_ahead < end)
       for (std::uint32_t i = starts[cell + packed_ahead]; i < starts[cell + packed_ahead + 1]; ++i)
-        __builtin_prefetch(boxes + order[i]);
+        prefetch(boxes + order[i]);
     const BasicBox<Real>* from[group_size];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;

@@ -5,6 +5,7 @@
 
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/simd/kernels.h"
 #include "space/sort/interleaved.h"
 #include "space/sort/radix_sort.h"
@@ -236,7 +237,7 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
         Pair* const to = dealt + next[bucketOf(pair)]++;
         *to = pair;
         // More buckets are open than a processor follows by itself.
-        __builtin_prefetch(to + line_pairs, 1);
+        prefetchForWriting(to + line_pairs);
       });
     }
   });

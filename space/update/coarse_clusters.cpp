@@ -6,6 +6,7 @@
 
 #include "space/data/float_steps.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/round_outward.h"
 #include "space/data/tuning.h"
 #include "space/update/tuning.h"
@@ -89,7 +90,7 @@ std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& 
         const std::uint64_t cell =
             cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
         places[i] = &counts_[cell >> (64 - bits_)];
-        __builtin_prefetch(places[i], 1);
+        prefetchForWriting(places[i]);
       }
       std::size_t found = 0;
       for (std::size_t i = 0; i < count; ++i) found += increment(places[i]);

@@ -10,9 +10,10 @@
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
+#include "space/data/prefetch.h"
 #include "space/data/tuning.h"
+#include "space/geom/geom_prefetch.h"
 #include "space/geom/geom_tests.h"
-#include "space/geom/prefetch.h"
 #include "space/update/block_packer.h"
 #include "space/update/moved_shapes.h"
 #include "space/update/stock_bounds.h"
@@ -22,11 +23,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Geoms and bodies lie scattered in memory: their cache lines are asked for in blocks, a geom's two
-// blocks and its pose's one block before they are needed.
-constexpr std::size_t block_size = prefetched_block;
+constexpr std::size_t block_size = update_block;
 static_assert(block_size <= 64, "a bit for each geom of a block");
-constexpr std::size_t geoms_ahead = prefetched_block, poses_ahead = prefetched_block / 2;
 
 // The i-th of all slots.
 constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
@@ -35,10 +33,52 @@ Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
 // What notice() reads of a geom, without its bits or with them, and of a body.
 void prefetchStatus(const dxGeom* geom, bool without_bits) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(&geom->body);
-  if (!without_bits) __builtin_prefetch(&geom->category_bits);
+  prefetch(&geom->gflags);
+  prefetch(&geom->body);
+  if (!without_bits) prefetch(&geom->category_bits);
 }
+// What is read of a geom when its box is made.
+void prefetchBounds(const dxGeom* geom, bool moved) {
+  if (moved) prefetchPose(geom);
+  prefetch(geom->aabb);
+}
+// Geoms of a list that are brought up to date together. Those that come next are asked for where
+// they lie scattered in memory. What lies in a row the processor asks for by itself, and more would
+// be in its way.
+template <class SlotOf>
+class GeomBlock {
+ public:
+  // The list ends at `end`.
+  GeomBlock(dxGeom* const* geoms, std::size_t begin, std::size_t end, SlotOf slotOf)
+      : range_{begin, std::min(begin + block_size, end)}, geoms_(geoms), slotOf_(slotOf) {
+    constexpr std::uintptr_t reach = std::uintptr_t{bytes_in_a_row} * (block_size + distance);
+    const std::uintptr_t way =
+        reinterpret_cast<std::uintptr_t>(geom(std::min(range_.end + distance, end) - 1)) -
+        reinterpret_cast<std::uintptr_t>(geom(begin));
+    const bool scattered = way + reach > 2 * reach;
+    asking_end_ = scattered && end > distance ? end - distance : 0;
+  }
+  const Range& range() const { return range_; }
+  Slot slot(std::size_t i) const { return slotOf_(i); }
+  dxGeom* geom(std::size_t i) const { return geoms_[slotOf_(i)]; }
+
+  bool isScattered() const { return asking_end_ > 0; }
+  // Geom i is about to be looked at.
+  void askAfter(std::size_t i) const {
+    if (i >= asking_end_) return;
+    if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later, false);
+  }
+
+ private:
+  static constexpr std::size_t distance = prefetch_distance / 2;
+  // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
+  static constexpr std::size_t bytes_in_a_row = 2048;
+
+  const Range range_;
+  dxGeom* const* const geoms_;
+  const SlotOf slotOf_;
+  std::size_t asking_end_;
+};
 // Whether 32 bits stand for these, and would if they were packed now.
 bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
   const std::uint64_t wide = bits;
@@ -67,18 +107,21 @@ class PackEach {
       : packer_(packer, part, boxes), note_(note) {}
 
   void operator()(const dxGeom* geom, Slot slot) { note_(slot, packer_.pack(geom, slot)); }
-  // Brings up to date and packs what can be by `shapes`. Returns which of the range that was, the
+  // Brings up to date and packs what can be by `shapes`. Returns which of the block that was, the
   // first in bit 0.
   template <class SlotOf>
-  std::uint64_t packMoved(dxGeom* const* geoms, const Range& range, SlotOf slotOf,
-                          MovedShapes& shapes, std::size_t& moved) {
+  std::uint64_t packMoved(const GeomBlock<SlotOf>& block, MovedShapes& shapes, std::size_t& moved) {
     if (!packer_.takesPlain()) return 0;
+    const Range& range = block.range();
     std::uint64_t taken = 0;
     MovedShapes::Counts counts = 0;
     for (std::size_t i = range.begin; i < range.end; ++i) {
-      const Slot slot = slotOf(i);
-      dxGeom* const geom = geoms[slot];
-      if (!geom || !shapes.take(geom, slot, counts)) continue;
+      block.askAfter(i);
+      const Slot slot = block.slot(i);
+      dxGeom* const geom = block.geom(i);
+      if (!geom) continue;
+      prefetchBounds(geom, geom->gflags & GEOM_DIRTY);
+      if (!shapes.take(geom, slot, counts)) continue;
       taken |= std::uint64_t{1} << (i - range.begin);
       packer_.packFilters(geom, slot);
       note_(slot, packer_.plainState());
@@ -90,8 +133,7 @@ class PackEach {
     moved += packed.count;
     if (!packed.all)
       forBits(taken, range.begin, [&](std::size_t i) {
-        if (geoms[slotOf(i)]->gflags & GEOM_DIRTY)
-          taken &= ~(std::uint64_t{1} << (i - range.begin));
+        if (block.geom(i)->gflags & GEOM_DIRTY) taken &= ~(std::uint64_t{1} << (i - range.begin));
       });
     return taken;
   }
@@ -102,19 +144,19 @@ class PackEach {
 };
 
 template <class Use, class SlotOf>
-std::uint64_t packMoved(Use&, dxGeom* const*, const Range&, SlotOf, MovedShapes&, std::size_t&) {
+std::uint64_t packMoved(Use&, const GeomBlock<SlotOf>&, MovedShapes&, std::size_t&) {
   return 0;
 }
 template <class Note, class SlotOf>
-std::uint64_t packMoved(PackEach<Note>& use, dxGeom* const* geoms, const Range& range,
-                        SlotOf slotOf, MovedShapes& shapes, std::size_t& moved) {
-  return use.packMoved(geoms, range, slotOf, shapes, moved);
+std::uint64_t packMoved(PackEach<Note>& use, const GeomBlock<SlotOf>& block, MovedShapes& shapes,
+                        std::size_t& moved) {
+  return use.packMoved(block, shapes, moved);
 }
 
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
   constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
-  __builtin_prefetch(reinterpret_cast<const char*>(body) + flags);
+  prefetch(reinterpret_cast<const char*>(body) + flags);
 }
 
 }  // namespace
@@ -124,27 +166,22 @@ template <class SlotOf, class UseOf>
 void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
                          UpdatePart& part) {
   const StockBounds& stock = StockBounds::ofLoadedOde();
-  const auto block = [&](std::size_t begin) {
-    return Range{std::min(begin, range.end), std::min(begin + block_size, range.end)};
-  };
-  const auto prefetch = [&](std::size_t geom_index, std::size_t pose_index) {
-    if (geom_index < range.end)
-      if (const dxGeom* const geom = geoms[slotOf(geom_index)]) prefetchGeom(geom);
-    if (pose_index < range.end)
-      if (const dxGeom* const geom = geoms[slotOf(pose_index)]) prefetchPose(geom);
-  };
   const PackShapes pack_shapes = mechanisms::shapes_at_once ? kernelSet().packShapes : nullptr;
   MovedShapes shapes(stock, pack_shapes);
   const bool in_exact_mode = pack_shapes && !differs(currentMode(), exactMode());
-  for (std::size_t i = range.begin; i < range.begin + geoms_ahead; ++i) prefetch(i, range.end);
-  for (std::size_t i = range.begin; i < range.begin + poses_ahead; ++i) prefetch(range.end, i);
   for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
-    const Range own = block(begin);
-    for (std::size_t i = own.begin; i < own.end; ++i) prefetch(i + geoms_ahead, i + poses_ahead);
+    const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
+    const Range& own = block.range();
     std::uint64_t rest = ~std::uint64_t{0} >> (64 - (own.end - own.begin));
     if (in_exact_mode) {
       auto use = useOf(part);
-      rest &= ~packMoved(use, geoms, own, slotOf, shapes, part.facts.moved);
+      rest &= ~packMoved(use, block, shapes, part.facts.moved);
+    } else if (block.isScattered()) {
+      for (std::size_t i = own.begin; i < own.end; ++i) {
+        block.askAfter(i);
+        if (const dxGeom* const geom = block.geom(i))
+          prefetchBounds(geom, geom->gflags & GEOM_DIRTY);
+      }
     }
     if (!rest) continue;
     forBits(rest, begin, [&](std::size_t i) {
@@ -350,29 +387,26 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
   return runTeam(noticing, most, [&](int thread, int team) {
     const Range words = ownPart(watched_.words(), thread, team);
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
-      if (word >= words.end) return 0;
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Word by word: the lines of geoms two words ahead, those of their bodies one.
-    const auto prefetchIn = [&](std::size_t word, bool of_bodies) {
-      for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
-        const std::size_t slot = word * SlotSet::word_slots + __builtin_ctzll(bits);
-        if (!of_bodies)
-          prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
-        else if (geoms[slot]->body)
-          prefetchStatus(geoms[slot]->body);
-      }
+    // Of a later slot, as most are looked at.
+    const auto ask = [&](std::size_t slot) {
+      if (slot >= boxes.size || !geoms[slot]) return;
+      if (plain)
+        prefetchStatus(geoms[slot], false);
+      else
+        prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
     };
-    prefetchIn(words.begin, false);
-    prefetchIn(words.begin + 1, false);
-    if (bodies) prefetchIn(words.begin, true);
+    const auto askForBody = [&](std::size_t slot) {
+      if (slot < boxes.size && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
+    };
     for (std::size_t word = words.begin; word < words.end; ++word) {
-      prefetchIn(word + 2, false);
-      if (bodies) prefetchIn(word + 1, true);
       for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
+        ask(slot + prefetch_distance);
         if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
+        if (bodies) askForBody(slot + prefetch_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
       }
     }

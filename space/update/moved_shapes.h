@@ -68,14 +68,14 @@ class MovedShapes {
  private:
   static constexpr int bad = GEOM_DIRTY | GEOM_AABB_BAD;
 
-  static_assert(prefetched_block <= 64 && StockBounds::shapes <= 4,
+  static_assert(update_block <= 64 && StockBounds::shapes <= 4,
                 "a bit for each of a list, a byte for its count");
 
   const StockBounds& stock_;
   const PackShapes pack_shapes_;
   // By class.
-  void* geoms_[StockBounds::shapes][prefetched_block];
-  Slot slots_[StockBounds::shapes][prefetched_block];
+  void* geoms_[StockBounds::shapes][update_block];
+  Slot slots_[StockBounds::shapes][update_block];
 };
 
 }  // namespace ode_parallel_sap

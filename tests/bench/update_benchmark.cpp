@@ -22,7 +22,7 @@ namespace {
 struct Wishes {
   std::vector<std::size_t> sizes{10000, 100000, 1000000};
   std::vector<int> threads{1};
-  bool bodies = false;
+  bool bodies = false, scattered = false;
   double seconds = 1;  // of frames, a cell
   CsvFile csv;
 };
@@ -122,6 +122,16 @@ Times measure(MovingCubes& cubes, const Wishes& wishes, int threads) {
   return times;
 }
 
+// Adds the geoms once more, in an order that is not that of their memory.
+void scatter(dSpaceID space) {
+  std::vector<dGeomID> geoms;
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+  for (const dGeomID geom : geoms) dSpaceRemove(space, geom);
+  sap_test::Random random(5);
+  for (std::size_t i = geoms.size(); i > 1; --i) std::swap(geoms[i - 1], geoms[random.below(i)]);
+  for (const dGeomID geom : geoms) dSpaceAdd(space, geom);
+}
+
 void run(const Wishes& wishes) {
   Csv csv(wishes.csv);
   std::printf("%9s %7s %11s %11s %16s %6s\n", "geoms", "threads", "update ms", "reading ms",
@@ -130,6 +140,7 @@ void run(const Wishes& wishes) {
     MovingCubes cubes(dParallelSAPSpaceCreate(nullptr));
     dParallelSAPSpaceSetBackend(cubes.space(), dParallelSAPBackendCPU);
     for (const sap_test::Box& box : sap_test::denseCube(n, 1)) cubes.add(box, wishes.bodies);
+    if (wishes.scattered) scatter(cubes.space());
     for (const int threads : wishes.threads) {
       const Times times = measure(cubes, wishes, threads);
       const double update = median(times.update);
@@ -141,6 +152,7 @@ void run(const Wishes& wishes) {
       csv.write(Row()
                     .add("n", n)
                     .add("bodies", wishes.bodies ? 1 : 0)
+                    .add("scattered", wishes.scattered ? 1 : 0)
                     .add("threads", threads)
                     .add("samples", times.update.size())
                     .add("update_ms", update)
@@ -162,6 +174,7 @@ int main(int argc, char** argv) {
   program.add("--sizes", wishes.sizes, "geoms");
   program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
   program.add("--bodies", wishes.bodies, "each geom on a body of its own");
+  program.add("--scattered", wishes.scattered, "geoms lie in no order in memory");
   program.add("--seconds", wishes.seconds, "of frames, a cell");
   program.add(wishes.csv);
   return program.run(argc, argv, [&] { bench::run(wishes); });

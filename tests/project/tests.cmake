@@ -1,5 +1,6 @@
 # The project itself: as a part of another one, with ODE's source from wherever, its two scripts, which of its
-# rooms include which, the files that its documents name, the lengths of functions, and tuned constants.
+# rooms include which, the files that its documents name, the lengths of functions, tuned constants, and whether prefetches
+# are in the machine code.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 
 function(add_project_test name)
@@ -21,6 +22,12 @@ add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(functions "${here}/functions.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(sizes "${here}/sizes_test.sh")
 add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
+add_test(
+  NAME project.prefetches
+  COMMAND ${CMAKE_COMMAND} -E env "OBJDUMP=${CMAKE_OBJDUMP}" "${here}/prefetches.sh" "${PROJECT_SOURCE_DIR}"
+          $<TARGET_OBJECTS:ode-parallel-sap> $<TARGET_OBJECTS:ode-parallel-sap-core>
+  COMMAND_EXPAND_LISTS)
+set_tests_properties(project.prefetches PROPERTIES LABELS "cpu;project" SKIP_RETURN_CODE 77)
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
 if(ODE_PARALLEL_SAP_PYTHON)
   # Shown as skipped while nothing was recorded.

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "space/data/prefetch.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
@@ -11,8 +12,8 @@ namespace ode_parallel_sap {
 // All lines of an object, which need not begin with one.
 inline void prefetchObject(const void* object, std::size_t size) {
   const char* const bytes = static_cast<const char*>(object);
-  for (std::size_t line = 0; line < size; line += 64) __builtin_prefetch(bytes + line);
-  __builtin_prefetch(bytes + size - 1);
+  for (std::size_t line = 0; line < size; line += 64) prefetch(bytes + line);
+  prefetch(bytes + size - 1);
 }
 
 // The derived classes' sizes follow the base: one line more holds most of them.
@@ -22,12 +23,12 @@ inline void prefetchGeom(const dxGeom* geom) {
 
 // What queries read of a geom whose bounds are known; and its bounds.
 inline void prefetchState(const dxGeom* geom) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(&geom->collide_bits);
+  prefetch(&geom->gflags);
+  prefetch(&geom->collide_bits);
 }
 inline void prefetchBounds(const dxGeom* geom) {
-  __builtin_prefetch(&geom->gflags);
-  __builtin_prefetch(geom->aabb);
+  prefetch(&geom->gflags);
+  prefetch(geom->aabb);
 }
 
 inline void prefetchPose(const dxGeom* geom) {

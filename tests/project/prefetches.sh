@@ -1,0 +1,33 @@
+#!/usr/bin/env bash
+# prefetches.sh SOURCE OBJECT...
+#
+# What the library asks for ahead of its use is asked for by its machine code, too: compilers leave out calls of functions
+# that do nothing else (space/data/prefetch.h). Each object of a file that asks has the instruction, and no file asks in
+# another way.
+set -euo pipefail
+case $(uname -m) in
+  x86_64 | i?86) instruction='prefetch[a-z0-9]*' ;;
+  aarch64 | arm64) instruction=prfm ;;
+  *) echo "skipped: the instruction of this processor is not known here" && exit 77 ;;
+esac
+source=$1
+shift
+failed=0
+others=$(grep -rln --include='*.h' --include='*.cpp' '__builtin_prefetch' "$source/space" | grep -v '/data/prefetch\.h$' || true)
+if [ "$others" ]; then
+  echo "ask without prefetch(), which no compiler leaves out:" $others
+  failed=1
+fi
+objects=0
+for object in "$@"; do
+  file=$source/space/${object#*.dir/}
+  file=${file%.o}
+  [ -f "$file" ] || { echo "$object: no source"; exit 1; }
+  grep -qE '\b(prefetch[A-Za-z]*) *\(' "$file" || continue
+  objects=$((objects + 1))
+  count=$("${OBJDUMP:-objdump}" --disassemble "$object" | grep -cE "\b$instruction\b" || true)
+  echo "$count $file"
+  [ "$count" -gt 0 ] || failed=1
+done
+[ "$objects" -ge 8 ] || { echo "$objects objects only: the files are not found"; failed=1; }
+exit $failed
