@@ -4,8 +4,8 @@
     tests/bench/stale.py                those of tests/bench/results and examples/tradeoff/results
     tests/bench/stale.py DIR FILE ...   some
 
-A file is as old as the oldest commit that its rows name; where none does, as the commit that it came with. What
-changes documents or comments only is no change. Ends with 1 if any file is older, or names a commit that is not to be had.
+A file is as old as the oldest commit that its rows name; where none does, as the commit that it came with. Rows of
+other libraries do not age. What changes documents or comments only is no change. Ends with 1 if any file is older, or names a commit that is not to be had.
 """
 import csv
 import glob
@@ -14,6 +14,7 @@ import re
 import subprocess
 import sys
 
+OURS = "ode-parallel-sap"  # where a column says which library a row is of
 LIBRARY = ("space",)
 DEVICES = ("space", "cuda")
 # What a study times, where that is not the whole library on the CPU. A measured constant changes with what is
@@ -46,9 +47,10 @@ def git(root, *arguments):
 
 
 def commits_of(path):
-    """The commits that the rows name, without what says that files were changed beside."""
+    """The commits that the rows of our library name, without what says that files were changed beside."""
     with open(path, newline="") as file:
-        named = {row.get("commit") or "" for row in csv.DictReader(file)}
+        named = {row.get("commit") or "" for row in csv.DictReader(file)
+                 if (row.get("library") or OURS).startswith(OURS)}
     return {re.sub("-dirty$", "", name) for name in named if name}
 
 

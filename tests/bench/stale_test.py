@@ -89,6 +89,13 @@ class Stale(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("of " + self.first, text)
 
+    def test_rows_of_other_libraries_do_not_age(self):
+        second = self.change("space/update/boxes.cpp")
+        rows = "library,ms,commit\node-parallel-sap 1.0,1,%s\n%s,1,%s\n"
+        self.assertEqual(self.run_on(self.write("results/peers.csv", rows % (second, "Embree 3", self.first)))[0], 0)
+        ours = self.write("results/rest.csv", rows % (second, "ode-parallel-sap 0.9", self.first))
+        self.assertEqual(self.run_on(ours)[0], 1)
+
     def test_where_no_row_names_a_commit_the_file_is_as_old_as_its_own(self):
         path = self.write("results/tuning.csv", "constant,times\na,1\n")
         self.change("results/other.txt")
