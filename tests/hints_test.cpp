@@ -1,8 +1,10 @@
 // What ODE_PARALLEL_SAP_STATS=1 says in its last line would have saved time, and when it is silent.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <functional>
 #include <string>
 #include <vector>
@@ -25,6 +27,13 @@ const char* const kLayers = "collide bits that keep categories 0x2 and 0x4 apart
 
 // So that what is seen differs from what is by some hundredths.
 constexpr unsigned long long kSamples = 1500;
+
+// What this thread has had of a core.
+double threadMs() {
+  std::timespec time;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1000.0 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
 
 void work(int turns) {
   volatile int sum = 0;
@@ -401,13 +410,16 @@ TEST_CASE("Of a frame's time one pair in 50 microseconds is sampled, whatever it
       static int turns_now;
       turns_now = turns;
       double ms = 0;
+      const double before = threadMs();
       while (ms < 80) {
         dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { work(turns_now); });
         ms += statsOf(space).total_ms;
       }
+      // While another program has the core nothing can be picked.
+      const double own_ms = std::min(ms, threadMs() - before);
       INFO(n << " geoms, " << turns << " turns a callback");
       const double sampled = static_cast<double>(statsOf(space).sampled);
-      CHECK(sampled > 0.6 * ms / 0.05);
+      CHECK(sampled > 0.6 * own_ms / 0.05);
       CHECK(sampled < 1.5 * ms / 0.05);
     }
 }

@@ -62,7 +62,7 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
     untold_ = geom_update.findUntold(geoms, boxes, changed_);
     all = untold_.count > 0;
   }
-  threads_ = geom_update.notice(geoms, threads, boxes, all, changed_);
+  threads_ = geom_update.notice(geoms, slots, threads, boxes, all, changed_);
   const std::size_t changes = changed_.count();
   if (!some_may_stay && tooMany(changes, slots)) return Outcome::anew;
   // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where

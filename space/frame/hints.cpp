@@ -30,30 +30,35 @@ double share(unsigned long long part, unsigned long long whole) {
   return share(static_cast<double>(part), static_cast<double>(whole));
 }
 
-// What callbacks took for a kind at least, but for 1 time in 40. How many of its pairs were picked
-// is chance, so the variance of the sum is the sum of squares. The few callbacks that another
-// program interrupted are not told from long ones; but where they are most of the sum, that is all
-// chance.
-double leastReport(const SampledPairs::Kind& kind) {
-  return std::max(0.0, kind.report_ms - 2 * std::sqrt(kind.report_ms_squared));
+// The share of callbacks' time that a kind has at least, but for chance: three standard deviations
+// less. How many pairs were picked is chance, so the variance of a sum is the sum of squares. A few
+// callbacks that another program interrupted are not told from long ones, but are most of both.
+double leastShareOfReport(const SampledPairs::Kind& kind, const SampledPairs::Kind& all) {
+  const double share_of_kind = share(kind.report_ms, all.report_ms), rest = 1 - share_of_kind;
+  const double of_others = all.report_ms_squared - kind.report_ms_squared;
+  const double deviation = std::sqrt(rest * rest * kind.report_ms_squared +
+                                     share_of_kind * share_of_kind * std::max(of_others, 0.0));
+  return std::max(0.0, share_of_kind - 3 * share(deviation, all.report_ms));
 }
 
 // What callbacks took was measured pair by pair, or is that of pairs with contacts, or of any.
-double shareOfReport(const SampledPairs::Kind& kind, double kinds_ms, const SampledPairs& seen) {
-  if (seen.all.report_ms > 0) return kinds_ms / seen.all.report_ms;
+double shareOfReport(const SampledPairs::Kind& kind, const SampledPairs& seen) {
+  if (seen.all.report_ms > 0) return share(kind.report_ms, seen.all.report_ms);
   if (seen.all.touching > 0) return share(kind.touching, seen.all.touching);
   return share(kind.pairs, seen.all.pairs);
 }
+double leastShareOfReport(const SampledPairs::Kind& kind, const SampledPairs& seen) {
+  return seen.all.report_ms > 0 ? leastShareOfReport(kind, seen.all) : shareOfReport(kind, seen);
+}
 
-// The part of the frames' time that goes with the pairs of a kind, if callbacks took `kinds_ms` for
-// those that were picked. Those that the narrow phase passes over cost it nothing.
-double savedBy(const SampledPairs::Kind& kind, double kinds_ms, const FrameSums::Sums& frames,
-               const SampledPairs& seen) {
+// The part of the frames' time that goes with the pairs of a kind, if that is its share of the
+// report. Those that the narrow phase passes over cost it nothing.
+double savedBy(const SampledPairs::Kind& kind, double share_of_report,
+               const FrameSums::Sums& frames, const SampledPairs& seen) {
   if (kind.pairs < least_pairs) return 0;
   const double found = (frames.extract_ms + frames.filter_ms) * share(kind.pairs, seen.all.pairs);
   const double collided = frames.narrow_ms * share(kind.collided, seen.all.collided);
-  const double reported = frames.report_ms * shareOfReport(kind, kinds_ms, seen);
-  return share(found + collided + reported, frames.total_ms);
+  return share(found + collided + frames.report_ms * share_of_report, frames.total_ms);
 }
 
 class Line {
@@ -61,8 +66,8 @@ class Line {
   Line(const FrameSums::Sums& frames, const SampledPairs& seen) : frames_(frames), seen_(seen) {}
 
   void add(const SampledPairs::Kind& kind, const std::string& means, const char* pairs) {
-    if (savedBy(kind, leastReport(kind), frames_, seen_) < least_saved) return;
-    const double saved = savedBy(kind, kind.report_ms, frames_, seen_);
+    if (savedBy(kind, leastShareOfReport(kind, seen_), frames_, seen_) < least_saved) return;
+    const double saved = savedBy(kind, shareOfReport(kind, seen_), frames_, seen_);
     text_ += printed("%s %.0f %% by ", text_.empty() ? "" : ",", 100 * saved) + means +
              printed(" (%.0f %% of the pairs %s)", 100 * share(kind.pairs, seen_.all.pairs), pairs);
   }

@@ -4,8 +4,8 @@
 #include <type_traits>
 
 #include "space/data/mechanisms.h"
-#include "space/data/prefetch.h"
 #include "space/data/round_outward.h"
+#include "space/geom/geom_prefetch.h"
 #include "space/geom/geom_tests.h"
 #include "space/queries/tuning.h"
 
@@ -21,10 +21,7 @@ dxGeom* geomAt(const Buffer<dxGeom*>& geoms, std::size_t slot) {
 }
 
 void prefetchAhead(const Buffer<dxGeom*>& geoms, std::size_t slot) {
-  const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance);
-  if (!geom) return;
-  prefetch(&geom->gflags);
-  prefetch(geom->aabb);
+  if (const dxGeom* const geom = geomAt(geoms, slot + prefetch_distance)) prefetchBounds(geom);
 }
 
 template <class Tree>

@@ -31,20 +31,20 @@ constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
-// What notice() reads of a geom, without its bits or with them, and of a body.
-void prefetchStatus(const dxGeom* geom, bool without_bits) {
+// What is read of a geom besides its bounds.
+void prefetchStatus(const dxGeom* geom) {
   prefetch(&geom->gflags);
   prefetch(&geom->body);
-  if (!without_bits) prefetch(&geom->category_bits);
+  prefetch(&geom->category_bits);
 }
 // What is read of a geom when its box is made.
-void prefetchBounds(const dxGeom* geom, bool moved) {
-  if (moved) prefetchPose(geom);
+void prefetchForBox(const dxGeom* geom) {
+  if (geom->gflags & GEOM_DIRTY) prefetchPose(geom);
   prefetch(geom->aabb);
 }
 // Geoms of a list that are brought up to date together. Those that come next are asked for where
-// they lie scattered in memory. What lies in a row the processor asks for by itself, and more would
-// be in its way.
+// they lie scattered in memory, which the first and the last place tell. What lies in a row the
+// processor asks for by itself, and more would be in its way.
 template <class SlotOf>
 class GeomBlock {
  public:
@@ -66,7 +66,13 @@ class GeomBlock {
   // Geom i is about to be looked at.
   void askAfter(std::size_t i) const {
     if (i >= asking_end_) return;
-    if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later, false);
+    if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later);
+  }
+  void ask() const {
+    for (std::size_t i = range_.begin; i < range_.end; ++i) {
+      askAfter(i);
+      if (const dxGeom* const own = geom(i)) prefetchForBox(own);
+    }
   }
 
  private:
@@ -107,11 +113,11 @@ class PackEach {
       : packer_(packer, part, boxes), note_(note) {}
 
   void operator()(const dxGeom* geom, Slot slot) { note_(slot, packer_.pack(geom, slot)); }
-  // Brings up to date and packs what can be by `shapes`. Returns which of the block that was, the
-  // first in bit 0.
+  bool takesMoved() const { return packer_.takesPlain(); }
+  // Brings up to date and packs what can be by `shapes`, if takesMoved(). Returns which of the
+  // block that was, the first in bit 0.
   template <class SlotOf>
   std::uint64_t packMoved(const GeomBlock<SlotOf>& block, MovedShapes& shapes, std::size_t& moved) {
-    if (!packer_.takesPlain()) return 0;
     const Range& range = block.range();
     std::uint64_t taken = 0;
     MovedShapes::Counts counts = 0;
@@ -120,7 +126,7 @@ class PackEach {
       const Slot slot = block.slot(i);
       dxGeom* const geom = block.geom(i);
       if (!geom) continue;
-      prefetchBounds(geom, geom->gflags & GEOM_DIRTY);
+      prefetchForBox(geom);
       if (!shapes.take(geom, slot, counts)) continue;
       taken |= std::uint64_t{1} << (i - range.begin);
       packer_.packFilters(geom, slot);
@@ -143,6 +149,15 @@ class PackEach {
   Note note_;
 };
 
+// Other uses take none.
+template <class Use>
+bool takesMoved(const Use&) {
+  return false;
+}
+template <class Note>
+bool takesMoved(const PackEach<Note>& use) {
+  return use.takesMoved();
+}
 template <class Use, class SlotOf>
 std::uint64_t packMoved(Use&, const GeomBlock<SlotOf>&, MovedShapes&, std::size_t&) {
   return 0;
@@ -173,16 +188,10 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
     const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
     const Range& own = block.range();
     std::uint64_t rest = ~std::uint64_t{0} >> (64 - (own.end - own.begin));
-    if (in_exact_mode) {
-      auto use = useOf(part);
+    if (auto use = useOf(part); in_exact_mode && takesMoved(use))
       rest &= ~packMoved(use, block, shapes, part.facts.moved);
-    } else if (block.isScattered()) {
-      for (std::size_t i = own.begin; i < own.end; ++i) {
-        block.askAfter(i);
-        if (const dxGeom* const geom = block.geom(i))
-          prefetchBounds(geom, geom->gflags & GEOM_DIRTY);
-      }
-    }
+    else if (block.isScattered())
+      block.ask();
     if (!rest) continue;
     forBits(rest, begin, [&](std::size_t i) {
       const Slot slot = slotOf(i);
@@ -368,18 +377,19 @@ void GeomUpdate::watchAll() {
   watching_ = true;
 }
 
-int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, bool all,
-                       SlotSet& changed) {
+int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes,
+                       bool all, SlotSet& changed) {
   if (!watching_) watchAll();
   watched_count_ = watched_.count();
   const std::size_t looks = all ? boxes.size : watched_count_;
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
              plain = !packer_.rules.skip();
+  const std::size_t known = std::min(slots, boxes.size);  // the last ones may be gone
   const auto geomsIn = [&](std::size_t word) {
     std::uint64_t bits = 0;
     const std::size_t first = word * SlotSet::word_slots;
-    for (std::size_t i = 0; i < SlotSet::word_slots && first + i < boxes.size; ++i)
+    for (std::size_t i = 0; i < SlotSet::word_slots && first + i < known; ++i)
       bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
     return bits;
   };
@@ -389,24 +399,26 @@ int GeomUpdate::notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, b
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Of a later slot, as most are looked at.
+    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves.
     const auto ask = [&](std::size_t slot) {
-      if (slot >= boxes.size || !geoms[slot]) return;
-      if (plain)
-        prefetchStatus(geoms[slot], false);
-      else
-        prefetchStatus(geoms[slot], !told && boxes.bodies[slot] == resting_number);
+      if (slot >= known || !geoms[slot]) return;
+      prefetchFar(&geoms[slot]->gflags);
+      if (plain || told || boxes.bodies[slot] != resting_number)
+        prefetchFar(&geoms[slot]->category_bits);
     };
     const auto askForBody = [&](std::size_t slot) {
-      if (slot < boxes.size && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
+      if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
     };
     for (std::size_t word = words.begin; word < words.end; ++word) {
-      for (std::uint64_t bits = looksIn(word); bits; bits &= bits - 1) {
+      const std::uint64_t looks_here = looksIn(word);
+      const bool most_here =
+          std::size_t(__builtin_popcountll(looks_here)) >= SlotSet::word_slots / 2;
+      for (std::uint64_t bits = looks_here; bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
-        ask(slot + prefetch_distance);
+        if (most_here) ask(slot + prefetch_distance);
         if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
-        if (bodies) askForBody(slot + prefetch_distance / 2);
+        if (bodies && most_here) askForBody(slot + prefetch_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
       }
     }
@@ -417,7 +429,7 @@ GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& bo
                                           const SlotSet& changed) const {
   Untold untold;
   for (Slot slot = 0; slot < boxes.size; ++slot)
-    if (geoms[slot] && !changed.contains(slot) &&
+    if (!changed.contains(slot) && geoms[slot] &&
         packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
         !packer_.fellAsleep(geoms[slot], slot, boxes) && untold.count++ == 0)
       untold.first = slot;

@@ -34,7 +34,8 @@ class GeomUpdate {
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.
-  int notice(dxGeom* const* geoms, int threads, const BoxSet& boxes, bool all, SlotSet& changed);
+  int notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes, bool all,
+             SlotSet& changed);
   // Whether the rules name none to look at, as the last notice() found.
   bool watchesNone() const { return watched_count_ == 0; }
   // The geoms that did so, those of `changed` apart, although the rules say that it is told.

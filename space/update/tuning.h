@@ -7,12 +7,11 @@
 
 namespace ode_parallel_sap {
 
-// What lies scattered in memory is asked for in blocks of this many geoms or boxes, before they are
-// needed.
+// Counters that lie scattered in memory are asked for in blocks of so many before they are needed.
 constexpr std::size_t prefetched_block = 2 * prefetch_distance;
 
-// Geoms are brought up to date in blocks of so many: their poses and bounds are asked for while they
-// are listed.
+// Geoms are brought up to date in blocks of so many: their poses and bounds are asked for while
+// they are listed.
 constexpr std::size_t update_block = prefetch_distance;
 
 // Counters of clusters, so that boxes all far from each other seem to make a pair for sixteen boxes

@@ -22,10 +22,14 @@ add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(functions "${here}/functions.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(sizes "${here}/sizes_test.sh")
 add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
+add_library(prefetch-probe OBJECT "${here}/prefetch_probe.cpp")
+target_include_directories(prefetch-probe PRIVATE "${PROJECT_SOURCE_DIR}")
+target_compile_options(prefetch-probe PRIVATE -O2)
 add_test(
   NAME project.prefetches
-  COMMAND ${CMAKE_COMMAND} -E env "OBJDUMP=${CMAKE_OBJDUMP}" "${here}/prefetches.sh" "${PROJECT_SOURCE_DIR}"
-          $<TARGET_OBJECTS:ode-parallel-sap> $<TARGET_OBJECTS:ode-parallel-sap-core>
+  COMMAND
+    ${CMAKE_COMMAND} -E env "OBJDUMP=${CMAKE_OBJDUMP}" "${here}/prefetches.sh" "${PROJECT_SOURCE_DIR}"
+    $<TARGET_OBJECTS:prefetch-probe> $<TARGET_OBJECTS:ode-parallel-sap> $<TARGET_OBJECTS:ode-parallel-sap-core>
   COMMAND_EXPAND_LISTS)
 set_tests_properties(project.prefetches PROPERTIES LABELS "cpu;project" SKIP_RETURN_CODE 77)
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
