@@ -11,8 +11,8 @@
 #include "space/contacts/written_numbers.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
-#include "space/geom/ode_private.h"
 #include "space/geom/geom_prefetch.h"
+#include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
 

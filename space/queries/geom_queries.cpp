@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "space/data/tuning.h"
+#include "space/geom/geom_prefetch.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/plane_test.h"
-#include "space/geom/geom_prefetch.h"
 
 namespace ode_parallel_sap {
 

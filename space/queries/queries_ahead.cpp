@@ -6,8 +6,8 @@
 #include "space/data/floating_point.h"
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
-#include "space/geom/geom_tests.h"
 #include "space/geom/geom_prefetch.h"
+#include "space/geom/geom_tests.h"
 
 namespace ode_parallel_sap {
 

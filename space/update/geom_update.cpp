@@ -15,6 +15,7 @@
 #include "space/geom/geom_prefetch.h"
 #include "space/geom/geom_tests.h"
 #include "space/update/block_packer.h"
+#include "space/update/geom_block.h"
 #include "space/update/moved_shapes.h"
 #include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
@@ -23,68 +24,11 @@ namespace ode_parallel_sap {
 
 namespace {
 
-constexpr std::size_t block_size = update_block;
-static_assert(block_size <= 64, "a bit for each geom of a block");
-
 // The i-th of all slots.
 constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
-// What is read of a geom besides its bounds.
-void prefetchStatus(const dxGeom* geom) {
-  prefetch(&geom->gflags);
-  prefetch(&geom->body);
-  prefetch(&geom->category_bits);
-}
-// What is read of a geom when its box is made.
-void prefetchForBox(const dxGeom* geom) {
-  if (geom->gflags & GEOM_DIRTY) prefetchPose(geom);
-  prefetch(geom->aabb);
-}
-// Geoms of a list that are brought up to date together. Those that come next are asked for where
-// they lie scattered in memory, which the first and the last place tell. What lies in a row the
-// processor asks for by itself, and more would be in its way.
-template <class SlotOf>
-class GeomBlock {
- public:
-  // The list ends at `end`.
-  GeomBlock(dxGeom* const* geoms, std::size_t begin, std::size_t end, SlotOf slotOf)
-      : range_{begin, std::min(begin + block_size, end)}, geoms_(geoms), slotOf_(slotOf) {
-    constexpr std::uintptr_t reach = std::uintptr_t{bytes_in_a_row} * (block_size + distance);
-    const std::uintptr_t way =
-        reinterpret_cast<std::uintptr_t>(geom(std::min(range_.end + distance, end) - 1)) -
-        reinterpret_cast<std::uintptr_t>(geom(begin));
-    const bool scattered = way + reach > 2 * reach;
-    asking_end_ = scattered && end > distance ? end - distance : 0;
-  }
-  const Range& range() const { return range_; }
-  Slot slot(std::size_t i) const { return slotOf_(i); }
-  dxGeom* geom(std::size_t i) const { return geoms_[slotOf_(i)]; }
-
-  bool isScattered() const { return asking_end_ > 0; }
-  // Geom i is about to be looked at.
-  void askAfter(std::size_t i) const {
-    if (i >= asking_end_) return;
-    if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later);
-  }
-  void ask() const {
-    for (std::size_t i = range_.begin; i < range_.end; ++i) {
-      askAfter(i);
-      if (const dxGeom* const own = geom(i)) prefetchForBox(own);
-    }
-  }
-
- private:
-  static constexpr std::size_t distance = prefetch_distance / 2;
-  // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
-  static constexpr std::size_t bytes_in_a_row = 2048;
-
-  const Range range_;
-  dxGeom* const* const geoms_;
-  const SlotOf slotOf_;
-  std::size_t asking_end_;
-};
 // Whether 32 bits stand for these, and would if they were packed now.
 bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
   const std::uint64_t wide = bits;
@@ -184,7 +128,7 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
   const PackShapes pack_shapes = mechanisms::shapes_at_once ? kernelSet().packShapes : nullptr;
   MovedShapes shapes(stock, pack_shapes);
   const bool in_exact_mode = pack_shapes && !differs(currentMode(), exactMode());
-  for (std::size_t begin = range.begin; begin < range.end; begin += block_size) {
+  for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
     const Range& own = block.range();
     std::uint64_t rest = ~std::uint64_t{0} >> (64 - (own.end - own.begin));
