@@ -5,13 +5,13 @@
 # that do nothing else (space/data/prefetch.h). No file asks in another way than by prefetch(), which the probe's compiler
 # has not left out where it might (prefetch_probe.cpp), and each object of a file that asks has the instruction.
 set -euo pipefail
-case $(uname -m) in
-  x86_64 | i?86) instruction='prefetch[a-z0-9]*' ;;
-  aarch64 | arm64) instruction=prfm ;;
-  *) echo "skipped: the instruction of this processor is not known here" && exit 77 ;;
-esac
 source=$1 probe=$2
 shift 2
+case $("${OBJDUMP:-objdump}" --file-headers "$probe") in
+  *x86-64* | *i386*) instruction='prefetch[a-z0-9]*' ;;
+  *aarch64*) instruction=prfm ;;
+  *) echo "skipped: the instruction of this processor is not known here" && exit 77 ;;
+esac
 failed=0
 count_in() { "${OBJDUMP:-objdump}" --disassemble "$1" | grep -cE "\b$instruction\b" || true; }
 [ "$(count_in "$probe")" -gt 0 ] || { echo "the compiler leaves out calls of what only asks: $probe" && failed=1; }
