@@ -32,7 +32,8 @@ double share(unsigned long long part, unsigned long long whole) {
 
 // The share of callbacks' time that a kind has at least, but for chance: three standard deviations
 // less. How many pairs were picked is chance, so the variance of a sum is the sum of squares. A few
-// callbacks that another program interrupted are not told from long ones, but are most of both.
+// callbacks that another program interrupted are not told from long ones, but where they are most
+// of a kind's time they are most of its deviation, too.
 double leastShareOfReport(const SampledPairs::Kind& kind, const SampledPairs::Kind& all) {
   const double share_of_kind = share(kind.report_ms, all.report_ms), rest = 1 - share_of_kind;
   const double of_others = all.report_ms_squared - kind.report_ms_squared;
