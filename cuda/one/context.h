@@ -60,7 +60,7 @@ struct Context {
   DeviceBuffer<std::uint8_t> borderline;  // of these (lists.h)
   // Only where several devices share a scene: the sums of what all have counted. What the others
   // have counted and found, if it cannot be read where it is.
-  DeviceBuffer<std::uint32_t> all_counts, copied_counts;
+  DeviceBuffer<std::uint32_t> all_counts, copied_counts, copied_rows;
   DeviceBuffer<device::Found> copied_pairs;
   DeviceBuffer<char> scratch;
 
@@ -85,10 +85,10 @@ struct Context {
   }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
-           copied_counts.bytes() + copied_pairs.bytes() + plan.bytes() + keys[0].bytes() +
-           keys[1].bytes() + slots[0].bytes() + slots[1].bytes() + starts.bytes() +
-           long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() + sorted.bytes() +
-           tree.bytes() + counts.bytes() + begins.bytes() + block_begins.bytes() +
+           copied_counts.bytes() + copied_rows.bytes() + copied_pairs.bytes() + plan.bytes() +
+           keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
+           starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
+           sorted.bytes() + tree.bytes() + counts.bytes() + begins.bytes() + block_begins.bytes() +
            has_list.bytes() + long_store.bytes() + long_slots.bytes() + rows.bytes() +
            found.bytes() + lists.bytes() + segments.bytes() + pairs.bytes() + borderline.bytes() +
            scratch.bytes();

@@ -29,10 +29,17 @@ void DeviceSweep::wait() {
     cudaStreamSynchronize(stream);
 }
 
+void DeviceSweep::open() {
+  if (!context_) context_ = std::make_unique<Context>(device_);
+}
+
+std::uint32_t DeviceSweep::wantedRow(std::uint32_t parts) const {
+  return rowLengthFor(pairs_a_slot_ / parts, row_length_);
+}
+
 void DeviceSweep::begin(const Frame& frame) {
   frame_ = frame;
   sorted_blocks_ = 0;
-  if (!context_) context_ = std::make_unique<Context>(device_);
   Context& c = *context_;
   reserve();
   mark(Start);
@@ -70,7 +77,7 @@ void DeviceSweep::reserve() {
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks() + 1);
   c.host_has_list.reserve((slots + 31) / 32);
-  row_length_ = frame_.isShared() ? 0 : rowLengthFor(pairs_a_slot_, row_length_);
+  row_length_ = frame_.row_length;
   c.rows.reserve(slots * row_length_);
   // Few are beyond rows, but each warp that has some takes chunk_places.
   const std::size_t places = boxes * least_places_a_box / parts;
@@ -178,7 +185,8 @@ void DeviceSweep::search(bool ignore_clusters) {
             foundPairs(), c.counts.data(), c.queue());
   mark(Searched);
   if (frame_.isShared()) return;
-  list(c.counts.data());
+  scanCounts(c.counts.data(), c.begins.data(), frame_.boxes, c.queue());
+  summarise(c.counts.data());
   scatterPairs(foundPairs(), c.plan.data(), openLists(), c.queue());
   mark(Scattered);
 }
@@ -197,17 +205,21 @@ void DeviceSweep::searchAgain(bool ignore_clusters) {
 void DeviceSweep::listOwn(const PartCounts& counts) {
   Context& c = *context_;
   const std::size_t slots = frame_.boxes;
+  list_rows_ = {};
+  list_rows_.length = row_length_;
+  for (std::uint32_t part = 0; part < counts.parts; ++part)
+    list_rows_.of[part].counts = counts.of[part];
   addCounts(counts, c.all_counts.data(), c.queue());
   scanCounts(c.all_counts.data(), c.begins.data(), slots, c.queue());
-  keepOwnCounts(c.begins.data(), slots, frame_.part, c.plan.data(), c.all_counts.data(), c.queue());
-  list(c.all_counts.data());
+  keepOwnLists({c.begins.data(), c.all_counts.data(), slots}, frame_.part, c.plan.data(),
+               c.queue());
+  summarise(c.all_counts.data());
   collect();
 }
 
-// Finds where the lists will be.
-void DeviceSweep::list(const std::uint32_t* counts) {
+// From where the lists will be.
+void DeviceSweep::summarise(const std::uint32_t* counts) {
   Context& c = *context_;
-  scanCounts(counts, c.begins.data(), frame_.boxes, c.queue());
   summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
                  {c.has_list.data(), c.block_begins.data(), c.long_slots.data()}, c.queue());
   mark(Scanned);
@@ -254,7 +266,7 @@ bool DeviceSweep::isDone() {
   if (pairs() > sortedPlaces(frame_.in_place)) sorted_blocks_ = 0;
   const unsigned long long* const begins = c.host_begins.data();
   blocks_at_once_ = std::upper_bound(begins, begins + blocks(), most_sorted_at_once) - begins;
-  pairs_a_slot_ = static_cast<double>(pairs()) / static_cast<double>(frame_.boxes);
+  pairs_a_slot_ = static_cast<double>(pairs()) * frame_.part.count / frame_.boxes;
   pairs_expected_ = pairs() + pairs() / 4;
   // Warps leave some places empty, not always the same number.
   beyond_expected_ = found() + found() / 4;
@@ -272,6 +284,17 @@ void DeviceSweep::takePairs(const Found* found, std::size_t count) {
   mark(Scattered);
 }
 
+DeviceSweep::OwnRows DeviceSweep::ownRowsOf(const DeviceSweep& part) const {
+  const SlotRange own = context_->host_counters[0].own;
+  return {part.context_->rows.data() + std::size_t{own.begin} * row_length_,
+          std::size_t{own.end - own.begin} * row_length_};
+}
+
+void DeviceSweep::takeRows(const std::uint32_t* words) {
+  list_rows_.first_slot = context_->host_counters[0].own.begin;
+  list_rows_.of[list_rows_.parts++].words = words;
+}
+
 // Pairs for which there is room in the lists and where they go when they are sorted.
 std::size_t DeviceSweep::sortedPlaces(bool in_place) const {
   const Context& c = *context_;
@@ -283,7 +306,9 @@ std::size_t DeviceSweep::sortedPlaces(bool in_place) const {
 // The lists after scatter, and where they go when they are sorted.
 Lists DeviceSweep::lists(bool in_place) {
   Context& c = *context_;
-  Lists lists = {rows(), c.lists.data(), sortedPlaces(in_place), c.begins.data(), frame_.boxes, {}};
+  ListRows rows = list_rows_;
+  if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
+  Lists lists = {rows, c.lists.data(), sortedPlaces(in_place), c.begins.data(), frame_.boxes, {}};
   if (in_place)
     lists.to.pairs = {c.pairs.data(), c.borderline.data()};
   else

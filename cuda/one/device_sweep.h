@@ -14,9 +14,9 @@
 
 namespace ode_parallel_sap {
 
-// Calls come in the order begin, arrived..., order and search or orderAndSearch, isDone until it is
-// true, then sortLists or sendPairs; or release at any time. The device is current for the calling
-// thread. All but wait and release throw DeviceFailure.
+// Calls come in the order open, begin, arrived..., order and search or orderAndSearch, isDone until
+// it is true, then sortLists or sendPairs; or release at any time. The device is current for the
+// calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep {
  public:
   // What is in a frame. Box i is that of slot i.
@@ -25,6 +25,7 @@ class DeviceSweep {
     bool filter_bits = false, filter_bodies = false, exact = false;
     bool in_place = false;  // whether pairs are to travel as such (sendPairs), as far as is known
     device::Part part;      // of the scene, which pairs are this device's
+    std::uint32_t row_length = 0;  // of the rows into which pairs go; all parts' are of one length
     bool isShared() const { return part.count > 1; }
   };
 
@@ -36,7 +37,7 @@ class DeviceSweep {
   int device() const { return device_; }
   // To be made current for all calls but wait() and release().
   DriverContext driverContext();
-  // Null before begin() and after release().
+  // Null before open() and after release().
   Context* context() { return context_.get(); }
   const Context* context() const { return context_.get(); }
 
@@ -44,6 +45,9 @@ class DeviceSweep {
   // Whether the last frame's pairs were sent as such.
   bool sentInPlace() const { return sent_in_place_; }
 
+  void open();
+  // How long rows should be where so many parts share the scene, by the last frame.
+  std::uint32_t wantedRow(std::uint32_t parts) const;
   // Room for the boxes to come.
   void begin(const Frame& frame);
   // Boxes [first, last) are on their way on that stream. They are counted by bin when they have
@@ -73,6 +77,14 @@ class DeviceSweep {
   // into their lists.
   void reserveOwn();
   void takePairs(const device::Found* found, std::size_t count);
+  // Of a part, whose lists are made of all parts' rows: those of its own slots in another one's, or
+  // in its own; and says where they are now, in the order in which listOwn was given the counts.
+  struct OwnRows {
+    const std::uint32_t* words;
+    std::size_t count;  // of words
+  };
+  OwnRows ownRowsOf(const DeviceSweep& part) const;
+  void takeRows(const std::uint32_t* words);
 
   // Sorts the lists, in the order in which they leave. Words [i, i + 1) * piece_words of them may
   // leave after context()->ready[i]: ready(i) is called when that was asked for.
@@ -100,7 +112,7 @@ class DeviceSweep {
   void reservePairs(std::size_t pairs, std::size_t beyond);
   void buildCells();
   void search(bool ignore_clusters);
-  void list(const std::uint32_t* counts);
+  void summarise(const std::uint32_t* counts);
   void collect();
   void clearBorderline(std::size_t pairs);
   template <class Sorted>
@@ -120,10 +132,11 @@ class DeviceSweep {
   std::unique_ptr<Context> context_;
   Frame frame_;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
-  // And how many pairs a slot has.
+  // And how many pairs of all parts a slot has.
   std::size_t pairs_expected_ = 0, beyond_expected_ = 0;
   double pairs_a_slot_ = first_pairs_a_slot;
-  std::uint32_t row_length_ = 0;  // 0: no rows
+  std::uint32_t row_length_ = 0;     // 0: no rows
+  device::ListRows list_rows_ = {};  // of all parts, where there are several
   // Blocks of slots whose lists are sorted but the long ones, as the frame's in_place says, and how
   // many that is before the host knows.
   std::size_t sorted_blocks_ = 0, blocks_at_once_ = 0;

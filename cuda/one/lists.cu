@@ -75,16 +75,16 @@ __global__ void __launch_bounds__(list_block)
 
 // One thread a place of `found`, in strides of whole warps. Pairs of one slot in a row take their
 // places in its list at once, from those that are left: the last ones first, as many as there are
-// pairs beyond the slot's row. Where only_own, those of slots outside plan->own are taken for none,
-// and all places are filled. A place is below the list's end, as one is left for each pair beyond
-// the row when the first one comes, and not before the row's end.
+// pairs beyond the slot's rows. Where only_own, those of slots outside of the device's own are
+// none, and all places are filled. A place is below the list's end, as one is left for each pair
+// beyond the row when the first one comes, and not before the row's end.
 template <bool only_own>
 __global__ void __launch_bounds__(block_threads)
     scatterKernel(const Found* __restrict__ found, unsigned long long capacity,
                   const ScenePlan* plan, OpenLists to) {
   const unsigned long long count = only_own ? capacity : plan->counters.found;
   if (count > capacity || to.begins[to.slots] > to.capacity) return;
-  const SlotRange own = plan->own;
+  const SlotRange own = plan->counters.own;
   const int lane = threadIdx.x % 32;
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long first = blockIdx.x * std::size_t{block_threads} + threadIdx.x - lane;
@@ -106,10 +106,29 @@ __global__ void __launch_bounds__(block_threads)
   }
 }
 
+// The row of a slot in a part's rows; whole lines of 16 bytes.
+__device__ const std::uint32_t* rowOf(const ListRows& rows, std::uint32_t part, std::size_t slot) {
+  return rows.of[part].words + (slot - rows.first_slot) * rows.length;
+}
+
+// Words of a slot in a part's row, where there are several parts.
+__device__ std::uint32_t rowCount(const ListRows& rows, std::uint32_t part, std::size_t slot) {
+  return min(rows.of[part].counts[slot], rows.length);
+}
+
 // Word k of the list of a slot, which begins at `begin`.
 __device__ std::uint32_t wordAt(const Lists& of, std::size_t slot, unsigned long long begin,
                                 unsigned long long k) {
-  return k < of.rows.length ? of.rows.words[slot * of.rows.length + k] : of.words[begin + k];
+  if (of.rows.length == 0) return of.words[begin + k];
+  if (of.rows.parts == 1)
+    return k < of.rows.length ? rowOf(of.rows, 0, slot)[k] : of.words[begin + k];
+  unsigned long long before = 0;
+  for (std::uint32_t part = 0; part < of.rows.parts; ++part) {
+    const std::uint32_t count = rowCount(of.rows, part, slot);
+    if (k < before + count) return rowOf(of.rows, part, slot)[k - before];
+    before += count;
+  }
+  return of.words[begin + k];
 }
 
 constexpr std::uint32_t no_word = ~std::uint32_t{0};  // behind all words
@@ -143,13 +162,31 @@ __device__ void sortWords(std::uint32_t (&words)[size]) {
   }
 }
 
-// Copies a list of at most `size` words, sorted. Four words are read from a row at once, some
-// behind the list's end perhaps, but never behind the row's, which is a multiple of 16 bytes.
+// Copies a list from the rows of several parts, in no order. Four words are read at once, as below.
+__device__ void gatherList(const Lists& of, std::size_t slot, unsigned long long begin,
+                           std::uint32_t length, std::uint32_t* to) {
+  std::uint32_t filled = 0;
+  for (std::uint32_t part = 0; part < of.rows.parts; ++part) {
+    const std::uint32_t count = rowCount(of.rows, part, slot);
+    const uint4* const row = reinterpret_cast<const uint4*>(rowOf(of.rows, part, slot));
+    for (std::uint32_t k = 0; k < count; k += 4) {
+      const uint4 four = row[k / 4];
+      to[filled++] = four.x;
+      if (k + 1 < count) to[filled++] = four.y;
+      if (k + 2 < count) to[filled++] = four.z;
+      if (k + 3 < count) to[filled++] = four.w;
+    }
+  }
+  for (; filled < length; ++filled) to[filled] = of.words[begin + filled];
+}
+
+// The words of a list of one part, of which there are rows or none: into registers. Four words are
+// read from a row at once, some behind the list's end perhaps, but never behind the row's, which is
+// a multiple of 16 bytes.
 template <int size>
-__device__ void sortList(const Lists& of, std::size_t slot, unsigned long long begin,
-                         std::uint32_t length, std::uint32_t* to) {
-  std::uint32_t words[size];
-  const uint4* const row = reinterpret_cast<const uint4*>(of.rows.words + slot * of.rows.length);
+__device__ void loadList(const Lists& of, std::size_t slot, unsigned long long begin,
+                         std::uint32_t length, std::uint32_t (&words)[size]) {
+  const uint4* const row = reinterpret_cast<const uint4*>(rowOf(of.rows, 0, slot));
 #pragma unroll
   for (int k = 0; k < size; k += 4) {
     uint4 four = {};
@@ -165,6 +202,21 @@ __device__ void sortList(const Lists& of, std::size_t slot, unsigned long long b
     words[k + 1] = four.y;
     words[k + 2] = four.z;
     words[k + 3] = four.w;
+  }
+}
+
+// Copies a list of at most `size` words, sorted. Where rows are of several parts it has been
+// gathered at `to`.
+template <bool of_parts, int size>
+__device__ void sortList(const Lists& of, std::size_t slot, unsigned long long begin,
+                         std::uint32_t length, std::uint32_t* to) {
+  std::uint32_t words[size];
+  if constexpr (of_parts) {
+#pragma unroll
+    for (int k = 0; k < size; ++k)
+      if (k < length) words[k] = to[k];
+  } else {
+    loadList(of, slot, begin, length, words);
   }
 #pragma unroll
   for (int k = 0; k < size; ++k)
@@ -190,7 +242,7 @@ struct ShortLists {
 // write word after word. These are list_block * long_list words at most, and go to where `begins`
 // says. If found pairs did not fit, scatter left places unfilled: words are anything then, and the
 // search is made again.
-template <class Write>
+template <bool of_parts, class Write>
 __global__ void __launch_bounds__(list_block)
     sortKernel(Lists of, std::size_t first_block, Write write) {
   __shared__ ShortLists block;
@@ -226,12 +278,13 @@ __global__ void __launch_bounds__(list_block)
 
   std::uint32_t* const to = block.words + place;
   const int longest = warpMax(static_cast<int>(length));
+  if (of_parts && length) gatherList(of, slot, begin, length, to);
   if (longest <= 8)
-    sortList<8>(of, slot, begin, length, to);
+    sortList<of_parts, 8>(of, slot, begin, length, to);
   else if (longest <= 16)
-    sortList<16>(of, slot, begin, length, to);
+    sortList<of_parts, 16>(of, slot, begin, length, to);
   else
-    sortList<long_list>(of, slot, begin, length, to);
+    sortList<of_parts, long_list>(of, slot, begin, length, to);
   if (length) to[0] |= min(ahead, far_ahead) << ahead_shift;
   for (std::uint32_t k = 0; k < length; ++k)
     block.list_at[place + k] = static_cast<std::uint8_t>(t);
@@ -366,9 +419,11 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
+  const bool of_parts = lists.rows.length && lists.rows.parts > 1;
   const auto sort = [&](auto write) {
-    launch("sort lists", sortKernel<decltype(write)>, end - begin, list_block, queue.stream, lists,
-           begin, write);
+    launch("sort lists",
+           of_parts ? sortKernel<true, decltype(write)> : sortKernel<false, decltype(write)>,
+           end - begin, list_block, queue.stream, lists, begin, write);
   };
   if (begin != end) withWriter(lists, sort);
 }

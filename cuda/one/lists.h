@@ -43,7 +43,7 @@ struct OpenLists {
 // before stay as they are. Does nothing if they did not fit into `found`.
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenLists& to,
                   const KernelQueue& queue);
-// The same with `count` pairs, of which those of plan->own are taken; without rows.
+// The same with `count` pairs, of which those of plan->counters.own are taken.
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
                      const OpenLists& to, const KernelQueue& queue);
 
@@ -69,10 +69,24 @@ struct SortedPairs {
   std::uint8_t* borderline;
 };
 
+// The rows of all parts of the scene, from that of `first_slot` on. A row has as many words as its
+// part has counted pairs of the slot, or as there is room for. Where there is one part only, whose
+// counts are used up by scatter, the length of the list tells.
+struct ListRows {
+  struct OfPart {
+    const std::uint32_t* words;
+    const std::uint32_t* counts;  // from slot 0 on
+  };
+  OfPart of[most_parts];
+  std::uint32_t parts, length;
+  std::uint32_t first_slot;
+};
+
 // The lists after scatter, and where they go when they are sorted: into segments, or as pairs. The
-// first words of a list are in its slot's row, the k-th of the others at words[begins[slot] + k].
+// first words of a list are in its slot's rows, part after part, say k of them; the others follow
+// each other from words[begins[slot] + k] on.
 struct Lists {
-  Rows rows;
+  ListRows rows;
   const std::uint32_t* words;
   unsigned long long capacity;  // of words, and of where they go
   const unsigned long long* begins;

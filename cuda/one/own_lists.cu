@@ -18,19 +18,24 @@ __global__ void __launch_bounds__(block_threads) addKernel(PartCounts counts, st
   sums[i] = sum;
 }
 
-// One thread a slot, in strides; each block finds the range for itself.
-__global__ void __launch_bounds__(block_threads)
-    keepKernel(const unsigned long long* ends, std::size_t slots, Part part, ScenePlan* plan,
-               std::uint32_t* sums) {
-  __shared__ std::uint32_t bounds[2];
-  if (threadIdx.x < 2)
-    bounds[threadIdx.x] = firstSlotOf(part.index + threadIdx.x, part.count, ends, slots);
-  __syncthreads();
-  if (blockIdx.x == 0 && threadIdx.x == 0) plan->own = {bounds[0], bounds[1]};
+// One thread.
+__global__ void ownSlotsKernel(AllLists lists, Part part, ScenePlan* plan) {
+  const std::uint32_t begin = firstSlotOf(part.index, part.count, lists.begins, lists.slots);
+  const std::uint32_t end = firstSlotOf(part.index + 1, part.count, lists.begins, lists.slots);
+  plan->counters.own = {begin, end};
+  plan->own_pairs = {lists.begins[begin], lists.begins[end]};
+}
+
+// One thread a slot and one for the place behind them, in strides.
+__global__ void __launch_bounds__(block_threads) keepKernel(AllLists lists, const ScenePlan* plan) {
+  const SlotRange own = plan->counters.own;
+  const PairRange pairs = plan->own_pairs;
   const std::size_t stride = std::size_t{gridDim.x} * block_threads;
-  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < slots;
-       i += stride)
-    if (i < bounds[0] || i >= bounds[1]) sums[i] = 0;
+  for (std::size_t i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i <= lists.slots;
+       i += stride) {
+    lists.begins[i] = min(max(lists.begins[i], pairs.begin), pairs.end) - pairs.begin;
+    if (i < own.begin || i >= own.end) lists.sums[i] = 0;
+  }
 }
 
 }  // namespace
@@ -40,10 +45,11 @@ void addCounts(const PartCounts& counts, std::uint32_t* sums, const KernelQueue&
          counts, sums);
 }
 
-void keepOwnCounts(const unsigned long long* ends, std::size_t slots, const Part& part,
-                   ScenePlan* plan, std::uint32_t* sums, const KernelQueue& queue) {
-  launch("keep own counts", keepKernel, blocksFor(slots, queue), block_threads, queue.stream, ends,
-         slots, part, plan, sums);
+void keepOwnLists(const AllLists& lists, const Part& part, ScenePlan* plan,
+                  const KernelQueue& queue) {
+  launch("find own slots", ownSlotsKernel, 1, 1, queue.stream, lists, part, plan);
+  launch("keep own lists", keepKernel, blocksFor(lists.slots + 1, queue), block_threads,
+         queue.stream, lists, plan);
 }
 
 }  // namespace device

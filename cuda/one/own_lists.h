@@ -20,10 +20,17 @@ struct PartCounts {
 // sums[i] = what all parts have counted of slot i; sums[slots] = 0.
 void addCounts(const PartCounts& counts, std::uint32_t* sums, const KernelQueue& queue);
 
-// From where the lists of all parts begin (scanCounts): says in the plan which slots are the part's
-// own (own_slots.h), and clears the sums of all others.
-void keepOwnCounts(const unsigned long long* ends, std::size_t slots, const Part& part,
-                   ScenePlan* plan, std::uint32_t* sums, const KernelQueue& queue);
+// Where the lists of all parts begin (scanCounts), and how many pairs are in each.
+struct AllLists {
+  unsigned long long* begins;
+  std::uint32_t* sums;
+  std::size_t slots;
+};
+
+// Says in the plan which slots are the part's own (own_slots.h), and makes of all lists these: the
+// others become empty.
+void keepOwnLists(const AllLists& lists, const Part& part, ScenePlan* plan,
+                  const KernelQueue& queue);
 
 }  // namespace device
 }  // namespace ode_parallel_sap

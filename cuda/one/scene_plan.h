@@ -58,6 +58,16 @@ struct ClassSummary {
   unsigned long long extent[3];
 };
 
+// Slots [begin, end).
+struct SlotRange {
+  std::uint32_t begin, end;
+};
+
+// Pairs [begin, end) of all lists.
+struct PairRange {
+  unsigned long long begin, end;
+};
+
 // What the host has to know before pairs can leave: whether all went well.
 struct Counters {
   // Cleared before another search; nothing else is.
@@ -69,20 +79,16 @@ struct Counters {
   std::uint32_t inactive;  // boxes
   std::uint32_t cells;
   std::uint32_t clustered;  // whether more boxes share a key than a search can bear
-};
 
-// Slots [begin, end).
-struct SlotRange {
-  std::uint32_t begin, end;
+  // Whose lists are the device's own, where several share the scene.
+  SlotRange own;
 };
 
 // Written on the device only. Cleared up to `table` before each frame.
 struct ScenePlan {
   Counters counters;
+  PairRange own_pairs;  // of those slots
   std::uint32_t histogram[bins];
-
-  // Whose lists are the device's own, where several share the scene.
-  SlotRange own;
 
   // From the classes on.
   std::uint8_t table[bins];  // class by bin

@@ -228,6 +228,13 @@ void DeviceGroup::sharePairs() {
     member.takePairs(found(member).at, found(member).count);
     readOthers(index, member.context()->copied_pairs, found,
                [&](const device::Found* at, std::size_t count) { member.takePairs(at, count); });
+    const auto rows = [&](const DeviceSweep& of) {
+      const DeviceSweep::OwnRows own = member.ownRowsOf(of);
+      return Values<std::uint32_t>{own.words, own.count};
+    };
+    member.takeRows(rows(member).at);
+    readOthers(index, member.context()->copied_rows, rows,
+               [&](const std::uint32_t* at, std::size_t) { member.takeRows(at); });
   });
 }
 
@@ -298,14 +305,19 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const auto count = static_cast<std::uint32_t>(members_.size());
   threads_used_ = 1;
   try {
-    each([&](DeviceSweep& member, std::size_t index) {
+    each([](DeviceSweep& member, std::size_t) {
       cudaGetLastError();  // not ours
+      member.open();
+    });
+    const std::uint32_t row_length = members_[0]->wantedRow(count);
+    each([&](DeviceSweep& member, std::size_t index) {
       member.begin({boxes.size,
                     boxes.filter_bits,
                     boxes.filter_bodies,
                     boxes.exact,
                     wantsInPlace(threads) && member.sentInPlace(),
-                    {static_cast<std::uint32_t>(index), count}});
+                    {static_cast<std::uint32_t>(index), count},
+                    row_length});
     });
     if (isShared()) link();
     bringBoxes(boxes, threads);
