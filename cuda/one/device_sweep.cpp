@@ -34,7 +34,7 @@ void DeviceSweep::open() {
 }
 
 std::uint32_t DeviceSweep::wantedRow(std::uint32_t parts) const {
-  return rowLengthFor(pairs_a_slot_ / parts, row_length_);
+  return rowLengthFor(pairs_a_slot_, parts, row_length_);
 }
 
 void DeviceSweep::begin(const Frame& frame) {
@@ -266,12 +266,15 @@ bool DeviceSweep::isDone() {
   if (pairs() > sortedPlaces(frame_.in_place)) sorted_blocks_ = 0;
   const unsigned long long* const begins = c.host_begins.data();
   blocks_at_once_ = std::upper_bound(begins, begins + blocks(), most_sorted_at_once) - begins;
-  pairs_a_slot_ = static_cast<double>(pairs()) * frame_.part.count / frame_.boxes;
   pairs_expected_ = pairs() + pairs() / 4;
   // Warps leave some places empty, not always the same number.
   beyond_expected_ = found() + found() / 4;
   if (!fits) reservePairs(pairs_expected_, beyond_expected_);
   return fits && !isClustered();
+}
+
+void DeviceSweep::learn(std::size_t all_pairs) {
+  pairs_a_slot_ = static_cast<double>(all_pairs) / static_cast<double>(frame_.boxes);
 }
 
 void DeviceSweep::reserveOwn() {
@@ -306,7 +309,7 @@ std::size_t DeviceSweep::sortedPlaces(bool in_place) const {
 // The lists after scatter, and where they go when they are sorted.
 Lists DeviceSweep::lists(bool in_place) {
   Context& c = *context_;
-  ListRows rows = list_rows_;
+  ListRows rows = list_rows_;  // none yet until takeRows
   if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
   Lists lists = {rows, c.lists.data(), sortedPlaces(in_place), c.begins.data(), frame_.boxes, {}};
   if (in_place)

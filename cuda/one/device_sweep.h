@@ -46,7 +46,7 @@ class DeviceSweep {
   bool sentInPlace() const { return sent_in_place_; }
 
   void open();
-  // How long rows should be where so many parts share the scene, by the last frame.
+  // How long rows should be where so many parts share the scene, by what learn() was told last.
   std::uint32_t wantedRow(std::uint32_t parts) const;
   // Room for the boxes to come.
   void begin(const Frame& frame);
@@ -65,10 +65,13 @@ class DeviceSweep {
   // Waits for the numbers of pairs. False if the search has to be made again: for want of places,
   // of which there are enough then, or in a cluster.
   bool isDone();
-  // Of pairs that found a place: here, and in the lists that are the device's own.
+  // Places taken by pairs beyond the rows, some of them empty, and pairs in the lists that are the
+  // device's own.
   std::size_t found() const;
   std::size_t pairs() const;
   bool isClustered() const;
+  // When it is done: how many pairs all parts have found together.
+  void learn(std::size_t all_pairs);
   // Makes the search again, of all parts. Clusters are divided first, `round` times so far, or
   // ignored.
   bool divideClusters(int round);
@@ -78,7 +81,8 @@ class DeviceSweep {
   void reserveOwn();
   void takePairs(const device::Found* found, std::size_t count);
   // Of a part, whose lists are made of all parts' rows: those of its own slots in another one's, or
-  // in its own; and says where they are now, in the order in which listOwn was given the counts.
+  // in its own; and says where they are now, in the order in which listOwn was given the counts,
+  // before any list is sorted.
   struct OwnRows {
     const std::uint32_t* words;
     std::size_t count;  // of words
@@ -132,7 +136,7 @@ class DeviceSweep {
   std::unique_ptr<Context> context_;
   Frame frame_;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.
-  // And how many pairs of all parts a slot has.
+  // And how many pairs a slot has, of all parts together.
   std::size_t pairs_expected_ = 0, beyond_expected_ = 0;
   double pairs_a_slot_ = first_pairs_a_slot;
   std::uint32_t row_length_ = 0;     // 0: no rows

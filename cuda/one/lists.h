@@ -39,8 +39,9 @@ struct OpenLists {
   std::size_t slots;
   std::uint32_t* left;
 };
-// Puts the pairs that are beyond the rows into their lists: at places from rows.length on, those
-// before stay as they are. Does nothing if they did not fit into `found`.
+// Puts the pairs that are beyond the rows into their lists: at the last places of these, as many as
+// they are, behind those for which there are rows (ListRows). Does nothing if they did not fit into
+// `found`.
 void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenLists& to,
                   const KernelQueue& queue);
 // The same with `count` pairs, of which those of plan->counters.own are taken.

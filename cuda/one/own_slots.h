@@ -15,14 +15,14 @@ namespace device {
 // slots ahead of which the parts before have their pairs, the same number for all.
 ODE_PARALLEL_SAP_BOTH_SIDES inline std::uint32_t firstSlotOf(std::uint32_t index,
                                                              std::uint32_t count,
-                                                             const unsigned long long* ends,
+                                                             const unsigned long long* begins,
                                                              std::size_t slots) {
   if (index == count) return static_cast<std::uint32_t>(slots);
-  const unsigned long long ahead = ends[slots] / count * index;
+  const unsigned long long ahead = begins[slots] / count * index;
   std::size_t low = 0, high = slots / list_block;
   while (low < high) {
     const std::size_t middle = (low + high) / 2;
-    if (ends[middle * list_block] < ahead)
+    if (begins[middle * list_block] < ahead)
       low = middle + 1;
     else
       high = middle;

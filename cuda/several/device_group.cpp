@@ -259,6 +259,9 @@ void DeviceGroup::complete() {
       ignore_clusters = round == most_rounds || !divideClusters(round++);
     each([&](DeviceSweep& member, std::size_t) { member.searchAgain(ignore_clusters); });
   }
+  std::size_t pairs = 0;
+  for (const DeviceSweep* member : members_) pairs += member->pairs();
+  for (DeviceSweep* member : members_) member->learn(pairs);
 }
 
 bool DeviceGroup::wantsInPlace(int threads) const {
