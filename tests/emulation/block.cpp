@@ -1,0 +1,186 @@
+// Switching from thread to thread takes no system call: contexts are made by makecontext, and left
+// and entered again by _longjmp, whose checks would take another stack for a mistake.
+#undef _FORTIFY_SOURCE
+
+#include "tests/emulation/block.h"
+
+#include <setjmp.h>
+#include <ucontext.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "tests/emulation/runtime.h"
+
+namespace emulation {
+
+namespace {
+
+constexpr std::size_t stack_bytes = 1 << 18;  // fixed: more than any kernel needs
+
+struct Thread {
+  uint3 index = {};
+  int lane = 0, warp = 0;
+  bool begun = false, ended = false;
+  jmp_buf at;
+  std::unique_ptr<char[]> stack;
+};
+
+struct Warp {
+  LaneValues values[2];  // those of the round before stay, for lanes that have not read them yet
+  int arrived = 0;
+  unsigned round = 0;
+};
+
+// The block that runs.
+struct Block {
+  uint3 index = {};
+  dim3 grid;
+  const std::function<void()>* body = nullptr;
+  std::vector<Thread> threads;
+  std::vector<Warp> warps;
+  std::vector<std::size_t> order;  // of the threads
+  std::size_t turn = 0;            // in it
+  int alive = 0, arrived = 0;
+  unsigned barriers = 0;
+  bool any[2] = {};
+  jmp_buf caller;
+};
+Block block;
+
+Thread& current() {
+  return block.threads[block.order[block.turn]];
+}
+
+// Goes on where a thread waits, or begins it.
+[[noreturn]] void enter(Thread& thread) {
+  if (thread.begun) _longjmp(thread.at, 1);
+  thread.begun = true;
+  ucontext_t context;
+  getcontext(&context);
+  if (!thread.stack) thread.stack.reset(new char[stack_bytes]);
+  context.uc_stack.ss_sp = thread.stack.get();
+  context.uc_stack.ss_size = stack_bytes;
+  context.uc_link = nullptr;
+  makecontext(
+      &context,
+      +[] {
+        (*block.body)();
+        current().ended = true;
+        if (--block.alive > 0 && block.arrived == block.alive) {
+          block.arrived = 0;
+          ++block.barriers;
+        }
+        if (block.alive == 0) _longjmp(block.caller, 1);
+        do block.turn = (block.turn + 1) % block.order.size();
+        while (current().ended);
+        enter(current());
+      },
+      0);
+  setcontext(&context);
+  std::abort();
+}
+
+// Lets the others run until it is this thread's turn again.
+void letOthersRun() {
+  Thread& own = current();
+  do block.turn = (block.turn + 1) % block.order.size();
+  while (current().ended);
+  if (&current() == &own) {
+    std::fprintf(stderr, "a thread of a kernel waits for threads that have ended\n");
+    std::abort();
+  }
+  if (_setjmp(own.at) == 0) enter(current());
+}
+
+void arrange(int threads) {
+  block.threads.resize(threads);
+  block.warps.assign((threads + warp_lanes - 1) / warp_lanes, Warp());
+  std::vector<int> warps(block.warps.size());
+  std::iota(warps.begin(), warps.end(), 0);
+  for (std::size_t i = warps.size(); i > 1; --i) std::swap(warps[i - 1], warps[random().below(i)]);
+  block.order.clear();
+  for (const int warp : warps)
+    for (int i = warp * warp_lanes; i < std::min(threads, (warp + 1) * warp_lanes); ++i) {
+      Thread& thread = block.threads[i];
+      thread.index = {static_cast<unsigned>(i), 0, 0};
+      thread.lane = i % warp_lanes;
+      thread.warp = warp;
+      thread.begun = thread.ended = false;
+      block.order.push_back(static_cast<std::size_t>(i));
+    }
+  block.turn = 0;
+  block.alive = threads;
+  block.arrived = 0;
+  block.any[0] = block.any[1] = false;
+}
+
+// Comes back when the last thread has ended.
+void runBlock() {
+  if (_setjmp(block.caller) == 0) enter(current());
+}
+
+}  // namespace
+
+void runBlocks(std::size_t blocks, int threads, const std::function<void()>& body) {
+  block.grid = dim3(static_cast<unsigned>(blocks));
+  block.body = &body;
+  for (std::size_t i = 0; i < blocks; ++i) {
+    block.index = {static_cast<unsigned>(i), 0, 0};
+    arrange(threads);
+    runBlock();
+  }
+}
+
+const uint3& threadIndex() {
+  return current().index;
+}
+const uint3& blockIndex() {
+  return block.index;
+}
+const dim3& gridSize() {
+  return block.grid;
+}
+int lane() {
+  return current().lane;
+}
+
+void waitForBlock() {
+  const unsigned barrier = block.barriers;
+  if (++block.arrived == block.alive) {
+    block.arrived = 0;
+    ++block.barriers;
+  }
+  while (block.barriers == barrier) letOthersRun();
+}
+
+bool anyOfBlock(bool own) {
+  bool& any = block.any[block.barriers % 2];
+  if (own) any = true;
+  waitForBlock();
+  const bool result = any;
+  waitForBlock();
+  any = false;  // each says so before any can come here again
+  waitForBlock();
+  return result;
+}
+
+const LaneValues& exchange(std::uint64_t own) {
+  Warp& warp = block.warps[current().warp];
+  const unsigned round = warp.round;
+  LaneValues& values = warp.values[round % 2];
+  values[current().lane] = own;
+  if (++warp.arrived == warp_lanes) {
+    warp.arrived = 0;
+    ++warp.round;
+  }
+  while (warp.round == round) letOthersRun();
+  return values;
+}
+
+}  // namespace emulation
