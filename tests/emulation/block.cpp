@@ -1,5 +1,6 @@
-// Switching from thread to thread takes no system call: contexts are made by makecontext, and left
-// and entered again by _longjmp, whose checks would take another stack for a mistake.
+// Switching from thread to thread takes no system call, but for AddressSanitizer, which knows of
+// swapcontext only: a thread's context is made once, and left and entered again by _longjmp, whose
+// checks would take another stack for a mistake.
 #undef _FORTIFY_SOURCE
 
 #include "tests/emulation/block.h"
@@ -17,18 +18,58 @@
 
 #include "tests/emulation/runtime.h"
 
+#if defined(__SANITIZE_ADDRESS__)  // GCC
+#define EMULATION_BY_SWAPCONTEXT
+#elif defined(__has_feature)  // Clang
+#if __has_feature(address_sanitizer)
+#define EMULATION_BY_SWAPCONTEXT
+#endif
+#endif
+
 namespace emulation {
 
 namespace {
 
 constexpr std::size_t stack_bytes = 1 << 18;  // fixed: more than any kernel needs
 
+// What runs on a stack of its own, until it goes on in another one.
+class Context {
+ public:
+  // That of the caller.
+  Context() = default;
+  explicit Context(void (*run)()) : stack_(new char[stack_bytes]) {
+    getcontext(&made_);
+    made_.uc_stack.ss_sp = stack_.get();
+    made_.uc_stack.ss_size = stack_bytes;
+    made_.uc_link = nullptr;
+    makecontext(&made_, run, 0);
+  }
+  // Comes back when another one goes on in this one.
+  void goOnIn(Context& other) {
+#if defined(EMULATION_BY_SWAPCONTEXT)
+    swapcontext(&made_, &other.made_);
+#else
+    left_ = true;
+    if (_setjmp(at_) != 0) return;
+    if (other.left_) _longjmp(other.at_, 1);
+    setcontext(&other.made_);
+#endif
+  }
+
+ private:
+  std::unique_ptr<char[]> stack_;
+  ucontext_t made_;
+  jmp_buf at_;
+  bool left_ = false;
+};
+
+void runThreads();
+
 struct Thread {
   uint3 index = {};
   int lane = 0, warp = 0;
-  bool begun = false, ended = false;
-  jmp_buf at;
-  std::unique_ptr<char[]> stack;
+  bool ended = false;
+  std::unique_ptr<Context> context = std::make_unique<Context>(&runThreads);
 };
 
 struct Warp {
@@ -49,7 +90,7 @@ struct Block {
   int alive = 0, arrived = 0;
   unsigned barriers = 0;
   bool any[2] = {};
-  jmp_buf caller;
+  Context caller;
 };
 Block block;
 
@@ -57,49 +98,39 @@ Thread& current() {
   return block.threads[block.order[block.turn]];
 }
 
-// Goes on where a thread waits, or begins it.
-[[noreturn]] void enter(Thread& thread) {
-  if (thread.begun) _longjmp(thread.at, 1);
-  thread.begun = true;
-  ucontext_t context;
-  getcontext(&context);
-  if (!thread.stack) thread.stack.reset(new char[stack_bytes]);
-  context.uc_stack.ss_sp = thread.stack.get();
-  context.uc_stack.ss_size = stack_bytes;
-  context.uc_link = nullptr;
-  makecontext(
-      &context,
-      +[] {
-        (*block.body)();
-        current().ended = true;
-        if (--block.alive > 0 && block.arrived == block.alive) {
-          block.arrived = 0;
-          ++block.barriers;
-        }
-        if (block.alive == 0) _longjmp(block.caller, 1);
-        do block.turn = (block.turn + 1) % block.order.size();
-        while (current().ended);
-        enter(current());
-      },
-      0);
-  setcontext(&context);
-  std::abort();
+void takeTurns() {
+  do block.turn = (block.turn + 1) % block.order.size();
+  while (current().ended);
+}
+
+// On each thread's stack: what the thread does in block after block.
+void runThreads() {
+  for (;;) {
+    (*block.body)();
+    Thread& own = current();
+    own.ended = true;
+    if (--block.alive > 0 && block.arrived == block.alive) {
+      block.arrived = 0;
+      ++block.barriers;
+    }
+    if (block.alive > 0) takeTurns();
+    own.context->goOnIn(block.alive > 0 ? *current().context : block.caller);
+  }
 }
 
 // Lets the others run until it is this thread's turn again.
 void letOthersRun() {
   Thread& own = current();
-  do block.turn = (block.turn + 1) % block.order.size();
-  while (current().ended);
+  takeTurns();
   if (&current() == &own) {
     std::fprintf(stderr, "a thread of a kernel waits for threads that have ended\n");
     std::abort();
   }
-  if (_setjmp(own.at) == 0) enter(current());
+  own.context->goOnIn(*current().context);
 }
 
 void arrange(int threads) {
-  block.threads.resize(threads);
+  if (block.threads.size() < static_cast<std::size_t>(threads)) block.threads.resize(threads);
   block.warps.assign((threads + warp_lanes - 1) / warp_lanes, Warp());
   std::vector<int> warps(block.warps.size());
   std::iota(warps.begin(), warps.end(), 0);
@@ -111,18 +142,13 @@ void arrange(int threads) {
       thread.index = {static_cast<unsigned>(i), 0, 0};
       thread.lane = i % warp_lanes;
       thread.warp = warp;
-      thread.begun = thread.ended = false;
+      thread.ended = false;
       block.order.push_back(static_cast<std::size_t>(i));
     }
   block.turn = 0;
   block.alive = threads;
   block.arrived = 0;
   block.any[0] = block.any[1] = false;
-}
-
-// Comes back when the last thread has ended.
-void runBlock() {
-  if (_setjmp(block.caller) == 0) enter(current());
 }
 
 }  // namespace
@@ -133,7 +159,7 @@ void runBlocks(std::size_t blocks, int threads, const std::function<void()>& bod
   for (std::size_t i = 0; i < blocks; ++i) {
     block.index = {static_cast<unsigned>(i), 0, 0};
     arrange(threads);
-    runBlock();
+    block.caller.goOnIn(*current().context);
   }
 }
 
