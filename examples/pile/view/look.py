@@ -225,7 +225,10 @@ def test_interrupt():
         sys.exit(SKIPPED)
     check(process.returncode == 130, f"the exit code is {process.returncode}")
     check("Interrupted after" in rest, "the table says so")
-    Picture(picture_file).expect("awake", 0.05, 0.6)
+    # On a fast machine they are asleep by then.
+    picture = Picture(picture_file)
+    bodies = picture.share("awake") + picture.share("asleep")
+    check(0.05 < bodies < 0.6, f"bodies: {bodies:.4f} of the picture, expected 0.05 to 0.6")
 
 
 class Window:
