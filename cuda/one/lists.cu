@@ -77,7 +77,7 @@ __global__ void __launch_bounds__(list_block)
 // places in its list at once, from those that are left: the last ones first, as many as there are
 // pairs beyond the slot's rows. Where only_own, those of slots outside of the device's own are
 // none, and all places are filled. A place is below the list's end, as one is left for each pair
-// beyond the row when the first one comes, and not before the row's end.
+// beyond the rows when the first one comes, and not before the rows' end.
 template <bool only_own>
 __global__ void __launch_bounds__(block_threads)
     scatterKernel(const Found* __restrict__ found, unsigned long long capacity,

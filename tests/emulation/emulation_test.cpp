@@ -45,6 +45,11 @@ class ChangingScene {
   const BoxSet& boxes() const { return boxes_; }
   const std::string& name() const { return name_; }
 
+  void fill(const std::string& name, std::size_t size) {
+    name_ = name;
+    cuda_check::sceneOf(name).fill(size, random_.bits(), boxes_);
+  }
+
   void change() {
     const std::size_t what = random_.below(4);
     if (what == 0) begin();
@@ -60,8 +65,7 @@ class ChangingScene {
     const std::size_t sizes[] = {2, 3, 31, 33, 64, 255, 256, 257, 300, 511, 513, 700};
     std::size_t size = sizes[random_.below(sizeof sizes / sizeof *sizes)];
     if (random_.chance(0.3)) size = 2 + random_.below(900);
-    name_ = scene.name;
-    scene.fill(std::min(size, scene.most), random_.bits(), boxes_);
+    fill(scene.name, std::min(size, scene.most));
   }
   void move() {
     for (std::size_t i = 0; i < boxes_.size; ++i) {
@@ -93,20 +97,22 @@ class ChangingScene {
 // What has happened in a test, which would show nothing otherwise.
 struct Seen {
   int frames = 0, shared = 0, failures = 0, with_rows = 0, without_rows = 0, beyond_rows = 0;
+  int read = 0, copied = 0;  // frames in which rows of other devices were
 };
 
-// Some members, each a device of its own or not, and a scene, for some frames.
+// Some members, each a device of its own or not, and a scene, for some frames. Which devices can
+// read each other goes by the number of the run, so that a few have all there is.
 class Run {
  public:
-  Run(std::uint64_t seed, double failing, Seen& seen)
+  Run(std::uint64_t seed, int number, double failing, Seen& seen)
       : random_(seed), scene_(random_), failing_(failing), seen_(seen) {
     emulation::seed(random_.bits());
     emulation::Machine& machine = emulation::machine();
-    machine.peers_readable = random_.chance(0.7);
-    machine.some_peers = random_.chance(0.2);
+    machine.peers_readable = number % 3 == 0;
+    machine.some_peers = number % 3 == 2;
     machine.locked = random_.chance(0.3) ? 1 : 0.5;
-    const std::size_t most = 1 + random_.below(random_.chance(0.5) ? 4 : 16);
-    const std::size_t members_a_device = 1 + random_.below(3);
+    const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
+    const std::size_t members_a_device = 1 + number / 3 % 3;
     for (std::size_t i = 0; i < most; ++i)
       members_.push_back(std::make_unique<DeviceSweep>(static_cast<int>(i / members_a_device)));
     used_ = most;
@@ -114,23 +120,34 @@ class Run {
 
   void frame() {
     if (random_.chance(0.25)) used_ = 1 + random_.below(members_.size());
-    std::vector<DeviceSweep*> used;
-    for (std::size_t i = 0; i < used_; ++i) used.push_back(members_[i].get());
-    emulation::shuffleStreams();
-    INFO(scene_.name() << ", " << scene_.boxes().size << " boxes, " << used_ << " of "
-                       << members_.size() << " devices");
-    if (find(used)) check(used);
+    show();
     scene_.change();
   }
 
-  // Gives all back.
+  // On all devices, a scene for rows, which are as long as it needs in its second frame, and one
+  // whose lists are too long for them. Then gives all back.
   void end() {
+    used_ = members_.size();
+    scene_.fill("cube", 600);
+    show();
+    show();
+    scene_.fill("same spot", 64);
+    show();
     members_.clear();
     REQUIRE(emulation::pending() == 0);
     REQUIRE(emulation::machine().held == 0);
   }
 
  private:
+  void show() {
+    std::vector<DeviceSweep*> used;
+    for (std::size_t i = 0; i < used_; ++i) used.push_back(members_[i].get());
+    emulation::shuffleStreams();
+    INFO(scene_.name() << ", " << scene_.boxes().size << " boxes, " << used_ << " of "
+                       << members_.size() << " devices");
+    if (find(used)) check(used);
+  }
+
   bool find(const std::vector<DeviceSweep*>& used) {
     const int threads = random_.chance(0.3) ? 1 : 12;
     const bool failing = random_.chance(failing_);
@@ -163,9 +180,15 @@ class Run {
     if (used.size() == 1) return;
     ++seen_.shared;
     const auto parts = static_cast<std::uint32_t>(used.size());
-    ++(used[0]->wantedRow(parts) ? seen_.with_rows : seen_.without_rows);
-    for (const DeviceSweep* member : used)
-      if (member->found() > 0 && used[0]->wantedRow(parts)) return void(++seen_.beyond_rows);
+    const bool in_rows = used[0]->wantedRow(parts) > 0;
+    ++(in_rows ? seen_.with_rows : seen_.without_rows);
+    if (!in_rows) return;
+    const auto any = [&](auto holds) { return std::any_of(used.begin(), used.end(), holds); };
+    seen_.beyond_rows += any([](const DeviceSweep* member) { return member->found() > 0; });
+    seen_.copied +=
+        any([](const DeviceSweep* member) { return member->context()->copied_rows.bytes() > 0; });
+    seen_.read +=
+        any([](const DeviceSweep* member) { return !member->context()->readable.empty(); });
   }
 
   Random random_;
@@ -180,10 +203,11 @@ class Run {
 
 Seen runAll(int runs, std::uint64_t usual_seed, double failing) {
   Seen seen;
-  for (int run = 0; run < sap_test::scaled(runs); ++run) {
+  constexpr int least_runs = 4;
+  for (int run = 0; run < std::max(least_runs, sap_test::scaled(runs)); ++run) {
     const std::uint64_t seed = sap_test::seedOr(usual_seed, run);
     INFO("seed " << seed);
-    Run frames(seed, failing, seen);
+    Run frames(seed, run, failing, seen);
     for (int frame = 0; frame < 8; ++frame) frames.frame();
     frames.end();
   }
@@ -200,6 +224,8 @@ TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "
   CHECK(seen.with_rows > 0);
   CHECK(seen.without_rows > 0);
   CHECK(seen.beyond_rows > 0);
+  CHECK(seen.read > 0);
+  CHECK(seen.copied > 0);
   CHECK(emulation::machine().replays > 0);
 }
 

@@ -39,7 +39,7 @@ struct CUstream_st {
   int device;
   std::uint64_t priority;
   std::deque<emulation::Work> work;
-  std::vector<emulation::Work>* recorded = nullptr;  // while it is captured
+  std::unique_ptr<std::vector<emulation::Work>> recorded;  // while it is captured
 };
 struct CUgraph_st {
   std::vector<emulation::Work> work;
@@ -120,6 +120,16 @@ Machine& machine() {
 void push(cudaStream_t stream, std::function<void()> work) {
   add(stream, {std::move(work), nullptr, 0});
 }
+cudaError_t pushWithScratch(void* scratch, std::size_t& bytes, std::size_t needed,
+                            cudaStream_t stream, std::function<void()> work) {
+  if (!scratch) {
+    bytes = needed;
+    return cudaSuccess;
+  }
+  push(stream, [=, size = bytes] { std::memset(scratch, 0x5a, size); });
+  push(stream, std::move(work));
+  return cudaSuccess;
+}
 void shuffleStreams() {
   for (CUstream_st* stream : streams) stream->priority = random().bits();
 }
@@ -140,7 +150,7 @@ cudaError_t cudaGetLastError() {
 }
 
 cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned) {
-  streams.push_back(new CUstream_st{current_device, emulation::random().bits(), {}});
+  streams.push_back(new CUstream_st{current_device, emulation::random().bits(), {}, nullptr});
   *stream = streams.back();
   return cudaSuccess;
 }
@@ -218,12 +228,12 @@ cudaError_t cudaDeviceEnablePeerAccess(int, unsigned) {
 }
 
 cudaError_t cudaStreamBeginCapture(cudaStream_t stream, cudaStreamCaptureMode) {
-  stream->recorded = new std::vector<Work>;
+  stream->recorded = std::make_unique<std::vector<Work>>();
   return cudaSuccess;
 }
 cudaError_t cudaStreamEndCapture(cudaStream_t stream, cudaGraph_t* graph) {
   *graph = new CUgraph_st{std::move(*stream->recorded)};
-  delete std::exchange(stream->recorded, nullptr);
+  stream->recorded.reset();
   return cudaSuccess;
 }
 cudaError_t cudaGraphInstantiate(cudaGraphExec_t* graph, cudaGraph_t from, unsigned long long) {

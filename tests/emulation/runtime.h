@@ -18,6 +18,11 @@ void seed(std::uint64_t seed);
 // Adds work to a stream.
 void push(cudaStream_t stream, std::function<void()> work);
 
+// The same as CUB does: asked without scratch memory it says how much there has to be; afterwards
+// that is full of anything.
+cudaError_t pushWithScratch(void* scratch, std::size_t& bytes, std::size_t needed,
+                            cudaStream_t stream, std::function<void()> work);
+
 // How the machine is, for tests to set.
 struct Machine {
   bool peers_readable = true;  // or none, or, where `some_peers` is set, some

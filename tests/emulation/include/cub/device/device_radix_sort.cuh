@@ -1,4 +1,4 @@
-// In the place of CUB's, as device_scan.cuh. The result is in either buffer, by the number of
+// In the place of CUB's. The result is in either buffer, by the number of
 // passes over eight digits that there would be; the other one holds anything afterwards.
 #pragma once
 
@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <numeric>
 #include <vector>
 
@@ -28,36 +27,31 @@ struct DeviceRadixSort {
   static cudaError_t SortPairs(void* scratch, std::size_t& bytes, DoubleBuffer<Key>& keys,
                                DoubleBuffer<Value>& values, std::int64_t count, int begin, int end,
                                cudaStream_t stream) {
-    if (!scratch) return scratchFor(count, bytes);
-    emulation::push(stream, [=, bytes = bytes]() mutable {
-      std::memset(scratch, 0x5a, bytes);
+    const auto sort = [=]() mutable {
       const std::vector<std::size_t> order = orderOf(keys.Current(), count, begin, end);
       const bool moves = changesBuffer(begin, end);
       place(keys, order, moves);
       place(values, order, moves);
-    });
-    if (changesBuffer(begin, end)) {
+    };
+    if (scratch && changesBuffer(begin, end)) {
       keys.selector ^= 1;
       values.selector ^= 1;
     }
-    return cudaSuccess;
+    return emulation::pushWithScratch(scratch, bytes, scratchFor(count), stream, sort);
   }
   template <class Key>
   static cudaError_t SortKeys(void* scratch, std::size_t& bytes, DoubleBuffer<Key>& keys,
                               std::int64_t count, int begin, int end, cudaStream_t stream) {
-    if (!scratch) return scratchFor(count, bytes);
-    emulation::push(stream, [=, bytes = bytes]() mutable {
-      std::memset(scratch, 0x5a, bytes);
+    const auto sort = [=]() mutable {
       place(keys, orderOf(keys.Current(), count, begin, end), changesBuffer(begin, end));
-    });
-    if (changesBuffer(begin, end)) keys.selector ^= 1;
-    return cudaSuccess;
+    };
+    if (scratch && changesBuffer(begin, end)) keys.selector ^= 1;
+    return emulation::pushWithScratch(scratch, bytes, scratchFor(count), stream, sort);
   }
 
  private:
-  static cudaError_t scratchFor(std::int64_t count, std::size_t& bytes) {
-    bytes = 1 + static_cast<std::size_t>(count) / 4;
-    return cudaSuccess;
+  static std::size_t scratchFor(std::int64_t count) {
+    return 1 + static_cast<std::size_t>(count) / 4;
   }
   static bool changesBuffer(int begin, int end) { return (end - begin + 7) / 8 % 2 == 1; }
   // By digits [begin, end) of the keys.
