@@ -460,31 +460,26 @@ TEST_CASE("Rows have room for what slots have, and keep their length while they 
   std::uint32_t last = 0;
   for (int frame = 0; frame < 100000; ++frame) {
     const double pairs = 40 * random.unit() * random.unit();
-    const std::uint32_t parts = 1 + frame / 4 % 4;
-    const std::uint32_t length = rowLengthFor(pairs, parts, last);
-    INFO(pairs << " pairs a slot, " << parts << " parts, rows of " << last << " before, of "
-               << length << " now");
+    const std::uint32_t length = rowLengthFor(pairs, last);
+    INFO(pairs << " pairs a slot, rows of " << last << " before, of " << length << " now");
     REQUIRE((length == 0) == (pairs * places > device::most_row));
     if (length) {
-      const double wanted = pairs * places / (parts > 1 ? 2 : 1);
+      const double wanted = pairs * places;
       REQUIRE(length % device::least_row == 0);
       REQUIRE(length >= wanted);
       REQUIRE(length <= std::max<double>(device::least_row, 4 * wanted));
       // A scene that moves a little has the same rows, and with them the same graph.
-      REQUIRE(rowLengthFor(pairs * 0.9, parts, length) ==
+      REQUIRE(rowLengthFor(pairs * 0.9, length) ==
               (length <= std::max<double>(device::least_row, 3.6 * wanted)
                    ? length
-                   : rowLengthFor(pairs * 0.9, parts, 0)));
+                   : rowLengthFor(pairs * 0.9, 0)));
     }
     last = length;
   }
   // Around a limit.
   const double limit = 2 * device::least_row / places;
-  const std::uint32_t length = rowLengthFor(limit * 1.01, 1, 0);
+  const std::uint32_t length = rowLengthFor(limit * 1.01, 0);
   CHECK(length == 4 * device::least_row);
-  CHECK(rowLengthFor(limit * 0.99, 1, length) == length);
-  CHECK(rowLengthFor(limit * 1.01, 1, length) == length);
-  // More than two parts need no shorter rows than two.
-  CHECK(rowLengthFor(limit * 1.01, 2, 0) == 2 * device::least_row);
-  CHECK(rowLengthFor(limit * 1.01, 16, 0) == 2 * device::least_row);
+  CHECK(rowLengthFor(limit * 0.99, length) == length);
+  CHECK(rowLengthFor(limit * 1.01, length) == length);
 }

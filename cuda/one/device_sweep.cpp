@@ -33,8 +33,8 @@ void DeviceSweep::open() {
   if (!context_) context_ = std::make_unique<Context>(device_);
 }
 
-std::uint32_t DeviceSweep::wantedRow(std::uint32_t parts) const {
-  return rowLengthFor(pairs_a_slot_, parts, row_length_);
+std::uint32_t DeviceSweep::wantedRow() const {
+  return rowLengthFor(pairs_a_slot_, row_length_);
 }
 
 void DeviceSweep::begin(const Frame& frame) {

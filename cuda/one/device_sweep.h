@@ -46,8 +46,8 @@ class DeviceSweep {
   bool sentInPlace() const { return sent_in_place_; }
 
   void open();
-  // How long rows should be where so many parts share the scene, by what learn() was told last.
-  std::uint32_t wantedRow(std::uint32_t parts) const;
+  // How long rows should be, by what learn() was told last.
+  std::uint32_t wantedRow() const;
   // Room for the boxes to come.
   void begin(const Frame& frame);
   // Boxes [first, last) are on their way on that stream. They are counted by bin when they have

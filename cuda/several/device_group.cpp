@@ -312,7 +312,7 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
       cudaGetLastError();  // not ours
       member.open();
     });
-    const std::uint32_t row_length = members_[0]->wantedRow(count);
+    const std::uint32_t row_length = members_[0]->wantedRow();
     each([&](DeviceSweep& member, std::size_t index) {
       member.begin({boxes.size,
                     boxes.filter_bits,

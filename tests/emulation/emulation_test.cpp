@@ -179,8 +179,7 @@ class Run {
     ++seen_.frames;
     if (used.size() == 1) return;
     ++seen_.shared;
-    const auto parts = static_cast<std::uint32_t>(used.size());
-    const bool in_rows = used[0]->wantedRow(parts) > 0;
+    const bool in_rows = used[0]->wantedRow() > 0;
     ++(in_rows ? seen_.with_rows : seen_.without_rows);
     if (!in_rows) return;
     const auto any = [&](auto holds) { return std::any_of(used.begin(), used.end(), holds); };
