@@ -2,7 +2,7 @@
 """What each mechanism of space/data/mechanisms.h gains: the library is built once without each, and timed in turn with
 the whole one over the scenes of the benchmarks.
 
-    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON
+    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF
     cmake --build build/release
     tests/bench/ablation.py measure build/release ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md

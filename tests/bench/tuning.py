@@ -2,7 +2,7 @@
 """What the tuned constants of the rooms' tuning.h are worth: each is doubled and halved, and the library (for cuda/ the
 check program) that is so built is timed in turn with the whole one.
 
-    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON
+    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF
     cmake --build build/release
     build/release/tests/bench/record-piles build/release/tests/bench cubes balls
     tests/bench/tuning.py build build/release variants

@@ -28,6 +28,8 @@ class Project:
         with open(database) as file:
             entries = json.load(file)
         self.commands = [entry for entry in entries if self.takes(entry)]
+        if any(entry["file"].endswith(".cu") and not self.takes(entry) for entry in entries):
+            sys.exit("%s: libraries with CUDA are not made here, configure with -DODE_PARALLEL_SAP_CUDA=OFF" % database)
 
     def takes(self, entry):
         """Whether a compile command is for what is made: the library."""
