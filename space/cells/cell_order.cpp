@@ -329,8 +329,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
       starts_.resize(starts_.size() + from.size());
       std::copy(from.begin(), from.end(), starts_.end() - from.size());
     }
-    classes_.push_back({first_cell, starts_.size(),
-                        size_classes_[members_[i].group].isUnbounded(members_[i].index)});
+    classes_.push_back({first_cell, starts_.size()});
   }
   starts_.push_back(static_cast<std::uint32_t>(count_));
 }

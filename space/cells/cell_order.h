@@ -29,7 +29,6 @@ class CellOrder {
   // come first, unbounded boxes last.
   struct Class {
     std::size_t first_cell, last_cell;
-    bool unbounded;
   };
 
   // Orders all boxes of `boxes` that are not NaN. What `workspace` holds is lost; it is of no use

@@ -62,8 +62,6 @@ constexpr bool filter_groups = true;
 constexpr bool filters_of_classes = true;
 // Boxes that the keys do not tell apart get a curve of their own. Else they are halved.
 constexpr bool curves_of_clusters = true;
-// Unbounded boxes meet all others in rows. Else by the tree.
-constexpr bool unbounded_rows = true;
 // Boxes become doubles only where many that floats make larger are close together (CoarseClusters).
 constexpr bool counted_clusters = true;
 // Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by

@@ -12,10 +12,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Up to this number of cells of unbounded boxes every one of these meets all others. A row of
-// sixteen is then all of one plane's pairs with sixteen boxes; many are better found by a tree.
-constexpr std::size_t most_reaching_cells = group_size;
-
 Region sweeping("sweep: tasks");
 
 }  // namespace
@@ -83,9 +79,6 @@ void Sweep<Real>::run(const Task& task, bool exact, PairSink& sink) const {
   if (!task.filtered) queries.filters = tree.filters = nullptr;
   if (task.queries == task.tree)
     kernel.selfPairs(queries, task.begin, task.end, exact, sink);
-  else if (mechanisms::unbounded_rows && order_.classes()[task.tree].unbounded &&
-           trees_[task.tree].cells() <= most_reaching_cells)
-    kernel.reachPairs(tree, queries, task.begin, task.end, exact, sink);
   else
     kernel.crossPairs(queries, task.begin, task.end, tree, exact, sink);
 }

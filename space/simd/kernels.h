@@ -158,11 +158,6 @@ struct Kernels {
   // The same by walking the tree with each box by itself: for few boxes, far from each other.
   void (*boxPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                    const TreeView<Real>& tree, bool exact, PairSink& sink);
-  // The same for few `queries` that reach far, all of them: each meets the cells [begin, end) of
-  // `tree` by their bounds, sixteen cells at a time, and then sixteen boxes at a time. `begin` is
-  // the first cell of a node.
-  void (*reachPairs)(const TreeView<Real>& queries, const TreeView<Real>& tree, std::size_t begin,
-                     std::size_t end, bool exact, PairSink& sink);
   // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,
   // column), row < column < places, from (first_row, first_column) up to but not including
   // (last_row, last_column), row by row. Ascending.

@@ -18,26 +18,6 @@
 
 namespace {
 
-template <class Real>
-void reachPairs(const TreeView<Real>& queries, const TreeView<Real>& tree, std::size_t begin,
-                std::size_t end, bool exact, PairSink& sink) {
-  for (std::size_t query_cell = 0; query_cell < queries.groups[0]; ++query_cell) {
-    const Query<Real> query(queries, query_cell, exact);
-    for (std::size_t first = begin; first < end; first += group_size) {
-      const Group<Real>& bounds = tree.levels[1][first / group_size];
-      const unsigned inside = end - first < group_size ? (1u << (end - first)) - 1 : all_lanes;
-      for (unsigned lane = 0; lane < query.count; ++lane)
-        for (unsigned mask = overlaps(*query.boxes, lane, bounds) & inside; mask;
-             mask &= mask - 1) {
-          const std::size_t cell = first + __builtin_ctz(mask);
-          makeRoom(sink, group_size);
-          boxAgainstRow(query, lane, all_lanes, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
-                        sink);
-        }
-    }
-  }
-}
-
 // Pairs of box `lane` of the query with the boxes at places [begin, end).
 template <class Real>
 inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
@@ -249,9 +229,9 @@ constexpr auto sortListsOf() -> decltype(KernelSet::sortLists) {
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,   packBounds<Real>,     selfPairs<Real>,     crossPairs<Real>,
-          boxPairs<Real>,    reachPairs<Real>,     trianglePairs<Real>, findInTree<Real>,
-          findInCells<Real>, meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
+  return {packCells<Real>,      packBounds<Real>,    selfPairs<Real>,  crossPairs<Real>,
+          boxPairs<Real>,       trianglePairs<Real>, findInTree<Real>, findInCells<Real>,
+          meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name,
