@@ -46,8 +46,7 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   }
   if (!findChanges(frame)) findAnew(frame);
   frame.clock.begin(Stage::filter);
-  select(frame);
-  frame.result.filter_ms += frame.clock.lap();
+  if (select(frame)) frame.result.filter_ms += frame.clock.lap();
   tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew());
   frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
@@ -74,10 +73,12 @@ bool Pipeline::findChanges(Frame& frame) {
   if (result.coherence != PairKeeper::Outcome::kept) return false;
   frame.scene.needs_clean = false;
   result.update_ms = frame.clock.lap();
+  // Where nothing changed these stages are shorter than reading the clock.
+  const bool timed = !coherence.unchanged();
   frame.clock.begin(Stage::synchronise);
   frame.updated = &geom_update_.facts();
   takeNotice(frame);
-  result.synchronise_ms = frame.clock.lap();
+  if (timed) result.synchronise_ms = frame.clock.lap();
   frame.clock.begin(Stage::extract);
   result.threads = coherence.find(frame.geoms(), geom_update_, boxes_, plan.threads,
                                   {extraction_.finders(), pair_filter_}, frame.pairs);
@@ -85,7 +86,7 @@ bool Pipeline::findChanges(Frame& frame) {
   result.found.method = dParallelSAPMethodSweep;
   result.candidates = coherence.candidates();
   result.kept = coherence.kept();
-  result.extract_ms = frame.clock.lap();
+  if (timed) result.extract_ms = frame.clock.lap();
   return true;
 }
 
@@ -155,13 +156,13 @@ void Pipeline::takeNotice(Frame& frame) {
 }
 
 // Makes the pairs that are to be reported out of those that may have to be, and keeps these apart
-// where they are others.
-void Pipeline::select(Frame& frame) {
+// where they are others: false where they are the same.
+bool Pipeline::select(Frame& frame) {
   const PackRules& rules = frame.plan.rules;
   const int threads = frame.plan.threads;
   const bool planes_apart = rules.cull_planes && plane_pairs_.any();
   const bool verifying = PairFilter::needsVerifying(*frame.updated, rules);
-  if (!planes_apart && !verifying) return;
+  if (!planes_apart && !verifying) return false;
   candidates_apart_ = true;
   std::swap(frame.pairs, candidates_);  // `pairs` may be those of the last frame now
   if (verifying) {
@@ -176,6 +177,7 @@ void Pipeline::select(Frame& frame) {
     frame.result.candidates += plane_pairs_.addTo(
         verifying ? others_ : candidates_,
         {frame.geoms(), boxes_, rules, frame.updated->user_classes}, threads, frame.pairs);
+  return true;
 }
 
 // The last resort: finds and reports at once.

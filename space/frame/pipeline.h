@@ -108,7 +108,7 @@ class Pipeline {
   void findAnew(Frame& frame);
   void extract(Frame& frame);
   void takeNotice(Frame& frame);
-  void select(Frame& frame);
+  bool select(Frame& frame);
   void tellEvents(Frame& frame, bool kept);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);

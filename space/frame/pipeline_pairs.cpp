@@ -62,13 +62,12 @@ void Pipeline::tellEvents(Frame& frame, bool kept) {
   const int threads = frame.plan.threads;
   const Buffer<dxGeom*>& slots = frame.scene.slots;
   const PairKeeper& coherence = store_.coherence;
-  const auto tellKept = [&] {
-    return coherence.unchanged()
-               ? events_.tellSame(source)
-               : events_.tellChanged(frame.pairs, coherence.pairChanges(), slots, source, threads);
-  };
-  if (!(kept && tellKept()) && !events_.tell(frame.pairs, slots, source, threads))
-    complaints_.ofUnreportedEvents();
+  const bool same = kept && coherence.unchanged();
+  if (same && events_.tellSame(source)) return;
+  const bool told =
+      kept && !same &&
+      events_.tellChanged(frame.pairs, coherence.pairChanges(), slots, source, threads);
+  if (!told && !events_.tell(frame.pairs, slots, source, threads)) complaints_.ofUnreportedEvents();
   frame.result.events_ms = frame.clock.lap();
 }
 

@@ -602,7 +602,8 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
- * a space did. Times are wall-clock milliseconds. */
+ * a space did. Times are wall-clock milliseconds; a stage that had nothing to do has 0, and what it
+ * took counts with the next one. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
