@@ -74,6 +74,17 @@ TEST_CASE("The times of the stages are those of what was done in them", "[effect
       CHECK(stats.update_ms > 0);
       CHECK(stats.synchronise_ms > 0);
       CHECK(stats.filter_ms > 0);
+
+      // Where nothing changed these have nothing to do.
+      (void)collide(space);
+      stats = statsOf(space);
+      CHECK(stats.pairs > 0);
+      CHECK(stats.kept == stats.pairs);
+      CHECK(stats.synchronise_ms == 0);
+      CHECK(stats.extract_ms == 0);
+      CHECK(stats.filter_ms == 0);
+      CHECK(stats.update_ms > 0);
+      CHECK(stats.report_ms > 0);
     }
 
     // Functions of user classes: the bounds' are part of the update, the pairs' of the filter.
