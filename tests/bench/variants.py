@@ -1,8 +1,8 @@
 """Builds the library again with a line of its source changed, and times such variants against each other.
 
 A variant is made of a copy of space/ and cuda/, by the compile commands of a build that CMake made with
--DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON. It takes the library's place under the programs of
-that build, so what is timed differs by that line alone.
+-DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF. It takes the library's
+place under the programs of that build, so what is timed differs by that line alone.
 """
 import csv
 import json

@@ -602,8 +602,7 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
- * a space did. Times are wall-clock milliseconds; a stage that had nothing to do has 0, and what it
- * took counts with the next one. */
+ * a space did. Times are wall-clock milliseconds; a stage that had nothing to do has 0. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;     /* such calls on this space so far */
   size_t geoms;                  /* geoms in the space */
@@ -611,7 +610,7 @@ typedef struct dParallelSAPStats {
   size_t disabled;               /* geoms left out: disabled, zero-sized or an empty sub-space;
                                   * under SetSkipStatic, geoms without body as when last moved */
   size_t invalid;                /* geoms left out: a NaN bound */
-  size_t unbounded;              /* geoms tested apart: an infinite or inverted AABB */
+  size_t unbounded;              /* geoms with an infinite or inverted AABB */
   unsigned long long candidates; /* pairs that were found in this frame, before the filter */
   unsigned long long pairs;      /* pairs reported to the callback, or collided for contacts */
   unsigned long long contacts;   /* contacts reported to the contact callback */
