@@ -100,6 +100,9 @@ def ratios_of(path):
 
 def table(options):
     by_name, unsteady = ratios_of(options.csv)
+    missing = {"whole", "nothing", *IDLE} - set(by_name)
+    if missing:
+        sys.exit("%s: no steady cells of %s, of which the noise is taken" % (options.csv, ", ".join(sorted(missing))))
     mean = lambda ratios: math.exp(sum(math.log(ratio) for ratio, _ in ratios) / len(ratios))
 
     def range_of(names):
