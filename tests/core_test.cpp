@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "space/cells/cell_tree.h"
+#include "space/cells/cell_trees.h"
 #include "space/coherence/incremental.h"
 #include "space/data/parallel.h"
 #include "space/data/round_outward.h"
@@ -102,6 +102,62 @@ TEST_CASE("A dense scene is tested to its end, and what turns out to be none is 
   }
 }
 
+TEST_CASE("Trees of several classes hold each class's boxes, whoever packs them") {
+  const std::size_t cells_of_class[] = {1, 0, 300, 16, 17, 1000};
+  std::vector<CellClass> classes;
+  std::size_t cells = 0;
+  for (const std::size_t count : cells_of_class) {
+    classes.push_back({cells, cells + count});
+    cells += count;
+  }
+  // Three boxes a cell, box i from i to i + 1 on each axis; a class's bits are its own.
+  BoxSet boxes;
+  boxes.size = 3 * cells;
+  boxes.filter_bits = true;
+  boxes.boxes.resize(boxes.size);
+  boxes.bits.resize(boxes.size);
+  std::vector<std::uint32_t> starts;
+  for (std::uint32_t cell = 0; cell <= cells; ++cell) starts.push_back(3 * cell);
+  for (std::size_t of = 0; of < classes.size(); ++of)
+    for (std::size_t i = 3 * classes[of].first_cell; i < 3 * classes[of].last_cell; ++i) {
+      const float at = static_cast<float>(i);
+      boxes.boxes[i] = {{at, at, at}, {at + 1, at + 1, at + 1}};
+      boxes.bits[i] = {std::uint32_t{1} << of, std::uint32_t{1} << of};
+    }
+  for (const int threads : {1, 2, 5}) {
+    INFO(threads << " threads");
+    CellTrees<float> trees;
+    trees.build(boxes, {nullptr, starts.data()}, {classes.data(), classes.size()}, threads);
+    REQUIRE(trees.count() == classes.size());
+    REQUIRE(trees.cells() == cells);
+    for (std::size_t of = 0; of < classes.size(); ++of) {
+      INFO("class " << of);
+      const TreeView<float>& view = trees.views()[of];
+      REQUIRE(trees.cells(of) == cells_of_class[of]);
+      REQUIRE(view.first_cell == classes[of].first_cell);
+      if (cells_of_class[of] == 0) continue;
+      CHECK(trees.filters(of).some_category == std::uint32_t{1} << of);
+      CHECK(trees.filters(of).all_collide == std::uint32_t{1} << of);
+      for (std::size_t cell = 0; cell < trees.cells(of); ++cell) {
+        const float low = static_cast<float>(3 * (view.first_cell + cell));
+        const BasicBox<float> bounds = trees.boundsOf(view.first_cell + cell);
+        REQUIRE(bounds.lower[1] == low);
+        REQUIRE(bounds.upper[2] == low + 3);
+        REQUIRE(view.levels[0][cell].lower[0][2] == low + 2);
+        REQUIRE(view.ids[cell].slot[2] == 3 * (view.first_cell + cell) + 2);
+        REQUIRE(view.filters[cell].category[2] == std::uint32_t{1} << of);
+      }
+      // The top: the places that are used are the class's cells.
+      REQUIRE(view.groups[view.depth - 1] == 1);
+      const Group<float>& top = view.levels[view.depth - 1][0];
+      CHECK(top.lower[0][0] == static_cast<float>(3 * view.first_cell));
+      float last = 0;
+      for (const float upper : top.upper[0]) last = std::isnan(upper) ? last : upper;
+      CHECK(last == static_cast<float>(3 * classes[of].last_cell));
+    }
+  }
+}
+
 TEST_CASE("A row without columns asks for no room and writes nothing") {
   constexpr std::size_t places = 400;
   const Box box = {{0, 0, 0}, {1, 1, 1}};
@@ -111,9 +167,9 @@ TEST_CASE("A row without columns asks for no room and writes nothing") {
   std::fill(boxes.boxes.begin(), boxes.boxes.end(), box);
   std::vector<std::uint32_t> starts;
   for (std::uint32_t start = 0; start <= places; start += group_size) starts.push_back(start);
-  CellTree<float> cells;
-  cells.build(boxes, nullptr, starts.data(), starts.size() - 1, 1,
-              CellTree<float>::Levels::cells_only);
+  CellTrees<float> cells;
+  const CellClass all = {0, starts.size() - 1};
+  cells.build(boxes, {nullptr, starts.data()}, {&all, 1}, 1, CellTrees<float>::Levels::cells_only);
   const std::uint64_t untouched = ~std::uint64_t{0};
   for (const KernelSet* const* set = allKernelSets(); *set; ++set)
     for (const std::size_t row : {5, 15, 16, 399}) {
@@ -121,7 +177,8 @@ TEST_CASE("A row without columns asks for no room and writes nothing") {
       std::vector<std::uint64_t> words(group_size, untouched);
       PairSink sink = {words.data(), words.data(),
                        [](PairSink&, std::size_t) { FAIL("room was asked for"); }};
-      (*set)->narrow.trianglePairs(cells.view(), {places, row, row + 1, row, row + 1}, true, sink);
+      (*set)->narrow.trianglePairs(cells.views()[0], {places, row, row + 1, row, row + 1}, true,
+                                   sink);
       CHECK(sink.next == words.data());
       CHECK(words == std::vector<std::uint64_t>(group_size, untouched));
     }

@@ -121,7 +121,7 @@ const std::vector<Play>& plays() {
        populateDensely,
        moveAll,
        {"update: geoms", "size classes: survey", "cell order: keys", "cell order: buckets",
-        "cell order: pieces", "cell tree: cells", "cell coherence: active boxes", "sweep: tasks",
+        "cell order: pieces", "cell trees: cells", "cell coherence: active boxes", "sweep: tasks",
         "pair order: counts", "pair order: deal", "pair order: buckets"}},
       {"crowds in one place",
        dParallelSAPMethodSweep,

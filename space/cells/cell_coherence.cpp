@@ -26,11 +26,10 @@ void spansOf(const Group<Real>& bounds, Real* spans) {
 // Calls visit() for the nodes of a level of all trees that have it, and returns how many cells or
 // nodes are right below them.
 template <class Real, class Visit>
-std::size_t forNodes(const std::vector<CellTree<Real>>& trees, std::size_t count, int level,
-                     Visit visit) {
+std::size_t forNodes(const CellTrees<Real>& trees, int level, Visit visit) {
   std::size_t children = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const TreeView<Real>& tree = trees[i].view();
+  for (std::size_t i = 0; i < trees.count(); ++i) {
+    const TreeView<Real>& tree = trees.views()[i];
     if (level >= tree.depth) continue;
     for (std::uint32_t node = 0; node < tree.groups[level]; ++node) visit(tree.levels[level][node]);
     children += tree.groups[level - 1];
@@ -84,12 +83,12 @@ bool CellCoherence<Real>::mayServe(const BoxSet& boxes, int threads) {
 }
 
 template <class Real>
-bool CellCoherence<Real>::serve(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+bool CellCoherence<Real>::serve(const CellTrees<Real>& trees) {
   const Real* before = spans_.data();
   bool serve = true;
   for (const int level : {1, 2}) {
     double growth = 0;
-    const std::size_t children = forNodes(trees, count, level, [&](const Group<Real>& bounds) {
+    const std::size_t children = forNodes(trees, level, [&](const Group<Real>& bounds) {
       growth += growthOf(bounds, before);
       before += group_size;
     });
@@ -105,10 +104,10 @@ bool CellCoherence<Real>::serve(const std::vector<CellTree<Real>>& trees, std::s
 }
 
 template <class Real>
-void CellCoherence<Real>::restart(const std::vector<CellTree<Real>>& trees, std::size_t count) {
+void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
   spans_.resizeDiscarding(0);
   for (const int level : {1, 2})
-    forNodes(trees, count, level, [&](const Group<Real>& bounds) {
+    forNodes(trees, level, [&](const Group<Real>& bounds) {
       spans_.resize(spans_.size() + group_size);
       spansOf(bounds, spans_.end() - group_size);
     });

@@ -1,9 +1,7 @@
 // Whether cells that were cut for an earlier frame's boxes still serve.
 #pragma once
 
-#include <vector>
-
-#include "space/cells/cell_tree.h"
+#include "space/cells/cell_trees.h"
 #include "space/data/back_off.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
@@ -21,11 +19,11 @@ class CellCoherence {
   // others, and were not in vain of late. To be asked before cells are cut or packed.
   bool mayServe(const BoxSet& boxes, int threads);
   // Whether they do serve, `trees` being packed with the new boxes.
-  bool serve(const std::vector<CellTree<Real>>& trees, std::size_t count);
+  bool serve(const CellTrees<Real>& trees);
   // The cells are about to be cut anew.
   void forget() { known_ = false; }
   // Cells were cut anew for the boxes that mayServe() saw, and packed.
-  void restart(const std::vector<CellTree<Real>>& trees, std::size_t count);
+  void restart(const CellTrees<Real>& trees);
 
   std::size_t bytes() const { return bytesOf(active_, seen_, spans_); }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/cell_trees.h"
 #include "space/cells/filter_groups.h"
 #include "space/cells/quantizer.h"
 #include "space/cells/size_classes.h"
@@ -25,20 +26,13 @@ namespace ode_parallel_sap {
 template <class Real>
 class CellOrder {
  public:
-  // Cells [first_cell, last_cell) hold the boxes of one class: of a group and size. Small sizes
-  // come first, unbounded boxes last.
-  struct Class {
-    std::size_t first_cell, last_cell;
-  };
-
   // Orders all boxes of `boxes` that are not NaN. What `workspace` holds is lost; it is of no use
   // here afterwards.
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
-  // Cell i holds the slots order()[starts()[i]] to order()[starts()[i + 1] - 1].
-  const std::uint32_t* order() const { return order_.data(); }
-  const std::uint32_t* starts() const { return starts_.data(); }
-  const std::vector<Class>& classes() const { return classes_; }
+  CellBoxes cells() const { return {order_.data(), starts_.data()}; }
+  // A class has the boxes of a group and size. Small sizes come first, unbounded boxes last.
+  CellClasses classes() const { return {classes_.data(), classes_.size()}; }
   std::size_t bytes() const {
     return bytesOf(groups_, size_classes_, quantizers_, positions_, bucket_ends_, pieces_,
                    piece_starts_, order_, starts_);
@@ -83,7 +77,7 @@ class CellOrder {
   std::size_t count_ = 0;                                  // of records
   std::vector<Piece> pieces_;                              // in order
   std::vector<Buffer<std::uint32_t>> piece_starts_;
-  std::vector<Class> classes_;
+  std::vector<CellClass> classes_;
   Buffer<std::uint32_t> order_;  // until the boxes are dealt into buckets: the keys, by slot
   Buffer<std::uint32_t> starts_;
 };

@@ -16,7 +16,7 @@ add_library(
   ${core}/data/free_memory.cpp
   ${core}/cells/cell_coherence.cpp
   ${core}/cells/cell_order.cpp
-  ${core}/cells/cell_tree.cpp
+  ${core}/cells/cell_trees.cpp
   ${core}/extract/paper/axis_lists.cpp
   ${core}/extract/paper/brute_force.cpp
   ${core}/cells/quantizer.cpp

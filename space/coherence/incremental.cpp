@@ -132,10 +132,12 @@ template <class Real>
 int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& level,
                                  TreeNumber tree, bool exact, int threads) {
   tasks_.clear();
-  for (std::size_t i = 0; i < newest.trees(); ++i) {
-    const std::size_t task_cells = chunkOf(newest.cells(i), changed_chunk_cells, threads);
-    for (std::size_t begin = 0; begin < newest.cells(i); begin += task_cells)
-      tasks_.push_back({i, begin, std::min(begin + task_cells, newest.cells(i))});
+  const CellTrees<Real>&queries = newest.trees(), &trees = level.trees();
+  for (std::size_t i = 0; i < queries.count(); ++i) {
+    const std::size_t cells = queries.cells(i);
+    const std::size_t task_cells = chunkOf(cells, changed_chunk_cells, threads);
+    for (std::size_t begin = 0; begin < cells; begin += task_cells)
+      tasks_.push_back({i, begin, std::min(begin + task_cells, cells)});
   }
   const Kernels<Real>& kernel = kernels<Real>();
   ChunkQueue queue(tasks_.size(), 1);
@@ -146,10 +148,10 @@ int Incremental<Real>::meetLevel(const Sweep<Real>& newest, const Sweep<Real>& l
       BufferSink sink(pairs);
       for (Range range; queue.next(range);) {
         const Task& task = tasks_[range.begin];
-        for (std::size_t i = 0; i < level.trees(); ++i)
-          if (level.cells(i))
-            kernel.boxPairs(newest.tree(task.queries), task.begin, task.end, level.tree(i), exact,
-                            sink);
+        for (std::size_t i = 0; i < trees.count(); ++i)
+          if (trees.cells(i))
+            kernel.boxPairs(queries.views()[task.queries], task.begin, task.end, trees.views()[i],
+                            exact, sink);
       }
     }
     const auto gone = [&](Pair pair) {

@@ -16,29 +16,49 @@ Region sweeping("sweep: tasks");
 
 }  // namespace
 
+// How many pairs of boxes of two classes their bits and bodies let meet.
+template <class Real>
+typename Sweep<Real>::Meet Sweep<Real>::meetOf(const BoxSet& boxes, std::size_t own,
+                                               std::size_t other) const {
+  if (trees_.cells(other) == 0) return Meet::none;
+  if (!boxes.filter_bits && !boxes.filter_bodies) return Meet::all;
+  if (!mechanisms::filters_of_classes) return Meet::some;
+  const FilterSummary &a = trees_.filters(own), &b = trees_.filters(other);
+  if (!someMayMeet(a, b)) return Meet::none;
+  return boxes.filter_bodies || !allMayMeet(a, b) ? Meet::some : Meet::all;
+}
+
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those. What
 // the bits of whole classes decide is not asked of their boxes.
 template <class Real>
 void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   tasks_.clear();
-  std::size_t all = 0;
-  for (std::size_t i = 0; i < order_.classes().size(); ++i) all += trees_[i].cells();
-  const std::size_t share = all / (tasks_a_thread * threads) / group_size * group_size;
+  const std::uint32_t classes = static_cast<std::uint32_t>(trees_.count());
+  met_trees_.clear();
+  met_trees_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
+  const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
   const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
-  const std::uint32_t classes = static_cast<std::uint32_t>(order_.classes().size());
-  for (std::uint32_t queries = 0; queries < classes; ++queries)
-    for (std::uint32_t tree = queries; tree < classes; ++tree) {
-      const std::size_t cells = trees_[queries].cells();
-      if (trees_[tree].cells() == 0) continue;
-      bool filtered = boxes.filter_bits || boxes.filter_bodies;
-      if (mechanisms::filters_of_classes && filtered) {
-        const FilterSummary &a = trees_[queries].filters(), &b = trees_[tree].filters();
-        if (!someMayMeet(a, b)) continue;
-        filtered = boxes.filter_bodies || !allMayMeet(a, b);
-      }
-      for (std::size_t begin = 0; begin < cells; begin += task_cells)
-        tasks_.push_back({queries, tree, filtered, begin, std::min(begin + task_cells, cells)});
+  for (std::uint32_t own = 0; own < classes; ++own)
+    for (const Meet meet : {Meet::all, Meet::some}) {
+      const std::size_t first = met_trees_.size();
+      for (std::uint32_t other = own; other < classes; ++other)
+        if (meetOf(boxes, own, other) == meet) met_trees_.push_back(other);
+      planMeeting({trees_.views(), own, 0, trees_.cells(own), met_trees_.data() + first,
+                   met_trees_.size() - first, meet == Meet::some, boxes.exact},
+                  task_cells);
     }
+}
+
+// Cuts it into tasks.
+template <class Real>
+void Sweep<Real>::planMeeting(CellMeeting<Real> meeting, std::size_t task_cells) {
+  if (meeting.other_count == 0) return;
+  const std::size_t cells = meeting.end;
+  for (std::size_t begin = 0; begin < cells; begin += task_cells) {
+    meeting.begin = begin;
+    meeting.end = std::min(begin + task_cells, cells);
+    tasks_.push_back(meeting);
+  }
 }
 
 template <class Real>
@@ -47,40 +67,15 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   ++builds_;
   kept_cells_ = cell_coherence_.mayServe(boxes, threads);
   if (kept_cells_) {
-    packTrees(boxes, threads);
-    kept_cells_ = cell_coherence_.serve(trees_, trees());
+    trees_.build(boxes, order_.cells(), order_.classes(), threads);
+    kept_cells_ = cell_coherence_.serve(trees_);
     if (kept_cells_) return;
   }
   cell_coherence_.forget();
   if (found_.empty()) found_.resize(1);
   order_.build(boxes, threads, found_[0]);  // where pairs will be
-  packTrees(boxes, threads);
-  cell_coherence_.restart(trees_, trees());
-}
-
-template <class Real>
-void Sweep<Real>::packTrees(const BoxSet& boxes, int threads) {
-  const std::vector<typename CellOrder<Real>::Class>& classes = order_.classes();
-  if (trees_.size() < classes.size()) trees_.resize(classes.size());
-  for (std::size_t i = 0; i < classes.size(); ++i)
-    trees_[i].build(boxes, order_.order(), order_.starts() + classes[i].first_cell,
-                    classes[i].last_cell - classes[i].first_cell, threads);
-}
-
-template <class Real>
-void Sweep<Real>::renumber(const Slot* slots) {
-  for (std::size_t i = 0; i < trees(); ++i) trees_[i].renumber(slots);
-}
-
-template <class Real>
-void Sweep<Real>::run(const Task& task, bool exact, PairSink& sink) const {
-  const Kernels<Real>& kernel = kernels<Real>();
-  TreeView<Real> queries = trees_[task.queries].view(), tree = trees_[task.tree].view();
-  if (!task.filtered) queries.filters = tree.filters = nullptr;
-  if (task.queries == task.tree)
-    kernel.selfPairs(queries, task.begin, task.end, exact, sink);
-  else
-    kernel.crossPairs(queries, task.begin, task.end, tree, exact, sink);
+  trees_.build(boxes, order_.cells(), order_.classes(), threads);
+  cell_coherence_.restart(trees_);
 }
 
 template <class Real>
@@ -94,7 +89,7 @@ int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   ChunkQueue queue(tasks_.size(), 1);
   const int used = runTeam(sweeping, threads, [&](int thread, int) {
     BufferSink sink(found_[thread]);
-    for (Range range; queue.next(range);) run(tasks_[range.begin], boxes.exact, sink);
+    for (Range range; queue.next(range);) kernels<Real>().cellPairs(tasks_[range.begin], sink);
   });
   pair_order_.sort(found_, boxes.size, threads, pairs);
   return used;

@@ -5,7 +5,7 @@
 
 #include "space/cells/cell_coherence.h"
 #include "space/cells/cell_order.h"
-#include "space/cells/cell_tree.h"
+#include "space/cells/cell_trees.h"
 #include "space/data/pair_finder.h"
 #include "space/sort/pair_order.h"
 
@@ -13,7 +13,7 @@ namespace ode_parallel_sap {
 
 // The boxes are sorted once, not along an axis but along a curve through space (CellOrder), and cut
 // into cells of sixteen. The sweep goes along that order: each cell meets the cells ahead of it
-// whose bounds it overlaps, found through a tree of bounds (CellTree), and each box of the one is
+// whose bounds it overlaps, found through trees of bounds (CellTrees), and each box of the one is
 // tested against the sixteen of the other in a few instructions. A pair of boxes belongs to one
 // pair of cells, so none is found twice. The division into cells is kept from frame to frame while
 // the boxes of a cell stay together (CellCoherence).
@@ -22,7 +22,7 @@ class Sweep : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override {
-    return bytesOf(order_, cell_coherence_, trees_, tasks_, found_, pair_order_);
+    return bytesOf(order_, cell_coherence_, trees_, met_trees_, tasks_, found_, pair_order_);
   }
 
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
@@ -33,29 +33,24 @@ class Sweep : public PairFinder {
   // Whether the last build() made do with the cells of an earlier one.
   bool keptCells() const { return kept_cells_; }
   // The trees of the last find() or build(), small boxes first.
-  std::size_t trees() const { return order_.classes().size(); }
-  const TreeView<Real>& tree(std::size_t i) const { return trees_[i].view(); }
-  std::size_t cells(std::size_t i) const { return trees_[i].cells(); }
+  const CellTrees<Real>& trees() const { return trees_; }
   // Slot i becomes slots[i] in all trees: for boxes that were gathered from a larger set.
-  void renumber(const Slot* slots);
+  void renumber(const Slot* slots) { trees_.renumber(slots); }
 
  private:
-  struct Task {
-    std::uint32_t queries, tree;  // classes; the same one: pairs within it
-    bool filtered;                // or else bits and bodies let all of them meet
-    std::size_t begin, end;       // cells of `queries`
-  };
-  void packTrees(const BoxSet& boxes, int threads);
+  enum class Meet { none, some, all };
+  Meet meetOf(const BoxSet& boxes, std::size_t own, std::size_t other) const;
   void planTasks(const BoxSet& boxes, int threads);
-  void run(const Task& task, bool exact, PairSink& sink) const;
+  void planMeeting(CellMeeting<Real> meeting, std::size_t task_cells);
   void releaseSpare(std::size_t slots);
 
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
   bool kept_cells_ = false;
   std::uint64_t builds_ = 0;
-  std::vector<CellTree<Real>> trees_;  // one a class
-  std::vector<Task> tasks_;
+  CellTrees<Real> trees_;
+  std::vector<std::uint32_t> met_trees_;  // of all tasks
+  std::vector<CellMeeting<Real>> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread
   PairOrder pair_order_;
 };

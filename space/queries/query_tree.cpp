@@ -39,27 +39,12 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   order_.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
-  first_cells_.assign(1, 0);
-  trees_.resize(std::max(trees_.size(), order_.classes().size()));
-  for (std::size_t i = 0; i < order_.classes().size(); ++i) {
-    const auto& of = order_.classes()[i];
-    const std::uint32_t* const starts = order_.starts() + of.first_cell;
-    trees_[i].build(boxes, order_.order(), starts, of.last_cell - of.first_cell, threads);
-    if (mechanisms::wide_query_cells) trees_[i].widen(static_cast<Real>(cell_margin));
-    first_cells_.push_back(of.last_cell);
-  }
-  for (std::size_t cell = 0; cell < cells(); ++cell) {
-    const std::uint32_t begin = order_.starts()[cell], end = order_.starts()[cell + 1];
-    for (std::uint32_t i = begin; i < end; ++i)
-      places_[order_.order()[i]] = static_cast<std::uint32_t>(cell * group_size + (i - begin));
-  }
-}
-
-template <class Real>
-std::size_t QueryTree<Real>::classOf(std::size_t cell) const {
-  std::size_t of = 0;
-  while (first_cells_[of + 1] <= cell) ++of;
-  return of;
+  const CellBoxes of = order_.cells();
+  trees_.build(boxes, of, order_.classes(), threads);
+  if (mechanisms::wide_query_cells) trees_.widen(static_cast<Real>(cell_margin));
+  for (std::size_t cell = 0; cell < cells(); ++cell)
+    for (std::uint32_t i = of.starts[cell]; i < of.starts[cell + 1]; ++i)
+      places_[of.order[i]] = static_cast<std::uint32_t>(cell * group_size + (i - of.starts[cell]));
 }
 
 template <class Real>
@@ -67,9 +52,7 @@ bool QueryTree<Real>::fits(Slot slot, const BasicBox<Real>& box) const {
   if (!isActive(box)) return true;
   if (slot >= places_.size() || places_[slot] == nowhere) return false;
   const std::size_t cell = places_[slot] / group_size;
-  if (cell >= cells()) return false;
-  const std::size_t of = classOf(cell);
-  return contains(trees_[of].boundsOf(cell - first_cells_[of]), box);
+  return cell < cells() && contains(trees_.boundsOf(cell), box);
 }
 
 template <class Real>
@@ -90,12 +73,11 @@ void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
     places_[slot] = nowhere;
     return;
   }
-  const std::size_t of = classOf(cell), own = cell - first_cells_[of];
-  if (contains(trees_[of].boundsOf(own), box)) {
-    trees_[of].setBox(own, lane, box);
+  if (contains(trees_.boundsOf(cell), box)) {
+    trees_.setBox(cell, lane, box);
     return;
   }
-  trees_[of].setBox(own, lane, inactiveBox<Real>());
+  trees_.setBox(cell, lane, inactiveBox<Real>());
   places_[slot] = nowhere;
   if (isActive(box)) addStray(slot, box);
 }
@@ -130,8 +112,8 @@ std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const 
   put(query, 0, box);
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t count = 0;
-  for (std::size_t i = 0; i + 1 < first_cells_.size(); ++i)
-    if (trees_[i].cells()) count += kernel.findInTree(trees_[i].view(), query, found + count);
+  for (std::size_t i = 0; i < trees_.count(); ++i)
+    if (trees_.cells(i)) count += kernel.findInTree(trees_.views()[i], query, found + count);
   return count + kernel.findInCells(stray_boxes_.data(), stray_ids_.data(), stray_boxes_.size(),
                                     query, found + count);
 }

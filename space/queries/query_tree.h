@@ -3,17 +3,16 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "space/cells/cell_order.h"
-#include "space/cells/cell_tree.h"
+#include "space/cells/cell_trees.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 
 namespace ode_parallel_sap {
 
 // The boxes are cut into cells by size and place (CellOrder), with a tree of bounds over the cells
-// of each class (CellTree); the bounds of the cells are wider than their boxes. A box that moves
+// of each class (CellTrees); the bounds of the cells are wider than their boxes. A box that moves
 // within them is written where it is. One that leaves them becomes a stray: it is taken out of its
 // cell and put into a list that every query goes through, sixteen boxes at a time. So the tree's
 // bounds never change, and a query's cost is that of the tree as built plus the strays, whose
@@ -59,8 +58,7 @@ class QueryTree {
   // follow the last cell.
   static constexpr std::uint32_t nowhere = ~std::uint32_t{0};
 
-  std::size_t cells() const { return first_cells_.empty() ? 0 : first_cells_.back(); }
-  std::size_t classOf(std::size_t cell) const;
+  std::size_t cells() const { return trees_.cells(); }
   void setStray(std::uint32_t place, const BasicBox<Real>& box);
   void addStray(Slot slot, const BasicBox<Real>& box);
   template <class Visit>
@@ -68,9 +66,8 @@ class QueryTree {
                    Visit visit) const;
 
   CellOrder<Real> order_;
-  std::vector<CellTree<Real>> trees_;     // one a class
-  std::vector<std::size_t> first_cells_;  // of the classes; the last one is the number of all
-  Buffer<std::uint32_t> places_;          // by slot
+  CellTrees<Real> trees_;
+  Buffer<std::uint32_t> places_;  // by slot
   Buffer<Group<Real>> stray_boxes_;
   Buffer<GroupIds> stray_ids_;
   Buffer<std::uint32_t> free_strays_;  // places among the strays
@@ -123,8 +120,8 @@ void QueryTree<Real>::visitInTree(const TreeView<Real>& tree, const RayQuery<Rea
 template <class Real>
 template <class Visit>
 void QueryTree<Real>::visitAlong(const RayQuery<Real>& ray, Real& limit, Visit visit) const {
-  for (std::size_t i = 0; i + 1 < first_cells_.size(); ++i)
-    if (trees_[i].cells()) visitInTree(trees_[i].view(), ray, limit, visit);
+  for (std::size_t i = 0; i < trees_.count(); ++i)
+    if (trees_.cells(i)) visitInTree(trees_.views()[i], ray, limit, visit);
   for (std::size_t stray = 0; stray < stray_boxes_.size(); ++stray) {
     const RayRow<Real> row(stray_boxes_[stray], ray, limit);
     for (int i = 0; i < row.count && row.entry[row.lanes[i]] <= limit; ++i)

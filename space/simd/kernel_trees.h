@@ -153,80 +153,75 @@ struct Workplace {
   Candidates boxes;
 };
 
-// Cells of one tree that meet those of another, or of their own behind them.
+// The tree whose cells are queries, and the cells of all trees.
 template <class Real>
 struct Meeting {
-  const TreeView<Real>& queries;
-  const TreeView<Real>& tree;
-  bool forward;  // of one tree: each meets itself and those after it only
+  const TreeView<Real>& own;
+  TreeView<Real> all;  // of which no levels above the cells are used
   bool exact;
+
+  explicit Meeting(const CellMeeting<Real>& of) : own(of.trees[of.own]), all(own), exact(of.exact) {
+    all.levels[0] -= own.first_cell;
+    all.ids -= own.first_cell;
+    all.filters = of.filtered ? own.filters - own.first_cell : nullptr;
+  }
 };
 
-// Pairs of the cells [begin, end) of the queries, which are all below one node, with the gathered
-// cells of the tree, and, if `own`, within each. Uses the gathered cells up.
+// Pairs of the own cells [begin, end), which are all below one node, with those of the gathered
+// cells that are behind them, and, if `within`, within each. Uses the gathered cells up.
 template <class Real>
-inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end, bool own,
+inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end, bool within,
                       Workplace<Real>& work, PairSink& sink) {
-  const TreeView<Real>& tree = meeting.tree;
-  for (std::size_t cell = begin; cell < end; ++cell) {
-    const OneBox<Real> bounds(meeting.queries.levels[1][cell / group_size], cell % group_size);
-    const std::size_t others =
-        work.cells.choose(bounds, meeting.forward ? static_cast<std::uint32_t>(cell + 1) : 0);
-    if (!others && !own) continue;
-    const Query<Real> query(meeting.queries, cell, meeting.exact);
-    if (own) {
+  const TreeView<Real>&own = meeting.own, &all = meeting.all;
+  for (std::size_t i = begin; i < end; ++i) {
+    const std::size_t cell = own.first_cell + i;
+    const OneBox<Real> bounds(own.levels[1][i / group_size], i % group_size);
+    const std::size_t others = work.cells.choose(bounds, static_cast<std::uint32_t>(cell + 1));
+    if (!others && !within) continue;
+    const Query<Real> query(all, cell, meeting.exact);
+    if (within) {
       makeRoom(sink, group_size * group_size);
       boxesAgainstRow(
-          query, rowOf(tree.levels[0][cell]), idsOf(tree, cell),
+          query, rowOf(all.levels[0][cell]), idsOf(all, cell),
           [](unsigned box) { return all_lanes << (box + 1); }, sink);
     }
-    for (std::size_t i = 0; i < others; ++i) {
-      const std::size_t other = work.cells.chosen[i];
-      work.boxes.add(other, rowOf(tree.levels[0][other]).overlapping(bounds, 0));
-      if (work.boxes.full()) meetCandidates(query, tree, work.boxes, sink);
+    for (std::size_t chosen = 0; chosen < others; ++chosen) {
+      const std::size_t other = work.cells.chosen[chosen];
+      work.boxes.add(other, rowOf(all.levels[0][other]).overlapping(bounds, 0));
+      if (work.boxes.full()) meetCandidates(query, all, work.boxes, sink);
     }
-    meetCandidates(query, tree, work.boxes, sink);
+    meetCandidates(query, all, work.boxes, sink);
   }
   work.cells.count = 0;
 }
 
-// Pairs of the cells [begin, end) of the queries with those of the tree, which is walked once for
-// all cells below one node; then each of them chooses among what was found.
+// The trees are walked once for all cells below one node; then each of them chooses among what was
+// found.
 template <class Real>
-inline void cellsAgainstTree(const Meeting<Real>& meeting, std::size_t begin, std::size_t end,
-                             PairSink& sink) {
-  const TreeView<Real>& tree = meeting.tree;
+void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
+  const Meeting<Real> meeting(of);
+  const bool within = of.other_count && of.others[0] == of.own;
   Workplace<Real> work;
-  while (begin < end) {
-    const std::size_t node = begin / group_size;
-    const std::size_t node_end = (node + 1) * group_size, stop = node_end < end ? node_end : end;
+  for (std::size_t begin = of.begin, end; begin < of.end; begin = end) {
+    const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
+    end = node_end < of.end ? node_end : of.end;
     // The bounds of all cells below the node.
     Group<Real> bounds;
-    const Group<Real>& cells = meeting.queries.levels[1][node];
+    const Group<Real>& cells = meeting.own.levels[1][node];
     for (int axis = 0; axis < 3; ++axis) {
       bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
       bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
     }
-    forOverlappingNodes(tree, bounds, 0, meeting.forward ? begin : 0,
-                        [&](std::uint32_t group, unsigned mask) {
-                          work.cells.add(tree.levels[1][group], group * group_size, mask);
-                          if (work.cells.full()) meetCells(meeting, begin, stop, false, work, sink);
-                        });
-    meetCells(meeting, begin, stop, meeting.forward, work, sink);
-    begin = stop;
+    for (std::size_t i = 0; i < of.other_count; ++i) {
+      const TreeView<Real>& tree = of.trees[of.others[i]];
+      const std::size_t first = of.others[i] == of.own ? begin : 0;
+      forOverlappingNodes(tree, bounds, 0, first, [&](std::uint32_t group, unsigned mask) {
+        work.cells.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
+        if (work.cells.full()) meetCells(meeting, begin, end, false, work, sink);
+      });
+    }
+    meetCells(meeting, begin, end, within, work, sink);
   }
-}
-
-template <class Real>
-void selfPairs(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
-               PairSink& sink) {
-  cellsAgainstTree(Meeting<Real>{tree, tree, true, exact}, begin, end, sink);
-}
-
-template <class Real>
-void crossPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-                const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  cellsAgainstTree(Meeting<Real>{queries, tree, false, exact}, begin, end, sink);
 }
 
 // Boxes of a query cell, each with a node of one level, or a cell, that it may reach.

@@ -31,7 +31,7 @@ struct alignas(64) GroupFilter {
 
 // A tree over cells that are consecutive in memory: levels[0] are the cells themselves, each group
 // of a higher level holds the bounds of sixteen groups of the level below, and the last level is a
-// single group.
+// single group. Cells of several trees may lie one after the other, numbered through all of them.
 template <class Real>
 struct TreeView {
   static constexpr int max_levels = 8;  // fixed: of 2^32 cells
@@ -40,6 +40,20 @@ struct TreeView {
   int depth;  // levels in use; 0: no boxes
   const GroupIds* ids;
   const GroupFilter* filters;  // null: no pair is filtered
+  std::uint32_t first_cell;    // its number; 0 where there is one tree only
+};
+
+// Cells of a tree, and the trees whose cells they are to meet: all of those, but of its own only
+// what is not before a cell. The cells of all trees lie one after the other.
+template <class Real>
+struct CellMeeting {
+  const TreeView<Real>* trees;
+  std::uint32_t own;            // tree
+  std::size_t begin, end;       // cells of it
+  const std::uint32_t* others;  // trees: `own` first, if that is one of them, and ones after it
+  std::size_t other_count;
+  bool filtered;  // else no pair is
+  bool exact;     // no bound of a box was rounded
 };
 
 // Set beside a slot where floats cannot decide.
@@ -149,13 +163,10 @@ struct Kernels {
   // [begin, end); places at and beyond `count` children stay empty.
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
                      std::size_t end, Group<Real>* parents);
-  // Pairs between the cells [begin, end) of `tree` and those at or after them in the same tree.
-  void (*selfPairs)(const TreeView<Real>& tree, std::size_t begin, std::size_t end, bool exact,
-                    PairSink& sink);
-  // Pairs between the cells [begin, end) of `queries` and all cells of `tree`.
-  void (*crossPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
-                     const TreeView<Real>& tree, bool exact, PairSink& sink);
-  // The same by walking the tree with each box by itself: for few boxes, far from each other.
+  // Pairs between cells and those that they are to meet.
+  void (*cellPairs)(const CellMeeting<Real>& meeting, PairSink& sink);
+  // Pairs between the cells [begin, end) of `queries` and all cells of `tree`, by walking the tree
+  // with each box by itself: for few boxes, far from each other.
   void (*boxPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
                    const TreeView<Real>& tree, bool exact, PairSink& sink);
   // Brute force over cells that hold places 0, 1, 2, ... sixteen by sixteen: the pairs (row,

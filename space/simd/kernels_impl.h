@@ -229,9 +229,9 @@ constexpr auto sortListsOf() -> decltype(KernelSet::sortLists) {
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,      packBounds<Real>,    selfPairs<Real>,  crossPairs<Real>,
-          boxPairs<Real>,       trianglePairs<Real>, findInTree<Real>, findInCells<Real>,
-          meetHalfSpaces<Real>, boxesApart<Real>,    meetRay<Real>};
+  return {packCells<Real>,     packBounds<Real>, cellPairs<Real>,   boxPairs<Real>,
+          trianglePairs<Real>, findInTree<Real>, findInCells<Real>, meetHalfSpaces<Real>,
+          boxesApart<Real>,    meetRay<Real>};
 }
 
 constexpr KernelSet kernel_set = {Lanes::name,

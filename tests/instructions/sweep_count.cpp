@@ -57,11 +57,10 @@ std::size_t loopFrames(const BoxSet& boxes, int frames) {
   for (int frame = 0; frame < frames; ++frame) {
     found.resizeDiscarding(0);
     BufferSink sink(found);
-    for (std::size_t i = 0; i < sweep.trees(); ++i) {
-      TreeView<float> tree = sweep.tree(i);
-      tree.filters = nullptr;
-      kernels<float>().selfPairs(tree, 0, sweep.cells(i), boxes.exact, sink);
-    }
+    const CellTrees<float>& trees = sweep.trees();
+    for (std::uint32_t i = 0; i < trees.count(); ++i)
+      kernels<float>().cellPairs({trees.views(), i, 0, trees.cells(i), &i, 1, false, boxes.exact},
+                                 sink);
   }
   return found.size();
 }

@@ -46,8 +46,9 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
   for (std::size_t i = 0; i < cell_count; ++i)
     starts_[i] = static_cast<std::uint32_t>(i * group_size);
   starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
-  cells_.build(boxes, nullptr, starts_.data(), cell_count, threads,
-               CellTree<Real>::Levels::cells_only);
+  const CellClass all = {0, cell_count};
+  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads,
+               CellTrees<Real>::Levels::cells_only);
 }
 
 // Makes the tests [tests.begin, tests.end) of each stripe of the table, and leaves their pairs in
@@ -57,7 +58,7 @@ template <class Real>
 int BruteForce<Real>::testRound(const BoxSet& boxes, const Round& round, int threads,
                                 PairList& pairs) {
   const Triangle triangle = {boxes.size};
-  const TreeView<Real>& cells = cells_.view();
+  const TreeView<Real>& cells = cells_.views()[0];
   const Kernels<Real>& kernel = kernels<Real>();
   const std::uint64_t count = (round.tests.end - round.tests.begin) * round.stripes;
   return runTeam(testing, teamFor(count, grains::box_tests, threads), [&](int thread, int team) {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "space/cells/cell_tree.h"
+#include "space/cells/cell_trees.h"
 #include "space/data/buffer.h"
 #include "space/data/pair_finder.h"
 #include "space/data/parallel.h"
@@ -39,7 +39,7 @@ class BruteForce : public PairFinder {
   void joinBorderline(PairList& pairs) const;
 
   Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
-  CellTree<Real> cells_;          // in slot order; only its cells are used
+  CellTrees<Real> cells_;         // in slot order; only its cells are used
   std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
 };
 
