@@ -54,11 +54,17 @@ def commits_of(path):
     return {re.sub("-dirty$", "", name) for name in named if name}
 
 
+def code_of(line):
+    """What is left without comments; a line that begins with an asterisk and a space is within one."""
+    return re.sub(r"^\s*\* .*|/\*.*?(\*/|$)|//.*", "", line).strip()
+
+
 def changes_code(diff):
-    """Whether it changes more than blank lines and comments of their own lines. What has no lines (a file that got
-    another name, a merge) counts as code."""
-    lines = re.findall(r"^(?!\+\+\+ |--- )[+-][ \t]*(.*)", diff, re.M)
-    return not lines or any(line and not line.startswith("//") for line in lines)
+    """Whether it changes more than blank lines and comments. What has no lines (a file that got another name, a merge)
+    counts as code."""
+    lines = re.findall(r"^(?!\+\+\+ |--- )([+-])(.*)", diff, re.M)
+    before, after = ([code_of(line) for sign, line in lines if sign == one and code_of(line)] for one in "-+")
+    return not lines or before != after
 
 
 def changes_since(root, commit, paths):
