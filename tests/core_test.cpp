@@ -124,9 +124,9 @@ TEST_CASE("Trees of several classes hold each class's boxes, whoever packs them"
       boxes.boxes[i] = {{at, at, at}, {at + 1, at + 1, at + 1}};
       boxes.bits[i] = {std::uint32_t{1} << of, std::uint32_t{1} << of};
     }
+  CellTrees<float> trees;
   for (const int threads : {1, 2, 5}) {
     INFO(threads << " threads");
-    CellTrees<float> trees;
     trees.build(boxes, {nullptr, starts.data()}, {classes.data(), classes.size()}, threads);
     REQUIRE(trees.count() == classes.size());
     REQUIRE(trees.cells() == cells);
@@ -156,6 +156,45 @@ TEST_CASE("Trees of several classes hold each class's boxes, whoever packs them"
       CHECK(last == static_cast<float>(3 * classes[of].last_cell));
     }
   }
+  // Fewer classes, without filters; and none.
+  boxes.filter_bits = false;
+  trees.build(boxes, {nullptr, starts.data()}, {classes.data(), 3}, 2);
+  REQUIRE(trees.count() == 3);
+  CHECK(trees.cells() == 301);
+  CHECK(trees.views()[2].filters == nullptr);
+  CHECK(trees.boundsOf(300).upper[0] == 903);
+  trees.build(boxes, {nullptr, starts.data()}, {nullptr, 0}, 2);
+  CHECK(trees.count() == 0);
+  CHECK(trees.cells() == 0);
+}
+
+TEST_CASE("Cells that are more than are gathered at a time are met once each") {
+  const std::uint64_t seed = sap_test::seedOr(5);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  // Cubes of two sizes and bars through all of them: hundreds of cells reach any other.
+  std::vector<sap_test::Box> scene(9000);
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double size = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.02 : i / 3 % 3 == axis ? 3 : 0.003;
+      scene[i].low[axis] = random.between(0, 1);
+      scene[i].high[axis] = scene[i].low[axis] + size * random.between(0.5, 1);
+    }
+  const KernelSet& best = kernelSet();
+  for (const bool wide : {false, true})
+    for (const bool filtered : {false, true}) {
+      const Case wanted = makeCase(scene, wide, filtered);
+      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
+        chooseKernelSet(**set);
+        Sweep<float> sweep;
+        Sweep<double> wide_sweep;
+        PairList list;
+        check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
+              wanted);
+      }
+    }
+  chooseKernelSet(best);
 }
 
 TEST_CASE("A row without columns asks for no room and writes nothing") {

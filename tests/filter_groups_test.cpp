@@ -55,7 +55,7 @@ TEST_CASE("Each cell has boxes of one group", "[groups]") {
   CellOrder<float> order;
   Buffer<std::uint64_t> workspace;
   order.build(boxes, 1, workspace);
-  const CellBoxes of = order.cells();
+  const CellBoxes of = order.boxesOfCells();
   const CellClasses classes = order.classes();
   REQUIRE(classes.count > 1);
   const std::size_t cells = classes.first[classes.count - 1].last_cell;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/cells/cell_trees.h"
+#include "space/cells/cell_classes.h"
 #include "space/cells/filter_groups.h"
 #include "space/cells/quantizer.h"
 #include "space/cells/size_classes.h"
@@ -30,7 +30,7 @@ class CellOrder {
   // here afterwards.
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
-  CellBoxes cells() const { return {order_.data(), starts_.data()}; }
+  CellBoxes boxesOfCells() const { return {order_.data(), starts_.data()}; }
   // A class has the boxes of a group and size. Small sizes come first, unbounded boxes last.
   CellClasses classes() const { return {classes_.data(), classes_.size()}; }
   std::size_t bytes() const {

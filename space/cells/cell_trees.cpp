@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
@@ -19,15 +20,18 @@ Region packing("cell trees: cells");
 
 }  // namespace
 
-// Makes room for all levels, and the views of it.
+// Makes room for all levels, and the views of it. There are none while that may fail.
 template <class Real>
 void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels levels) {
   const std::size_t cells = classes.count ? classes.first[classes.count - 1].last_cell : 0;
-  views_.assign(classes.count, TreeView<Real>());
+  std::vector<TreeView<Real>> views = std::move(views_);
+  views_.clear();
+  views.assign(classes.count, TreeView<Real>());
+  filter_summaries_.assign(classes.count, FilterSummary());
   std::size_t total = cells;
   for (std::size_t tree = 0; tree < classes.count; ++tree) {
     const CellClass& of = classes.first[tree];
-    TreeView<Real>& view = views_[tree];
+    TreeView<Real>& view = views[tree];
     view.first_cell = static_cast<std::uint32_t>(of.first_cell);
     std::size_t groups = of.last_cell - of.first_cell;
     if (groups == 0) continue;
@@ -42,7 +46,7 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels l
   ids_.resizeDiscarding(cells);
   if (filtered) filters_.resizeDiscarding(cells);
   Group<Real>* upper = groups_.data() + cells;
-  for (TreeView<Real>& view : views_) {
+  for (TreeView<Real>& view : views) {
     view.levels[0] = groups_.data() + view.first_cell;
     view.ids = ids_.data() + view.first_cell;
     view.filters = filtered ? filters_.data() + view.first_cell : nullptr;
@@ -51,6 +55,7 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels l
       upper += view.groups[depth];
     }
   }
+  views_ = std::move(views);
 }
 
 template <class Real>
@@ -58,7 +63,6 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
                             int threads, Levels levels) {
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   layOut(classes, filtered, levels);
-  filter_summaries_.assign(views_.size(), FilterSummary());
   const Kernels<Real>& kernel = kernels<Real>();
   std::mutex summing;
   std::size_t nodes = 0;

@@ -1,26 +1,18 @@
-// Trees of bounds, sixteen children to a node, over cells of sixteen boxes: one a class.
+// Trees of bounds over cells of sixteen boxes, one for each class of cells, sixteen children to a
+// node.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "space/cells/cell_classes.h"
 #include "space/cells/filter_groups.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
-
-// Cells [first_cell, last_cell) of those that are numbered through all classes.
-struct CellClass {
-  std::size_t first_cell, last_cell;
-};
-// Classes that follow each other, from cell 0 on.
-struct CellClasses {
-  const CellClass* first;
-  std::size_t count;
-};
 
 template <class Real>
 class CellTrees {
@@ -34,15 +26,18 @@ class CellTrees {
   void widen(Real part);
   // Puts another box into a place, all NaN for none. It stays within boundsOf(cell).
   void setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
-  // What the tree takes for the bounds of a cell's boxes. Needs all levels.
+  // What the tree takes for the bounds of the boxes of one of the cells(). Needs all levels.
   BasicBox<Real> boundsOf(std::size_t cell) const;
 
   // Slot i becomes slots[i].
   void renumber(const Slot* slots);
   std::size_t count() const { return views_.size(); }
-  // One a class, an empty one where it has no cells. Valid until the next build.
+  // One a class, an empty one where it has no cells. Valid until the next build, and none at all
+  // after one that threw.
   const TreeView<Real>* views() const { return views_.data(); }
-  std::size_t cells() const { return ids_.size(); }
+  std::size_t cells() const {
+    return views_.empty() ? 0 : views_.back().first_cell + cells(views_.size() - 1);
+  }
   std::size_t cells(std::size_t tree) const {
     return views_[tree].depth ? views_[tree].groups[0] : 0;
   }

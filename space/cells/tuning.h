@@ -7,10 +7,9 @@ namespace ode_parallel_sap {
 
 // By how much cells may have grown on average, and the nodes above them, which grow alone where
 // each cell is a swarm of its own.
-// Unit: 1. From: peers, brownian, free-fall and gravity of 10,000 to 1,000,000: 0.2 takes 2 to 15 %
-// longer. With 10 and 20 pairs a box instead of one: 0.6 takes up to 7 % longer, 0.2 and 0.4 the
-// same.
-// Doubled: no difference. Halved: +7 % of time.
+// Unit: 1. From: peers, brownian, free-fall and gravity of 300 to 1,000,000: at 0.2 they take up to
+// 15 % longer, at 0.6 with 10 and 20 pairs a box instead of one up to 7 %.
+// Doubled: not measured. Halved: not measured.
 constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after

@@ -34,17 +34,17 @@ template <class Real>
 void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   tasks_.clear();
   const std::uint32_t classes = static_cast<std::uint32_t>(trees_.count());
-  met_trees_.clear();
-  met_trees_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
+  trees_to_meet_.clear();
+  trees_to_meet_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
   const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
   const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
   for (std::uint32_t own = 0; own < classes; ++own)
     for (const Meet meet : {Meet::all, Meet::some}) {
-      const std::size_t first = met_trees_.size();
+      const std::size_t first = trees_to_meet_.size();
       for (std::uint32_t other = own; other < classes; ++other)
-        if (meetOf(boxes, own, other) == meet) met_trees_.push_back(other);
-      planMeeting({trees_.views(), own, 0, trees_.cells(own), met_trees_.data() + first,
-                   met_trees_.size() - first, meet == Meet::some, boxes.exact},
+        if (meetOf(boxes, own, other) == meet) trees_to_meet_.push_back(other);
+      planMeeting({trees_.views(), own, 0, trees_.cells(own), trees_to_meet_.data() + first,
+                   trees_to_meet_.size() - first, meet == Meet::some, boxes.exact},
                   task_cells);
     }
 }
@@ -67,14 +67,14 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   ++builds_;
   kept_cells_ = cell_coherence_.mayServe(boxes, threads);
   if (kept_cells_) {
-    trees_.build(boxes, order_.cells(), order_.classes(), threads);
+    trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
     kept_cells_ = cell_coherence_.serve(trees_);
     if (kept_cells_) return;
   }
   cell_coherence_.forget();
   if (found_.empty()) found_.resize(1);
   order_.build(boxes, threads, found_[0]);  // where pairs will be
-  trees_.build(boxes, order_.cells(), order_.classes(), threads);
+  trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
   cell_coherence_.restart(trees_);
 }
 

@@ -39,7 +39,7 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   order_.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
   std::fill(places_.begin(), places_.end(), nowhere);
-  const CellBoxes of = order_.cells();
+  const CellBoxes of = order_.boxesOfCells();
   trees_.build(boxes, of, order_.classes(), threads);
   if (mechanisms::wide_query_cells) trees_.widen(static_cast<Real>(cell_margin));
   for (std::size_t cell = 0; cell < cells(); ++cell)

@@ -157,13 +157,13 @@ struct Workplace {
 template <class Real>
 struct Meeting {
   const TreeView<Real>& own;
-  TreeView<Real> all;  // of which no levels above the cells are used
+  TreeView<Real> all = {};  // cells without a tree
   bool exact;
 
-  explicit Meeting(const CellMeeting<Real>& of) : own(of.trees[of.own]), all(own), exact(of.exact) {
-    all.levels[0] -= own.first_cell;
-    all.ids -= own.first_cell;
-    all.filters = of.filtered ? own.filters - own.first_cell : nullptr;
+  explicit Meeting(const CellMeeting<Real>& of) : own(of.trees[of.own]), exact(of.exact) {
+    all.levels[0] = own.levels[0] - own.first_cell;
+    all.ids = own.ids - own.first_cell;
+    if (of.filtered) all.filters = own.filters - own.first_cell;
   }
 };
 

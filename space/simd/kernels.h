@@ -44,7 +44,8 @@ struct TreeView {
 };
 
 // Cells of a tree, and the trees whose cells they are to meet: all of those, but of its own only
-// what is not before a cell. The cells of all trees lie one after the other.
+// what is not before a cell. The cells of all trees lie one after the other in memory, in the order
+// of the trees.
 template <class Real>
 struct CellMeeting {
   const TreeView<Real>* trees;
@@ -52,7 +53,7 @@ struct CellMeeting {
   std::size_t begin, end;       // cells of it
   const std::uint32_t* others;  // trees: `own` first, if that is one of them, and ones after it
   std::size_t other_count;
-  bool filtered;  // else no pair is
+  bool filtered;  // for which all trees have filters; else no pair is
   bool exact;     // no bound of a box was rounded
 };
 
