@@ -46,10 +46,7 @@ class Scene {
   void shiftAll(double most) {
     for (std::size_t slot = 0; slot < boxes.size; ++slot) shift(slot, most);
   }
-  void shuffle() {
-    for (std::size_t i = boxes.size - 1; i > 0; --i)
-      std::swap(all()[i], all()[random.below(i + 1)]);
-  }
+  void shuffle() { sap_test::shuffle(all().data(), boxes.size, random); }
   BasicBox<Real>& operator[](std::size_t slot) { return all()[slot]; }
 
   // A frame. Returns whether the cells were kept.

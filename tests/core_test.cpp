@@ -26,6 +26,27 @@
 
 using namespace ode_parallel_sap;
 
+namespace {
+
+// Calls visit(case, wide) for the scene in floats and in doubles, filtered and not, with every
+// instruction set.
+template <class Visit>
+void withAllSets(const std::vector<sap_test::Box>& scene, Visit visit) {
+  const KernelSet& best = kernelSet();
+  for (const bool wide : {false, true})
+    for (const bool filtered : {false, true}) {
+      const Case wanted = makeCase(scene, wide, filtered);
+      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
+        chooseKernelSet(**set);
+        visit(wanted, wide);
+      }
+    }
+  chooseKernelSet(best);
+}
+
+}  // namespace
+
 TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles") {
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
@@ -180,21 +201,13 @@ TEST_CASE("Cells that are more than are gathered at a time are met once each") {
       scene[i].low[axis] = random.between(0, 1);
       scene[i].high[axis] = scene[i].low[axis] + size * random.between(0.5, 1);
     }
-  const KernelSet& best = kernelSet();
-  for (const bool wide : {false, true})
-    for (const bool filtered : {false, true}) {
-      const Case wanted = makeCase(scene, wide, filtered);
-      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
-        chooseKernelSet(**set);
-        Sweep<float> sweep;
-        Sweep<double> wide_sweep;
-        PairList list;
-        check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
-              wanted);
-      }
-    }
-  chooseKernelSet(best);
+  withAllSets(scene, [](const Case& wanted, bool wide) {
+    Sweep<float> sweep;
+    Sweep<double> wide_sweep;
+    PairList list;
+    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
+          wanted);
+  });
 }
 
 TEST_CASE("A row without columns asks for no room and writes nothing") {
@@ -276,20 +289,12 @@ TEST_CASE("A few boxes, some of which reach all others, find their pairs in the 
     }
   Buffer<Slot> changed;
   for (std::size_t slot = 0; slot < n; slot += interval) changed.push_back(static_cast<Slot>(slot));
-  const KernelSet& best = kernelSet();
-  for (const bool wide : {false, true})
-    for (const bool filtered : {false, true}) {
-      const Case wanted = makeCase(scene, wide, filtered);
-      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
-        chooseKernelSet(**set);
-        if (wide)
-          checkChanged<double>(wanted, changed);
-        else
-          checkChanged<float>(wanted, changed);
-      }
-    }
-  chooseKernelSet(best);
+  withAllSets(scene, [&](const Case& wanted, bool wide) {
+    if (wide)
+      checkChanged<double>(wanted, changed);
+    else
+      checkChanged<float>(wanted, changed);
+  });
 }
 
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {

@@ -26,8 +26,7 @@ std::vector<Buffer<Pair>> somePairs(std::size_t count, std::size_t slots, std::s
     pairs.insert(makePair(earlier, later));
   }
   std::vector<Pair> shuffled(pairs.begin(), pairs.end());
-  for (std::size_t i = shuffled.size(); i > 1; --i)
-    std::swap(shuffled[i - 1], shuffled[random.below(i)]);
+  sap_test::shuffle(shuffled.data(), shuffled.size(), random);
   std::vector<Buffer<Pair>> found(random.chance(0.5) ? 1 : 1 + random.below(4));
   for (const Pair pair : shuffled)
     found[random.below(found.size())].push_back(random.chance(0.1) ? pair | borderline_bit : pair);

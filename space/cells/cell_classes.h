@@ -3,8 +3,6 @@
 
 #include <cstddef>
 
-#include "space/simd/kernels.h"
-
 namespace ode_parallel_sap {
 
 // Has the cells [first_cell, last_cell).

@@ -12,6 +12,7 @@
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
+#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 

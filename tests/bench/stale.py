@@ -63,7 +63,7 @@ def changes_code(diff):
     """Whether it changes more than blank lines and comments. What has no lines (a file that got another name, a merge)
     counts as code."""
     lines = re.findall(r"^(?!\+\+\+ |--- )([+-])(.*)", diff, re.M)
-    before, after = ([code_of(line) for sign, line in lines if sign == one and code_of(line)] for one in "-+")
+    before, after = (list(filter(None, (code_of(line) for sign, line in lines if sign == side))) for side in "-+")
     return not lines or before != after
 
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 namespace sap_test {
 
@@ -38,5 +39,10 @@ class Random {
  private:
   std::uint64_t state_;
 };
+
+template <typename T>
+void shuffle(T* items, std::size_t count, Random& random) {
+  for (std::size_t i = count; i > 1; --i) std::swap(items[i - 1], items[random.below(i)]);
+}
 
 }  // namespace sap_test

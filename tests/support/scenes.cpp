@@ -20,11 +20,6 @@ Box unitBoxAround(double x, double y, double z) {
   return boxAround(x, y, z, 1, 1, 1);
 }
 
-template <typename T>
-void shuffle(std::vector<T>& items, Random& random) {
-  for (std::size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random.below(i)]);
-}
-
 // Log-uniform sizes down to 10^-decades of the largest, which is 1.
 Boxes decades(std::size_t n, double decades, std::uint64_t seed) {
   Random random(seed);
@@ -121,7 +116,7 @@ Boxes touchingLattice(std::size_t n, std::uint64_t seed) {
     boxes.push_back(Box{{x, y, z}, {x + 1, y + 1, z + 1}});
   }
   Random random(seed);
-  shuffle(boxes, random);
+  shuffle(boxes.data(), boxes.size(), random);
   return boxes;
 }
 
@@ -153,7 +148,7 @@ Boxes farClusters(std::size_t n, std::uint64_t seed) {
     boxes.push_back(box);
   }
   Random random(seed + 2);
-  shuffle(boxes, random);
+  shuffle(boxes.data(), boxes.size(), random);
   return boxes;
 }
 
