@@ -114,22 +114,32 @@ TEST_CASE("Spaces in several threads collide on images at once") {
 TEST_CASE("A child process finds the contacts and ends, images lent or not") {
   struct Fork {
     const std::thread::id caller = std::this_thread::get_id();
-    pid_t child = -1;
-    // Of a pair that is collided on an image, on the calling thread of their team.
+    std::atomic<pid_t> child{-1};
+    // Of a pair that is collided on an image: the calling thread forks at its first, and the others
+    // of its team are at theirs until then, or they could have taken all.
     static int reduce(void* data, dGeomID o1, dGeomID o2, dContactGeom*, int count) {
       Fork& own = *static_cast<Fork*>(data);
-      const bool image =
-          dGeomGetClass(o1) == dHeightfieldClass || dGeomGetClass(o2) == dHeightfieldClass;
-      if (image && std::this_thread::get_id() == own.caller && own.child == -1) {
-        own.child = fork();
-        if (own.child == 0) std::exit(3);
+      if (dGeomGetClass(o1) != dHeightfieldClass && dGeomGetClass(o2) != dHeightfieldClass)
+        return count;
+      if (std::this_thread::get_id() != own.caller) {
+        own.waitForChild();
+      } else if (own.child == -1) {
+        const pid_t child = fork();
+        if (child == 0) std::exit(3);
+        own.child = child;
       }
       return count;
+    }
+    void waitForChild() const {
+      const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+      while (child == -1 && std::chrono::steady_clock::now() < latest) std::this_thread::yield();
     }
     static void contacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
     static int endOf(pid_t child) {
       int status = 0;
-      return waitpid(child, &status, 0) == child && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+      return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status)
+                 ? WEXITSTATUS(status)
+                 : -1;
     }
   };
   const ScopedGrain grain(1);
