@@ -115,7 +115,7 @@ std::uint64_t packMoved(PackEach<Note>& use, const GeomBlock<SlotOf>& block, Mov
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
   constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
-  prefetch(reinterpret_cast<const char*>(body) + flags);
+  prefetchFar(reinterpret_cast<const char*>(body) + flags);
 }
 
 }  // namespace
@@ -343,12 +343,16 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves.
+    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. Two
+    // things side by side may lie in two lines, as they do in every second geom or in none.
     const auto ask = [&](std::size_t slot) {
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
-      if (plain || told || boxes.bodies[slot] != resting_number)
+      prefetchFar(&geoms[slot]->body);
+      if (plain || told || boxes.bodies[slot] != resting_number) {
         prefetchFar(&geoms[slot]->category_bits);
+        prefetchFar(&geoms[slot]->collide_bits);
+      }
     };
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
@@ -360,9 +364,9 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
       for (std::uint64_t bits = looks_here; bits; bits &= bits - 1) {
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
-        if (most_here) ask(slot + prefetch_distance);
+        if (most_here) ask(slot + look_distance);
         if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
-        if (bodies && most_here) askForBody(slot + prefetch_distance / 2);
+        if (bodies && most_here) askForBody(slot + look_distance / 2);
         if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
       }
     }
