@@ -343,16 +343,14 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. Two
-    // things side by side may lie in two lines, as they do in every second geom or in none.
+    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. A line
+    // may end between flags and body: in no geom or in many, by the heap.
     const auto ask = [&](std::size_t slot) {
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
-      if (plain || told || boxes.bodies[slot] != resting_number) {
+      if (plain || told || boxes.bodies[slot] != resting_number)
         prefetchFar(&geoms[slot]->category_bits);
-        prefetchFar(&geoms[slot]->collide_bits);
-      }
     };
     const auto askForBody = [&](std::size_t slot) {
       if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);

@@ -19,7 +19,7 @@ command -v qemu-aarch64 >/dev/null || without qemu-aarch64 qemu-user
 # Version 2 of Catch2 is a header; version 3 has a library, too, which is this machine's as a rule.
 echo '#include <catch2/catch.hpp>' | "$compiler" -E -x c++ - >/dev/null 2>&1 ||
   echo 'int main() {}' | "$compiler" -x c++ - -lCatch2 -o /dev/null 2>/dev/null ||
-  without "Catch2 for aarch64" "catch2, or from version 3 on catch2:arm64"
+  without "Catch2 for aarch64" "catch2, or from version 3 on libcatch2-dev of arm64"
 
 cmake -S "$source" -B "$build" --preset aarch64 "-DODE_PARALLEL_SAP_PROPERTY_TESTS=pairs;order;kept" "$@"
 cmake --build "$build" --parallel "$jobs" --target minimal core-tests c-library-modes property-tests sweep-count
