@@ -111,28 +111,43 @@ TEST_CASE("Spaces in several threads collide on images at once") {
   CHECK(timesOnImages() > before + kSpaces);
 }
 
+namespace {
+
+// Whether it comes to be so within a second.
+template <class Condition>
+bool waitFor(Condition holds) {
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > latest) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+}  // namespace
+
 TEST_CASE("A child process finds the contacts and ends, images lent or not") {
   struct Fork {
     const std::thread::id caller = std::this_thread::get_id();
     std::atomic<pid_t> child{-1};
-    // Of a pair that is collided on an image: the calling thread forks at its first, and the others
-    // of its team are at theirs until then, or they could have taken all.
+    std::atomic<int> others{0};
+    bool lent_to_others = false;
+    // Of a pair that is collided on an image: the calling thread forks at its first, when another
+    // of its team is at one, too, and these stay at theirs until then, or they could take all.
     static int reduce(void* data, dGeomID o1, dGeomID o2, dContactGeom*, int count) {
       Fork& own = *static_cast<Fork*>(data);
       if (dGeomGetClass(o1) != dHeightfieldClass && dGeomGetClass(o2) != dHeightfieldClass)
         return count;
       if (std::this_thread::get_id() != own.caller) {
-        own.waitForChild();
+        ++own.others;
+        waitFor([&] { return own.child != -1; });
       } else if (own.child == -1) {
+        own.lent_to_others = waitFor([&] { return own.others > 0; });
         const pid_t child = fork();
         if (child == 0) std::exit(3);
         own.child = child;
       }
       return count;
-    }
-    void waitForChild() const {
-      const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-      while (child == -1 && std::chrono::steady_clock::now() < latest) std::this_thread::yield();
     }
     static void contacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
     static int endOf(pid_t child) {
@@ -163,6 +178,7 @@ TEST_CASE("A child process finds the contacts and ends, images lent or not") {
   const dParallelSAPContactCallbacks callbacks = {Fork::contacts, nullptr, Fork::reduce, nullptr};
   const auto begin = std::chrono::steady_clock::now();
   dParallelSAPSpaceCollideContacts(space, &in_mid_run, 8, &callbacks);
+  CHECK(in_mid_run.lent_to_others);
   CHECK(Fork::endOf(in_mid_run.child) == 3);
   CHECK(std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(1500));
   CHECK(difference(parallelContacts(space, 8), expected) == "");

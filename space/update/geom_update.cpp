@@ -343,8 +343,8 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
     const auto looksIn = [&](std::size_t word) -> std::uint64_t {
       return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
     };
-    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. A line
-    // may end between flags and body: in no geom or in many, by the heap.
+    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. In
+    // some heaps a line ends between the flags and the body.
     const auto ask = [&](std::size_t slot) {
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);

@@ -94,7 +94,7 @@ SETS_OF_ROOM = {
 }
 SETS_OF_CONSTANT = {
     "smallest_scene": "small", "tasks_a_thread": "pairs sizes many", "chunk_pairs": "pairs many", "chunk_cells": "pairs many",
-    "prefetch_distance": "pairs many", "retry_frames": "small pairs rest", "back_off_range": "small pairs rest",
+    "prefetch_distance": "pairs many rest", "retry_frames": "small pairs rest", "back_off_range": "small pairs rest",
     "class_octaves": "pairs sizes", "fewer_larger": "pairs sizes", "shape_octaves": "pairs sizes",
     "least_shape_share": "pairs sizes", "coarse_growth": "far", "least_mapped": "pairs many", "swept_alone": "small pairs",
     "scene": "pairs many", "packed_slots": "rest", "looked_up": "far rest", "box_rows": "pairs", "sorted_records": "pairs many",
