@@ -2,14 +2,17 @@
 // not looked for.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <chrono>
 #include <functional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/changing_scene.h"
 #include "support/configurations.h"
+#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
@@ -28,6 +31,14 @@ const char* const kNotified = "ODE_PARALLEL_SAP_NOTIFIED";
 void setSkip(dSpaceID space, Skip skip) {
   dParallelSAPSpaceSetSkipStatic(space, skip == kStatic || skip == kBoth);
   dParallelSAPSpaceSetSkipAsleep(space, skip == kAsleep || skip == kBoth);
+}
+
+constexpr double kNapMs = 3;
+
+// In the first call of a report.
+void nap(void* napped) {
+  if (!std::exchange(*static_cast<bool*>(napped), true))
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(kNapMs));
 }
 
 // Boxes that overlap in a row, the first of which may be changed.
@@ -201,6 +212,52 @@ TEST_CASE("After frames of which nothing is told each change is seen", "[notifie
     change();
     before = expectedPairs(row.world.geoms());
     CHECK(difference(collide(row.space), before) == "");
+  }
+}
+
+TEST_CASE("What is done between frames that report nothing and repeat each other is seen",
+          "[notified]") {
+  const BareEnvironment bare;
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(600, seedOr(65)));
+  dParallelSAPSpaceSetNotified(space, 1);
+  dParallelSAPSpaceSetEvents(space, 1);
+  const std::size_t pairs = expectedPairs(world.geoms()).size();
+  const auto check = [&](std::size_t begun, std::size_t ended) {
+    dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
+    CHECK(begunOf(space).size() == begun);
+    CHECK(endedOf(space).size() == ended);
+    CHECK(statsOf(space).moved == 0);
+  };
+  const auto checkRepeats = [&] {
+    for (int frame = 0; frame < 20; ++frame) check(0, 0);
+  };
+  (void)collide(space);
+  checkRepeats();
+  dParallelSAPSpaceSetSkipStatic(space, 1);
+  check(0, pairs);
+  checkRepeats();
+  dParallelSAPSpaceSetSkipStatic(space, 0);
+  check(pairs, 0);
+  checkRepeats();
+  dParallelSAPSpaceSetEvents(space, 0);
+  dParallelSAPSpaceSetEvents(space, 1);
+  check(pairs, 0);
+  checkRepeats();
+  // Of reports in between no time is left.
+  for (const bool in_blocks : {false, true}) {
+    bool napped = false;
+    if (in_blocks)
+      dParallelSAPSpaceCollidePairs(
+          space, &napped, 0,
+          [](void* data, const dParallelSAPPair*, size_t, size_t) { nap(data); });
+    else
+      dSpaceCollide(space, &napped, [](void* data, dGeomID, dGeomID) { nap(data); });
+    CHECK(statsOf(space).report_ms >= kNapMs);
+    check(0, 0);
+    CHECK(statsOf(space).report_ms < kNapMs);
+    checkRepeats();
   }
 }
 

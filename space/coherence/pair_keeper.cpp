@@ -27,23 +27,18 @@ bool PairKeeper::tooMany(std::size_t changes, std::size_t slots) const {
   return changes * changing_share > slots || (changes > 0 && !mayBuildTrees(slots));
 }
 
-// Sees without going through the slots that nothing was told of, and that there is nothing to look
-// at.
-bool PairKeeper::isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
-  return mechanisms::plainly_same_frames && !any_changed_ && !all_may_have_changed_ &&
-         !rules.checked && source_ != Source::device && geom_update.watchesNone();
-}
-
 PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
                                        const PackRules& rules, int threads, GeomUpdate& geom_update,
                                        BoxSet& boxes) {
   moved_in_vain_ = 0;
   untold_ = GeomUpdate::Untold();
+  was_plainly_same_ = false;
   if (!running_ || rules != rules_ || !geom_update.canRepack()) {
     rules_ = rules;
     return Outcome::not_tried;
   }
   if (isPlainlySame(rules, geom_update)) {
+    was_plainly_same_ = true;
     geom_update.keepAll();
     changes_ = 0;
     threads_ = 1;

@@ -8,6 +8,7 @@
 #include "space/coherence/incremental.h"
 #include "space/coherence/kept_pairs.h"
 #include "space/data/box_set.h"
+#include "space/data/mechanisms.h"
 #include "space/data/slot_set.h"
 #include "space/extract/cpu_finders.h"
 #include "space/filter/pair_filter.h"
@@ -71,6 +72,11 @@ class PairKeeper {
   std::size_t kept() const { return kept_; }
   // Whether it left all pairs as they were; otherwise those of before, and what it changed.
   bool unchanged() const { return changes_ == 0; }
+  // Whether the last update() had nothing to look at, and another one by the same rules would have
+  // nothing to look at either.
+  bool wouldRepeat(const GeomUpdate& geom_update) const {
+    return running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
+  }
   PairList& replaced() { return kept_pairs_.replaced(); }
   const std::vector<ChangedPiece>& pairChanges() const { return kept_pairs_.changes(); }
   std::size_t bytes() const {
@@ -81,7 +87,12 @@ class PairKeeper {
   // Who left the pairs of the last frame, and with them what find() can go on from.
   enum class Source { trees, no_trees, device };
 
-  bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const;
+  // Sees without going through the slots that nothing was told of, and that there is nothing to
+  // look at.
+  bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
+    return mechanisms::plainly_same_frames && !any_changed_ && !all_may_have_changed_ &&
+           !rules.checked && source_ != Source::device && geom_update.watchesNone();
+  }
   bool mayBuildTrees(std::size_t slots) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
@@ -92,6 +103,7 @@ class PairKeeper {
   bool any_changed_ = false;  // if not, changed_ is empty
   bool running_ = false;
   bool all_may_have_changed_ = false;
+  bool was_plainly_same_ = false;  // at the last update()
   GeomUpdate::Untold untold_;
   PackRules rules_;  // of the last frame, and of this one where its pairs are kept
   Source source_ = Source::no_trees;

@@ -9,7 +9,8 @@ namespace ode_parallel_sap::mechanisms {
 
 // Pairs of what did not change stay (PairKeeper).
 constexpr bool kept_pairs = true;
-// A frame of which nothing was told goes through no list of slots (PairKeeper::isPlainlySame).
+// A frame of which nothing was told goes through no list of slots (PairKeeper::isPlainlySame), and
+// without a report does not run (Pipeline::repeatsLastFrame).
 constexpr bool plainly_same_frames = true;
 // What began and ended comes from their merging (PairEvents::tellChanged). Else by comparing all.
 constexpr bool events_of_changes = true;

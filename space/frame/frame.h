@@ -15,6 +15,7 @@ namespace ode_parallel_sap {
 // What frames of one space leave to the next one, while none runs.
 struct FrameStore {
   class Frame* innermost = nullptr;  // that runs
+  bool repeats = false;              // the last frame found all as it was, and reported nothing
   PairList pairs;                    // reported in the last frame
   PairKeeper coherence;
   FatPairs fat_pairs;
@@ -34,6 +35,7 @@ class Frame {
     result.geoms = scene.count;
     for (Frame* outer = outer_; outer; outer = outer->outer_) outer->overtaken_ = true;
     store_.innermost = this;
+    store_.repeats = false;
   }
   ~Frame() {
     store_.innermost = outer_;
@@ -52,6 +54,7 @@ class Frame {
   PairList pairs;                        // of the last frame, then of this one
   const UpdateFacts* updated = nullptr;  // of the geoms, until the report
   bool found = false;                    // `pairs` are complete
+  bool same = false;                     // as in the last frame, and so told
   FrameResult result;
   StageClock clock;
 

@@ -47,7 +47,9 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   if (!findChanges(frame)) findAnew(frame);
   frame.clock.begin(Stage::filter);
   if (select(frame)) frame.result.filter_ms += frame.clock.lap();
-  tellEvents(frame, !were_apart && !candidates_apart_ && !frame.result.anew());
+  const bool kept = !were_apart && !candidates_apart_ && !frame.result.anew();
+  frame.same = kept && store_.coherence.unchanged();
+  tellEvents(frame, kept);
   frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
   frame.found = true;

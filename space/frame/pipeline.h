@@ -75,6 +75,8 @@ class Pipeline {
   // many threads at once.
   void noteUntold(Slot slot) { store_.coherence.tell(slot); }
   void noteAllUntold() { store_.coherence.tellAll(); }
+  // A setting may change, or what is told of frames.
+  void noteSettings() { store_.repeats = false; }
   // Geoms come or go.
   void noteNewcomer() { plane_pairs_.forget(); }
   // The slots of these geoms are about to be closed up.
@@ -102,6 +104,11 @@ class Pipeline {
   const Statistics& statistics() const { return statistics_; }
 
  private:
+  // Whether a frame that reports nothing would do as little as the last one. True: settings and
+  // geoms are the same, so that neither they nor the plan need be looked at.
+  bool repeatsLastFrame() const {
+    return store_.repeats && store_.coherence.wouldRepeat(geom_update_);
+  }
   SceneFacts factsOf(const Scene& scene, bool for_contacts) const;
   bool findPairs(Frame& frame, const Settings& settings);
   bool findChanges(Frame& frame);

@@ -7,6 +7,7 @@ namespace ode_parallel_sap {
 
 void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
                             const PairsRequest& request) {
+  if (!request.callback && repeatsLastFrame() && statistics_.repeatFrame()) return;
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
     PairBlock block(request);
@@ -22,6 +23,7 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
+      store_.repeats = frame.same && !request.callback;
       seePairs(frame);
       if (request.concurrent())
         policy_.learnOfBatch(settings,
@@ -62,12 +64,12 @@ void Pipeline::tellEvents(Frame& frame, bool kept) {
   const int threads = frame.plan.threads;
   const Buffer<dxGeom*>& slots = frame.scene.slots;
   const PairKeeper& coherence = store_.coherence;
-  const bool same = kept && coherence.unchanged();
-  if (same && events_.tellSame(source)) return;
+  if (frame.same && events_.tellSame(source)) return;
   const bool told =
-      kept && !same &&
+      kept && !frame.same &&
       events_.tellChanged(frame.pairs, coherence.pairChanges(), slots, source, threads);
   if (!told && !events_.tell(frame.pairs, slots, source, threads)) complaints_.ofUnreportedEvents();
+  frame.same = false;
   frame.result.events_ms = frame.clock.lap();
 }
 

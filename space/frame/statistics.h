@@ -24,6 +24,13 @@ class Statistics {
   explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums), sample_(sums) {}
 
   void beginFrame() { ++last_.frames; }
+  // Counts a frame that would do what the last one did, which was nothing. False: this one is to
+  // run, to be timed.
+  bool repeatFrame() {
+    if (sums_wanted_ || ++repeated_frames_ % timed_interval == 0) return false;
+    ++last_.frames;
+    return true;
+  }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   void note(const FrameResult& result);
   // The same of a small scene. Few words are written: more would be a good part of a frame of two
@@ -46,8 +53,7 @@ class Statistics {
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
   // few geoms.
   bool beginSmallFrame() {
-    constexpr unsigned interval = 16;  // fixed: frames, as the header says
-    return sums_wanted_ || (times_wanted_ && small_frames_++ % interval == 0);
+    return sums_wanted_ || (times_wanted_ && small_frames_++ % timed_interval == 0);
   }
 
   unsigned long long frames() const { return last_.frames; }
@@ -64,6 +70,8 @@ class Statistics {
   }
 
  private:
+  static constexpr unsigned timed_interval = 16;  // fixed: frames, as the header says
+
   void clear();
   void noteCounts(const FrameCounts& counts) {
     last_.geoms = counts.geoms;
@@ -80,6 +88,7 @@ class Statistics {
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;
   unsigned small_frames_ = 0;  // since times are wanted
+  unsigned repeated_frames_ = 0;
   dParallelSAPStats last_ = {};
   FrameSums sums_;
   PairSample sample_;

@@ -65,7 +65,7 @@ class ParallelSAPSpace : public dxSpace {
 
   // Which pairs begin and end, if that is asked for.
   void turnEvents(bool on) {
-    fast_path_ = false;
+    noteSettings();
     pipeline_.events().turn(on);
   }
   const PairEvents& events() const { return pipeline_.events(); }
@@ -76,7 +76,7 @@ class ParallelSAPSpace : public dxSpace {
 
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() {
-    fast_path_ = false;
+    noteSettings();
     return settings_;
   }
   // Also asks for times from now on, which the smallest scenes do without.
@@ -102,6 +102,10 @@ class ParallelSAPSpace : public dxSpace {
            pipeline_.mayTakeFastPath(slots_.size(), settings_);
   }
   bool writeTrace();
+  void noteSettings() {
+    fast_path_ = false;
+    pipeline_.noteSettings();
+  }
   void closeSlots();
   void askSilent();
   static void askOther(dxGeom* geom);
