@@ -24,11 +24,19 @@ class CoarseClusters {
                          int threads);
   // Whether all others are in the last count.
   bool counted() const { return counted_; }
-  void forget() { counted_ = false; }
+  // Whether the last count was so low, of about as many boxes, that they need not be counted again
+  // although all may have moved: only so often in a row.
+  bool areStillFew(std::size_t coarse);
+  void forget() {
+    counted_ = false;
+    times_few_ = 0;
+  }
   std::size_t bytes() const { return counts_.bytes(); }
 
  private:
   bool counted_ = false;
+  int times_few_ = 0;             // areStillFew() may say so
+  std::size_t last_boxes_ = 0;    // of the last count
   int bits_ = 0;                  // of a hash
   std::size_t pairs_ = 0;         // so far
   Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller

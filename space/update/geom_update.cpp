@@ -249,6 +249,7 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
   }
   if (!mechanisms::counted_clusters || (changed && boxes.wide))
     return true;  // until all are packed
+  if (!changed && !boxes.wide && coarse_clusters_.areStillFew(coarse)) return false;
   // Without a branch: whether a box is coarse is hard to foretell where many are. One place more
   // than there are such boxes, for what is not one.
   const auto list = [&](std::size_t slots, auto slotOf) {
