@@ -490,15 +490,6 @@ TEST_CASE("Coarse boxes are a cluster where they are close together, not where t
     place(1e9, 1e8);
     const std::size_t few = pairs(wide, count);
     CHECK(few < count / 10);
-    // Far fewer than most are not counted again for seven packings, unless there are more boxes.
-    for (int packing = 0; packing < 10; ++packing) {
-      CHECK(clusters.areStillFew(count + count / 8) == (packing < 7));
-      CHECK(clusters.counted() == false);
-    }
-    (void)pairs(wide, count);
-    CHECK_FALSE(clusters.areStillFew(count + count / 4));
-    (void)pairs(wide, few);
-    CHECK_FALSE(clusters.areStillFew(count));
     // What moves is counted where it is now, and goes on counting where it was.
     Buffer<Slot> moved;
     for (Slot slot = 0; slot < 100; ++slot) moved.push_back(slot * 7);

@@ -11,6 +11,7 @@
 #include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
+#include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
@@ -72,6 +73,29 @@ TEST_CASE("Some boxes far away do not make candidates of each other") {
     const Pairs pairs = collide(space);
     CHECK(difference(pairs, expectedPairs(world.geoms())) == "");
     CHECK(candidates(space) <= pairs.size() + 100);
+  }
+}
+
+TEST_CASE("Small boxes far away that gather from one frame to the next are no candidates at once") {
+  const std::uint64_t seed = seedOr(13);
+  INFO("seed " << seed);
+  constexpr double far = sizeof(dReal) == sizeof(double) ? 1e6 : 0, apart = 1e5, together = 0.05;
+  for (const Configuration& configuration : configurations()) {
+    Random random(seed);
+    const Space space(configuration);
+    World world(space);
+    for (int i = 0; i < 5000; ++i)
+      world.take(dCreateBox(space, dReal(0.001), dReal(0.001), dReal(0.001)));
+    for (int frame = 0; frame < 6; ++frame) {
+      INFO(configuration.name << ", frame " << frame);
+      const double spread = frame < 3 ? apart : together;
+      const auto place = [&] { return static_cast<dReal>(far + random.between(0, spread)); };
+      for (const dGeomID geom : world.geoms()) dGeomSetPosition(geom, place(), place(), place());
+      const Pairs pairs = collide(space);
+      CHECK(difference(pairs, expectedPairs(world.geoms())) == "");
+      CHECK(pairs.size() >= (frame < 3 ? 0 : 500));
+      CHECK(candidates(space) <= pairs.size() + 100);
+    }
   }
 }
 

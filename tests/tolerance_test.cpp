@@ -108,6 +108,29 @@ TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[toleran
   CHECK(kept > 90);
 }
 
+TEST_CASE("A tolerance helps as soon again in frames that report nothing", "[tolerance]") {
+  // Told of what changes and asked for events alone, and neither.
+  Space spaces[2];
+  World told(spaces[0]), untold(spaces[1]);
+  World* const worlds[] = {&told, &untold};
+  for (int i = 0; i < 2; ++i) {
+    worlds[i]->addBoxes(denseCube(600, 68));
+    dParallelSAPSpaceSetTolerance(spaces[i], 0.2);
+  }
+  dParallelSAPSpaceSetNotified(spaces[0], 1);
+  int kept = 0;
+  for (int frame = 0; frame < 120; ++frame) {
+    INFO("frame " << frame);
+    for (World* const world : worlds)
+      if (frame < 15) world->jitter(2, frame);
+    dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
+    REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
+    kept += statsOf(spaces[0]).pairs > expectedPairs(told.geoms()).size();
+  }
+  CHECK(kept > 60);
+  CHECK(kept < 120);
+}
+
 TEST_CASE("A geom within the tolerance of what its slot held is looked at if it is another",
           "[tolerance]") {
   Space space;

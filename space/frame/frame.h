@@ -54,7 +54,7 @@ class Frame {
   PairList pairs;                        // of the last frame, then of this one
   const UpdateFacts* updated = nullptr;  // of the geoms, until the report
   bool found = false;                    // `pairs` are complete
-  bool same = false;                     // as in the last frame, and so told
+  bool same = false;                     // as in the last frame: no event
   FrameResult result;
   StageClock clock;
 

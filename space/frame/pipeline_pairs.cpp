@@ -23,7 +23,8 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
-      store_.repeats = frame.same && !request.callback;
+      // Within a tolerance frames count how long it is left out.
+      store_.repeats = frame.same && !request.callback && settings.rules.tolerance == 0;
       seePairs(frame);
       if (request.concurrent())
         policy_.learnOfBatch(settings,

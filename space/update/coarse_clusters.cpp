@@ -19,9 +19,6 @@ constexpr double step_of_floats = 0x1p-22;  // fixed: twice an epsilon
 
 Region counting("coarse clusters: boxes");
 
-// A count takes a tenth of a frame; clusters that form meanwhile cost exact tests, not pairs.
-constexpr int times_few = 7;  // fixed: packings without a count, so that it is a hundredth
-
 constexpr std::uint64_t bias = 1023;  // fixed: of the exponents of doubles
 
 // Of a double below 2^51; what is larger has no fraction worth mentioning. Needs rounding to
@@ -64,25 +61,15 @@ Box floatsOf(const BasicBox<double>& box) {
 }  // namespace
 
 std::size_t CoarseClusters::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
-                                  int threads) {
-  forget();
+                                  int threads, std::size_t counters) {
+  counted_ = false;
   bits_ = 2;
-  while (std::size_t{1} << bits_ < counters_a_box * coarse.size()) ++bits_;
+  while (std::size_t{1} << bits_ < counters * coarse.size()) ++bits_;
   counts_.resizeDiscarding(std::size_t{1} << bits_);
   std::fill(counts_.begin(), counts_.end(), 0);
   pairs_ = 0;
   counted_ = true;
-  last_boxes_ = coarse.size();
-  const std::size_t pairs = countMoved(boxes, coarse, most, threads);
-  times_few_ = pairs <= most / 2 ? times_few : 0;
-  return pairs;
-}
-
-bool CoarseClusters::areStillFew(std::size_t coarse) {
-  if (times_few_ == 0 || coarse > last_boxes_ + last_boxes_ / 8) return false;
-  --times_few_;
-  counted_ = false;
-  return true;
+  return countMoved(boxes, coarse, most, threads);
 }
 
 std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,

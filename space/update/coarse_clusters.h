@@ -6,6 +6,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
+#include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -17,26 +18,19 @@ class CoarseClusters {
   // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
   // vain. Stops counting beyond `most`, which is below 2^31. Uses up to `threads` threads; whether
   // there are more than `most` does not depend on them. Needs exactMode().
-  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads);
+  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads,
+                    std::size_t counters = counters_a_box);
   // The same after some have moved, as if they were still where they were, too: never too few, at a
   // cost in proportion to these.
   std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most,
                          int threads);
   // Whether all others are in the last count.
   bool counted() const { return counted_; }
-  // Whether the last count was so low, of about as many boxes, that they need not be counted again
-  // although all may have moved: only so often in a row.
-  bool areStillFew(std::size_t coarse);
-  void forget() {
-    counted_ = false;
-    times_few_ = 0;
-  }
+  void forget() { counted_ = false; }
   std::size_t bytes() const { return counts_.bytes(); }
 
  private:
   bool counted_ = false;
-  int times_few_ = 0;             // areStillFew() may say so
-  std::size_t last_boxes_ = 0;    // of the last count
   int bits_ = 0;                  // of a hash
   std::size_t pairs_ = 0;         // so far
   Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller

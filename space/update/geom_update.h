@@ -71,6 +71,8 @@ class GeomUpdate {
                       UpdatePart& part);
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
+  template <class SlotOf>
+  void listCoarse(std::size_t slots, SlotOf slotOf);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);

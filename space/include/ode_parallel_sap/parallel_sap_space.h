@@ -654,7 +654,7 @@ typedef struct dParallelSAPStats {
  * what it measures. Their times are those of the last frame that was timed, and extract_ms is all
  * that comes before the report. Likewise timed in every sixteenth frame are those without a report
  * (dParallelSAPSpaceCollidePairs without a callback) of a space that is told of changes
- * (dParallelSAPSpaceSetNotified), as long as there are none. */
+ * (dParallelSAPSpaceSetNotified) and has no tolerance, as long as there are none. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* Environment variables, read when a space is created, take the place of the defaults above in
