@@ -268,8 +268,8 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
     if (coarse_clusters_.countMoved(boxes, coarse_, most, threads) <= most) return false;
   }
   if (!changed && !boxes.wide && coarse >= least_sampled) {
-    // Of pairs one in `sampled` squared is in the sample, of those that share a counter by chance
-    // fewer are to be.
+    // Of pairs one in `sampled` squared is in the sample. With twice the counters a box those that
+    // share one by chance are at most half as many as are let pass.
     const std::size_t few = most / (sampled * sampled);
     listCoarse(sampleOf(boxes.size), sampled_slot);
     const bool are_few =
