@@ -441,7 +441,7 @@ TABLES = {"instructions": (instructions, "instructions"), "meshes": (meshes, "me
           "figure14": (figure14, "figure14"), "devices": (devices, "devices"),
           "device-rivals": (device_rivals, "device-rivals"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
-          "many-threads": (many_threads, "nearest")}
+          "many-threads": (many_threads, "nearest"), "wrong-scenes": (stock_spaces, "rows")}
 
 
 def make(name, directory):
@@ -467,6 +467,37 @@ def write(path, directory):
     with open(path, "w") as file:
         file.write(text)
     print("%s: %d tables" % (path, number))
+
+
+
+
+def interval(part, whole):
+    """Scenes in 10,000 with the 95 % interval of Wilson."""
+    z, share = 1.96, part / whole
+    middle, spread = share + z * z / (2 * whole), z * (share * (1 - share) / whole + (z / (2 * whole)) ** 2) ** 0.5
+    low, high = ((middle + sign * spread) / (1 + z * z / whole) for sign in (-1, 1))
+    return "%s (%s–%s)" % tuple(count(10000 * value) for value in (share, low, high))
+
+
+def stock_spaces(directory):
+    """How many scenes ODE's spaces get wrong, by tests/stock_spaces/campaign.cpp: the mean of a space's settings, which play
+    the same scenes."""
+    rows = read(directory, "rows")
+    spaces = [space for space in values(rows, "space") if any(
+        row["space"] == space and (row["missed"] or row["invented"] or row["repeated"] or row["scenes_aborting"]) for row in rows)]
+    lines = []
+    for scene in values(rows, "scene"):
+        cells = []
+        for space in spaces:
+            here = [row for row in rows if row["scene"] == scene and row["space"] == space]
+            said = [verb + " " + interval(sum(row["scenes_" + what] for row in here) / len(here), here[0]["scenes"]) for verb, what in (
+                ("misses", "missing"), ("invents", "inventing"), ("repeats", "repeating"), ("aborts", "aborting"))
+                if any(row["scenes_" + what] for row in here)]
+            cells.append(", ".join(said) or "exact")
+        lines.append([scene] + cells)
+    exact = ", ".join(space for space in values(rows, "space") if space not in spaces)
+    return markdown(["scenes in 10,000 (95 % interval)"] + spaces, lines,
+                    ["Exact in all: %s. ODE %s; commit %s" % (exact, rows[0]["ode"], rows[0]["commit"])])
 
 
 def main():
