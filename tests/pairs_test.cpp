@@ -71,7 +71,7 @@ TEST_CASE("Boxes that touch near the origin are a pair, which dHashSpace misses"
   // The cells of all boxes that the upper one meets are column (0, 0) of dHashSpace's level 0.
   const auto pairsIn = [](dSpaceID space, double place) {
     World world(space);
-    for (const double z : {0.2499, 0.7499}) {
+    for (const double z : {0.2499, 0.7498}) {
       const dGeomID box = world.take(dCreateBox(space, dReal(0.5), dReal(0.5), dReal(0.5)));
       dGeomSetPosition(box, real(place), real(place), real(z));
     }

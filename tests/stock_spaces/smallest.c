@@ -1,5 +1,6 @@
-/* The smallest programs in which ODE's spaces report other pairs than dSimpleSpace, or end the program. Prints a line for
- * each: what was reported, and what is owed. Under the preload library both are the same. */
+/* The smallest programs in which ODE's spaces report other pairs than dSimpleSpace, or end the
+ * program. Prints a line for each: what was reported, and what is owed. Under the preload library
+ * both are the same. */
 #include <ode/ode.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -25,7 +26,7 @@ static dGeomID box(dSpaceID space, double x, double y, double z) {
 
 static dSpaceID touch_at_zero(void) {
   dSpaceID space = dHashSpaceCreate(0);
-  box(space, 0.4, 0.4, 0.2499), box(space, 0.4, 0.4, 0.7499);
+  box(space, 0.4, 0.4, 0.2499), box(space, 0.4, 0.4, 0.7498);
   return space;
 }
 
@@ -63,16 +64,47 @@ static dSpaceID under_a_plane(void) {
   return space;
 }
 
+static dSpaceID inner_sweep_and_prune(void) {
+  dSpaceID space = dHashSpaceCreate(0);
+  box(dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ), 5, 5, 5), box(space, 50, 5, 5);
+  return space;
+}
+
+static dSpaceID quadtree(void) {
+  const dVector3 centre = {0, 0, 0, 0}, extents = {10, 10, 10, 0};
+  return dQuadTreeSpaceCreate(0, centre, extents, 3);
+}
+
+static dSpaceID geom_by_number(void) {
+  dSpaceID space = quadtree();
+  box(space, 5, 5, 5);
+  dSpaceGetGeom(space, 0);
+  return space;
+}
+
+static dSpaceID out_of_quadtree(void) {
+  dSpaceID old = quadtree(), space = dSweepAndPruneSpaceCreate(0, dSAP_AXES_XYZ);
+  dGeomID first = box(old, 5, 5, 5), second = box(old, 5, 5, 5.1);
+  dSpaceSetCleanup(old, 0);
+  dSpaceDestroy(old);
+  dSpaceAdd(space, first), dSpaceAdd(space, second);
+  return space;
+}
+
 static const struct Fault {
   const char* name;
   dSpaceID (*make)(void);
   int owed;
-} faults[] = {{"dHashSpace, boxes that touch near z = 0", touch_at_zero, 1},
-              {"dHashSpace, boxes that overlap at z = -100", touch_deep_below, 1},
-              {"dHashSpace, a box at 1e10", far_away, 0},
-              {"dHashSpace, a box added again", added_again, 1},
-              {"dSweepAndPruneSpace, a gap of 1e-8", closer_than_floats, 0},
-              {"dSweepAndPruneSpace, a box far above a plane", under_a_plane, 0}};
+} faults[] = {
+    {"dHashSpace, boxes that touch near z = 0", touch_at_zero, 1},
+    {"dHashSpace, boxes that overlap at z = -100", touch_deep_below, 1},
+    {"dHashSpace, a box at 1e10", far_away, 0},
+    {"dHashSpace, a box added again", added_again, 1},
+    {"dSweepAndPruneSpace, a gap of 1e-8", closer_than_floats, sizeof(dReal) == sizeof(float)},
+    {"dSweepAndPruneSpace, a box far above a plane", under_a_plane, 0},
+    {"dSweepAndPruneSpace, as a sub-space", inner_sweep_and_prune, 0},
+    {"dQuadTreeSpace, dSpaceGetGeom", geom_by_number, 0},
+    {"dQuadTreeSpace, geoms that outlive it", out_of_quadtree, 1}};
 
 int main(void) {
   dInitODE2(0);
