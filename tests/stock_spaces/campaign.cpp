@@ -25,7 +25,6 @@
 namespace {
 
 using namespace sap_test;
-
 const char kColumns[] =
     "space,setting,scene,scenes,pairs,missed,missed_contacts,invented,repeated,scenes_missing,"
     "scenes_inventing,scenes_repeating,scenes_aborting,ode,commit";
@@ -286,7 +285,6 @@ int main(int argc, char** argv) {
                   tally.missed_contacts, tally.invented, tally.repeated, tally.scenes_missing,
                   tally.scenes_inventing, tally.scenes_repeating, tally.scenes_aborting,
                   dODE_VERSION, argc > 2 ? argv[2] : "");
-      std::fflush(stdout);
       const std::size_t wrong =
           tally.missed + tally.invented + tally.repeated + tally.scenes_aborting;
       if (space.make == dParallelSAPSpaceCreate && wrong > 0) ours_exact = false;
