@@ -1,4 +1,23 @@
-# Sourced by examples/run and tests/run: installs the packages that are missing on a Debian system.
+# Sourced by the scripts named `run`, from the top of the source tree: their help, their options, and the packages that
+# are missing on a Debian system.
+
+# print_help SCRIPT: the comment that the script begins with.
+print_help() { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$1"; }
+
+# say_times SCRIPT: the lines of its help with its run times.
+say_times() { print_help "$1" | grep 'on two cores'; }
+
+# reject SCRIPT WORD: ends the script because of a wrong argument.
+reject() {
+  echo "$1: unknown argument $2. Try $1 --help." >&2
+  exit 2
+}
+
+# check_option SCRIPT WORD SOURCE: ends the script unless SOURCE, which parses the options, contains this one.
+check_option() { grep -qF "\"${2%%=*}\"" "$3" || reject "$1" "$2"; }
+
+# Set by --no-install: nothing is installed.
+no_install=
 
 # Whether what a Debian package is needed for is there, wherever it came from.
 is_there() {
@@ -35,6 +54,11 @@ wanted=()
 # Installs what is `missing`. Fails, with a line that says what to do, if some of it then still is.
 install_missing() {
   local asked=("${missing[@]}") as_root=() attempt
+  if [ "$no_install" ]; then
+    find_missing "${asked[@]}" "${wanted[@]}"
+    echo "Missing, and not installed because of --no-install. As root: apt-get install ${missing[*]}" >&2
+    return 1
+  fi
   if ! command -v apt-get >/dev/null; then
     echo "Needed, by their names in Debian: ${missing[*]}. Not looked for any further here: no apt-get." >&2
     return 0
@@ -52,7 +76,8 @@ install_missing() {
     [ "$attempt" -eq 1 ] || sleep 5
     "${as_root[@]}" apt-get update -qq || true # one source that is down need not matter
     find_known "${asked[@]}"
-    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${known[@]}" \
+    # Not -qq: apt-get lists all that it will install, and its size, before it begins.
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${known[@]}" \
       </dev/null && [ ${#known[@]} -eq ${#asked[@]} ] && break
   done
   find_missing "${asked[@]}"

@@ -44,8 +44,8 @@ function(choose_ode_source version result)
         FATAL_ERROR
           "The source of ODE ${version}, whose private headers are needed, could be fetched neither from the "
           "Debian archive nor from upstream's repositories (see above). Remedies: unpack that version yourself "
-          "and configure with -DODE_SOURCE_DIR=<directory>, which examples/run and tests/run take as their first "
-          "argument; or, for another version than the installed one, "
+          "and configure with -DODE_SOURCE_DIR=<directory>, which examples/run and tests/run take, too; "
+          "or, for another version than the installed one, "
           "with -DODE_PARALLEL_SAP_ODE=SOURCE -DODE_SOURCE_DIR=<directory>.")
     endif()
   endif()

@@ -1,21 +1,9 @@
-# ODE's source trees, and libraries built from them, in a directory that all build directories of
-# this source tree share.
+# ODE's source trees, and libraries built from them, in a directory that build directories may share.
 include_guard(GLOBAL)
 
 set(ode_cmake_dir "${CMAKE_CURRENT_LIST_DIR}")
-
-# The shared directory if it can be written, else one inside the build directory.
-function(find_ode_cache result)
-  set(cache "${PROJECT_SOURCE_DIR}/.ode")
-  # One after the other: the commands of a single execute_process run at the same time.
-  execute_process(COMMAND "${CMAKE_COMMAND}" -E make_directory "${cache}" OUTPUT_QUIET ERROR_QUIET)
-  execute_process(COMMAND "${CMAKE_COMMAND}" -E touch "${cache}/lock" RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
-  if(NOT status EQUAL 0)
-    set(cache "${PROJECT_BINARY_DIR}/.ode")
-    file(MAKE_DIRECTORY "${cache}")
-  endif()
-  set(${result} "${cache}" PARENT_SCOPE)
-endfunction()
+set(ODE_PARALLEL_SAP_ODE_CACHE "${PROJECT_BINARY_DIR}/.ode" CACHE PATH
+    "Where ODE's source is fetched to, and built if need be; several build directories may name the same")
 
 # The version of the ODE source tree in a directory; empty if there is none.
 function(read_ode_source_version directory result)
@@ -75,7 +63,8 @@ endfunction()
 # Sets `result` to a directory with ODE's source of exactly that version: the cached one, or else a
 # newly fetched one. Empty if it is not to be had.
 function(get_ode_source version result)
-  find_ode_cache(cache)
+  set(cache "${ODE_PARALLEL_SAP_ODE_CACHE}")
+  file(MAKE_DIRECTORY "${cache}")
   set(directory "${cache}/ode-${version}")
   set(${result} "${directory}" PARENT_SCOPE)
 
@@ -136,7 +125,7 @@ function(build_ode source precision result)
   endif()
 
   read_ode_source_version("${source}" version)
-  find_ode_cache(cache)
+  set(cache "${ODE_PARALLEL_SAP_ODE_CACHE}")
   if("${source}" STREQUAL "${cache}/ode-${version}")
     set(base "${cache}")
   else()

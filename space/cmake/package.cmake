@@ -119,6 +119,6 @@ endif()
 set(CPACK_SOURCE_GENERATOR TGZ)
 set(CPACK_SOURCE_PACKAGE_FILE_NAME "${PROJECT_NAME}-${PROJECT_VERSION}")
 # Only what is in the repository: no build directory, no fetched ODE.
-set(CPACK_SOURCE_IGNORE_FILES "/\\.git/" "/\\.git$" "/build[^/]*/" "/\\.cache/" "/\\.ode/" "/\\.carry/" "/__pycache__/")
+set(CPACK_SOURCE_IGNORE_FILES "/\\.git/" "/\\.git$" "/build[^/]*/" "/\\.cache/" "/\\.carry/" "/__pycache__/")
 include(CPack)
 include("${CMAKE_CURRENT_LIST_DIR}/debian_source.cmake")

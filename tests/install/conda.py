@@ -4,7 +4,7 @@
 conda.py check SOURCE VERSION CACHE
     The recipe is YAML, of the project's VERSION, names files that are there, and its build script sets what is in the
     CMakeCache.txt of a build.
-conda.py build SOURCE FOLDER
+conda.py build SOURCE FOLDER CACHE
     Does what a build of the recipe does: ODE of the version it names, built into a prefix, stands in for libode; the
     build script runs with the variables that conda sets; the recipe's tests run on what it installed. Skipped where
     that ODE's source is not to be had.
@@ -24,7 +24,7 @@ except ImportError:
     sys.exit(SKIPPED)
 
 HERE = pathlib.Path(__file__).resolve().parent
-NOT_IN_REPOSITORY = shutil.ignore_patterns(".git", ".ode", ".cache", ".carry", "__pycache__")
+NOT_IN_REPOSITORY = shutil.ignore_patterns(".git", ".cache", ".carry", "__pycache__")
 
 
 def copy_tree(source, target):
@@ -72,9 +72,9 @@ def run(command, **options):
     return done.stdout
 
 
-def find_ode(source, version):
+def find_ode(source, version, cache):
     """ODE's source tree, fetched as a configuration of the project fetches it."""
-    said = run(["cmake", f"-DSOURCE={source}", f"-DVERSION={version}", "-P", HERE / "conda_ode.cmake"])
+    said = run(["cmake", f"-DSOURCE={source}", f"-DVERSION={version}", f"-DODE_PARALLEL_SAP_ODE_CACHE={cache}", "-P", HERE / "conda_ode.cmake"])
     found = re.search("^ode source tree: (.+)$", said, re.MULTILINE)
     if not found:
         print(said + f"skipped: the source of ODE {version} is not to be had")
@@ -124,12 +124,12 @@ def run_tests(recipe, source, folder, variables):
         print(f"{line}: works")
 
 
-def build(source, folder):
+def build(source, folder, cache):
     if not shutil.which("ninja"):
         print("skipped: no ninja (Debian: ninja-build)")
         sys.exit(SKIPPED)
     recipe, _ = read_recipe(source)
-    ode = find_ode(source, recipe["context"]["ode_version"])
+    ode = find_ode(source, recipe["context"]["ode_version"], cache)
     shutil.rmtree(folder, ignore_errors=True)
     prefix, tree = folder / "prefix", folder / "work"
     copy_tree(source, tree)

@@ -55,7 +55,8 @@ if(ODE_PARALLEL_SAP_PYTHON)
   add_install_test(conda-recipe ${conda} check "${PROJECT_SOURCE_DIR}" ${PROJECT_VERSION} "${PROJECT_BINARY_DIR}/CMakeCache.txt")
   set_tests_properties(install.conda-recipe PROPERTIES SKIP_RETURN_CODE 77)
   if(ODE_PARALLEL_SAP_SLOW_TESTS)
-    add_install_test(conda-build ${conda} build "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/install/conda")
+    add_install_test(conda-build ${conda} build "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/install/conda"
+                     "${ODE_PARALLEL_SAP_ODE_CACHE}")
     set_tests_properties(install.conda-build PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 3600)
   endif()
 else()
@@ -75,7 +76,7 @@ function(add_build name directory)
     "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}" "-DCMAKE_CXX_FLAGS_${type}=-O0"
     "-DCMAKE_C_COMPILER=${CMAKE_C_COMPILER}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
     "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
-    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" ${ARGN})
+    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}" ${ARGN})
   set_tests_properties(install.${name}.build PROPERTIES FIXTURES_SETUP install.${name})
 endfunction()
 

@@ -1,8 +1,10 @@
 # cmake -DMODULE=<ode_source.cmake> -DFOLDER=<an empty directory> -P ode_source.cmake
 #
-# ODE's source tree where the machine does what it rarely does: a slow disk, a directory that cannot be
-# written, an archive and a repository that are down, a tree with other names.
+# Where ODE's source tree goes, and what becomes of it where the machine does what it rarely does: an archive and a
+# repository that are down, a tree with other names.
 cmake_minimum_required(VERSION 3.22)
+set(PROJECT_SOURCE_DIR "${FOLDER}/source")
+set(PROJECT_BINARY_DIR "${FOLDER}/build")
 include("${MODULE}")
 
 function(expect what got wanted)
@@ -17,26 +19,17 @@ function(make_tree directory version license)
   file(WRITE "${directory}/${license}" "")
 endfunction()
 
-# A CMake that takes its time to make a directory.
-function(use_slow_cmake)
-  file(WRITE "${FOLDER}/slow-cmake" "#!/bin/sh\ncase $2 in make_directory) sleep 0.3 ;; esac\nexec '${CMAKE_COMMAND}' \"$@\"\n")
-  file(CHMOD "${FOLDER}/slow-cmake" PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE)
-  set(CMAKE_COMMAND "${FOLDER}/slow-cmake" PARENT_SCOPE)
-endfunction()
-
+# The source comes to the build directory, or to the directory that the user names; never to the project's own source tree.
 function(check_cache)
-  use_slow_cmake()
-  set(PROJECT_BINARY_DIR "${FOLDER}/build")
-  set(PROJECT_SOURCE_DIR "${FOLDER}/new")
-  find_ode_cache(cache)
-  expect("the cache of a new source tree" "${cache}" "${FOLDER}/new/.ode")
-  find_ode_cache(cache)
-  expect("the cache of a known source tree" "${cache}" "${FOLDER}/new/.ode")
-
-  set(PROJECT_SOURCE_DIR "${FOLDER}/read-only")
-  file(WRITE "${FOLDER}/read-only/.ode" "a file is no directory, for root neither")
-  find_ode_cache(cache)
-  expect("the cache of a source tree that cannot be written" "${cache}" "${FOLDER}/build/.ode")
+  expect("the directory for ODE's source" "${ODE_PARALLEL_SAP_ODE_CACHE}" "${FOLDER}/build/.ode")
+  foreach(cache IN ITEMS "${ODE_PARALLEL_SAP_ODE_CACHE}" "${FOLDER}/named by the user")
+    set(ODE_PARALLEL_SAP_ODE_CACHE "${cache}")
+    make_tree("${cache}/ode-0.16.98" 0.16.98 LICENSE-BSD)
+    get_ode_source(0.16.98 directory)
+    expect("the source that is there" "${directory}" "${cache}/ode-0.16.98")
+  endforeach()
+  file(GLOB written "${FOLDER}/source/*" "${FOLDER}/source/.*")
+  expect("what is written into the source tree" "${written}" "")
 endfunction()
 
 function(check_license)

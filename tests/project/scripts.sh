@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # scripts.sh SOURCE
 #
-# examples/run and tests/run on a machine that is made up: what they install, what they say to a user
-# who cannot, and which arguments go where. Nothing is installed or built.
+# The scripts named `run` on a machine that is made up: what they install, what they say to a user who cannot, and
+# which arguments go where. Nothing is installed or built.
 set -euo pipefail
 source=$1
 folder=$(mktemp -d)
@@ -13,12 +13,13 @@ fail() {
 }
 
 # The tree: the scripts, and a `pile` that prints its arguments.
-mkdir -p "$folder/tree/space/cmake" "$folder/tree/build/release/examples/pile" "$folder/bin"
-cp "$source/space/cmake/install_packages.sh" "$folder/tree/space/cmake"
-for name in examples tests; do
-  mkdir -p "$folder/tree/$name"
-  cp "$source/$name/run" "$folder/tree/$name"
+mkdir -p "$folder/tree/build/release/examples/pile" "$folder/bin"
+scripts="examples/run tests/run examples/tradeoff/run cuda/check/run"
+for file in space/cmake/install_packages.sh $scripts examples/pile/options.cpp cuda/check/check.cpp; do
+  mkdir -p "$(dirname "$folder/tree/$file")"
+  cp "$source/$file" "$folder/tree/$file"
 done
+cp "$source/examples/tradeoff/"*.py "$folder/tree/examples/tradeoff"
 stub() { # stub FILE COMMANDS
   [ ! -e "$1" ] || fail "$1 is there already"
   printf '#!/bin/bash\n%s\n' "$2" >"$1" && chmod +x "$1"
@@ -27,20 +28,22 @@ stub "$folder/tree/build/release/examples/pile/pile" 'echo "pile: $*"'
 
 # The machine: only these commands. A package is installed if it has a file in installed/, and to be had
 # if it is not named in $UNKNOWN.
-for name in bash dirname grep touch env; do stub "$folder/bin/$name" "exec '$(command -v $name)' \"\$@\""; done
+for name in bash dirname grep sed touch env; do stub "$folder/bin/$name" "exec '$(command -v $name)' \"\$@\""; done
 mkdir "$folder/installed"
 export INSTALLED=$folder/installed USER_ID=0 UNKNOWN=
 stub "$folder/bin/id" 'echo $USER_ID'
 stub "$folder/bin/nproc" 'echo 2'
 stub "$folder/bin/sleep" ''
-stub "$folder/bin/cmake" 'echo "cmake: $*"'
+stub "$folder/bin/cmake" 'touch "$INSTALLED/began"; echo "cmake: $*"'
 stub "$folder/bin/ctest" 'echo "ctest: $*"'
 stub "$folder/bin/pkg-config" '[ -e "$INSTALLED/libode-dev" ]'
 stub "$folder/bin/dpkg-query" '[ -e "$INSTALLED/${!#}" ] && echo installed'
 stub "$folder/bin/apt-cache" '[[ " $UNKNOWN " != *" $2 "* ]]'
 stub "$folder/bin/apt-get" '
+touch "$INSTALLED/began"
 [ "$USER_ID" = 0 ] || exit 1
 [ "$1" = install ] || exit 0
+[[ " $* " == *" -qq "* ]] || echo "The following NEW packages will be installed:"
 for word in "$@"; do
   [[ " $UNKNOWN " != *" $word "* ]] || { echo "E: Unable to locate package $word" >&2; exit 100; }
 done
@@ -52,20 +55,56 @@ run() { # run SCRIPT ARGUMENT...
 }
 says() { grep -qxF -- "$1" "$folder/said" || fail "does not say '$1': $(cat "$folder/said" "$folder/errors")"; }
 
+# Help and wrong arguments come before anything is installed or configured.
+for script in $scripts; do
+  run "$script" --help
+  [ $status -eq 0 ] && grep -q "$script" "$folder/said" || fail "$script --help: $(cat "$folder/said" "$folder/errors")"
+  run "$script" --bad
+  [ $status -eq 2 ] && grep -q -e --bad "$folder/errors" || fail "$script --bad ends with $status: $(cat "$folder/errors")"
+done
+for arguments in "examples/run --scene balls --colour=red" "tests/run pairs" "tests/run -R" "tests/run -LE cpu" \
+  "examples/tradeoff/run quick" "examples/tradeoff/run pack" "cuda/check/run everything"; do
+  # shellcheck disable=SC2086 # they are words
+  run $arguments
+  [ $status -eq 2 ] || fail "$arguments ends with $status: $(cat "$folder/said" "$folder/errors")"
+done
+[ ! -e "$folder/installed/began" ] || fail "something was installed or configured before the answer"
+if command -v python3 >/dev/null; then
+  ! "$source/tests/bench/run" --build "$folder/bench" bad >"$folder/said" 2>&1 || fail "tests/bench/run takes any study"
+  grep -q "no study bad" "$folder/said" && [ ! -e "$folder/bench" ] || fail "$(cat "$folder/said")"
+fi
+
+# With --no-install a missing package that is needed ends a script.
+for script in examples/run tests/run examples/tradeoff/run; do
+  run "$script" --no-install
+  [ $status -eq 1 ] && grep -q 'because of --no-install.* libode-dev' "$folder/errors" || fail "$script: $(cat "$folder/errors")"
+done
+[ ! -e "$folder/installed/began" ] || fail "--no-install installs"
+
 # A user who can install nothing is told all of it in one line, and nothing is begun.
 for script in examples/run tests/run; do
   USER_ID=1000 run $script
   [ $status -eq 1 ] || fail "$script ends with $status where a package is missing"
-  [ "$(cat "$folder/said" "$folder/errors" | wc -l)" -eq 1 ] || fail "not one line: $(cat "$folder/said" "$folder/errors")"
+  [ "$(wc -l <"$folder/errors")" -eq 1 ] || fail "not one line: $(cat "$folder/errors")"
+  grep -q 'on two cores' "$folder/said" || fail "$script does not say how long it takes"
   grep -q 'As root: apt-get install .*libode-dev libcli11-dev' "$folder/errors" || fail "$(cat "$folder/errors")"
 done
-grep -q 'libcli11-dev catch2 .*xvfb .* file ' "$folder/errors" || fail "tests/run does not name what it wants"
+grep -q 'libcli11-dev catch2 .*xvfb .* valgrind$' "$folder/errors" || fail "tests/run does not name what it wants"
 
 # One package that the archive lacks does not keep the others away.
 UNKNOWN=python3-pyode run tests/run
 [ $status -eq 0 ] || fail "tests/run ends with $status: $(cat "$folder/errors")"
-[ -e "$folder/installed/file" ] && [ -e "$folder/installed/xvfb" ] || fail "only $(ls "$folder/installed")"
+[ -e "$folder/installed/valgrind" ] && [ -e "$folder/installed/xvfb" ] || fail "only $(ls "$folder/installed")"
 grep -q 'Going on without python3-pyode$' "$folder/errors" || fail "$(cat "$folder/errors")"
+grep -q 'NEW packages' "$folder/said" || fail "what is installed is not listed first"
+
+# What only the tests that build the project again need is installed for these alone; --no-install does without.
+[ ! -e "$folder/installed/qemu-user" ] || fail "tests/run installs what it does not use"
+run tests/run --all --no-install
+grep -q 'Going on without .*qemu-user' "$folder/errors" && [ ! -e "$folder/installed/qemu-user" ] || fail "$(cat "$folder/errors")"
+run tests/run --all
+[ -e "$folder/installed/qemu-user" ] || fail "only $(ls "$folder/installed")"
+says "ctest: --test-dir build/release --parallel 2 --output-on-failure --no-tests=error"
 
 # Settings go to CMake, what follows to the program.
 run examples/run -DODE_SOURCE_DIR=/some/where -DA=b --scene balls -notex
@@ -92,4 +131,4 @@ UNKNOWN=libgl1-mesa-dri run examples/run --snapshot a.png
 run examples/run
 run tests/run -DODE_SOURCE_DIR=/some/where -R pairs
 says "cmake: --preset release -DODE_SOURCE_DIR=/some/where"
-says "ctest: --test-dir build/release --parallel $(nproc) --output-on-failure --no-tests=error -R pairs"
+says "ctest: --test-dir build/release --parallel $(nproc) --output-on-failure --no-tests=error -R pairs -LE ^rebuild\$"

@@ -1,4 +1,4 @@
-# The project itself: as a part of another one, with ODE's source from wherever, its two scripts, which of its
+# The project itself: as a part of another one, with ODE's source from wherever, its scripts, which of its
 # rooms include which, the files that its documents name, the lengths of functions, tuned constants, and whether prefetches
 # are in the machine code.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
@@ -48,5 +48,6 @@ if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQU
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
     -G "${CMAKE_GENERATOR}" -DODE_PARALLEL_SAP_CUDA=OFF "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}"
-    "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}" "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}")
+    "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}" "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}"
+    "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}")
 endif()
