@@ -2,7 +2,8 @@
 # subproject.sh SOURCE BUILD CMAKE_OPTION...
 #
 # Builds the library as a part of the project in parent/: settings and tests of the parent's are its
-# own, whatever they are, and a unity build of all of it works. The objects in BUILD are kept.
+# own, whatever they are, and a unity build of all of it works. Where the parent says nothing of optimising, the
+# library is optimised, and the parent is not. The objects in BUILD are kept.
 set -euo pipefail
 source=$1 build=$2
 shift 2
@@ -21,7 +22,22 @@ configure() {
   grep -q 'Total Tests: 1$' "$build.log" || fail "the part adds tests to its parent: $(tail -1 "$build.log")"
 }
 
-configure "$@" -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=ON
+# expect_optimised FILE FLAG: the last -O with which a file is compiled; FLAG may be empty.
+expect_optimised() {
+  local found
+  found=$(grep "\"command\".* -c [^ ]*$1\"" "$build/compile_commands.json" | grep -o -e ' -O[^ ]*' | tail -n 1 || true)
+  [ "${found# }" = "$2" ] || fail "$1 is compiled with '${found# }', not with '$2'"
+}
+
+unset CFLAGS CXXFLAGS
+configure "$@" -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+expect_optimised space/ode/api.cpp -O2
+expect_optimised space/sort/radix_sort.cpp -O2
+expect_optimised tests/install/user.c ''
+configure "$@" -DCMAKE_CXX_FLAGS=-O1 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+expect_optimised space/ode/api.cpp -O1
+configure "$@" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+expect_optimised space/ode/api.cpp ''
 configure "$@" -DCMAKE_UNITY_BUILD=ON
 cmake --build "$build" >"$build.log" 2>&1 || { tail -30 "$build.log"; exit 1; }
 ctest --test-dir "$build" --output-on-failure
