@@ -1,5 +1,6 @@
 // The kernels and all that drives them, on emulated devices: any number of devices finds the pairs
 // of the CPU's sweep in its order, whatever is done before what, and leaves nothing behind.
+#define CATCH_CONFIG_RUNNER
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -233,4 +234,8 @@ TEST_CASE("A call that fails leaves nothing under way, and the next frame is rig
   const Seen seen = runAll(20, 1000, 0.5);
   CHECK(seen.failures > 0);
   CHECK(seen.frames > 0);
+}
+
+int main(int argc, char** argv) {
+  return Catch::Session().run(argc, argv) == 0 ? 0 : 1;
 }

@@ -1,5 +1,5 @@
 # The kernels on devices that are emulated: needs CUDA's headers, no device. As no kernel is started there, none of this is
-# linked with CUDA's runtime.
+# linked with CUDA's runtime; nor with the library, which as a static one would bring CUDA's functions a second time.
 if(NOT TARGET ode-parallel-sap-cuda-objects)
   return()
 endif()
@@ -21,6 +21,7 @@ add_executable(
   "${CMAKE_CURRENT_LIST_DIR}/block.cpp"
   "${CMAKE_CURRENT_LIST_DIR}/emulation_test.cpp"
   "${CMAKE_CURRENT_LIST_DIR}/runtime.cpp"
+  support/knobs.cpp
   "${PROJECT_SOURCE_DIR}/cuda/check/scenes.cpp"
   "${PROJECT_SOURCE_DIR}/cuda/one/device_sweep.cpp"
   "${PROJECT_SOURCE_DIR}/cuda/one/download.cpp"
@@ -36,7 +37,7 @@ foreach(target emulated-kernels emulation-tests)
   target_include_directories(${target} SYSTEM PRIVATE ${CUDAToolkit_INCLUDE_DIRS})
   target_link_libraries(${target} PRIVATE OpenMP::OpenMP_CXX)
 endforeach()
-target_link_libraries(emulation-tests PRIVATE test-support)
+target_link_libraries(emulation-tests PRIVATE Catch2::Catch2 Threads::Threads)
 enable_warnings(emulation-tests)
 add_test(NAME emulation COMMAND emulation-tests)
 set_tests_properties(emulation PROPERTIES LABELS cpu TIMEOUT 3600)
