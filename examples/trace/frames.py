@@ -36,6 +36,8 @@ def lists(contents, real):
 
 
 def main():
+    if len(sys.argv) != 2 or sys.argv[1] in ("-h", "--help"):
+        sys.exit(__doc__)
     with open(sys.argv[1], "rb") as file:
         data = file.read()
     real = 0

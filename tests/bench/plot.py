@@ -4,12 +4,18 @@ import argparse
 import os
 import sys
 
-import matplotlib
-import matplotlib.lines
-import matplotlib.patches
+try:
+    import matplotlib
+    import matplotlib.lines
+    import matplotlib.patches
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    if __name__ != "__main__":
+        raise
+    if not {"-h", "--help"} & set(sys.argv):
+        sys.exit("plot.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
 from results import LIBRARIES, ODE_SPACES, OURS, RIVALS, best, machine, on_devices, one, read, timed, values

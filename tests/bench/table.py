@@ -511,12 +511,16 @@ def main():
             parser.error("no table " + name)
     if options.write:
         return write(options.write, options.directory)
+    printed = 0
     for name in options.tables or TABLES:
         table = make(name, options.directory)
         if table:
             print("## %s\n\n%s" % (name, table))
+            printed += 1
         elif options.tables:
             sys.exit("%s: no results for the table %s" % (options.directory, name))
+    if not printed:
+        sys.exit("%s: no results" % options.directory)
 
 
 if __name__ == "__main__":

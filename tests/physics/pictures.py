@@ -8,10 +8,13 @@ import csv
 import os
 import sys
 
-import matplotlib
+try:
+    import matplotlib
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    sys.exit("pictures.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 GOOD = ("stands", "stops", "settles", "holds", "keeps")
 SLIGHT = ("creeps", "jitters", "shifts", "drifts", "stretches", "sags", "never rests")

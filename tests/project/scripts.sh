@@ -72,6 +72,14 @@ done
 if command -v python3 >/dev/null; then
   ! "$source/tests/bench/run" --build "$folder/bench" bad >"$folder/said" 2>&1 || fail "tests/bench/run takes any study"
   grep -q "no study bad" "$folder/said" && [ ! -e "$folder/bench" ] || fail "$(cat "$folder/said")"
+
+  # Scripts that have nothing to show, or nothing to show it with, end with one line and an error.
+  echo "raise ImportError('none here')" >"$folder/matplotlib.py"
+  for script in "bench/table.py /nonexistent" "bench/plot.py /nonexistent" "physics/pictures.py /nonexistent"; do
+    # shellcheck disable=SC2086 # they are words
+    ! PYTHONPATH=$folder PYTHONDONTWRITEBYTECODE=1 python3 "$source/tests/"$script >"$folder/said" 2>&1 || fail "$script ends with 0"
+    [ "$(wc -l <"$folder/said")" -eq 1 ] || fail "$script: $(cat "$folder/said")"
+  done
 fi
 
 # With --no-install a missing package that is needed ends a script.
