@@ -70,7 +70,7 @@ add_pile_test(size-torus 0 "1,000 tori \\(2,304,000 triangles\\)" --scene torus 
 add_pile_test(size-alphabet 0 "260 letters \\(31,680 triangles\\)" --scene alphabet --steps 1)
 
 # What else a scene sets, shown by a single body.
-add_pile_test(default-is-cubes 0 "^cubes: 1 boxes.*\n300 steps of 0.01 s, seed 1\n" --bodies 1)
+add_pile_test(default-is-cubes 0 "^cubes: 1 body .*\n300 steps of 0.01 s, seed 1\n" --bodies 1)
 add_pile_test(steps-balls 0 "\n450 steps of 0.01 s" --scene balls --bodies 1)
 add_pile_test(steps-skittles 0 "\n200 steps of 0.005 s" --scene skittles --bodies 1)
 add_pile_test(steps-torus 0 "\n500 steps of 0.005 s" --scene torus --bodies 1)
@@ -132,7 +132,7 @@ endif()
 
 # Pictures, by what is in them.
 if(PILE_HAS_VIEW AND ODE_PARALLEL_SAP_PYTHON)
-  foreach(look place whole bowl legible readme flags interrupt colours terrain coarse window shove pause keys)
+  foreach(look place whole follow bowl legible readme flags interrupt colours terrain coarse window shove pause keys)
     add_test(NAME "examples.pile.view-${look}" COMMAND "${ODE_PARALLEL_SAP_PYTHON}" "${CMAKE_CURRENT_SOURCE_DIR}/view/look.py"
                                                        $<TARGET_FILE:pile> ${look})
     set_tests_properties("examples.pile.view-${look}" PROPERTIES LABELS examples TIMEOUT 300 SKIP_RETURN_CODE 77)

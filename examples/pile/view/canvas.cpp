@@ -13,9 +13,12 @@
 namespace pile {
 namespace {
 
-// In drawstuff's units.
-constexpr float scene_radius = 8;
-constexpr float contact_size = 0.06F;
+// In drawstuff's units. Its ground ends at 100: seen from as low as this, next to where the sky
+// begins.
+constexpr float camera_height = 2;
+constexpr float ground_gap =
+    0.03F;  // between its ground and the scene's, so that neither shows through the other
+constexpr float contact_size = 0.01F;
 
 struct Colour {
   float red, green, blue;
@@ -113,20 +116,17 @@ bool hasFlatGround(const World& world) {
                      [](dGeomID geom) { return dGeomGetClass(geom) == dPlaneClass; });
 }
 
-Canvas::Canvas(const World& world) : world_(world), scale_(1), floor_(0) {
-  double widest = 4 * world.body_size;
-  for (dBodyID body : world.bodies())
-    for (int i = 0; i < 2; ++i)
-      widest = std::max(widest, std::abs(static_cast<double>(dBodyGetPosition(body)[i])));
-  scale_ = static_cast<float>(scene_radius / widest);
+Canvas::Canvas(const World& world, const Camera& camera) : world_(world), scale_(1), floor_(0) {
   if (!hasFlatGround(world)) {
     dReal box[6];
     for (dGeomID geom : world.geoms()) {
       dGeomGetAABB(geom, box);
       floor_ = std::min(floor_, static_cast<float>(box[4]));
     }
-    floor_ -= 0.01F * scene_radius / scale_;  // so that neither ground shows through the other
   }
+  const double height = std::max(camera.position[2] - floor_, world.body_size);
+  scale_ = static_cast<float>(camera_height / height);
+  if (!hasFlatGround(world)) floor_ -= ground_gap / scale_;
   meshes_ = std::make_unique<MeshLists>(world, scale_);
 }
 

@@ -22,8 +22,8 @@ struct Layers {
 // drawstuff's loop.
 class Canvas {
  public:
-  // Lengths are chosen by where the bodies are now.
-  explicit Canvas(const World& world);
+  // Lengths are scaled for this camera, which the ground then surrounds up to the horizon.
+  Canvas(const World& world, const Camera& camera);
   ~Canvas();
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;

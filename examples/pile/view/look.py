@@ -43,7 +43,8 @@ class Picture:
         self.asleep = (blue > 1.5 * red) & (red > 1.2 * green)
         self.sky = (blue > 1.6 * green) & (green > 3 * red)
         self.flat_ground = (abs(red - green) < 0.02) & (red > 1.4 * blue)
-        self.terrain = (abs(red - green) < 0.1 * green) & (blue < green) & (blue > 0.8 * green)
+        self.terrain = (green > 1.005 * red) & (green < 1.1 * red) & (blue < green) & (blue > 0.8 * green)
+        self.void = (abs(red - 0.5) < 0.01) & (abs(green - 0.5) < 0.01) & (abs(blue - 0.5) < 0.01)  # no ground, no sky
         self.contacts = (green > 1.8 * red) & (green > 1.8 * blue)
         self.boxes = (red > 1.15 * green) & (red < 1.55 * green) & (blue > 0.55 * green) & (blue < 0.8 * green)
 
@@ -159,6 +160,18 @@ def test_whole():
                     ("skittles", "--bodies", "30", "--steps", "200"), ("cubes", "--bodies", "100", "--steps", "1")):
         picture, _ = snapshot("--scene", *options, "-notex")
         check_whole(picture.awake | picture.asleep, options[0])
+        picture.expect("void", 0, 0.04)
+
+
+def test_follow():
+    """The window's camera keeps all bodies in the picture while they fall and spread."""
+    need_window()
+    for options in ("alphabet", "--steps", "500"), ("skittles", "--bodies", "30", "--steps", "200"):
+        window = Window("--scene", *options, "-notex", "-noshadow", "--snapshot", picture_file)
+        check(window.process.wait(timeout=200) == 0, "the window closes after --steps")
+        picture = Picture(picture_file)
+        check_whole(picture.awake | picture.asleep, options[0])
+        picture.expect("void", 0, 0.04)
 
 
 def test_bowl():

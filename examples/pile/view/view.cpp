@@ -4,6 +4,7 @@
 #include <drawstuff/drawstuff.h>
 #include <internal.h>
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
@@ -99,9 +100,9 @@ class Drawstuff : public Viewer {
   using Clock = std::chrono::steady_clock;
 
   void start() {
-    camera_ = cameraFor(show_->world);
-    canvas_.emplace(show_->world);
-    canvas_->aim(camera_);
+    camera_ = target_ = cameraFor(show_->world);
+    canvas_.emplace(show_->world, camera_);
+    aim();
     if (!options_.view) return;
     setWindowTitle(show_->title());
     std::puts(
@@ -111,11 +112,33 @@ class Drawstuff : public Viewer {
 
   void step(bool paused) {
     if (options_.view && !ending_ && (paused ? Interrupt::signal() != 0 : !show_->step())) dsStop();
+    constexpr double glide = 0.1;  // of the way to its target, the camera moves in a frame
+    follow(glide);
     canvas_->draw(show_->simulation, layers_);
     constexpr std::chrono::milliseconds legible(250);
     if (!options_.view || Clock::now() - titled_ < legible) return;
     setWindowTitle(show_->title());
+    target_ = cameraFor(show_->world);
     titled_ = Clock::now();
+  }
+
+  static std::array<float, 6> viewpoint() {
+    std::array<float, 6> view;
+    dsGetViewpoint(view.data(), view.data() + 3);
+    return view;
+  }
+
+  void aim() {
+    canvas_->aim(camera_);
+    aimed_ = viewpoint();
+  }
+
+  // Keeps the bodies in the picture while they fall and spread, until the user moves the camera.
+  void follow(double share) {
+    if (viewpoint() != aimed_) return;
+    for (size_t i = 0; i < 3; ++i)
+      camera_.position[i] += share * (target_.position[i] - camera_.position[i]);
+    aim();
   }
 
   void command(int key) {
@@ -128,6 +151,8 @@ class Drawstuff : public Viewer {
   // The end of the window or of the run: draws once more, for the picture.
   void stop() {
     ending_ = true;
+    target_ = cameraFor(show_->world);
+    follow(1);
     if (!options_.snapshot.empty()) {
       GLint viewport[4] = {0, 0, 2 * width, 2 * height};
       if (options_.view) glGetIntegerv(GL_VIEWPORT, viewport);
@@ -148,6 +173,8 @@ class Drawstuff : public Viewer {
   dsFunctions functions_ = {};
   std::optional<Canvas> canvas_;
   Camera camera_ = {};
+  Camera target_ = {};
+  std::array<float, 6> aimed_ = {};  // what drawstuff made of camera_
   Layers layers_;
   bool ending_ = false;
   Clock::time_point titled_;
