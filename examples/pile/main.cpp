@@ -157,7 +157,7 @@ int Run::finish() {
   }
   int exit_code = 0;
   if (const int signal = Interrupt::signal()) {
-    std::printf("Interrupted after %d steps.\n", totals_.frames);
+    std::printf("Interrupted after %s.\n", counted(totals_.frames, "step").c_str());
     exit_code = 128 + signal;  // as shells have it
   }
   const auto complain = [&](const std::string& text) {
@@ -168,7 +168,8 @@ int Run::finish() {
   if (!difference_.empty())
     complain(difference_);
   else if (options_.check && totals_.frames)
-    std::printf("Checked: the pairs of all %d frames are those of dHashSpace.\n", totals_.frames);
+    std::printf("Checked: the pairs of %s are those of dHashSpace.\n",
+                counted(totals_.frames, "frame").c_str());
   if (const std::string fault = log_->fault(); !fault.empty()) complain(fault);
   if (!csv_.finish()) complain("cannot write all of the file " + options_.csv);
   if (const std::string& file = options_.times_picture; !file.empty() && totals_.frames) {

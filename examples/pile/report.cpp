@@ -145,18 +145,21 @@ std::string timesLine(const Frame& frame, const Motion& motion) {
   return line;
 }
 
+std::string counted(int number, const std::string& noun) {
+  return std::to_string(number) + " " + noun + (number == 1 ? "" : "s");
+}
+
 void printHeader(const World& world, const Options& options) {
   std::printf("%s: %s %s", options.scene.c_str(), grouped(world.bodies().size()).c_str(),
-              world.body_name.c_str());
+              world.bodies().size() == 1 ? "body" : world.body_name.c_str());
   if (world.bodyTriangles()) std::printf(" (%s triangles)", grouped(world.bodyTriangles()).c_str());
   std::printf(" onto %s", world.ground_name.c_str());
   if (world.staticTriangles())
     std::printf(" (%s triangles)", grouped(world.staticTriangles()).c_str());
   std::printf(
       "\n%s of %g s, seed %llu%s\n",
-      options.steps == std::numeric_limits<int>::max()
-          ? "Steps"
-          : (std::to_string(options.steps) + " steps").c_str(),
+      options.steps == std::numeric_limits<int>::max() ? "Steps"
+                                                       : counted(options.steps, "step").c_str(),
       options.dt, static_cast<unsigned long long>(options.seed),
       options.settle ? (", after " + std::to_string(options.settle) + " to settle").c_str() : "");
   std::fflush(stdout);

@@ -71,6 +71,9 @@ struct Totals {
 // A frame's times and the bodies asleep, in one line.
 std::string timesLine(const Frame& frame, const Motion& motion);
 
+// "1 step", "2 steps".
+std::string counted(int number, const std::string& noun);
+
 void printHeader(const World& world, const Options& options);
 void printTimes(const Totals& totals, const World& world, const Options& options);
 void printMotion(const MotionLog& log, const World& world);

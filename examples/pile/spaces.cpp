@@ -108,8 +108,7 @@ std::string describeSpace(dSpaceID space) {
   dParallelSAPStats stats;
   dParallelSAPSpaceGetStats(space, &stats);
   return std::string("dParallelSAPSpace (") + methodName(stats.method) + ", " +
-         backendName(stats.backend) + ", " + std::to_string(stats.threads) +
-         (stats.threads == 1 ? " thread)" : " threads)");
+         backendName(stats.backend) + ")";
 }
 
 }  // namespace pile

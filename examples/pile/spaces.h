@@ -14,8 +14,7 @@ namespace pile {
 // where they are). Throws UsageError where a method or back end is not to be had.
 dSpaceID createSpace(const Options& options, const std::vector<dGeomID>& geoms);
 
-// What a space is, and for ours what its last collide used: "dParallelSAPSpace (sweep, cpu, 2
-// threads)".
+// What a space is, and for ours what its last collide used: "dParallelSAPSpace (sweep, cpu)".
 std::string describeSpace(dSpaceID space);
 
 }  // namespace pile

@@ -45,8 +45,8 @@ std::string bar(const Part& part, double step, int row) {
          format("  <rect id=\"%s\" x=\"%d\" y=\"%g\" width=\"%.3f\" height=\"%d\" fill=\"%s\"/>\n",
                 identifier(part.name).c_str(), left, y, length, bar_height, colours[row]) +
          text(left + length + 8, middle,
-              format("%.3f ms, %.1f %%, %d thread%s", part.ms, 100 * share, part.threads,
-                     part.threads == 1 ? "" : "s"));
+              format("%.3f ms, %.1f %%, %s", part.ms, 100 * share,
+                     counted(part.threads, "thread").c_str()));
 }
 
 // Where a display's next frame is due, if that is within the step.
@@ -80,8 +80,7 @@ bool writeTimesPicture(const Totals& totals, const World& world, const Options& 
               format("%s: %zu %s, a mean step of %.2f ms", options.scene.c_str(),
                      world.bodies().size(), world.body_name.c_str(), step),
               " font-size=\"17\"")
-      << text(left, 50,
-              describeSpace(world.space()) + ", " + std::to_string(totals.frames) + " steps");
+      << text(left, 50, describeSpace(world.space()) + ", " + counted(totals.frames, "step"));
   for (int row = 0; row < rows; ++row) svg << bar(parts[static_cast<size_t>(row)], step, row);
   svg << frameLine(step, rows) << "</svg>\n";
   svg.close();
