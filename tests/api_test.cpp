@@ -2,7 +2,10 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -284,28 +287,79 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   const dSpaceID stock = dHashSpaceCreate(nullptr);
   const dSpaceID sweep = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
   dParallelSAPStats stats;
-  for (const dSpaceID wrong : {dSpaceID(nullptr), stock, sweep}) {
-    CHECK_THROWS_AS(dParallelSAPSpaceSetBackend(wrong, dParallelSAPBackendCPU), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetBackend(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetMethod(wrong, dParallelSAPMethodSweep), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetMethod(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetNumThreads(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetNumDevices(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetNumDevices(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetSkipStatic(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetSkipStatic(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetSkipAsleep(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetSkipAsleep(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetCullPlanes(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetCullPlanes(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetTolerance(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetTolerance(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceSetSweptBounds(wrong, 1), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetSweptBounds(wrong), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceIsFast(wrong, nullptr), OdeAssertion);
-    CHECK_THROWS_AS(dParallelSAPSpaceGetStats(wrong, &stats), OdeAssertion);
+  const dParallelSAPPairEvent* events;
+  const unsigned* numbers;
+  unsigned number;
+  dParallelSAPRayHit hit;
+  const dGeomID ball = dCreateSphere(nullptr, 1);
+  // Each with its name, which the message is to tell.
+#define CALL(function, arguments)                                \
+  {                                                              \
+#function, [&](dSpaceID wrong) { (void)function arguments; } \
   }
+  const std::pair<const char*, std::function<void(dSpaceID)>> calls[] = {
+      CALL(dParallelSAPSpaceSetBackend, (wrong, dParallelSAPBackendCPU)),
+      CALL(dParallelSAPSpaceGetBackend, (wrong)),
+      CALL(dParallelSAPSpaceSetMethod, (wrong, dParallelSAPMethodSweep)),
+      CALL(dParallelSAPSpaceGetMethod, (wrong)),
+      CALL(dParallelSAPSpaceSetNumThreads, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetNumThreads, (wrong)),
+      CALL(dParallelSAPSpaceSetNumDevices, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetNumDevices, (wrong)),
+      CALL(dParallelSAPSpaceSetCullPlanes, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetCullPlanes, (wrong)),
+      CALL(dParallelSAPSpaceCollideContacts, (wrong, nullptr, 8, nullptr)),
+      CALL(dParallelSAPSpaceCollidePairs, (wrong, nullptr, 0, nullptr)),
+      CALL(dParallelSAPSpaceRays, (wrong, nullptr, 0, 0, &hit)),
+      CALL(dParallelSAPSpaceRayHits, (wrong, nullptr, 0, 0, nullptr, nullptr)),
+      CALL(dParallelSAPSpaceSetEvents, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetEvents, (wrong)),
+      CALL(dParallelSAPSpaceGetBegunPairs, (wrong, &events)),
+      CALL(dParallelSAPSpaceGetEndedPairs, (wrong, &events)),
+      CALL(dParallelSAPSpaceGetPairNumbers, (wrong, &numbers)),
+      CALL(dParallelSAPSpaceFindPair, (wrong, ball, ball, &number)),
+      CALL(dParallelSAPSpaceSetSkipStatic, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetSkipStatic, (wrong)),
+      CALL(dParallelSAPSpaceSetSkipAsleep, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetSkipAsleep, (wrong)),
+      CALL(dParallelSAPSpaceSetNotified, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetNotified, (wrong)),
+      CALL(dParallelSAPSpaceNotify, (wrong, nullptr)),
+      CALL(dParallelSAPSpaceSetTolerance, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetTolerance, (wrong)),
+      CALL(dParallelSAPSpaceSetTrace, (wrong, nullptr, 1)),
+      CALL(dParallelSAPSpaceGetTrace, (wrong)),
+      CALL(dParallelSAPSpaceSetSweptBounds, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetSweptBounds, (wrong)),
+      CALL(dParallelSAPSpaceIsFast, (wrong, ball)),
+      CALL(dParallelSAPSpaceGetStats, (wrong, &stats))};
+#undef CALL
+  const auto messageOf = [](auto call) -> std::string {
+    try {
+      call();
+    } catch (const OdeAssertion& assertion) {
+      return assertion.what();
+    }
+    return "none";
+  };
+  for (const dSpaceID wrong : {dSpaceID(nullptr), stock, sweep})
+    for (const auto& [name, call] : calls)
+      CHECK(messageOf([&, &call = call] { call(wrong); }) ==
+            "argument not a parallel SAP space in " + std::string(name) + "()");
+  const auto namesIt = [&](const char* name, auto call) {
+    const std::string message = messageOf(call), end = std::string(" in ") + name + "()";
+    INFO(message);
+    CHECK((message.size() > end.size() &&
+           message.compare(message.size() - end.size(), end.size(), end) == 0));
+  };
+  dParallelSAPRay ray = {};
+  namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, nullptr, 1, 0, &hit); });
+  namesIt("dParallelSAPSpaceRays", [&] { dParallelSAPSpaceRays(space, &ray, 1, -1, &hit); });
+  namesIt("dParallelSAPSpaceRayHits",
+          [&] { dParallelSAPSpaceRayHits(space, &ray, 1, -1, nullptr, nullptr); });
+  namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(nullptr, 1, 1); });
+  namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(nullptr, -1, 1); });
+  dGeomDestroy(ball);
   CHECK_THROWS_AS(dSpaceIsParallelSAP(nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceGetStats(space, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPSpaceSetNumThreads(space, -1), OdeAssertion);

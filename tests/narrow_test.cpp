@@ -19,6 +19,7 @@
 #include "support/contact_scene.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
+#include "support/scenes.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
@@ -179,7 +180,6 @@ TEST_CASE("Flags and limits hold for each pair", "[narrow]") {
     REQUIRE(difference(parallelContacts(space, 64, {nullptr, flagsByClass, nullptr, nullptr}),
                        expected) == "");
   }
-  CHECK(parallelContacts(space, 0).empty());
 }
 
 TEST_CASE("A reduce callback chooses and changes contacts", "[narrow]") {
@@ -476,6 +476,31 @@ TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {
   CHECK_THROWS_AS(dParallelSAPSpaceCollideContacts(space, nullptr, 8, nullptr), OdeAssertion);
   CHECK_THROWS_AS(dParallelSAPAddPair(nullptr, nullptr, nullptr), OdeAssertion);
   dSpaceDestroy(hash);
+  // Flags for no contact, and such as there are none.
+  for (const std::size_t n : {2, 1000}) {
+    World world(space);
+    world.addBoxes(onePlace(2, 1));
+    world.addBoxes(denseCube(n, 1));
+    const auto refuses = [&](int flags, dParallelSAPFlagsCallback* callback) {
+      const dParallelSAPContactCallbacks with = {recordContacts, callback, nullptr, nullptr};
+      Contacts contacts;
+      try {
+        dParallelSAPSpaceCollideContacts(space, &contacts, flags, &with);
+      } catch (const OdeAssertion& assertion) {
+        return std::string(assertion.what()).find("in dParallelSAPSpaceCollideContacts()") !=
+               std::string::npos;
+      }
+      return false;
+    };
+    CAPTURE(n);
+    CHECK(refuses(0, nullptr));
+    CHECK(refuses(static_cast<int>(CONTACTS_UNIMPORTANT), nullptr));
+    CHECK(refuses(-1, nullptr));
+    CHECK(refuses(8, [](void*, dGeomID, dGeomID) { return -1; }));
+    CHECK_FALSE(refuses(0, [](void*, dGeomID, dGeomID) { return 0; }));
+    CHECK_FALSE(
+        refuses(0, [](void*, dGeomID, dGeomID) { return 8 | dParallelSAPOnCallingThread; }));
+  }
 }
 
 TEST_CASE("A space without pairs, and one without geoms, has no contacts", "[narrow]") {

@@ -62,7 +62,8 @@ std::uint32_t collide(const dParallelSAPPair& pair, int flags, const ContactRequ
             : ode_collide.load(std::memory_order_relaxed)(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
-    dUASSERT(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair");
+    require(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair",
+            "dParallelSAPSpaceCollideContacts");
     count = std::clamp(kept, 0, count);
   }
   contacts.resize(size + count);

@@ -13,6 +13,7 @@
 #include "space/data/parallel.h"
 #include "space/data/prefetch.h"
 #include "space/data/tuning.h"
+#include "space/geom/assertions.h"
 
 namespace ode_parallel_sap {
 
@@ -23,7 +24,12 @@ struct ContactRequest {
   dParallelSAPContactCallbacks callbacks;
 
   int flagsOf(const dParallelSAPPair& pair) const {
-    return callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
+    constexpr int known =
+        0xffff | static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread;
+    const int of_pair = callbacks.flags ? callbacks.flags(data, pair.o1, pair.o2) : flags;
+    require((of_pair & ~known) == 0, "unknown flags for contacts",
+            "dParallelSAPSpaceCollideContacts");
+    return of_pair;
   }
   void report(const dParallelSAPPair& pair, const dContactGeom* contacts, std::size_t count) const {
     callbacks.contacts(data, pair.o1, pair.o2, contacts, static_cast<int>(count));

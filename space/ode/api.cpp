@@ -8,17 +8,20 @@
 #include <utility>
 
 #include "space/contacts/reducers.h"
+#include "space/geom/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
 
 using ode_parallel_sap::parallelSAPSpace;
 using ode_parallel_sap::ParallelSAPSpace;
+using ode_parallel_sap::require;
 
 namespace {
 
-ParallelSAPSpace& checked(dSpaceID space) {
+// `caller`: the function that these are called from, for the message.
+ParallelSAPSpace& checked(dSpaceID space, const char* caller = __builtin_FUNCTION()) {
   ParallelSAPSpace* const own = parallelSAPSpace(space);
-  dUASSERT(own, "argument not a parallel SAP space");
+  require(own, "argument not a parallel SAP space", caller);
   return *own;
 }
 
@@ -28,16 +31,18 @@ std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
   return events.size();
 }
 
-void checkRays(const dParallelSAPRay* rays, std::size_t count, int flags) {
+void checkRays(const dParallelSAPRay* rays, std::size_t count, int flags,
+               const char* caller = __builtin_FUNCTION()) {
   constexpr int known = 0xffff | dParallelSAPRayFirstContact | dParallelSAPRayBackfaceCull |
                         dParallelSAPRayClosestHit;
-  dAASSERT(rays || count == 0);
-  dUASSERT((flags & ~known) == 0, "unknown flags for rays");
+  require(rays || count == 0, "no rays", caller);
+  require((flags & ~known) == 0, "unknown flags for rays", caller);
 }
 
-void checkContacts(const dContactGeom* contacts, int count, int most) {
-  dUASSERT(count >= 0 && most >= 0, "negative number of contacts");
-  dAASSERT(contacts || count == 0);
+void checkContacts(const dContactGeom* contacts, int count, int most,
+                   const char* caller = __builtin_FUNCTION()) {
+  require(count >= 0 && most >= 0, "negative number of contacts", caller);
+  require(contacts || count == 0, "no contacts", caller);
 }
 
 }  // namespace
@@ -100,6 +105,7 @@ void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
                                       const dParallelSAPContactCallbacks* callbacks) {
   ParallelSAPSpace& own = checked(space);
   dAASSERT(callbacks && callbacks->contacts);
+  dUASSERT(callbacks->flags || (flags & 0xffff) != 0, "flags for no contact");
   own.collideContacts({data, flags, *callbacks});
 }
 
@@ -129,6 +135,7 @@ size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays, siz
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
+  dUASSERT(own.lock_count == 0, "invalid operation for locked space");
   own.setTrace(nullptr);
   if (!path || every < 1) return !path;
   auto trace = std::make_unique<ode_parallel_sap::Trace>(every);

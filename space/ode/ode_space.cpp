@@ -284,7 +284,6 @@ void ParallelSAPSpace::notifyAll() {
 }
 
 void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
-  CHECK_NOT_LOCKED(this);
   fast_path_ = false;
   trace_ = std::move(trace);
 }

@@ -54,7 +54,7 @@
  * closed (dlclose); linked statically it asks the same of the plug-in.
  *
  * Errors: a wrong argument (no space, a space of another kind, a negative count) is an assertion as
- * in ODE itself, reported through dDebug. What the machine or the build cannot provide is answered
+ * in ODE itself: dDebug names the function that was called. What the machine or the build cannot provide is answered
  * with 0 and leaves the setting as it was.
  */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
@@ -183,7 +183,8 @@ typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
                                          const dContactGeom* contacts, int count);
 
 /* Returns the flags with which dCollide is to be called for a pair: the most contacts in the lower
- * 16 bits (none: the pair is passed over), CONTACTS_UNIMPORTANT, dParallelSAPOnCallingThread.
+ * 16 bits (none: the pair is passed over), CONTACTS_UNIMPORTANT, dParallelSAPOnCallingThread. Any
+ * other bit is an error, so -1 is one.
  *
  * IT IS CALLED FROM MANY THREADS AT ONCE, in no particular order, while other threads read the
  * geoms. It may read geoms and bodies (dGeomGetData, dGeomGetClass, dGeomGetBody, dBodyIsEnabled,
@@ -243,7 +244,8 @@ typedef struct dParallelSAPContactCallbacks {
 enum { dParallelSAPOnCallingThread = 0x40000000 };
 
 /* Finds the pairs as dSpaceCollide does, collides them with these flags, or those of the flags
- * callback, and reports their contacts. `data` goes to all callbacks.
+ * callback, and reports their contacts. Without a flags callback, flags for no contact are an
+ * error. `data` goes to all callbacks.
  *
  * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer where there is little to do. Each
  * gets its data by dAllocateODEDataForThread (dAllocateMaskAll), and ODE frees them when the thread
