@@ -196,3 +196,33 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells where the time went when a space ends"
   CHECK(messagesOf("0", 100).empty());
   CHECK(messagesOf(nullptr, 100).empty());
 }
+
+TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells what queries and rays took in a space without frames",
+          "[environment]") {
+  const BareEnvironment bare;
+  const Variable variable("ODE_PARALLEL_SAP_STATS", "1");
+  const Messages messages;
+  {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(300, 1));
+    const dGeomID probe = dCreateSphere(nullptr, 5);
+    for (int i = 0; i < 7; ++i) collide2(space, probe);
+    dGeomDestroy(probe);
+    const dParallelSAPRay rays[30] = {};
+    dParallelSAPRayHit hits[30];
+    dParallelSAPSpaceRays(space, rays, 30, 0, hits);
+  }
+  REQUIRE(messages.all().size() == 1);
+  INFO(messages.all()[0]);
+  int queries = 0, rays = 0;
+  double queries_ms = 0, rays_ms = 0;
+  REQUIRE(
+      std::sscanf(messages.all()[0].c_str(),
+                  "parallel SAP space %*p: dSpaceCollide2 of %d geoms with their callbacks took "
+                  "%lf ms, %d rays took %lf ms",
+                  &queries, &queries_ms, &rays, &rays_ms) == 4);
+  CHECK(queries == 7);
+  CHECK(rays == 30);
+  CHECK(queries_ms > 0);
+}

@@ -1,4 +1,4 @@
-// Statistics summed over frames, and over spaces.
+// Statistics summed over frames, queries and rays, and over spaces.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -12,6 +12,9 @@ class FrameSums {
     double geoms = 0, pairs = 0, contacts = 0;
     double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
            report_ms = 0, total_ms = 0;
+    // Of all; frames have no part in them.
+    unsigned long long queries = 0, rays = 0;
+    double queries_ms = 0, rays_ms = 0;
   };
 
   void add(const dParallelSAPStats& frame) {
@@ -21,6 +24,16 @@ class FrameSums {
   void add(const FrameSums& other) {
     sums_.frames += other.sums_.frames;
     addAll(other.sums_, 1, sums_);
+    addQueries(other.sums_.queries, other.sums_.queries_ms);
+    addRays(other.sums_.rays, other.sums_.rays_ms);
+  }
+  void addQueries(unsigned long long count, double ms) {
+    sums_.queries += count;
+    sums_.queries_ms += ms;
+  }
+  void addRays(unsigned long long count, double ms) {
+    sums_.rays += count;
+    sums_.rays_ms += ms;
   }
   const Sums& sums() const { return sums_; }
   // Of a frame. `frames` is the number of all.

@@ -48,6 +48,11 @@ class Statistics {
     sample_.endFrame(last_.pairs, last_.total_ms);
   }
 
+  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only.
+  bool timesQueries() const { return sums_wanted_; }
+  void noteQuery(double ms) { sums_.addQueries(1, ms); }
+  void noteRays(std::size_t count, double ms) { sums_.addRays(count, ms); }
+
   // Whether the next small frame may be one that is timed.
   bool timesNextSmallFrame() const { return times_wanted_; }
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a

@@ -34,13 +34,32 @@ std::atomic<std::uint64_t> sweeps{0};
 // Locks the space against changes to its contents, until it is left in whatever way.
 class ParallelSAPSpace::Lock {
  public:
-  explicit Lock(ParallelSAPSpace& space) : space_(space) { ++space_.lock_count; }
-  ~Lock() { --space_.lock_count; }
+  explicit Lock(ParallelSAPSpace& space) : space_(space) {
+#ifndef NDEBUG
+    static thread_local const char this_thread = 0;
+    user_before_ = space_.user_.exchange(&this_thread);
+    if (user_before_ && user_before_ != &this_thread) {
+      space_.user_.store(user_before_);
+      dDebug(d_ERR_UASSERT, "parallel SAP space %p: two threads use it at the same time",
+             static_cast<const void*>(&space_));
+    }
+#endif
+    ++space_.lock_count;
+  }
+  ~Lock() {
+    --space_.lock_count;
+#ifndef NDEBUG
+    space_.user_.store(user_before_);
+#endif
+  }
   Lock(const Lock&) = delete;
   Lock& operator=(const Lock&) = delete;
 
  private:
   ParallelSAPSpace& space_;
+#ifndef NDEBUG
+  const void* user_before_;
+#endif
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -62,17 +81,23 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals() const {
-  const FrameSums::Sums frame = totals().average();
-  if (!frame.frames) return;
-  dMessage(
-      0,
-      "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
-      "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
-      "%.3f)",
-      static_cast<const void*>(this), frame.frames, kernelSet().name, frame.geoms, frame.pairs,
-      frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
-      frame.filter_ms, frame.narrow_ms, frame.report_ms);
-  const std::string hints = hintsOf(totals().sums(), sampled());
+  const FrameSums::Sums &sums = totals().sums(), frame = totals().average();
+  if (frame.frames)
+    dMessage(
+        0,
+        "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
+        "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
+        "%.3f)",
+        static_cast<const void*>(this), frame.frames, kernelSet().name, frame.geoms, frame.pairs,
+        frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
+        frame.filter_ms, frame.narrow_ms, frame.report_ms);
+  if (sums.queries || sums.rays)
+    dMessage(0,
+             "parallel SAP space %p: dSpaceCollide2 of %llu geoms with their callbacks took %.3f "
+             "ms, %llu rays took %.3f ms",
+             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
+             sums.rays_ms);
+  const std::string hints = hintsOf(sums, sampled());
   if (!hints.empty())
     dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), hints.c_str());
 }
@@ -355,6 +380,13 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   dAASSERT(geom && callback);
   const Lock lock(*this);
   fast_path_ = false;
+  if (!pipeline_.statistics().timesQueries()) return query(geom, data, callback);
+  const Clock::time_point begin = Clock::now();
+  query(geom, data, callback);
+  pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
+}
+
+void ParallelSAPSpace::query(dxGeom* geom, void* data, dNearCallback* callback) {
   askSilent();
   askOther(geom);
   cleanFew();
@@ -396,7 +428,9 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   StageClock clock;
   const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way)
                                  : RayCaster().cast(slots_.geoms(), request, way);
-  pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, clock.lap()});
+  const double ms = clock.lap();
+  pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
+  pipeline_.statistics().noteRays(request.count, ms);
   return hits;
 }
 

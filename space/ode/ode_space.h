@@ -3,6 +3,7 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -115,9 +116,13 @@ class ParallelSAPSpace : public dxSpace {
   static std::uint64_t sweepWithin(dxSpace* space, std::uint64_t seen);
   void cleanNoted();
   void cleanFew();
+  void query(dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void printTotals() const;
 
+#ifndef NDEBUG
+  std::atomic<const void*> user_{nullptr};  // marks the thread that is in the space
+#endif
   Settings settings_;
   // The scene is small, and there is nothing that a frame would have to look after besides its
   // geoms, nor anything that is kept and would have to be told of a geom that moves. A frame finds

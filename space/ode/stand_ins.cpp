@@ -11,6 +11,7 @@
 #include "space/contacts/precomputed_contacts.h"
 #include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
+#include "space/geom/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
@@ -32,9 +33,6 @@ struct Account {
   std::unordered_set<const StandIn*> alive;
   FrameSums frames;
   SampledPairs sampled;
-  // ODE calls a space's collide2() for each geom of a space that dSpaceCollide2 collides it with.
-  unsigned long long collide2_geoms = 0;
-  double collide2_s = 0;
   PrecomputedContacts::Counts precomputed;
 };
 
@@ -63,28 +61,16 @@ class StandIn final : public ParallelSAPSpace {
     addTo(account());
   }
 
-  void collide2(void* data, dxGeom* geom, dNearCallback* callback) override {
-    if (!counted_) return ParallelSAPSpace::collide2(data, geom, callback);
-    const Clock::time_point begin = Clock::now();
-    ParallelSAPSpace::collide2(data, geom, callback);
-    ++collide2_geoms_;
-    collide2_s_ += secondsSince(begin);
-  }
-
   void addTo(Account& sums) const {
     sums.frames.add(totals());
     sums.sampled.add(sampled());
     sums.precomputed.add(precomputed());
-    sums.collide2_geoms += collide2_geoms_;
-    sums.collide2_s += collide2_s_;
   }
 
   int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
 
  private:
   bool counted_;
-  unsigned long long collide2_geoms_ = 0;
-  double collide2_s_ = 0;
 };
 
 dSpaceID create(dSpaceID parent, int space_class) {
@@ -94,8 +80,8 @@ dSpaceID create(dSpaceID parent, int space_class) {
 int setLevels(dSpaceID space, int minlevel, int maxlevel) {
   StandIn* const own = dynamic_cast<StandIn*>(space);
   if (!own) return 0;
-  dUASSERT(own->type == dHashSpaceClass, "argument must be a hash space");
-  dUASSERT(minlevel <= maxlevel, "must have minlevel <= maxlevel");
+  require(own->type == dHashSpaceClass, "argument must be a hash space", "dHashSpaceSetLevels");
+  require(minlevel <= maxlevel, "must have minlevel <= maxlevel", "dHashSpaceSetLevels");
   own->minlevel = minlevel;
   own->maxlevel = maxlevel;
   return 1;
@@ -104,7 +90,7 @@ int setLevels(dSpaceID space, int minlevel, int maxlevel) {
 int getLevels(dSpaceID space, int* minlevel, int* maxlevel) {
   const StandIn* const own = dynamic_cast<StandIn*>(space);
   if (!own) return 0;
-  dUASSERT(own->type == dHashSpaceClass, "argument must be a hash space");
+  require(own->type == dHashSpaceClass, "argument must be a hash space", "dHashSpaceGetLevels");
   if (minlevel) *minlevel = own->minlevel;
   if (maxlevel) *maxlevel = own->maxlevel;
   return 1;
@@ -128,7 +114,7 @@ void report() {
                "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
                "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
                secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
-               all.narrow_ms / 1000, all.report_ms / 1000, sums.collide2_geoms, sums.collide2_s);
+               all.narrow_ms / 1000, all.report_ms / 1000, all.queries, all.queries_ms / 1000);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",

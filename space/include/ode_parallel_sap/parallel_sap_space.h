@@ -46,7 +46,7 @@
  * pairs began and ended, and numbers each for data that are kept of it.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
- * by one thread at a time. dSpaceCollide2 about a geom uses the space that the geom is in, too, and
+ * by one thread at a time, which debug builds of the library assert. dSpaceCollide2 about a geom uses the space that the geom is in, too, and
  * may bring the geoms behind it up to date. ODE's own rules for sharing worlds and geoms stay in
  * force, and such spaces may not share the data of heightfields (dHeightfieldDataID), to which
  * ODE's collider writes. Threads of OpenMP's runtime wait in the process for the next collide, so
@@ -668,7 +668,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * which 1 is a dParallelSAPSpaceSetNotified, and with check every space that has that promise looks
  * at all its geoms in each frame nevertheless, goes by what it finds, and says once through
  * dMessage if it was not told of a change; ODE_PARALLEL_SAP_STATS=1 (or 0) prints
- * through dMessage, when a space is destroyed, what its frames had to do and where their time went;
+ * through dMessage, when a space is destroyed, what its frames had to do and where their time went,
+ * and what its queries (dSpaceCollide2) and rays took;
  * and in a last line, if a hundredth or more of that time would have been saved by it, which of
  * these variables would have saved how much of it, or which categories of geoms never touched and
  * could do without each other. That is an estimate, made from a sample of the pairs, from what
