@@ -164,7 +164,39 @@ TEST_CASE("A geom with a NaN bound is in no pair of dSpaceCollide2", "[bounds]")
     dSpaceRemove(space, sick);
     CHECK(collide2(space, sick).empty());
     CHECK(collide2(sick, space.geom()).empty());
+    CHECK(messages.all().size() == 1);  // of the geom that was asked about, once
     dGeomDestroy(probe);
+  }
+}
+
+TEST_CASE("A ray of infinite length along an axis is paired with what is on its way", "[bounds]") {
+  for (const Configuration& configuration : configurations()) {
+    for (const std::size_t n : {1, 100, 1500}) {
+      const Space space(configuration);
+      World world(space);
+      for (std::size_t i = 0; i < n; ++i)
+        dGeomSetPosition(world.take(dCreateBox(space, 1, 1, 1)), -2 * dReal(i), -9, -9);
+      const dGeomID ball = world.take(dCreateSphere(space, 1));
+      const dGeomID ray = world.take(dCreateRay(space, kInfinity));
+      const dGeomID probe = dCreateRay(nullptr, kInfinity);
+      setNumber(probe, 9999);
+      const Messages messages;
+      INFO(configuration.name << ", " << n << " boxes");
+      for (int frame = 0; frame < 12; ++frame) {
+        dReal along[3] = {0, 0, 0};
+        along[frame % 3] = frame % 2 ? 1 : -1;
+        dGeomSetPosition(ball, 30 * along[0], 30 * along[1], 30 * along[2]);
+        for (const dGeomID one : {ray, probe}) {
+          dGeomRaySet(one, 0, 0, 0, along[0], along[1], along[2]);
+          if (frame >= 6) (void)boundsOf(one);  // makes ODE write its NaN
+        }
+        REQUIRE(difference(collide2(space, probe), {{n, 9999}, {n + 1, 9999}}) == "");
+        REQUIRE(difference(collide(space), {{n, n + 1}}) == "");
+      }
+      CHECK(statsOf(space).invalid == 0);
+      CHECK(messages.all().empty());
+      dGeomDestroy(probe);
+    }
   }
 }
 

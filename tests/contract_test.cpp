@@ -390,42 +390,99 @@ TEST_CASE("The callback runs in the program's own floating-point mode", "[contra
   }
 }
 
-TEST_CASE("An empty sub-space is never reported, whatever is at the origin", "[contract]") {
+TEST_CASE("A sub-space without a geom at any depth is never reported, whatever is at the origin",
+          "[contract]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : {4, 100, 1500}) {
-      const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n - 3, 15));
-      world.take(dCreateSphere(space, 1));  // around the origin
-      world.take(dCreatePlane(space, 1, 1, 1, 0));
-      const dSpaceID sub_space = dHashSpaceCreate(space);
-      world.take(asGeom(sub_space));
-      INFO(configuration.name << ", " << n << " geoms");
-      const auto pairsOfSubSpace = [&] {
-        const Pairs got = collide(space);
-        REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-        std::size_t count = 0;
-        for (const Pair& pair : got) {
-          count +=
-              pair.first == number(asGeom(sub_space)) || pair.second == number(asGeom(sub_space));
+      for (const int depth : {1, 2, 4}) {
+        const Space space(configuration);
+        World world(space);
+        world.addBoxes(denseCube(n - 3, 15));
+        world.take(dCreateSphere(space, 1));  // around the origin
+        world.take(dCreatePlane(space, 1, 1, 1, 0));
+        const dSpaceID sub_space = dHashSpaceCreate(space);
+        world.take(asGeom(sub_space));
+        dSpaceID innermost = sub_space;
+        for (int i = 1; i < depth; ++i) {
+          dHashSpaceCreate(innermost);
+          innermost = i % 2 ? dSimpleSpaceCreate(innermost) : dParallelSAPSpaceCreate(innermost);
         }
-        return count;
-      };
-      CHECK(pairsOfSubSpace() == 0);
-      const dGeomID inside = dCreateSphere(sub_space, dReal(0.5));
-      CHECK(pairsOfSubSpace() >= 2);
-      dGeomSetPosition(inside, -50, -50, -50);
-      CHECK(pairsOfSubSpace() == 1);  // the plane
-      dGeomDestroy(inside);
-      CHECK(pairsOfSubSpace() == 0);
-      const dGeomID again = dCreateSphere(sub_space, dReal(0.5));
-      CHECK(pairsOfSubSpace() >= 2);
-      dSpaceRemove(sub_space, again);
-      CHECK(pairsOfSubSpace() == 0);
-      dGeomDestroy(again);
+        // A space around it makes dSpaceCollide2 ask about the sub-space itself.
+        const dSpaceID around = dSimpleSpaceCreate(nullptr);
+        const dSpaceID asked = dSimpleSpaceCreate(around);
+        const dSpaceID asked_within = dHashSpaceCreate(asked);
+        INFO(configuration.name << ", " << n << " geoms, depth " << depth);
+        std::size_t contacts_of_spaces = 0;
+        dParallelSAPContactCallbacks callbacks = {};
+        callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+        callbacks.spaces = [](void* count, dGeomID, dGeomID, void*) {
+          ++*static_cast<std::size_t*>(count);
+        };
+        const auto isSubSpace = [&](std::size_t place) {
+          return place == number(asGeom(sub_space));
+        };
+        const auto pairsOfSubSpace = [&] {
+          const Pairs got = collide(space);
+          REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
+          std::size_t count = 0;
+          for (const Pair& pair : got) count += isSubSpace(pair.first) || isSubSpace(pair.second);
+          contacts_of_spaces = 0;
+          dParallelSAPSpaceCollideContacts(space, &contacts_of_spaces, 1, &callbacks);
+          CHECK(contacts_of_spaces == count);
+          REQUIRE(difference(collide(space), got) == "");  // once more, as nothing moved
+          const dGeomID probe = dCreateSphere(nullptr, 1);
+          for (const Pair& pair : collide2(space, probe)) CHECK((count || !isSubSpace(pair.first)));
+          dGeomDestroy(probe);
+          return count;
+        };
+        CHECK(collide2(space.geom(), asGeom(around)).empty());
+        const dGeomID asked_ball = dCreateSphere(asked_within, 1);
+        CHECK_FALSE(collide2(space.geom(), asGeom(around)).empty());
+        dGeomDestroy(asked_ball);
+        CHECK(collide2(space.geom(), asGeom(around)).empty());
+        dSpaceDestroy(around);
+        CHECK(pairsOfSubSpace() == 0);
+        const dGeomID inside = dCreateSphere(innermost, dReal(0.5));
+        CHECK(pairsOfSubSpace() >= 2);
+        dGeomSetPosition(inside, -50, -50, -50);
+        // The plane; an empty space beside it reaches to the origin.
+        CHECK((pairsOfSubSpace() == 1) == (depth == 1));
+        dGeomDestroy(inside);
+        CHECK(pairsOfSubSpace() == 0);
+        const dGeomID again = dCreateSphere(innermost, dReal(0.5));
+        CHECK(pairsOfSubSpace() >= 2);
+        dSpaceRemove(innermost, again);
+        CHECK(pairsOfSubSpace() == 0);
+        dGeomDestroy(again);
+      }
     }
   }
 }
+
+#ifndef NDEBUG
+TEST_CASE("Two threads in one space at once are an assertion in debug builds", "[contract]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(onePlace(2, 1));
+  std::string said;
+  collideWith(space, [&](dGeomID, dGeomID) {
+    std::thread([&] {
+      dAllocateODEDataForThread(dAllocateMaskAll);
+      try {
+        collide(space);
+      } catch (const OdeAssertion& assertion) {
+        said = assertion.what();
+      }
+      dCleanupODEAllDataForThread();
+    }).join();
+    collide(space);  // the same thread may
+  });
+  CHECK(said.find("two threads use it at the same time") != std::string::npos);
+  std::size_t pairs = 0;
+  std::thread([&] { pairs = collide(space).size(); }).join();
+  CHECK(pairs == 1);
+}
+#endif
 
 TEST_CASE("Fifty spaces within each other find the geoms at the bottom", "[contract]") {
   for (const Configuration& configuration : configurations()) {

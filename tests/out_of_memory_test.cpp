@@ -214,6 +214,10 @@ class AskedScene {
     dParallelSAPSpaceSetCullPlanes(space_, random_.chance(0.5));
     if (random_.chance(0.3)) dParallelSAPSpaceSetMethod(space_, static_cast<int>(random_.below(4)));
     add(dCreatePlane(nullptr, 0, 0, 1, static_cast<dReal>(0.3 * side_)));
+    const dGeomID endless = dCreateRay(nullptr, dInfinity);
+    dGeomRaySet(endless, 0, 0, 0, 1, 0, 0);
+    add(endless);
+    dHashSpaceCreate(dHashSpaceCreate(space_));  // empty
     while (in_.size() < most_) create();
     dGeomRaySet(probe_, 0, 0, 0, 1, 1, 1);
     dGeomRaySetLength(probe_, static_cast<dReal>(2 * side_));

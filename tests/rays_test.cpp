@@ -277,6 +277,74 @@ TEST_CASE("Of geoms that a ray hits at one distance the earlier added one is the
   CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
 }
 
+TEST_CASE(
+    "Of equal hits in a sub-space that of its first geom counts, of those in sorting ones of "
+    "the last one added",
+    "[rays]") {
+  const dVector3 centre = {0, 0, 0, 0}, extents = {9, 9, 9, 0};
+  for (int kind = 0; kind < 4; ++kind) {
+    const Space space;
+    const dSpaceID inner = kind == 0   ? dHashSpaceCreate(space)
+                           : kind == 1 ? dParallelSAPSpaceCreate(space)
+                           : kind == 2 ? dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ)
+                                       : dQuadTreeSpaceCreate(space, centre, extents, 2);
+    const dGeomID geoms[] = {dCreateSphere(inner, 1), dCreateSphere(inner, 1),
+                             dCreateSphere(inner, 1)};
+    const Rays rays = {rayOf({-5, 0, 0}, {1, 0, 0}, 10)};
+    for (int frame = 0; frame < 3; ++frame) {
+      CAPTURE(kind, frame);
+      const dGeomID expected = kind < 2 ? dSpaceGetGeom(inner, 0) : geoms[2];
+      CHECK(nearestHits(space, rays, 0)[0].geom == expected);
+      dGeomSetPosition(geoms[frame], 0, 0, 0);
+    }
+  }
+}
+
+TEST_CASE("A ray of infinite length hits what a long one hits", "[rays]") {
+  for (const std::size_t n : {1, 150, 1000}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, 5));
+    Rays endless, long_ones;
+    Random random(seedOr(461));
+    for (int i = 0; i < 60; ++i) {
+      dReal bounds[6];
+      dGeomGetAABB(world.geoms()[random.below(n)], bounds);
+      double from[3], along[3] = {0, 0, 0};
+      for (int axis = 0; axis < 3; ++axis) from[axis] = bounds[2 * axis] + 0.3;
+      along[i % 3] = i % 2 ? 1 : -1;
+      from[i % 3] = i % 2 ? -50 : 80;
+      endless.push_back(rayOf(from, along, kInfinity));
+      long_ones.push_back(rayOf(from, along, 1000));
+    }
+    for (const int times : {1, 20}) {  // without trees and with them
+      RayHits hits, expected;
+      for (int i = 0; i < times; ++i) hits = nearestHits(space, endless, 0);
+      expected = nearestHits(space, long_ones, 0);
+      CAPTURE(n, times);
+      CHECK(hitsOf(hits) == 60);
+      CHECK(std::equal(hits.begin(), hits.end(), expected.begin(), sameBits));
+    }
+  }
+}
+
+TEST_CASE("A ray without any bit has all of them", "[rays]") {
+  const Space space;
+  const dGeomID ball = dCreateSphere(space, 1);
+  Rays rays(4, rayOf({-5, 0, 0}, {1, 0, 0}, 10));
+  rays[0].category_bits = rays[0].collide_bits = 0;
+  rays[1].category_bits = 0;
+  rays[2].collide_bits = 0;
+  for (const unsigned long collide : {~0ul, 0ul}) {
+    dGeomSetCollideBits(ball, collide);
+    const RayHits hits = nearestHits(space, rays, 0);
+    CHECK(hits[0].geom == ball);
+    CHECK(hits[1].geom == ball);
+    CHECK((hits[2].geom == ball) == (collide != 0));
+    CHECK(hits[3].geom == ball);
+  }
+}
+
 TEST_CASE("What is no ray hits nothing", "[rays]") {
   const Space space;
   World world(space);
@@ -296,7 +364,6 @@ TEST_CASE("What is no ray hits nothing", "[rays]") {
     rays.back().length = length;
   }
   rays.push_back(rayOf({-5, 0, 0}, {0, 0, 0}, 20));
-  rays.push_back(rayOf({-5, 0, 0}, {1, 0, 0}, kInfinity));  // the bound of its box across is NaN
   const RayHits hits = nearestHits(space, rays, 0);
   REQUIRE(hitsOf(hits) == 30);
   for (std::size_t i = 0; i < hits.size(); ++i) CHECK((hits[i].geom != nullptr) == (i < 30));

@@ -48,6 +48,8 @@ class Pipeline {
                        bool manual_cleanup);
   // Its pairs in blocks.
   void collidePairs(const Scene& scene, const Settings& settings, const PairsRequest& request);
+  // Of a geom that a query is for.
+  void complainOfInvalid(const dxGeom* geom) { complaints_.ofInvalid(geom); }
   // Brings the AABBs of all geoms up to date, as for a frame.
   void clean(const Scene& scene, const Settings& settings);
   int teamFor(std::size_t slots, const Settings& settings) const {

@@ -217,7 +217,7 @@ void test(SmallStorage& storage, SmallFound& found) {
 void complainOfInvalid(dxGeom* first, Complaints& complaints) {
   const auto isInvalid = [](const dxGeom* geom) {
     const ScopedMode mode(exactMode());  // where a signalling NaN raises nothing
-    return isEnabled(geom) && hasNaN(geom);
+    return isEnabled(geom) && boundsOf(geom) == Bounds::invalid;  // a call, within the mode
   };
   for (dxGeom* geom = first; geom; geom = geom->next)
     if (isInvalid(geom)) complaints.ofInvalid(geom);

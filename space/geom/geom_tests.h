@@ -24,10 +24,17 @@ inline bool needsCallingThread(const dxGeom* geom) {
          (geom->type == dTriMeshClass && has_gimpact);
 }
 
+// Whether a space holds nothing but spaces, at any depth.
+inline bool isEmpty(const dxSpace* space) {
+  for (const dxGeom* geom = space->first; geom; geom = geom->next)
+    if (!IS_SPACE(geom) || !isEmpty(static_cast<const dxSpace*>(geom))) return false;
+  return true;
+}
+
 // Enabled, not zero-sized and not an empty sub-space.
 inline bool isEnabled(const dxGeom* geom) {
   return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
-         !(IS_SPACE(geom) && static_cast<const dxSpace*>(geom)->count == 0);
+         !(IS_SPACE(geom) && isEmpty(static_cast<const dxSpace*>(geom)));
 }
 
 inline bool hasNaN(const dxGeom* geom) {
@@ -99,9 +106,29 @@ inline bool passesAABBTests(dxGeom* a, dxGeom* b, UserClassSet tested = all_user
          (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
 }
 
+// Makes the box of a ray anew if ODE made NaN of 0 * infinity: it is 0 for an infinite ray across
+// an axis. Not inline: comparisons must not come before the class is known, as they may trap.
+__attribute__((noinline)) inline void mendBoxOfRay(dxRay& ray) {
+  if (!hasNaN(&ray)) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal begin = ray.final_posr->pos[axis], along = ray.final_posr->R[4 * axis + 2];
+    const dReal end = along == 0 ? begin : begin + along * ray.length;
+    const bool forward = begin < end;
+    ray.aabb[2 * axis] = forward ? begin : end;
+    ray.aabb[2 * axis + 1] = forward ? end : begin;
+  }
+}
+
+// The one place where boxes of geoms are made that pairs, queries and rays are found by. ODE, or
+// the program through dGeomGetAABB, may have made the box already.
+inline void updateAABB(dxGeom* geom) {
+  geom->recomputeAABB();
+  if (geom->type == dRayClass) mendBoxOfRay(*static_cast<dxRay*>(geom));
+}
+
 inline void cleanGeom(dxGeom* geom) {
   if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
-  geom->recomputeAABB();
+  updateAABB(geom);
   geom->gflags &= ~GEOM_DIRTY;
 }
 

@@ -390,8 +390,9 @@ void ParallelSAPSpace::query(dxGeom* geom, void* data, dNearCallback* callback) 
   askSilent();
   askOther(geom);
   cleanFew();
-  geom->recomputeAABB();
-  if (hasNaN(geom) || (IS_SPACE(geom) && static_cast<dxSpace*>(geom)->count == 0)) return;
+  updateAABB(geom);
+  if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
+  if (hasNaN(geom)) return pipeline_.complainOfInvalid(geom);
   // A query within the callback has hits of its own.
   Buffer<dxGeom*> hits = queries_.takeHits();
   try {

@@ -103,7 +103,7 @@ bool SweptBounds::makeAABB(dxGeom* geom, Slot slot) {
   }
   // Made anew also where ODE takes it for up to date: it may have been swept already.
   geom->gflags |= GEOM_AABB_BAD;
-  geom->recomputeAABB();
+  updateAABB(geom);
   const ScopedMode exact(exactMode());
   const bool fast = extend(geom, motion);
   if (recorded) records_[slot] = {motion, fast, false};

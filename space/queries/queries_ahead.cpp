@@ -129,7 +129,7 @@ void QueriesAhead::gather(dxGeom* geom) {
 void QueriesAhead::findSome(const Geoms& geoms, const GeomTree& tree, const Range& range,
                             std::uint32_t number) {
   for (std::size_t i = range.begin; i < range.end; ++i) prefetchBounds(items_[i].geom);
-  for (std::size_t i = range.begin; i < range.end; ++i) items_[i].geom->recomputeAABB();
+  for (std::size_t i = range.begin; i < range.end; ++i) updateAABB(items_[i].geom);
   const ScopedMode mode(exactMode());
   Share& share = shares_[number];
   for (std::size_t i = range.begin; i < range.end; ++i) {

@@ -33,9 +33,10 @@ class RayProbe {
     const dReal *const at = ray.origin, *const to = ray.direction;
     dGeomRaySet(ray_, at[0], at[1], at[2], to[0], to[1], to[2]);
     dGeomRaySetLength(ray_, ray.length);
-    ray_->category_bits = ray.category_bits;
-    ray_->collide_bits = ray.collide_bits;
-    ray_->recomputeAABB();
+    const bool all_bits = ray.category_bits == 0 && ray.collide_bits == 0;
+    ray_->category_bits = all_bits ? ~0ul : ray.category_bits;
+    ray_->collide_bits = all_bits ? ~0ul : ray.collide_bits;
+    updateAABB(ray_);
     return !hasNaN(ray_);
   }
   dxGeom* geom() const { return ray_; }

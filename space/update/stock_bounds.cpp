@@ -48,13 +48,10 @@ int sizesOf(dxGeom* geom, dReal* sizes[3]) {
       sizes[0] = &static_cast<dxCapsule*>(geom)->radius;
       sizes[1] = &static_cast<dxCapsule*>(geom)->lz;
       return 2;
-    case dCylinderClass:
+    default:
       sizes[0] = &static_cast<dxCylinder*>(geom)->radius;
       sizes[1] = &static_cast<dxCylinder*>(geom)->lz;
       return 2;
-    default:
-      sizes[0] = &static_cast<dxRay*>(geom)->length;
-      return 1;
   }
 }
 
@@ -152,11 +149,9 @@ StockBounds StockBounds::compareAll() {
   dxBox box(nullptr, 1, 1, 1);
   dxCapsule capsule(nullptr, 1, 1);
   dxCylinder cylinder(nullptr, 1, 1);
-  dxRay ray(nullptr, 1);
   StockBounds bounds;
-  for (dxGeom* const geom :
-       {static_cast<dxGeom*>(&sphere), static_cast<dxGeom*>(&box), static_cast<dxGeom*>(&capsule),
-        static_cast<dxGeom*>(&cylinder), static_cast<dxGeom*>(&ray)})
+  for (dxGeom* const geom : {static_cast<dxGeom*>(&sphere), static_cast<dxGeom*>(&box),
+                             static_cast<dxGeom*>(&capsule), static_cast<dxGeom*>(&cylinder)})
     bounds.learn(geom, poses);
   return bounds;
 }

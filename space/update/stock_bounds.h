@@ -105,21 +105,6 @@ inline void computeBounds(dxCylinder& cylinder) {
   putAround(cylinder.final_posr->pos, reach, cylinder.aabb);
 }
 
-inline void computeBounds(dxRay& ray) {
-  const dReal *const place = ray.final_posr->pos, *const rows = ray.final_posr->R;
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal begin = place[axis], end = begin + rows[4 * axis + 2] * ray.length;
-    dReal compared = begin;
-#if defined(__SSE2__)
-    // Else a compiler may take the lesser of both by an instruction that makes a denormal zero
-    // where the thread's mode says so.
-    __asm__("" : "+x"(compared));
-#endif
-    const bool forward = compared < end;
-    putBounds(forward ? begin : end, forward ? end : begin, ray.aabb + 2 * axis);
-  }
-}
-
 // How an ODE was compiled decides on the last bits of its AABBs. So each class is compared with
 // that of the ODE which is loaded, on some hundred poses and sizes; a class whose bounds are not
 // the same, bit for bit, is left to ODE. So are classes of others that call themselves the same:
@@ -147,10 +132,8 @@ class StockBounds {
         return computeBounds(*static_cast<dxSphere*>(geom));
       case dCapsuleClass:
         return computeBounds(*static_cast<dxCapsule*>(geom));
-      case dCylinderClass:
-        return computeBounds(*static_cast<dxCylinder*>(geom));
       default:
-        return computeBounds(*static_cast<dxRay*>(geom));
+        return computeBounds(*static_cast<dxCylinder*>(geom));
     }
   }
   // What dxGeom::recomputeAABB() does, for a geom that is known, which is clean then.
@@ -188,7 +171,7 @@ class StockBounds {
                          std::size_t* fine = nullptr);
 
  private:
-  static constexpr int classes = dRayClass + 1;
+  static constexpr int classes = dCylinderClass + 1;
 
   static StockBounds compareAll();
   static const void* tableOf(const dxGeom* geom) {

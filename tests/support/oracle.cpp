@@ -28,6 +28,15 @@ bool isZeroSized(dGeomID geom) {
   }
 }
 
+// Whether a geom is one, or a space with one in it, at any depth.
+bool holdsGeom(dGeomID geom) {
+  if (!dGeomIsSpace(geom)) return true;
+  const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+    if (holdsGeom(dSpaceGetGeom(space, i))) return true;
+  return false;
+}
+
 bool passesAABBTest(dGeomID self, dGeomID other, Bounds bounds_of_other) {
   if (!isUserBox(self)) return true;
   const Veto veto = userBoxData(self).veto;
@@ -56,7 +65,7 @@ bool mayTouch(dGeomID a, const Bounds& bounds_a, dGeomID b, const Bounds& bounds
 
 bool takesPart(dGeomID geom) {
   if (!dGeomIsEnabled(geom) || isZeroSized(geom)) return false;
-  if (dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0) return false;
+  if (!holdsGeom(geom)) return false;
   const Bounds bounds = boundsOf(geom);
   return std::none_of(bounds.begin(), bounds.end(), [](dReal bound) { return std::isnan(bound); });
 }

@@ -120,8 +120,9 @@ std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, cons
     dGeomRaySet(ray, asked.origin[0], asked.origin[1], asked.origin[2], asked.direction[0],
                 asked.direction[1], asked.direction[2]);
     dGeomRaySetLength(ray, asked.length);
-    dGeomSetCategoryBits(ray, asked.category_bits);
-    dGeomSetCollideBits(ray, asked.collide_bits);
+    const bool all_bits = asked.category_bits == 0 && asked.collide_bits == 0;
+    dGeomSetCategoryBits(ray, all_bits ? ~0ul : asked.category_bits);
+    dGeomSetCollideBits(ray, all_bits ? ~0ul : asked.collide_bits);
     if (!takesPart(ray)) continue;
     for (const dGeomID geom : in_add_order) collectHits(ray, geom, flags, all.back());
     std::stable_sort(all.back().begin(), all.back().end(), isNearer);

@@ -31,12 +31,22 @@
  *   thread, no other may make a class: the library reads ODE's table of them.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too.
- * - A geom with a NaN bound is left out of the pairs; dMessage reports it once, the statistics
- *   count it in every frame. (Infinite sizes of ODE's own classes often make one.) All other
+ * - A geom with a NaN bound is left out of the pairs, and dSpaceCollide2 finds nothing for it;
+ *   dMessage reports it once, the statistics count it in every frame. (Infinite sizes of ODE's own
+ *   classes often make one.) A ray of infinite length has no NaN bound: across an axis its box in
+ *   this space ends where the ray begins. dGeomGetAABB gives that box after a collide. All other
  *   bounds, infinite, inverted and denormal ones too, follow the formula above, whatever
  *   floating-point mode the program runs in: rounding, flushed denormals, traps. The bounds
  *   themselves are computed by ODE in the program's mode.
- * - A sub-space that holds no geom is never reported.
+ * - A sub-space that holds no geom, or only such sub-spaces, is never reported.
+ *
+ * The pairs differ from dSimpleSpace's in two cases:
+ *
+ * - dSimpleSpace may pair a geom with a NaN bound with any other, since each comparison fails.
+ * - dSimpleSpace pairs an empty sub-space with what overlaps the origin.
+ *
+ * A stock sub-space makes its own box. ODE leaves the NaN bounds of its infinite rays out of it, so
+ * dSpaceCollide may miss that sub-space, as dSimpleSpace does.
  *
  * Which call when: dSpaceCollide is always right. dParallelSAPSpaceCollideContacts is for callbacks
  * that would call dCollide and make joints: it calls dCollide on all threads.
@@ -356,8 +366,8 @@ typedef struct dParallelSAPRay {
   dVector3 origin;             /* where it begins */
   dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
   dReal length;                /* 0 or more */
-  unsigned long category_bits; /* as dGeomSetCategoryBits */
-  unsigned long collide_bits;  /* as dGeomSetCollideBits */
+  unsigned long category_bits; /* as dGeomSetCategoryBits. If both are 0, the ray has all bits */
+  unsigned long collide_bits;  /* as dGeomSetCollideBits.  of both, as a new geom has */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
@@ -386,12 +396,12 @@ enum {
  * A ray meets the geoms of the space that dSpaceCollide2 would report for it: those whose bounding
  * box its own overlaps, with a category/collide match, enabled. Sub-spaces are gone through like
  * dSpaceCollide2 of the ray and the sub-space would, at any depth, and their geoms stand where the
- * sub-space stands, in the order of dSpaceGetGeom. What skips or adds pairs (SetSkipStatic and the
+ * sub-space stands, in the order of dSpaceGetGeom; in a dSweepAndPruneSpace or dQuadTreeSpace the
+ * geom that was added last stands first. What skips or adds pairs (SetSkipStatic and the
  * others) does not hold for rays.
  *
  * A ray hits nothing if a number of its origin or direction is infinite or NaN, its direction is
- * (0, 0, 0), its length negative or NaN, or a bound of its box NaN (ODE makes one of an infinite
- * length across an axis).
+ * (0, 0, 0), or its length negative or NaN.
  *
  * Threads: as many as dParallelSAPSpaceSetNumThreads says, fewer for few rays; each gets its data
  * as in dParallelSAPSpaceCollideContacts. The same geoms as there are collided by the calling
@@ -585,8 +595,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  *
  * The boxes are the geoms' own: dGeomGetAABB gives the swept one after a collide, until the geom
  * moves or leaves the space, or its body's velocity or enabled state changes and the space is asked
- * again. Of ODE's colliders that of heightfields looks at it, and may find contacts in another
- * order or number. dCollide and dParallelSAPSpaceCollideContacts find contacts of geoms as they
+ * again. Some of ODE's colliders read it: those of heightfields, of a convex with a mesh, and, in
+ * builds with GIMPACT, of a box or cylinder with a mesh. They may find other contacts of the pair,
+ * or in another order. dCollide and dParallelSAPSpaceCollideContacts find contacts of geoms as they
  * lie: pairs that only swept boxes make have none.
  *
  * Cost: none where it is 0. Otherwise every collide looks at the velocities of all geoms, since ODE
