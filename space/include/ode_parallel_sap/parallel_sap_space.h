@@ -56,16 +56,17 @@
  * pairs began and ended, and numbers each for data that are kept of it.
  *
  * Threads: different spaces may be used from different threads at the same time; one space is used
- * by one thread at a time, which debug builds of the library assert. dSpaceCollide2 about a geom uses the space that the geom is in, too, and
- * may bring the geoms behind it up to date. ODE's own rules for sharing worlds and geoms stay in
- * force, and such spaces may not share the data of heightfields (dHeightfieldDataID), to which
- * ODE's collider writes. Threads of OpenMP's runtime wait in the process for the next collide, so
- * the library, and with it ODE and that runtime, stays loaded when the plug-in that needed it is
- * closed (dlclose); linked statically it asks the same of the plug-in.
+ * by one thread at a time, which debug builds of the library assert. dSpaceCollide2 about a geom
+ * uses the space that the geom is in, too, and may bring the geoms behind it up to date. ODE's own
+ * rules for sharing worlds and geoms stay in force, and such spaces may not share the data of
+ * heightfields (dHeightfieldDataID), to which ODE's collider writes. Threads of OpenMP's runtime
+ * wait in the process for the next collide, so the library, and with it ODE and that runtime, stays
+ * loaded when the plug-in that needed it is closed (dlclose); linked statically it asks the same of
+ * the plug-in.
  *
  * Errors: a wrong argument (no space, a space of another kind, a negative count) is an assertion as
- * in ODE itself: dDebug names the function that was called. What the machine or the build cannot provide is answered
- * with 0 and leaves the setting as it was.
+ * in ODE itself: dDebug names the function that was called. What the machine or the build cannot
+ * provide is answered with 0 and leaves the setting as it was.
  */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
