@@ -28,15 +28,11 @@ Pairs collideInterrupted(dSpaceID space, std::size_t at, Function function) {
   return interrupter.pairs;
 }
 
-bool isEmptySpace(dGeomID geom) {
-  return dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0;
-}
-
 // What a geom must be to be asked about: ODE looks at nothing else of it.
 bool mayProbe(dGeomID geom) {
   Bounds bounds;
   dGeomGetAABB(geom, bounds.data());
-  return !isEmptySpace(geom) &&
+  return holdsGeom(geom) &&
          std::none_of(bounds.begin(), bounds.end(), [](dReal b) { return b != b; });
 }
 

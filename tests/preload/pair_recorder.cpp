@@ -83,7 +83,11 @@ Function* next(const char* name) {
 }
 
 bool isEmptySpace(dGeomID geom) {
-  return dGeomIsSpace(geom) && dSpaceGetNumGeoms(reinterpret_cast<dSpaceID>(geom)) == 0;
+  if (!dGeomIsSpace(geom)) return false;
+  const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+    if (!isEmptySpace(dSpaceGetGeom(space, i))) return false;
+  return true;
 }
 
 bool isOwed(dGeomID a, dGeomID b) {

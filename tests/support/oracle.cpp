@@ -28,15 +28,6 @@ bool isZeroSized(dGeomID geom) {
   }
 }
 
-// Whether a geom is one, or a space with one in it, at any depth.
-bool holdsGeom(dGeomID geom) {
-  if (!dGeomIsSpace(geom)) return true;
-  const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
-  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
-    if (holdsGeom(dSpaceGetGeom(space, i))) return true;
-  return false;
-}
-
 bool passesAABBTest(dGeomID self, dGeomID other, Bounds bounds_of_other) {
   if (!isUserBox(self)) return true;
   const Veto veto = userBoxData(self).veto;
@@ -62,6 +53,14 @@ bool mayTouch(dGeomID a, const Bounds& bounds_a, dGeomID b, const Bounds& bounds
 }
 
 }  // namespace
+
+bool holdsGeom(dGeomID geom) {
+  if (!dGeomIsSpace(geom)) return true;
+  const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
+    if (holdsGeom(dSpaceGetGeom(space, i))) return true;
+  return false;
+}
 
 bool takesPart(dGeomID geom) {
   if (!dGeomIsEnabled(geom) || isZeroSized(geom)) return false;

@@ -11,6 +11,9 @@
 
 namespace sap_test {
 
+// Whether it is a geom, or a space with a geom in it, at any depth.
+bool holdsGeom(dGeomID geom);
+
 // What may stand in a pair at all: enabled, not zero-sized, no NaN bound, not an empty sub-space.
 bool takesPart(dGeomID geom);
 
