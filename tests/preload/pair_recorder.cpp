@@ -85,6 +85,8 @@ Function* next(const char* name) {
 bool isEmptySpace(dGeomID geom) {
   if (!dGeomIsSpace(geom)) return false;
   const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
+  // ODE's quadtree cannot enumerate its geoms.
+  if (dGeomGetClass(geom) == dQuadTreeSpaceClass) return dSpaceGetNumGeoms(space) == 0;
   for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
     if (!isEmptySpace(dSpaceGetGeom(space, i))) return false;
   return true;
