@@ -111,14 +111,18 @@ std::vector<FailedDevice> DevicePool::takeFailures() {
 void DevicePool::prepare(int wanted) {
   if (wanted <= ready_ || busy_.exchange(true)) return;
   if (thread_.joinable()) thread_.join();
-  thread_ = std::thread([this, wanted] {
-    try {
-      device(static_cast<std::size_t>(wanted) - 1);
-    } catch (const std::exception&) {
-      // No memory on the host: asked for again with the next frame.
-    }
-    busy_ = false;
-  });
+  try {
+    thread_ = std::thread([this, wanted] {
+      try {
+        device(static_cast<std::size_t>(wanted) - 1);
+      } catch (const std::exception&) {
+        // No memory on the host: asked for again with the next frame.
+      }
+      busy_ = false;
+    });
+  } catch (const std::exception&) {
+    busy_ = false;  // no thread: likewise
+  }
 }
 
 }  // namespace ode_parallel_sap

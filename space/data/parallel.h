@@ -37,18 +37,18 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
   return range;
 }
 
-// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP grants fewer,
-// one in the child of a process that had teams) and returns when all are done. All run in the
-// calling thread's floating-point mode: OpenMP's threads would otherwise keep the one they were
-// born with. The first exception of any thread is thrown again on the caller's. Returns the team's
-// size.
+// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP or the machine
+// grants fewer, one in the child of a process that had teams) and returns when all are done. All
+// run in the calling thread's floating-point mode: OpenMP's threads would otherwise keep the one
+// they were born with. The first exception of any thread is thrown again on the caller's. Returns
+// the team's size.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
-  if (threads <= 1 || teamsAreLost()) {
+  if (threads > 1) threads = teamsAreLost() ? 1 : threadsToBeHad(threads);
+  if (threads <= 1) {
     work(0, 1);
     return 1;
   }
-  expectChildren();
   const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;

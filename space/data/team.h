@@ -54,6 +54,16 @@ inline bool teamsAreLost() {
 // To be called before a team is started: children born from then on know of it.
 void expectChildren();
 
+// How many threads, the calling one among them, may be in its next team: `wanted`, or fewer where
+// the machine cannot provide so many. OpenMP ends the program where it cannot start a thread, so
+// the calling thread's first team of each larger size is preceded by as many threads that do
+// nothing. A limit that is reached later is not seen.
+int threadsToBeHad(int wanted);
+
+// Called where there are fewer, once, on the calling thread. Null: nothing is said.
+using ThreadShortageFunction = void(int granted, int wanted);
+inline std::atomic<ThreadShortageFunction*> on_thread_shortage{nullptr};
+
 // What a thread of a team takes at a time of `work`: `usual`, but in tests a quarter of its share
 // where that is less.
 inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {

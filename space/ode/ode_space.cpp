@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "space/data/mechanisms.h"
+#include "space/data/team.h"
 #include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
@@ -28,6 +29,13 @@ std::atomic<bool> any_swept{false};
 std::atomic<unsigned> notified_of_all{0};
 // How often boxes of a space were made anew.
 std::atomic<std::uint64_t> sweeps{0};
+
+void reportThreadShortage(int granted, int wanted) {
+  dMessage(0,
+           "parallel SAP space: the machine provides %d of %d threads (limits of processes or of "
+           "memory), and the work goes on with these",
+           granted, wanted);
+}
 
 }  // namespace
 
@@ -65,6 +73,7 @@ class ParallelSAPSpace::Lock {
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
+  on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
   trace_ = traceFromEnvironment();
 }
 
