@@ -1,5 +1,12 @@
 #include "space/contacts/collider_threads.h"
 
+#include <pthread.h>
+
+#include <mutex>
+#include <new>
+
+#include "space/contacts/ode_collide.h"
+
 namespace ode_parallel_sap {
 
 namespace {
@@ -28,6 +35,43 @@ bool remembersCollisions(dxGeom* mesh) {
   return dGeomTriMeshIsTCEnabled(mesh, dSphereClass) || dGeomTriMeshIsTCEnabled(mesh, dBoxClass) ||
          dGeomTriMeshIsTCEnabled(mesh, dCapsuleClass);
 }
+
+// A geom transform hands the geom that it carries to that one's collider.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+dxGeom* carriedBy(dxGeom* geom) {
+  while (geom && geom->type == dGeomTransformClass) geom = dGeomTransformGetGeom(geom);
+  return geom;
+}
+#pragma GCC diagnostic pop
+
+bool needsTurn(dxGeom* a, dxGeom* b) {
+  bool any = false;
+  for (dxGeom* const geom : {carriedBy(a), carriedBy(b)}) {
+    if (!geom || geom->type != dTriMeshClass) continue;
+    if (runsUserCode(geom)) return false;
+    any = true;
+  }
+  return any && meshesShareACache();
+}
+
+// Whose turn it is. Recursive: an override of a collider may collide other geoms. A child process
+// has none of the other threads, so none forks while one of them is in a collider.
+class Turn {
+ public:
+  static std::recursive_mutex& lock() {
+    static Turn& turn = *new Turn;  // never destroyed: threads may be at work when a program ends
+    return turn.lock_;
+  }
+
+ private:
+  Turn() {
+    pthread_atfork([] { lock().lock(); }, [] { lock().unlock(); },
+                   [] { new (&lock()) std::recursive_mutex; });
+  }
+
+  std::recursive_mutex lock_;
+};
 
 enum class Shape {
   Primitive,
@@ -80,6 +124,13 @@ ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
   // A primitive meets a few triangles of a mesh; a plane all, and another mesh perhaps many.
   if (either(Shape::Mesh) && !either(Shape::Primitive)) return ColliderUse::Heavy;
   return ColliderUse::Light;
+}
+
+int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
+  const auto collide = ode_collide.load(std::memory_order_relaxed);
+  if (!needsTurn(a, b)) return collide(a, b, flags, contacts, skip);
+  const std::lock_guard<std::recursive_mutex> turn(Turn::lock());
+  return collide(a, b, flags, contacts, skip);
 }
 
 }  // namespace ode_parallel_sap

@@ -15,4 +15,9 @@ enum class ColliderUse {
 // How dCollide (a, b) may be called; neither is a space. Only reads the geoms.
 ColliderUse colliderUse(dxGeom* a, dxGeom* b);
 
+// The program's dCollide, for a calling thread, while others may collide geoms of their own. Where
+// the colliders of meshes share a cache, threads take turns at them. Meshes with callbacks do not:
+// the program's code is not to run while another thread waits for it.
+int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip);
+
 }  // namespace ode_parallel_sap

@@ -5,7 +5,6 @@
 
 #include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
-#include "space/contacts/ode_collide.h"
 #include "space/contacts/thread_data.h"
 #include "space/contacts/tuning.h"
 #include "space/contacts/written_numbers.h"
@@ -57,9 +56,8 @@ std::uint32_t collide(const dParallelSAPPair& pair, int flags, const ContactRequ
   const int of_ode = flags & ~dParallelSAPOnCallingThread;
   constexpr int skip = sizeof(dContactGeom);
   clearSides(pair, found, flags & most_contacts_mask);
-  int count =
-      image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
-            : ode_collide.load(std::memory_order_relaxed)(pair.o1, pair.o2, of_ode, found, skip);
+  int count = image ? image->collide(pair.o1, pair.o2, of_ode, found, skip)
+                    : collideInTurn(pair.o1, pair.o2, of_ode, found, skip);
   if (count && request.callbacks.reduce) {
     const int kept = request.callbacks.reduce(request.data, pair.o1, pair.o2, found, count);
     require(kept >= 0 && kept <= count, "a reduce callback keeps 0 to all contacts of a pair",

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "space/contacts/collider_images.h"
-#include "space/contacts/ode_collide.h"
+#include "space/contacts/collider_threads.h"
 #include "space/data/buffer.h"
 #include "space/geom/geom_tests.h"
 
@@ -52,8 +52,7 @@ class RayProbe {
     contacts_.resizeDiscarding(static_cast<std::size_t>(most_contacts_));
     dContactGeom* const found = contacts_.data();
     return image ? image->collide(ray_, geom, most_contacts_, found, skip)
-                 : ode_collide.load(std::memory_order_relaxed)(ray_, geom, most_contacts_, found,
-                                                               skip);
+                 : collideInTurn(ray_, geom, most_contacts_, found, skip);
   }
   const dContactGeom& contact(int i) const { return contacts_[static_cast<std::size_t>(i)]; }
 
