@@ -6,18 +6,22 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "cuda/device/fault_injection.h"
+#include "cuda/finder/device_pool.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/fake_cuda.h"
 #include "support/ode_errors.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/thread_limit.h"
 
+using ode_parallel_sap::DevicePool;
 using ode_parallel_sap::failCudaCall;
 using sap_test::FakeCuda;
 
@@ -282,6 +286,21 @@ TEST_CASE("After a fork the program's pages are locked anew", "[.][forked-locks]
   CHECK(FakeCuda::locks().now == before.now);
   scene.collide();
   CHECK(FakeCuda::locks().asked == before.asked + static_cast<int>(before.now));
+}
+
+TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thread]") {
+  REQUIRE(machine == "-");
+  DevicePool& pool = DevicePool::get();
+  {
+    const sap_test::ThreadLimit limit(1);
+    pool.prepare(1);
+    CHECK(pool.ready() == 0);
+  }
+  pool.prepare(1);
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (pool.ready() == 0 && std::chrono::steady_clock::now() < latest)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  CHECK(pool.ready() == 1);
 }
 
 TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {

@@ -18,6 +18,8 @@
 #include "support/configurations.h"
 #include "support/image_scene.h"
 #include "support/knobs.h"
+#include "support/random.h"
+#include "support/ray_oracle.h"
 
 using namespace sap_test;
 using ode_parallel_sap::ColliderImage;
@@ -109,6 +111,76 @@ TEST_CASE("Spaces in several threads collide on images at once") {
   for (std::thread& thread : threads) thread.join();
   for (const Own& own : all) CHECK(own.wrong == "");
   CHECK(timesOnImages() > before + kSpaces);
+}
+
+namespace {
+
+// A mesh in a geom transform, in the middle.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+dGeomID carriedMesh(dSpaceID space, dTriMeshDataID data) {
+  const dGeomID transform = dCreateGeomTransform(space);
+  dGeomTransformSetGeom(transform, dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr));
+  dGeomTransformSetCleanup(transform, 1);
+  return transform;
+}
+#pragma GCC diagnostic pop
+
+}  // namespace
+
+TEST_CASE("Meshes are collided by several threads, a space each, as by one after the other") {
+  constexpr int kSpaces = 3, kFrames = 40;
+  struct Own {
+    Space space;
+    ContactScene scene{space};
+    std::vector<dGeomID> geoms;
+    Rays rays;
+    Contacts expected;
+    OwedRays owed;
+    std::string wrong;
+  };
+  const std::vector<Kind> kinds = {Kind::Torus,  Kind::Box,      Kind::CoherentTorus, Kind::Sphere,
+                                   Kind::Convex, Kind::Cylinder, Kind::Capsule};
+  for (const int threads : {1, 2}) {
+    std::vector<Own> all(kSpaces);
+    std::uint64_t seed = seedOr(86, threads);
+    for (Own& own : all) {
+      for (std::size_t i = 0; i < 60; ++i)
+        own.geoms.push_back(own.scene.add(kinds[i % kinds.size()], 2, ++seed));
+      own.geoms.push_back(carriedMesh(own.space, dGeomTriMeshGetTriMeshDataID(own.geoms[0])));
+      Random random(seed);
+      own.rays = raysAt(own.geoms, 60, random);
+      dParallelSAPSpaceSetNumThreads(own.space, threads);
+      own.expected = serialContacts(own.space, {8});
+      REQUIRE(!own.expected.empty());
+      own.owed = owedRays(own.geoms, own.rays, 0);
+    }
+    std::vector<std::thread> workers;
+    for (Own& own : all)
+      if (&own != &all[0])
+        workers.emplace_back([&own] {
+          dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
+          for (int frame = 0; frame < kFrames && own.wrong.empty(); ++frame)
+            own.wrong = difference(parallelContacts(own.space, 8), own.expected) +
+                        wrongRays(own.space, own.rays, 0, own.owed);
+        });
+    // Children use a space of their own, and must not wait for a thread that they do not have.
+    pid_t child = 0;
+    for (int i = 0; i < 20 && child >= 0; ++i) {
+      child = fork();
+      if (child == 0) {
+        alarm(60);
+        _exit(difference(parallelContacts(all[0].space, 8), all[0].expected) == "" ? 4 : 5);
+      }
+      int status = 0;
+      if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status) ||
+          WEXITSTATUS(status) != 4)
+        child = -1;
+    }
+    for (std::thread& worker : workers) worker.join();
+    CHECK(child > 0);
+    for (const Own& own : all) CHECK(own.wrong == "");
+  }
 }
 
 namespace {
