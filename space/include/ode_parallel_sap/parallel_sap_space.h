@@ -151,7 +151,12 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
  * what OpenMP would use (processor affinity, OMP_NUM_THREADS), or one thread for as long as a team
  * is slower, which happens where other programs hold the cores. Whatever is set, the pairs of small
  * scenes are found by one thread, and everything in the child of a process (fork) where the library
- * had started threads, as they are not the child's. */
+ * had started threads, as they are not the child's.
+ *
+ * OpenMP ends a program where it cannot start a thread: at a limit of processes or of address space.
+ * So each calling thread first starts as many threads that do nothing, once for each larger team.
+ * Where fewer can be had, these do the work, and dMessage says so once. A limit that is reached
+ * later, by the program's other threads for instance, cannot be foreseen. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -275,7 +280,10 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
  * What their colliders report goes to the functions that the program has set (dSetMessageHandler,
  * dSetDebugHandler, dSetErrorHandler); what they allocate does not come from those of
  * dSetAllocHandler. Where there can be none, ODE being linked statically, say, dMessage tells why,
- * once, and the calling thread collides these pairs.
+ * once, and the calling thread collides these pairs. Calling threads, each with a space of its own,
+ * take turns at the meshes that they collide without an image. Nothing protects these from threads
+ * in which the program itself calls dCollide for meshes, or collides meshes with callbacks: as ODE
+ * has it, no other thread may collide meshes then.
  *
  * The calling thread alone, after the others are done, collides what runs code of the program or
  * keeps something in a geom: geom transforms, user classes, meshes with callbacks or with temporal
