@@ -28,7 +28,6 @@ target_include_directories(ode-private-headers INTERFACE ${ODE_PRIVATE_INCLUDE_D
 function(run_with_ode program complaint result)
   set(arguments "${PROJECT_BINARY_DIR}/ode-check/${program}" "${ode_cmake_dir}/${program}.cpp")
   set(options
-      COMPILE_DEFINITIONS "-DCHECK_ODE_VERSION=\"${ODE_PARALLEL_SAP_ODE_VERSION}\""
       LINK_LIBRARIES ${ARGN}
       CXX_STANDARD 17
       CXX_STANDARD_REQUIRED ON)
@@ -85,7 +84,7 @@ if(ode_says)
   list(GET ode_says 3 ODE_HAS_TLS)
   list(GET ode_says 4 body_flags)
   set(ODE_PARALLEL_SAP_BODY_FLAGS ${body_flags} CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
-  if(NOT header_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
+  if(NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS" AND NOT header_version VERSION_EQUAL ODE_PARALLEL_SAP_ODE_VERSION)
     message(FATAL_ERROR "ODE is said to be version ${ODE_PARALLEL_SAP_ODE_VERSION}, by its header <ode/version.h> "
                         "it is ${header_version}. ${ode_remedies}")
   endif()

@@ -123,7 +123,6 @@ void checkPrecision() {
   CHECK(dCheckConfiguration("ODE_single_precision"));
   CHECK(!dCheckConfiguration("ODE_double_precision"));
 #endif
-  CHECK(std::strcmp(dODE_VERSION, CHECK_ODE_VERSION) == 0);
 #if dTLS_ENABLED
   CHECK(dCheckConfiguration("ODE_EXT_mt_collisions"));
 #else

@@ -25,6 +25,10 @@ std::size_t placeOfBodyFlags() {
 
 }  // namespace
 
+#if !defined(dODE_VERSION)
+#define dODE_VERSION "unknown"
+#endif
+
 int main() {
   dInitODE2(0);
 #if defined(dDOUBLE)

@@ -123,8 +123,8 @@ bool OdeImage::learnSizes() {
     sizes_[geom_class] = first_size;
     destroy(geom);
   };
-  static const dReal numbers[4] = {};
-  static const unsigned none[1] = {};
+  static dReal numbers[4] = {};  // not const, for forks
+  static unsigned none[1] = {};
   set_alloc(noteAllocation);
   learn(dSphereClass, [&] { return sphere(nullptr, 1); });
   learn(dBoxClass, [&] { return box(nullptr, 1, 1, 1); });

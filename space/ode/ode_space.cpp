@@ -225,7 +225,7 @@ void ParallelSAPSpace::sweep() {
     if (swept_.sweep(*this, geoms, slots_.size())) any = true;
   }
   if (!any) return;
-  swept_.times.made = ++sweeps;
+  swept_.times.made = sweeps += 1;  // forks of ODE have a ++ that takes any type
   gflags |= GEOM_AABB_BAD;
   if (parent_space)
     recomputeAABB();

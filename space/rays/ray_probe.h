@@ -19,9 +19,10 @@ class RayProbe {
   explicit RayProbe(int flags)
       : most_contacts_(flags & most_contacts_mask), ray_(dCreateRay(nullptr, 1)) {
     if (most_contacts_ == 0) most_contacts_ = 1;
-    dGeomRaySetFirstContact(ray_, flags & dParallelSAPRayFirstContact);
-    dGeomRaySetBackfaceCull(ray_, flags & dParallelSAPRayBackfaceCull);
-    dGeomRaySetClosestHit(ray_, flags & dParallelSAPRayClosestHit);
+    // Forks of ODE have other functions for these.
+    if (flags & dParallelSAPRayFirstContact) ray_->gflags |= RAY_FIRSTCONTACT;
+    if (flags & dParallelSAPRayBackfaceCull) ray_->gflags |= RAY_BACKFACECULL;
+    if (flags & dParallelSAPRayClosestHit) ray_->gflags |= RAY_CLOSEST_HIT;
   }
   ~RayProbe() { dGeomDestroy(ray_); }
   RayProbe(const RayProbe&) = delete;

@@ -12,9 +12,10 @@ void copyPose(const dReal* position, const dReal* rotation, dReal (&pose)[trace_
       pose[3 + 3 * row + column] = rotation[4 * row + column];
 }
 
-int rayFlags(dGeomID ray) {
-  return dGeomRayGetFirstContact(ray) | dGeomRayGetBackfaceCull(ray) << 1 |
-         dGeomRayGetClosestHit(ray) << 2;
+// Forks of ODE have other functions for these.
+int rayFlags(const dxGeom* ray) {
+  return (ray->gflags & RAY_FIRSTCONTACT ? 1 : 0) | (ray->gflags & RAY_BACKFACECULL ? 2 : 0) |
+         (ray->gflags & RAY_CLOSEST_HIT ? 4 : 0);
 }
 
 // The numbers that make a shape, of the classes that can be made again.

@@ -111,8 +111,11 @@ std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, cons
                                   int flags) {
   std::vector<RayHits> all;
   const dGeomID ray = dCreateRay(nullptr, 1);
-  dGeomRaySetFirstContact(ray, flags & dParallelSAPRayFirstContact);
-  dGeomRaySetBackfaceCull(ray, flags & dParallelSAPRayBackfaceCull);
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // the one that forks have, too
+  dGeomRaySetParams(ray, (flags & dParallelSAPRayFirstContact) != 0,
+                    (flags & dParallelSAPRayBackfaceCull) != 0);
+#pragma GCC diagnostic pop
   dGeomRaySetClosestHit(ray, flags & dParallelSAPRayClosestHit);
   for (const dParallelSAPRay& asked : rays) {
     all.emplace_back();
