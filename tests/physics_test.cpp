@@ -1,6 +1,7 @@
 // At every extreme of physics our pairs lead to what dSimpleSpace's lead to.
 #include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "physics/rescue.h"
 #include "support/catch.hpp"
@@ -18,7 +19,7 @@ Limits firstSteps(const Extreme& extreme) {
   return limits;
 }
 
-const Extreme& named(const std::string& name) {
+const Extreme& named(std::string_view name) {
   for (const Extreme& extreme : extremes()) {
     if (extreme.name == name) return extreme;
   }

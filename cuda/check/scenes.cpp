@@ -297,10 +297,10 @@ const std::vector<Scene>& scenes() {
   return all;
 }
 
-const Scene& sceneOf(const std::string& name) {
+const Scene& sceneOf(std::string_view name) {
   for (const Scene& scene : scenes())
     if (scene.name == name) return scene;
-  throw std::invalid_argument("no scene is called " + name);
+  throw std::invalid_argument("no scene is called " + std::string(name));
 }
 
 }  // namespace cuda_check

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "space/data/box_set.h"
@@ -17,6 +18,6 @@ struct Scene {
 };
 
 const std::vector<Scene>& scenes();
-const Scene& sceneOf(const std::string& name);
+const Scene& sceneOf(std::string_view name);
 
 }  // namespace cuda_check

@@ -23,10 +23,10 @@ const std::vector<Preset>& presets() {
   return all;
 }
 
-const Preset& presetOf(const std::string& name) {
+const Preset& presetOf(std::string_view name) {
   for (const Preset& preset : presets())
     if (name == preset.name) return preset;
-  throw std::out_of_range("no scene " + name);
+  throw std::out_of_range("no scene " + std::string(name));
 }
 
 }  // namespace pile

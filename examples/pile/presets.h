@@ -2,6 +2,7 @@
 #define PILE_PRESETS_H
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "random.h"
@@ -29,7 +30,7 @@ constexpr int most_static_geoms = 1000;
 const std::vector<Preset>& presets();
 
 // Throws std::out_of_range for a name that is not there.
-const Preset& presetOf(const std::string& name);
+const Preset& presetOf(std::string_view name);
 
 }  // namespace pile
 

@@ -37,7 +37,6 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE ${package_release})
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS "${PROJECT_BINARY_DIR}/space")
-set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "exact parallel broad phase for the Open Dynamics Engine")
@@ -60,7 +59,10 @@ endif()
 
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME "${runtime_package}")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_CURRENT_LIST_DIR}/debian/triggers")
+# Not made by CPack, which warns that the preload library has no version.
+file(WRITE "${PROJECT_BINARY_DIR}/debian/shlibs"
+     "libode-parallel-sap ${PROJECT_VERSION_MAJOR} ${runtime_package} (= ${package_version})\n")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_CURRENT_LIST_DIR}/debian/triggers;${PROJECT_BINARY_DIR}/debian/shlibs")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "${about}This package has the library.")
 
 set(CPACK_DEBIAN_PRELOAD_PACKAGE_NAME "${preload_package}")

@@ -20,7 +20,10 @@ fail() {
 
 cd "$folder"
 cpack --config "$build/CPackConfig.cmake" >"$folder/log" 2>&1 || { cat "$folder/log"; exit 1; }
+! grep -A5 -i warning "$folder/log" || fail "CPack warns"
 [ "$(ls ./*.deb | wc -l)" -eq 3 ] || fail "not three packages: $(ls)"
+dpkg-deb -I libode-parallel-sap0_*.deb shlibs | grep -q '^libode-parallel-sap 0 libode-parallel-sap0 (= ' ||
+  fail "programs that link the library would not depend on its package"
 depends() { dpkg-deb -f ./"$1"_*.deb Depends; }
 depends libode-parallel-sap0 | grep -q 'libode8[a-z0-9]* (>= 2:0.16' || fail "the library does not depend on ODE"
 depends libode-parallel-sap0 | grep -q 'libode8[a-z0-9]* (<< 2:0.17~)' || fail "the library takes a later ODE for good"

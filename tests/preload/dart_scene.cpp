@@ -88,7 +88,7 @@ class Scene {
   Scene() : detector(std::make_shared<TimedDetector>()), world(dart::simulation::World::create()) {
     auto& solver = *world->getConstraintSolver();
     solver.setCollisionDetector(detector);
-    solver.getCollisionOption().maxNumContacts = 100000;  // as Gazebo Sim sets it
+    solver.getCollisionOption().maxNumContacts = 100000;  // more than any scene here has
     world->setTimeStep(0.001);
     using namespace dart::dynamics;
     const auto ground = Skeleton::create("ground");
