@@ -65,8 +65,10 @@ void copyRotation(const Pose& pose, dMatrix3 rotation) {
 void setRay(dGeomID ray, const Geom& record) {
   const int flags = static_cast<int>(record.params[1]);
   dGeomRaySetLength(ray, realOf(record.params[0]));
-  dGeomRaySetFirstContact(ray, flags & 1);
-  dGeomRaySetBackfaceCull(ray, flags >> 1 & 1);
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"  // the one that forks have, too
+  dGeomRaySetParams(ray, flags & 1, flags >> 1 & 1);
+#pragma GCC diagnostic pop
   dGeomRaySetClosestHit(ray, flags >> 2 & 1);
 }
 

@@ -5,7 +5,8 @@ include_guard(GLOBAL)
 if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   string(CONCAT ode_remedies "Remedy: name headers and library of one build with -DODE_PARALLEL_SAP_ODE_INCLUDE_DIRS, "
                    "-DODE_PARALLEL_SAP_ODE_PRIVATE_DIRS, -DODE_PARALLEL_SAP_ODE_LIBRARY and what it was compiled with in "
-                   "-DODE_PARALLEL_SAP_ODE_DEFINITIONS.")
+                   "-DODE_PARALLEL_SAP_ODE_DEFINITIONS. Where dxSpace is undefined, the library hides its classes "
+                   "(-fvisibility=hidden): compile it without that.")
 elseif(ODE_PARALLEL_SAP_ODE STREQUAL "SOURCE")
   string(CONCAT ode_remedies "Remedy: remove ${ODE_PARALLEL_SAP_ODE_PREFIX} and configure again, or name an unmodified source "
                    "tree with -DODE_SOURCE_DIR=<directory>.")

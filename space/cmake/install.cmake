@@ -15,6 +15,9 @@ if(TARGET ode-parallel-sap-preload)
 endif()
 install(FILES "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
         DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ode_parallel_sap COMPONENT development)
+if(ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS" AND EXISTS "${ode_forwards}")
+  install(DIRECTORY "${ode_forwards}/ode" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/ode_parallel_sap COMPONENT development)
+endif()
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT license)
 
 # The CMake package.

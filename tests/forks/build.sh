@@ -32,3 +32,8 @@ smaller) layout='dxGeom 144 bytes, .*, without tome_ex' ;;
 esac
 grep -q "^-- ODE of a fork: .*$layout" "$build/said" || { echo "not the layout of a fork: $layout"; exit 1; }
 cmake --build "$build/project" --parallel "$jobs" --target "$@"
+
+# The installed header finds the fork's.
+cmake --install "$build/project" --prefix "$build/installed" --component development >/dev/null
+eval "flags=($(PKG_CONFIG_PATH=$(dirname "$(find "$build/installed" -name ode-parallel-sap.pc)") pkg-config --cflags ode-parallel-sap))"
+echo '#include <ode_parallel_sap/parallel_sap_space.h>' | "${CC:-cc}" "${flags[@]}" -fsyntax-only -x c -

@@ -73,7 +73,7 @@
 
 #include <stddef.h>
 
-#include <ode/ode.h>
+#include "ode/ode.h" /* where a fork has it elsewhere, a header of that name is installed beside this one */
 
 #if defined(_WIN32) && defined(ODE_PARALLEL_SAP_SHARED)
 #if defined(ODE_PARALLEL_SAP_BUILD)
