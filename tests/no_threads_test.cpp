@@ -2,7 +2,10 @@
 // OpenMP keeps the threads that it has.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
+#include <atomic>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -67,4 +70,28 @@ TEST_CASE("Where a few threads can be had they do all", "[.][few]") {
   CHECK(threads <= 3);  // one is left for the rest of the program
   if (root) CHECK(threads == 3);
   CHECK(messages.all().size() == 1);
+}
+
+TEST_CASE("Calling threads that ask at once share the threads that can be had", "[.][shared]") {
+  const ScopedGrain grain(1);
+  std::atomic<bool> limited{false};
+  std::string wrong[3];
+  std::vector<std::thread> callers;
+  for (std::string& own : wrong)
+    callers.emplace_back([&own, &limited] {
+      while (!limited) std::this_thread::yield();
+      dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
+      const Space space;
+      World world(space);
+      world.addBoxes(denseCube(400, 87));
+      dParallelSAPSpaceSetNumThreads(space, 8);
+      for (std::uint64_t frame = 0; frame < 20; ++frame) {
+        world.jitter(0.3, frame);
+        own += difference(collide(space), expectedPairs(world.geoms()));
+      }
+    });
+  const ThreadLimit limit(9);
+  limited = true;
+  for (std::thread& caller : callers) caller.join();
+  for (const std::string& own : wrong) CHECK(own == "");
 }
