@@ -16,8 +16,8 @@ Region listing("contacts: list of pairs");
 
 }  // namespace
 
-ContactPairs::ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>&& storage)
-    : request_(request), list_(std::move(storage)) {
+ContactPairs::ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list)
+    : request_(request), list_(list) {
   list_.resizeDiscarding(0);
 }
 
@@ -92,8 +92,8 @@ bool ContactPairs::makeRoom(std::size_t pairs) try {
 }
 
 void ContactPairs::collideNow() {
-  const Buffer<dParallelSAPPair> list = std::move(list_);
-  NarrowPhase::collideOneByOne(list, request_);
+  NarrowPhase::collideOneByOne(list_, request_);
+  list_.release();
 }
 
 }  // namespace ode_parallel_sap

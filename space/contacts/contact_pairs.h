@@ -8,8 +8,8 @@ namespace ode_parallel_sap {
 
 class ContactPairs {
  public:
-  // Takes over the storage of a list, to give it back by release().
-  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>&& storage);
+  // They are put into `list`.
+  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list);
 
   // Adds a pair, or in the place of one with a space what the request says is to be collided then.
   // Where there is no memory for it, the pairs so far are collided and reported at once.
@@ -19,7 +19,6 @@ class ContactPairs {
   void add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
-  Buffer<dParallelSAPPair>&& release() { return std::move(list_); }
 
  private:
   bool makeRoom(std::size_t pairs);
@@ -27,7 +26,7 @@ class ContactPairs {
   void collideNow();
 
   const ContactRequest& request_;
-  Buffer<dParallelSAPPair> list_;
+  Buffer<dParallelSAPPair>& list_;
 };
 
 // Writes the pairs of geoms behind pairs of slots to `to`; returns what comes after them.

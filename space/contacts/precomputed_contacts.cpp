@@ -24,6 +24,7 @@ constexpr int needs_update = GEOM_DIRTY | GEOM_POSR_BAD;
 }  // namespace
 
 PrecomputedContacts::Report::Report(PrecomputedContacts& contacts) : contacts_(contacts) {
+  contacts.endReport();
   contacts.outer_ = reporting_now_;
   contacts.reporting_ = true;
   reporting_now_ = &contacts;
@@ -31,13 +32,16 @@ PrecomputedContacts::Report::Report(PrecomputedContacts& contacts) : contacts_(c
 }
 
 PrecomputedContacts::Report::~Report() {
-  reports_.fetch_sub(1, std::memory_order_relaxed);
-  reporting_now_ = contacts_.outer_;
-  contacts_.reporting_ = false;
+  contacts_.endReport();
 }
 
-// A callback that was left by longjmp has left its report standing.
 PrecomputedContacts::~PrecomputedContacts() {
+  endReport();
+}
+
+// If there is one: a callback that was left by longjmp has left its report standing.
+void PrecomputedContacts::endReport() {
+  reporting_ = false;
   for (PrecomputedContacts** told = &reporting_now_; *told; told = &(*told)->outer_) {
     if (*told != this) continue;
     *told = outer_;

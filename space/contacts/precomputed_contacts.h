@@ -80,6 +80,7 @@ class PrecomputedContacts {
  private:
   void begin(double least_share, std::size_t slots);
   void tellNothing();
+  void endReport();
   void takeChange(Slot slot);
   bool isAsTold(std::size_t place) const;
   std::size_t placeBehind(const dxGeom* o1, const dxGeom* o2) const;

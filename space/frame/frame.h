@@ -1,8 +1,10 @@
 // One frame on its way through the stages, with all that one stage leaves to the next.
 #pragma once
 
-#include <utility>
+#include <cstddef>
 
+#include "space/contacts/narrow_phase.h"
+#include "space/data/buffer.h"
 #include "space/data/pair_list.h"
 #include "space/frame/frame_result.h"
 #include "space/frame/plan.h"
@@ -12,38 +14,41 @@
 
 namespace ode_parallel_sap {
 
-// What frames of one space leave to the next one, while none runs.
-struct FrameStore {
-  class Frame* innermost = nullptr;  // that runs
-  bool repeats = false;              // the last frame found all as it was, and reported nothing
-  PairList pairs;                    // reported in the last frame
-  PairKeeper coherence;
-  FatPairs fat_pairs;
+// The lists of a frame, which outlast it. Those of frames within no callback are the same.
+struct FrameLists {
+  PairList pairs;  // of the last frame, then of this one
+  Buffer<dParallelSAPPair> contact_pairs;
+  NarrowPhase narrow_phase;
+
+  void release() {
+    pairs = PairList();
+    contact_pairs.release();
+    narrow_phase = NarrowPhase();
+  }
+  std::size_t bytes() const { return bytesOf(pairs, contact_pairs, narrow_phase); }
 };
 
-// A callback may collide the space again: that frame finds the store without pairs, and what is
-// kept is of no use to either. Whatever way a frame ends, its lists go back.
-class Frame {
- public:
-  Frame(FrameStore& store, const Plan& plan, const SceneFacts& facts, const Scene& scene)
-      : plan(plan),
-        facts(facts),
-        scene(scene),
-        pairs(std::move(store.pairs)),
-        store_(store),
-        outer_(store.innermost) {
+// What frames of one space leave to the next one.
+struct FrameStore {
+  bool complete = false;  // the last frame came to its report: what is kept is of its pairs
+  bool repeats = false;   // it found all as it was, and reported nothing
+  PairKeeper coherence;
+  FatPairs fat_pairs;
+
+  // Of use to a frame that begins; null where nothing is.
+  const SlotSet* changed() const { return complete ? coherence.changed() : nullptr; }
+};
+
+// A callback may collide the space again: what is kept is of no use to that frame nor to the next.
+// A callback may be left in any way, so nothing is left to a destructor.
+struct Frame {
+  Frame(FrameStore& store, FrameLists& lists, const Plan& plan, const SceneFacts& facts,
+        const Scene& scene)
+      : plan(plan), facts(facts), scene(scene), pairs(lists.pairs) {
     result.geoms = scene.count;
-    for (Frame* outer = outer_; outer; outer = outer->outer_) outer->overtaken_ = true;
-    store_.innermost = this;
-    store_.repeats = false;
+    if (!store.complete || scene.nested) store.coherence.stop();
+    store.complete = store.repeats = false;
   }
-  ~Frame() {
-    store_.innermost = outer_;
-    store_.pairs = std::move(pairs);
-    if (!found || overtaken_) store_.coherence.stop();
-  }
-  Frame(const Frame&) = delete;
-  Frame& operator=(const Frame&) = delete;
 
   dxGeom* const* geoms() const { return scene.slots.data(); }
   std::size_t slots() const { return scene.slots.size(); }
@@ -51,17 +56,11 @@ class Frame {
   const Plan plan;
   const SceneFacts facts;
   const Scene scene;
-  PairList pairs;                        // of the last frame, then of this one
+  PairList& pairs;                       // of the last frame, then of this one
   const UpdateFacts* updated = nullptr;  // of the geoms, until the report
-  bool found = false;                    // `pairs` are complete
   bool same = false;                     // as in the last frame: no event
   FrameResult result;
   StageClock clock;
-
- private:
-  FrameStore& store_;
-  Frame* const outer_;
-  bool overtaken_ = false;
 };
 
 }  // namespace ode_parallel_sap

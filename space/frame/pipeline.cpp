@@ -8,14 +8,14 @@
 
 namespace ode_parallel_sap {
 
-void Pipeline::collide(const Scene& scene, const Settings& settings, void* data,
+void Pipeline::collide(const Scene& scene, FrameLists& lists, const Settings& settings, void* data,
                        dNearCallback* callback, bool manual_cleanup) {
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
     collideSmall(scene, settings, {data, callback});
   } else {
     const SceneFacts facts = factsOf(scene, false);
-    Frame frame(store_, policy_.decide(facts, settings), facts, scene);
+    Frame frame(store_, lists, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
       if (frame.plan.precompute.watch) {
         precompute(frame, settings, manual_cleanup);
@@ -52,7 +52,7 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   tellEvents(frame, kept);
   frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
-  frame.found = true;
+  store_.complete = true;
   learn(frame, settings);
   note(frame.result);
   return true;

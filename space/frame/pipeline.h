@@ -26,10 +26,10 @@ class Pipeline {
  public:
   explicit Pipeline(bool sums) : statistics_(sums) {}
 
-  // The scene is locked. `callback` is called for its pairs, in their order. `manual_cleanup`:
-  // threads leave no data in ODE.
-  void collide(const Scene& scene, const Settings& settings, void* data, dNearCallback* callback,
-               bool manual_cleanup);
+  // The scene is locked, and no other frame uses `lists`. `callback` is called for its pairs, in
+  // their order. `manual_cleanup`: threads leave no data in ODE.
+  void collide(const Scene& scene, FrameLists& lists, const Settings& settings, void* data,
+               dNearCallback* callback, bool manual_cleanup);
   // Whether frames of a space of so many slots may be collided on the fast path: as small scenes,
   // and without a look at what frames leave behind.
   bool mayTakeFastPath(std::size_t slots, const Settings& settings) const {
@@ -44,10 +44,11 @@ class Pipeline {
                                                {data, callback});
   }
   // The contacts of its pairs.
-  void collideContacts(const Scene& scene, const Settings& settings, const ContactRequest& request,
-                       bool manual_cleanup);
+  void collideContacts(const Scene& scene, FrameLists& lists, const Settings& settings,
+                       const ContactRequest& request, bool manual_cleanup);
   // Its pairs in blocks.
-  void collidePairs(const Scene& scene, const Settings& settings, const PairsRequest& request);
+  void collidePairs(const Scene& scene, FrameLists& lists, const Settings& settings,
+                    const PairsRequest& request);
   // Of a geom that a query is for.
   void complainOfInvalid(const dxGeom* geom) { complaints_.ofInvalid(geom); }
   // Brings the AABBs of all geoms up to date, as for a frame.
@@ -96,8 +97,8 @@ class Pipeline {
 
   // Counts a frame of so many geoms. True: what is held is far more than the last frames needed.
   bool noteMemory(std::size_t geoms) { return memory_watch_.noteFrame(geoms, last_pairs_); }
-  // Gives back what is held, but for the devices.
-  void release();
+  // Gives back what is held, but for the devices. No frame uses `lists`.
+  void release(FrameLists& lists);
   std::size_t bytes() const;
   PairEvents& events() { return events_; }
   const PairEvents& events() const { return events_; }
@@ -127,8 +128,8 @@ class Pipeline {
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void seePairs(const Frame& frame);
   FrameCounts collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
-  Plan collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                    FrameResult& result);
+  Plan collectPairs(const Scene& scene, FrameLists& lists, const Settings& settings,
+                    ContactPairs& pairs, FrameResult& result);
 
   Policy policy_;
   FrameStore store_;
@@ -142,9 +143,7 @@ class Pipeline {
   PairList candidates_, others_;
   bool candidates_apart_ = false;
   PairEvents events_;
-  NarrowPhase narrow_phase_;
   PrecomputedContacts precomputed_;
-  Buffer<dParallelSAPPair> contact_pairs_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;

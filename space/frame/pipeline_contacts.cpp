@@ -1,20 +1,18 @@
 // dParallelSAPSpaceCollideContacts: the narrow phase in the place of the report.
 #include <new>
-#include <utility>
 
 #include "space/frame/pipeline.h"
 
 namespace ode_parallel_sap {
 
-// A contact callback that collides the space again finds the members free, as one of collide does.
-void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
+void Pipeline::collideContacts(const Scene& scene, FrameLists& lists, const Settings& settings,
                                const ContactRequest& request, bool manual_cleanup) {
   statistics_.beginFrame();
   StageClock clock;
-  ContactPairs pairs(request, std::move(contact_pairs_));
-  NarrowPhase narrow_phase = std::move(narrow_phase_);
+  ContactPairs pairs(request, lists.contact_pairs);
+  NarrowPhase& narrow_phase = lists.narrow_phase;
   FrameResult result;
-  const Plan plan = collectPairs(scene, settings, pairs, result);
+  const Plan plan = collectPairs(scene, lists, settings, pairs, result);
   clock.lap();
   clock.begin(Stage::narrow);
   bool found = true;
@@ -49,13 +47,11 @@ void Pipeline::collideContacts(const Scene& scene, const Settings& settings,
   result.total_ms = clock.total();
   note(result);
   statistics_.endFrame();
-  contact_pairs_ = pairs.release();
-  narrow_phase_ = std::move(narrow_phase);
 }
 
 // All stages up to the list of pairs. Returns the plan, for the narrow phase.
-Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, ContactPairs& pairs,
-                            FrameResult& result) {
+Plan Pipeline::collectPairs(const Scene& scene, FrameLists& lists, const Settings& settings,
+                            ContactPairs& pairs, FrameResult& result) {
   const SceneFacts facts = factsOf(scene, true);
   const Plan plan = policy_.decide(facts, settings);
   if (Policy::isSmall(facts.slots, settings)) {
@@ -67,7 +63,7 @@ Plan Pipeline::collectPairs(const Scene& scene, const Settings& settings, Contac
     result.extract_ms = clock.lap();
     return plan;
   }
-  Frame frame(store_, plan, facts, scene);
+  Frame frame(store_, lists, plan, facts, scene);
   if (findPairs(frame, settings))
     pairs.add(frame.pairs, frame.geoms(), frame.updated->spaces, plan.threads);
   else

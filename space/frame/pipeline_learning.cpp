@@ -50,15 +50,16 @@ FrameCounts Pipeline::collideSmall(const Scene& scene, const Settings& settings,
 void Pipeline::clean(const Scene& scene, const Settings& settings) {
   try {
     geom_update_.clean(scene.slots.data(), scene.slots.size(),
-                       policy_.teamFor(scene.slots.size(), settings), store_.coherence.changed());
+                       policy_.teamFor(scene.slots.size(), settings), store_.changed());
   } catch (const std::bad_alloc&) {
     cleanOneByOne(scene.first);
   }
   scene.needs_clean = false;
 }
 
-void Pipeline::release() {
-  events_.keep(store_.pairs);
+void Pipeline::release(FrameLists& lists) {
+  events_.keep(lists.pairs);
+  lists.release();
   store_ = FrameStore();
   geom_update_ = GeomUpdate();
   boxes_ = BoxSet();
@@ -69,15 +70,13 @@ void Pipeline::release() {
   others_ = PairList();
   candidates_apart_ = false;
   events_.release();
-  contact_pairs_.release();
-  narrow_phase_ = NarrowPhase();
   precomputed_.release();
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(store_.pairs, store_.coherence, store_.fat_pairs, geom_update_, boxes_,
-                 extraction_, pair_filter_, plane_pairs_, candidates_, others_, events_,
-                 narrow_phase_, precomputed_, contact_pairs_, small_scenes_);
+  return bytesOf(store_.coherence, store_.fat_pairs, geom_update_, boxes_, extraction_,
+                 pair_filter_, plane_pairs_, candidates_, others_, events_, precomputed_,
+                 small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

@@ -5,7 +5,7 @@
 
 namespace ode_parallel_sap {
 
-void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
+void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Settings& settings,
                             const PairsRequest& request) {
   if (!request.callback && repeatsLastFrame() && statistics_.repeatFrame()) return;
   statistics_.beginFrame();
@@ -17,7 +17,7 @@ void Pipeline::collidePairs(const Scene& scene, const Settings& settings,
   } else {
     SceneFacts facts = factsOf(scene, false);
     facts.for_blocks = request.concurrent();
-    Frame frame(store_, policy_.decide(facts, settings), facts, scene);
+    Frame frame(store_, lists, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
       frame.clock.begin(Stage::report);
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);

@@ -70,6 +70,12 @@ class ParallelSAPSpace::Lock {
 #endif
 };
 
+// One that calls back. A longjmp leaves the lock counted.
+class ParallelSAPSpace::Call : Lock, public Workspaces::Use {
+ public:
+  explicit Call(ParallelSAPSpace& space) : Lock(space), Use(space.workspaces_) {}
+};
+
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
@@ -282,7 +288,7 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  pipeline_.clean(scene(), settings_);
+  pipeline_.clean(scene(true), settings_);
 }
 
 // What a query does before it asks: where few geoms changed since the last one, these are known.
@@ -293,24 +299,25 @@ void ParallelSAPSpace::cleanFew() {
 }
 
 // Within a callback of this space the slots stay what they are, and what is held stays held.
-void ParallelSAPSpace::beginFrame() {
-  if (lock_count == 1) {
+void ParallelSAPSpace::beginFrame(const Call& call) {
+  if (!call.nested()) {
     if (pipeline_.noteMemory(count)) {
-      pipeline_.release();
+      pipeline_.release(call->frame);
+      call->release();
       queries_.release();
       rays_.reset();
       slots_.shrink();
       swept_.shrink();
     }
     closeSlots();
+    if (queries_.noteFrame()) call->hits.release();
+    if (rays_ && rays_->noteFrame()) call->rays = RayLists();
   }
   const unsigned notified = notified_of_all.load(std::memory_order_relaxed);
   if (notified != notified_of_all_) notify(nullptr);
   notified_of_all_ = notified;
-  queries_.noteFrame();
-  if (rays_) rays_->noteFrame();
   askSilent();
-  fast_path_ = mechanisms::fast_path && lock_count == 1 && mayTakeFastPath();
+  fast_path_ = mechanisms::fast_path && !call.nested() && mayTakeFastPath();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -324,42 +331,49 @@ void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
 
 // Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
 // up, too: with a tolerance they depend on the frames before.
-bool ParallelSAPSpace::writeTrace() {
-  if (lock_count > 1 || !trace_->noteFrame()) return false;
-  if (needs_clean_) pipeline_.clean(scene(), settings_);
-  trace_->write(scene(), settings_.rules);
+bool ParallelSAPSpace::writeTrace(const Call& call) {
+  if (call.nested() || !trace_->noteFrame()) return false;
+  const Scene all = scene(false);
+  if (needs_clean_) pipeline_.clean(all, settings_);
+  trace_->write(all, settings_.rules);
   return settings_.rules.tolerance == 0;
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
-  const Lock lock(*this);
+  const Call call(*this);
   if (fast_path_) {
     assert(mayTakeFastPath());
     askSilent();
-    return pipeline_.collideOnFastPath(scene(), settings_, data, callback);
+    return pipeline_.collideOnFastPath(scene(call.nested()), settings_, data, callback);
   }
-  beginFrame();
-  if (!trace_ || !writeTrace())
-    return pipeline_.collide(scene(), settings_, data, callback, getManualCleanup() != 0);
+  beginFrame(call);
+  const Scene all = scene(call.nested());
+  if (!trace_ || !writeTrace(call))
+    return pipeline_.collide(all, call->frame, settings_, data, callback, getManualCleanup() != 0);
   PairTally tally(*trace_, data, callback);
-  pipeline_.collide(scene(), settings_, &tally, PairTally::passPair, getManualCleanup() != 0);
+  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair,
+                    getManualCleanup() != 0);
   tally.writeTo(*trace_);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
-  const Lock lock(*this);
-  beginFrame();
-  if (trace_) writeTrace();
-  pipeline_.collideContacts(scene(), settings_, request, getManualCleanup() != 0);
+  const Call call(*this);
+  beginFrame(call);
+  if (trace_) writeTrace(call);
+  pipeline_.collideContacts(scene(call.nested()), call->frame, settings_, request,
+                            getManualCleanup() != 0);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
-  const Lock lock(*this);
-  beginFrame();
-  if (!trace_ || !writeTrace()) return pipeline_.collidePairs(scene(), settings_, request);
+  const Call call(*this);
+  beginFrame(call);
+  const Scene all = scene(call.nested());
+  if (!trace_ || !writeTrace(call))
+    return pipeline_.collidePairs(all, call->frame, settings_, request);
   PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(scene(), settings_, {&tally, request.flags, PairTally::passBlock});
+  pipeline_.collidePairs(all, call->frame, settings_,
+                         {&tally, request.flags, PairTally::passBlock});
   tally.writeTo(*trace_);
 }
 
@@ -387,23 +401,23 @@ void ParallelSAPSpace::askOther(dxGeom* geom) {
 
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
-  const Lock lock(*this);
+  const Call call(*this);
   fast_path_ = false;
-  if (!pipeline_.statistics().timesQueries()) return query(geom, data, callback);
+  if (!pipeline_.statistics().timesQueries()) return query(call, geom, data, callback);
   const Clock::time_point begin = Clock::now();
-  query(geom, data, callback);
+  query(call, geom, data, callback);
   pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
 }
 
-void ParallelSAPSpace::query(dxGeom* geom, void* data, dNearCallback* callback) {
+void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data,
+                             dNearCallback* callback) {
   askSilent();
   askOther(geom);
   cleanFew();
   updateAABB(geom);
   if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
   if (hasNaN(geom)) return pipeline_.complainOfInvalid(geom);
-  // A query within the callback has hits of its own.
-  Buffer<dxGeom*> hits = queries_.takeHits();
+  Buffer<dxGeom*>& hits = call->hits;
   try {
     queries_.find(slots_.geoms(), geom,
                   {settings_.rules.cull_planes, !any_swept.load(std::memory_order_relaxed),
@@ -412,7 +426,7 @@ void ParallelSAPSpace::query(dxGeom* geom, void* data, dNearCallback* callback) 
                   hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
-    queryWithoutMemory(scene(), settings_.rules, geom, data, callback);
+    queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);
     return;
   }
   const GeomQueries::LookedAhead& ahead = queries_.lookedAhead();
@@ -423,11 +437,10 @@ void ParallelSAPSpace::query(dxGeom* geom, void* data, dNearCallback* callback) 
     if (passesAABBTests(own, geom)) hits[passed++] = own;
   hits.resize(passed);
   for (dxGeom* const own : hits) callback(data, own, geom);
-  queries_.giveBack(std::move(hits));
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
-  const Lock lock(*this);
+  const Call call(*this);
   const StageRange range(Stage::rays);
   fast_path_ = false;
   askSilent();
@@ -436,8 +449,8 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
   StageClock clock;
-  const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way)
-                                 : RayCaster().cast(slots_.geoms(), request, way);
+  const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way, call->rays)
+                                 : RayCaster().cast(slots_.geoms(), request, way, call->rays);
   const double ms = clock.lap();
   pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
   pipeline_.statistics().noteRays(request.count, ms);
@@ -446,7 +459,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(
-      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_));
+      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspaces_));
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -14,6 +14,7 @@
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
 #include "space/ode/swept_bounds.h"
+#include "space/ode/workspaces.h"
 #include "space/queries/geom_queries.h"
 #include "space/rays/ray_caster.h"
 #include "space/trace/trace.h"
@@ -93,16 +94,17 @@ class ParallelSAPSpace : public dxSpace {
 
  private:
   class Lock;
+  class Call;
 
-  Scene scene() {
-    return {first, std::size_t(count), slots_.geoms(), lock_count > 1, needs_clean_};
+  Scene scene(bool nested) {
+    return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
-  void beginFrame();
+  void beginFrame(const Call& call);
   bool mayTakeFastPath() const {
     return !trace_ && !rays_ && queries_.neverAsked() && !slots_.worthClosing(count) &&
            pipeline_.mayTakeFastPath(slots_.size(), settings_);
   }
-  bool writeTrace();
+  bool writeTrace(const Call& call);
   void noteSettings() {
     fast_path_ = false;
     pipeline_.noteSettings();
@@ -116,7 +118,7 @@ class ParallelSAPSpace : public dxSpace {
   static std::uint64_t sweepWithin(dxSpace* space, std::uint64_t seen);
   void cleanNoted();
   void cleanFew();
-  void query(dxGeom* geom, void* data, dNearCallback* callback);
+  void query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void printTotals() const;
 
@@ -137,6 +139,7 @@ class ParallelSAPSpace : public dxSpace {
   GeomQueries queries_;
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
+  Workspaces workspaces_;
   std::unique_ptr<Trace> trace_;  // null: there is none
 };
 

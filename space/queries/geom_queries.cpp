@@ -28,7 +28,6 @@ bool pairs(const dxGeom* own, const dxGeom* geom) {
 void GeomQueries::release() {
   tree_.release();
   ahead_.release();
-  hits_.release();
   found_.release();
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
 
 #include "space/data/buffer.h"
 #include "space/queries/found_slots.h"
@@ -52,17 +51,16 @@ class GeomQueries {
   };
   const LookedAhead& lookedAhead() const { return looked_ahead_; }
 
-  // Storage for hits, kept between queries. One that is taken by a query is free for no other.
-  Buffer<dxGeom*> takeHits() { return std::move(hits_); }
-  void giveBack(Buffer<dxGeom*>&& hits) { hits_ = std::move(hits); }
-
-  void noteFrame() {
-    if (tree_.noteFrame()) release();
+  // Whether it gave back what it holds.
+  bool noteFrame() {
+    if (!tree_.noteFrame()) return false;
+    release();
+    return true;
   }
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const { return bytesOf(tree_, ahead_, hits_, found_); }
+  std::size_t bytes() const { return bytesOf(tree_, ahead_, found_); }
 
  private:
   void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
@@ -72,7 +70,6 @@ class GeomQueries {
   GeomTree tree_;
   QueriesAhead ahead_;
   LookedAhead looked_ahead_;
-  Buffer<dxGeom*> hits_;
   FoundSlots found_;
 };
 

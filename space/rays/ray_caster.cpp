@@ -20,34 +20,9 @@ namespace {
 
 Region casting("rays: rays"), colliding_on_images("rays: geoms on images");
 
-// A geom that a ray may hit, if its collider may only run elsewhere.
-struct Waiting {
-  std::size_t ray;
-  RayTarget target;
-  dxGeom* geom;
-};
-
-// Hits [first, first + count) of a thread's share.
-struct Block {
-  std::size_t first;
-  std::uint32_t count, thread;
-};
-
-struct alignas(64) Share {
-  Buffer<RayFound> found;
-  Buffer<RayFound> late;  // of what waited, in no order
-  Buffer<Waiting> image, calling_thread;
-  Buffer<Slot> slots;
-
-  void clear(std::size_t slots_of_space) {
-    found.resizeDiscarding(0);
-    late.resizeDiscarding(0);
-    image.resizeDiscarding(0);
-    calling_thread.resizeDiscarding(0);
-    slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
-  }
-  std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
-};
+using Waiting = RayLists::Waiting;
+using Block = RayLists::Block;
+using Share = RayLists::Share;
 
 bool pairs(const dxGeom* geom, const dxGeom* ray) {
   return boxesOverlap(geom, ray) && isEnabled(geom) && filtersMatch(geom, ray);
@@ -55,20 +30,10 @@ bool pairs(const dxGeom* geom, const dxGeom* ray) {
 
 }  // namespace
 
-struct RayCaster::Store {
-  std::vector<Share> shares;  // by thread
-  Buffer<Block> blocks;       // by ray, where all hits are asked for
-  Buffer<Waiting> waiting;
-  Buffer<RayFound> late;
-  Buffer<dParallelSAPRayHit> hits;
-
-  std::size_t bytes() const { return bytesOf(shares, blocks, waiting, late, hits); }
-};
-
 // A batch on its way.
 class RayCaster::Pass {
  public:
-  Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, Store& store)
+  Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, RayLists& store)
       : caster_(caster), geoms_(geoms), request_(request), store_(store) {}
 
   void begin(int threads, bool trees);
@@ -77,11 +42,14 @@ class RayCaster::Pass {
   void collideRest();
   // Sorts what came late, and makes room for the hits of a ray. Nothing after it needs memory.
   void gatherLate();
-  std::size_t tell() const { return request_.nearest ? tellNearest() : tellAll(); }
+  // What then is reported needs no pass: a callback may leave it by longjmp.
+  static std::size_t tell(const RayRequest& request, RayLists& store) {
+    return request.nearest ? tellNearest(request, store) : tellAll(request, store);
+  }
 
  private:
-  std::size_t tellNearest() const;
-  std::size_t tellAll() const;
+  static std::size_t tellNearest(const RayRequest& request, const RayLists& store);
+  static std::size_t tellAll(const RayRequest& request, RayLists& store);
 
   // A ray on its way.
   struct Flight {
@@ -107,7 +75,7 @@ class RayCaster::Pass {
   const RayCaster& caster_;
   const Geoms& geoms_;
   const RayRequest& request_;
-  Store& store_;
+  RayLists& store_;
   std::deque<RayProbe> probes_;  // by thread
   const FloatingPointMode mode_ = currentMode();
   bool trees_ = false;
@@ -317,38 +285,35 @@ void RayCaster::Pass::gatherLate() {
   store_.hits.reserve(most + store_.late.size());
 }
 
-std::size_t RayCaster::Pass::tellNearest() const {
-  for (std::size_t i = 0; i < store_.late.size(); ++i)
-    if (i == 0 || store_.late[i].ray != store_.late[i - 1].ray)
-      request_.nearest[store_.late[i].ray] = store_.late[i].hit;
+std::size_t RayCaster::Pass::tellNearest(const RayRequest& request, const RayLists& store) {
+  for (std::size_t i = 0; i < store.late.size(); ++i)
+    if (i == 0 || store.late[i].ray != store.late[i - 1].ray)
+      request.nearest[store.late[i].ray] = store.late[i].hit;
   std::size_t hits = 0;
-  for (std::size_t ray = 0; ray < request_.count; ++ray)
-    hits += request_.nearest[ray].geom != nullptr;
+  for (std::size_t ray = 0; ray < request.count; ++ray)
+    hits += request.nearest[ray].geom != nullptr;
   return hits;
 }
 
-std::size_t RayCaster::Pass::tellAll() const {
+std::size_t RayCaster::Pass::tellAll(const RayRequest& request, RayLists& store) {
   std::size_t all = 0;
-  const RayFound* late = store_.late.begin();
-  for (std::size_t ray = 0; ray < request_.count; ++ray) {
-    const Block& block = store_.blocks[ray];
-    const RayFound* const found = store_.shares[block.thread].found.data() + block.first;
+  const RayFound* late = store.late.begin();
+  for (std::size_t ray = 0; ray < request.count; ++ray) {
+    const Block& block = store.blocks[ray];
+    const RayFound* const found = store.shares[block.thread].found.data() + block.first;
     const RayFound* const first_late = late;
-    while (late != store_.late.end() && late->ray == ray) ++late;
+    while (late != store.late.end() && late->ray == ray) ++late;
     const std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
     if (count == 0) continue;
-    store_.hits.resizeDiscarding(count);
+    store.hits.resizeDiscarding(count);
     const RayFound *a = found, *const a_end = found + block.count, *b = first_late;
-    for (dParallelSAPRayHit& hit : store_.hits)
+    for (dParallelSAPRayHit& hit : store.hits)
       hit = a != a_end && (b == late || isNearer(*a, *b)) ? a++->hit : b++->hit;
-    request_.all(request_.data, request_.first + ray, store_.hits.data(), count);
+    request.all(request.data, request.first + ray, store.hits.data(), count);
     all += count;
   }
   return all;
 }
-
-RayCaster::RayCaster() = default;
-RayCaster::~RayCaster() = default;
 
 // Whether there are trees.
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
@@ -358,65 +323,45 @@ bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way
   return others_.bringUpToDate(geoms, way.threads, queries) && bounded;
 }
 
-std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const Way& way) {
+std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const Way& way,
+                            RayLists& lists) {
   if (request.count == 0) return 0;
-  // A cast within the callback has a store of its own.
-  std::unique_ptr<Store> store = std::move(store_);
-  std::size_t hits = 0;
-  bool found = false;
   try {
-    if (!store) store = std::make_unique<Store>();
-    Pass pass(*this, geoms, request, *store);
+    Pass pass(*this, geoms, request, lists);
     pass.begin(way.threads, prepare(geoms, request, way));
     pass.castAll(way.threads, way.manual_cleanup);
     pass.collideOnImages(way.threads, way.manual_cleanup);
     pass.collideRest();
     pass.gatherLate();
-    found = true;
-    hits = pass.tell();
   } catch (const std::bad_alloc&) {
-    if (found) throw;
-    store.reset();
+    lists = RayLists();
     release();
-    return castOneByOne(geoms, request);
+    return castOneByOne(geoms, request, lists);
   }
-  store_ = std::move(store);
-  return hits;
+  return Pass::tell(request, lists);
 }
 
 // Without trees, and with memory for the hits of one ray.
-std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& request) {
+std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& request,
+                                    RayLists& lists) {
   std::size_t hits = 0;
   for (std::size_t ray = 0; ray < request.count; ++ray) {
     const RayRequest one = {request.rays + ray, 1,
                             request.flags,      request.nearest ? request.nearest + ray : nullptr,
                             request.data,       request.all,
                             request.first + ray};
-    bool found = false;
     try {
-      Store store;
-      Pass pass(*this, geoms, one, store);
+      Pass pass(*this, geoms, one, lists);
       pass.begin(1, false);
       pass.castAll(1, false);
       pass.gatherLate();
-      found = true;
-      hits += pass.tell();
     } catch (const std::bad_alloc&) {
-      if (found) throw;
       dDebug(0, "parallel SAP space: no memory for the hits of one ray");
     }
+    hits += Pass::tell(one, lists);
+    lists = RayLists();
   }
   return hits;
-}
-
-void RayCaster::release() {
-  bounded_.release();
-  others_.release();
-  store_.reset();
-}
-
-std::size_t RayCaster::bytes() const {
-  return bytesOf(bounded_, others_, store_);
 }
 
 }  // namespace ode_parallel_sap

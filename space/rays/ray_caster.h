@@ -5,13 +5,12 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
-#include <memory>
-#include <vector>
 
 #include "space/data/buffer.h"
 #include "space/queries/geom_tree.h"
 #include "space/rays/ray_bounds.h"
 #include "space/rays/ray_hits.h"
+#include "space/rays/ray_lists.h"
 
 namespace ode_parallel_sap {
 
@@ -41,8 +40,7 @@ class RayCaster {
     bool manual_cleanup;  // the threads leave no data in ODE
   };
 
-  RayCaster();
-  ~RayCaster();
+  RayCaster() = default;
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
@@ -56,28 +54,32 @@ class RayCaster {
   }
   // As of the trees.
   bool clean(const Geoms& geoms) { return bounded_.clean(geoms); }
-  void noteFrame() {
+  // Whether it gave back what it holds.
+  bool noteFrame() {
     const bool given_back = bounded_.noteFrame();
-    if (others_.noteFrame() || given_back) release();
+    if (!others_.noteFrame() && !given_back) return false;
+    release();
+    return true;
   }
 
-  // Casts the rays and reports what they hit. All AABBs are up to date. Returns the number of rays
-  // that hit something, or of all hits.
-  std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way);
+  // Casts the rays and reports what they hit. All AABBs are up to date, and no other batch uses
+  // `lists`. Returns the number of rays that hit something, or of all hits.
+  std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way, RayLists& lists);
 
   // Gives back all that is held.
-  void release();
-  std::size_t bytes() const;
+  void release() {
+    bounded_.release();
+    others_.release();
+  }
+  std::size_t bytes() const { return bytesOf(bounded_, others_); }
 
  private:
   class Pass;
-  struct Store;
 
   bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
-  std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request);
+  std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request, RayLists& lists);
 
   GeomTree bounded_{hasBoundedHits}, others_{hasUnboundedHits};
-  std::unique_ptr<Store> store_;
 };
 
 }  // namespace ode_parallel_sap

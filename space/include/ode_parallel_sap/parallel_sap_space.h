@@ -30,7 +30,9 @@
  *   why, once, and ODE goes on being asked about each pair. While a space is being collided by one
  *   thread, no other may make a class: the library reads ODE's table of them.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
- *   unlocked and usable. It may collide any space, this one too.
+ *   unlocked and usable. It may collide any space, this one too. It may be left by longjmp: the
+ *   space stays locked, as ODE's spaces do, and later calls are right. Until a call at the same or
+ *   a shallower depth of that thread's stack, calls count as within that callback, for events too.
  * - A geom with a NaN bound is left out of the pairs, and dSpaceCollide2 finds nothing for it;
  *   dMessage reports it once, the statistics count it in every frame. (Infinite sizes of ODE's own
  *   classes often make one.) A ray of infinite length has no NaN bound: across an axis its box in

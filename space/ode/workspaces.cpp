@@ -1,0 +1,55 @@
+#include "space/ode/workspaces.h"
+
+#include <new>
+
+#if defined(__linux__)
+#include <pthread.h>
+#endif
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// The stack that the system gave the calling thread; empty where that is not known.
+struct Stack {
+  const char *begin = nullptr, *end = nullptr;
+  Stack() {
+#if defined(__linux__)
+    pthread_attr_t attributes;
+    void* lowest;
+    std::size_t size;
+    if (pthread_getattr_np(pthread_self(), &attributes) != 0) return;
+    if (pthread_attr_getstack(&attributes, &lowest, &size) == 0) {
+      begin = static_cast<const char*>(lowest);
+      end = begin + size;
+    }
+    pthread_attr_destroy(&attributes);
+#endif
+  }
+  bool holds(const char* place) const {
+    return begin <= place && place < end;
+  }
+};
+
+// Stacks grow downwards.
+bool hasEnded(const char* taken_at, const char* now) {
+  if (taken_at > now) return false;
+  static thread_local const Stack own;
+  return own.holds(taken_at) && own.holds(now);
+}
+
+}  // namespace
+
+// Not inline, so that the compiler leaves no part of the object out.
+Workspaces::Use::Use(Workspaces& all) : workspace_(&all.outermost_) {
+  const char *const begin = reinterpret_cast<const char*>(this), *const end = begin + sizeof *this;
+  while (workspace_->taken_at && !hasEnded(workspace_->taken_at, end)) {
+    if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
+    workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_;
+  }
+  nested_ = workspace_ != &all.outermost_;
+  for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;
+  workspace_->taken_at = begin;
+}
+
+}  // namespace ode_parallel_sap

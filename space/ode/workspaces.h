@@ -1,0 +1,70 @@
+// What calls of one space hold while they call back, owned by the space.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <cstddef>
+#include <memory>
+
+#include "space/data/buffer.h"
+#include "space/frame/frame.h"
+#include "space/rays/ray_lists.h"
+
+namespace ode_parallel_sap {
+
+struct Workspace {
+  FrameLists frame;
+  Buffer<dxGeom*> hits;  // of dSpaceCollide2
+  RayLists rays;
+  const char* taken_at = nullptr;    // where the call that uses it stands on its stack
+  std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
+
+  void release() {
+    frame.release();
+    hits.release();
+    rays = RayLists();
+    inner.reset();
+  }
+  std::size_t bytes() const { return bytesOf(frame, hits, rays, inner); }
+};
+
+// A callback may leave a call by longjmp, which runs no destructor. So a call owns nothing and
+// leaves no pointer to its stack in the space: it uses a workspace, and the next call finds out
+// whether that one has ended. A call at the same or a shallower depth of the same stack proves it.
+// A call that is deeper, or on another stack (a fiber, another thread), counts as one within a
+// callback: its pairs are right, but it keeps nothing for the next frame and reports no events.
+class Workspaces {
+ public:
+  class Use;
+
+  // Of calls that are within no callback.
+  Workspace& outermost() { return outermost_; }
+  std::size_t bytes() const { return outermost_.bytes(); }
+
+ private:
+  Workspace outermost_;
+};
+
+// One call, from its begin to its end.
+class Workspaces::Use {
+ public:
+  explicit Use(Workspaces& all);
+  ~Use() { workspace_->taken_at = nullptr; }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+
+  Workspace& operator*() const { return *workspace_; }
+  Workspace* operator->() const { return workspace_; }
+  // Whether it is within a callback of this space.
+  bool nested() const { return nested_; }
+
+ private:
+  Workspace* workspace_;
+  bool nested_;
+  Workspace spare_;  // used without memory for an inner one
+  // Calls that one function makes, each through its own entry of the library, begin at depths that
+  // differ by less than this; a call within a callback is deeper by more.
+  char span_[1024];
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,222 @@
+// Callbacks that are left by longjmp, as by an error of a scripting language: no destructor runs,
+// and the space stays locked. What follows is right, and nothing hangs or leaks.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <csetjmp>
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/events_oracle.h"
+#include "support/knobs.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+namespace {
+
+// All that calls back.
+enum Way { kNear, kPairs, kContacts, kQuery, kRays, kWays };
+constexpr int kEntries = kQuery;  // the first ones report the pairs of the space
+
+// What the callbacks do, all of them: static, as longjmp leaves no objects behind.
+struct Script {
+  dSpaceID space = nullptr;
+  dGeomID probe = nullptr;
+  Pairs pairs;            // that were reported to the outermost callback
+  long until_left = 0;    // calls; 0: it is not left
+  long until_nested = 0;  // calls; 0: nothing is collided within
+  Way nested_way = kNear;
+  bool nested = false;
+  std::jmp_buf back;
+} script;
+
+void collideBy(Way way);
+
+void called(dGeomID a, dGeomID b) {
+  if (!script.nested && b) script.pairs.emplace_back(number(a), number(b));
+  if (script.until_left && --script.until_left == 0) std::longjmp(script.back, 1);
+  if (script.until_nested && --script.until_nested == 0) {
+    script.nested = true;
+    collideBy(script.nested_way);
+    script.nested = false;
+  }
+}
+
+void near(void*, dGeomID a, dGeomID b) {
+  called(a, b);
+}
+
+void block(void*, const dParallelSAPPair* pairs, size_t count, size_t) {
+  for (size_t i = 0; i < count; ++i) called(pairs[i].o1, pairs[i].o2);
+}
+
+void touch(void*, dGeomID a, dGeomID b, const dContactGeom*, int) {
+  called(a, b);
+}
+
+void hit(void*, size_t, const dParallelSAPRayHit*, size_t) {
+  called(nullptr, nullptr);
+}
+
+void collideBy(Way way) {
+  const dParallelSAPContactCallbacks contacts = {touch, nullptr, nullptr, nullptr};
+  const dParallelSAPRay rays[3] = {{{-9, 1, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
+                                   {{-9, 2, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
+                                   {{-9, 3, 2}, {1, 0, 0}, 99, ~0ul, ~0ul}};
+  switch (way) {
+    case kNear:
+      return dSpaceCollide(script.space, nullptr, near);
+    case kPairs:
+      return dParallelSAPSpaceCollidePairs(script.space, nullptr, 0, block);
+    case kContacts:
+      return dParallelSAPSpaceCollideContacts(script.space, nullptr, 4, &contacts);
+    case kQuery:
+      return dSpaceCollide2(asGeom(script.space), script.probe, nullptr, near);
+    default:
+      dParallelSAPSpaceRayHits(script.space, rays, 3, 1, nullptr, hit);
+  }
+}
+
+// Whether a callback left it.
+__attribute__((noinline)) bool isLeft(Way way) {
+  script.pairs.clear();
+  script.nested = false;
+  if (setjmp(script.back)) return true;
+  collideBy(way);
+  return false;
+}
+
+// From further down the stack.
+__attribute__((noinline)) void collideDeeper(Way way) {
+  char room[20000];
+  asm volatile("" : : "r"(room) : "memory");
+  isLeft(way);
+  asm volatile("" : : "r"(room) : "memory");
+}
+
+// Such spaces stay locked, so ODE does not let go of them: they stay to the end of the program.
+std::vector<World*>& worlds() {
+  static std::vector<World*> all;
+  return all;
+}
+
+World& newWorld(std::size_t n, int threads) {
+  script = Script();
+  script.space = dParallelSAPSpaceCreate(nullptr);
+  dParallelSAPSpaceSetNumThreads(script.space, threads);
+  worlds().push_back(new World(script.space));
+  World& world = *worlds().back();
+  world.addBoxes(denseCube(n, 5));
+  script.probe = dCreateBox(nullptr, 4, 4, 4);
+  return world;
+}
+
+// What ODE lets one do to a locked space: geoms are switched on and off and, where it has no
+// assertions, moved.
+void change(World& world, Random& random) {
+  for (int i = 0; i < 5; ++i) {
+    const dGeomID geom = world.geoms()[random.below(world.geoms().size())];
+    if (dGeomIsEnabled(geom))
+      dGeomDisable(geom);
+    else
+      dGeomEnable(geom);
+    dParallelSAPSpaceNotify(script.space, geom);
+    if (odeHasAssertions()) continue;
+    const dReal* const at = dGeomGetPosition(geom);
+    dGeomSetPosition(geom, at[0] + static_cast<dReal>(random.between(-0.5, 0.5)), at[1], at[2]);
+  }
+}
+
+long virtualKilobytes() {
+  long pages = 0;
+  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%ld", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * 4;
+}
+
+}  // namespace
+
+TEST_CASE("After a callback was left by longjmp pairs and events are right", "[longjmp]") {
+  const std::uint64_t seed = seedOr(701);
+  for (const std::size_t n : {8, 100, 300, 1500})
+    for (const bool notified : {false, true}) {
+      World& world = newWorld(n, notified ? 2 : 1);
+      Random random(seed);
+      dParallelSAPSpaceSetNotified(script.space, notified);
+      dParallelSAPSpaceSetEvents(script.space, 1);
+      std::map<std::size_t, dGeomID> geoms;
+      for (const dGeomID geom : world.geoms()) geoms[number(geom)] = geom;
+      EventsOracle oracle;
+      int left = 0;
+      const int frames = scaled(80);
+      for (int frame = 0; frame < frames; ++frame) {
+        INFO(n << " geoms, " << (notified ? "notified, " : "") << "frame " << frame
+               << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        if (random.chance(0.7)) change(world, random);
+        const Way way = static_cast<Way>(random.below(kEntries));
+        script.nested_way = static_cast<Way>(random.below(kWays));
+        const std::size_t calls = n * 2;
+        script.until_nested = random.chance(0.5) ? 1 + static_cast<long>(random.below(calls)) : 0;
+        script.until_left = random.chance(0.5) ? 1 + static_cast<long>(random.below(calls)) : 0;
+        const bool was_left = isLeft(way);
+        left += was_left;
+        const Pairs reported = script.pairs, expected = expectedPairs(world.geoms());
+        REQUIRE(std::includes(expected.begin(), expected.end(), reported.begin(), reported.end()));
+        if (!was_left && way != kContacts) REQUIRE(difference(reported, expected) == "");
+        REQUIRE(oracle.check(script.space, expected, geoms) == "");
+        script.until_left = script.until_nested = 0;
+        if (frame % 10 == 9) {
+          // Its pairs are right; nobody knows that it is within no callback.
+          script.until_left = 1;
+          isLeft(kNear);
+          script.until_left = 0;
+          collideDeeper(kNear);
+          REQUIRE(difference(script.pairs, expected) == "");
+        }
+        if (frame % 4 == 3) {
+          script.until_left = 1 + static_cast<long>(random.below(2));
+          isLeft(random.chance(0.5) ? kQuery : kRays);
+          script.until_left = 0;
+          isLeft(kQuery);
+          Pairs hits;
+          for (const dGeomID geom : world.geoms())
+            if (takesPart(geom) && mayTouch(geom, script.probe))
+              hits.emplace_back(number(geom), number(script.probe));
+          REQUIRE(difference(script.pairs, hits) == "");
+        }
+      }
+      CHECK(left > frames / 8);
+    }
+}
+
+TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", "[longjmp]") {
+  for (int way = 0; way < kWays; ++way)
+    for (const bool nested : {false, true}) {
+      newWorld(1500, 1);
+      script.nested_way = static_cast<Way>(way);
+      const Way outer = nested ? kNear : static_cast<Way>(way);
+      const auto leave = [&] {
+        script.until_nested = nested;
+        script.until_left = nested ? 2 : 1;
+        return isLeft(outer);
+      };
+      for (int i = 0; i < 10; ++i) REQUIRE(leave());
+      const long before = virtualKilobytes();
+      for (int i = 0; i < 1000; ++i) leave();
+      INFO("way " << way << (nested ? ", nested" : ""));
+      CHECK(virtualKilobytes() - before < 5000);
+      script.until_left = script.until_nested = 0;
+      isLeft(kNear);
+      CHECK(difference(script.pairs, expectedPairs(worlds().back()->geoms())) == "");
+    }
+}
