@@ -1,6 +1,7 @@
 // Memory: grows with the scene, stays while the scene does, and goes when the scene has shrunk.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -71,6 +72,32 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
       }
       dGeomDestroy(probe);
     }
+}
+
+TEST_CASE("No frame gives back much of what a larger scene needed", "[memory]") {
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 1);
+  std::vector<dGeomID> geoms;
+  for (const Box& box : denseCube(5000, seedOr(302))) {
+    geoms.push_back(dCreateBox(space, 1, 1, 1));
+    dGeomSetPosition(geoms.back(), static_cast<dReal>(box.low[0]), static_cast<dReal>(box.low[1]),
+                     static_cast<dReal>(box.low[2]));
+  }
+  play(space, geoms, 3);
+  const auto full = static_cast<double>(statsOf(space).memory_bytes);
+  while (geoms.size() > 1000) {
+    dGeomDestroy(geoms.back());
+    geoms.pop_back();
+  }
+  double before = full, most = 0;
+  for (int frame = 0; frame < 200; ++frame) {
+    play(space, geoms, 1);
+    const auto now = static_cast<double>(statsOf(space).memory_bytes);
+    most = std::max(most, before - now);
+    before = now;
+  }
+  CHECK(before < full / 2);
+  CHECK(most < 0.75 * (full - before));
 }
 
 TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {

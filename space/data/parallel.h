@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -38,13 +39,14 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
 }
 
 // Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP or the machine
-// grants fewer, one in the child of a process that had teams) and returns when all are done. All
-// run in the calling thread's floating-point mode: OpenMP's threads would otherwise keep the one
-// they were born with. The first exception of any thread is thrown again on the caller's. Returns
-// the team's size.
+// grants fewer, one in the child of a process that had teams, or once teams have stalled) and
+// returns when all are done. All run in the calling thread's floating-point mode: OpenMP's threads
+// would otherwise keep the one they were born with. The first exception of any thread is thrown
+// again on the caller's. Returns the team's size.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
-  if (threads > 1) threads = teamsAreLost() ? 1 : threadsToBeHad(threads);
+  if (threads > 1)
+    threads = teamsAreLost() || team_times.stalled() ? 1 : threadsToBeHad(threads);
   if (threads <= 1) {
     work(0, 1);
     return 1;
@@ -54,18 +56,25 @@ int runTeam(Region& region, int threads, Work&& work) {
   std::atomic_flag failed = ATOMIC_FLAG_INIT;
   TeamWatch watch(region);
   int team = 1;
+  using Clock = std::chrono::steady_clock;
+  using Milliseconds = std::chrono::duration<double, std::milli>;
+  const Clock::time_point begin = Clock::now();
+  Milliseconds worked(0);
 #pragma omp parallel num_threads(threads)
   {
     const ScopedMode callers_mode(mode);
     const int thread = omp_get_thread_num(), size = omp_get_num_threads();
     const TeamWatch::Member member(watch, size);
     if (thread == 0) team = size;
+    const Clock::time_point work_begin = Clock::now();
     try {
       work(thread, size);
     } catch (...) {
       if (!failed.test_and_set()) failure = std::current_exception();
     }
+    if (thread == 0) worked = Clock::now() - work_begin;
   }
+  team_times.add(team, worked.count(), Milliseconds(Clock::now() - begin - worked).count());
   if (failure) std::rethrow_exception(failure);
   return team;
 }

@@ -73,6 +73,32 @@ inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
   return static_cast<std::size_t>(std::min<std::uint64_t>(usual, std::max(least, quarter)));
 }
 
+// What teams have cost the thread that started them since this was made new. Where other programs
+// hold the cores, a thread of a team may not run for some milliseconds, and is waited for.
+struct TeamTimes {
+  explicit constexpr TeamTimes(bool watched = false) : watched(watched) {}
+
+  bool watched;  // else teams are as large as was asked for
+  double worked_ms = 0, waited_ms = 0;
+
+  // The first team of a size has to start its threads, which later ones need not.
+  void add(int team, double worked, double waited) {
+    constexpr double starting_ms = 0.1;  // fixed: more than a thread takes on a quiet machine
+    worked_ms += worked;
+    waited_ms += std::max(0.0, waited - starting_ms * std::max(0, team - largest_team));
+    largest_team = std::max(largest_team, team);
+  }
+  // From then on all is done alone.
+  bool stalled() const {
+    constexpr double slice_ms = 1;  // fixed: schedulers let others run longer at a time
+    return watched && waited_ms > worked_ms + slice_ms;
+  }
+
+ private:
+  inline static thread_local int largest_team = 1;  // that this thread has started
+};
+inline thread_local TeamTimes team_times;
+
 // A place in the code where a team works: one object for each, in a list of all, so that a test can
 // see that none of them has only ever had one thread at work.
 class Region {

@@ -10,26 +10,33 @@ namespace ode_parallel_sap {
 
 // Storage grows with the largest frame and is kept, so that frames of like size allocate nothing.
 // It is given back once many frames in a row have needed less than a quarter of it: a scene that
-// breathes keeps what it has, one that ended does not hold the memory of its best days.
+// breathes keeps what it has, one that ended does not hold the memory of its best days. Giving back
+// all at once takes longer than a small frame, so each of the next frames gives back a part.
 class MemoryWatch {
  public:
-  // A frame had so many geoms and pairs. True if all that is kept is better given back, and grown
-  // again by the next frame to the size of the last ones.
-  bool noteFrame(std::size_t geoms, std::size_t pairs) {
+  static constexpr int none = -1;  // fixed: no part
+  static constexpr int parts = 6;  // fixed: those of Pipeline::release(), and what the space has
+
+  // A frame had so many geoms and pairs. The part of what is kept that is better given back, and
+  // grown again by the next frame to the size of the last ones.
+  int noteFrame(std::size_t geoms, std::size_t pairs) {
     // A geom takes about ten times the storage of a pair.
     const std::size_t need = 10 * geoms + pairs;
     if (need >= largest_ / 4) {
       largest_ = std::max(largest_, need);
       recent_ = 0;
       frames_ = 0;
-      return false;
+      return none;
     }
     recent_ = std::max(recent_, need);
-    if (largest_ < least_need || ++frames_ < idle_frames) return false;
-    largest_ = recent_;
-    recent_ = 0;
-    frames_ = 0;
-    return true;
+    if (largest_ < least_need || ++frames_ < idle_frames) return none;
+    const int part = frames_ - idle_frames;
+    if (part + 1 == parts) {
+      largest_ = recent_;
+      recent_ = 0;
+      frames_ = 0;
+    }
+    return part;
   }
 
   // Whether frames of so few geoms change nothing that it will say, with all their pairs.

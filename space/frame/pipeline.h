@@ -95,10 +95,10 @@ class Pipeline {
     if (events_.on()) events_.forget(slot);
   }
 
-  // Counts a frame of so many geoms. True: what is held is far more than the last frames needed.
-  bool noteMemory(std::size_t geoms) { return memory_watch_.noteFrame(geoms, last_pairs_); }
-  // Gives back what is held, but for the devices. No frame uses `lists`.
-  void release(FrameLists& lists);
+  // Counts a frame of so many geoms. The part of what is held that is to be given back.
+  int noteMemory(std::size_t geoms) { return memory_watch_.noteFrame(geoms, last_pairs_); }
+  // Gives back a part of what is held, but for the devices. No frame uses `lists`.
+  void release(int part, FrameLists& lists);
   std::size_t bytes() const;
   PairEvents& events() { return events_; }
   const PairEvents& events() const { return events_; }

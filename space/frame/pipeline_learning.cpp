@@ -57,20 +57,33 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
   scene.needs_clean = false;
 }
 
-void Pipeline::release(FrameLists& lists) {
-  events_.keep(lists.pairs);
-  lists.release();
-  store_ = FrameStore();
-  geom_update_ = GeomUpdate();
-  boxes_ = BoxSet();
-  extraction_.release();
-  pair_filter_ = PairFilter();
-  plane_pairs_ = PlanePairs();
-  candidates_ = PairList();
-  others_ = PairList();
-  candidates_apart_ = false;
-  events_.release();
-  precomputed_.release();
+void Pipeline::release(int part, FrameLists& lists) {
+  store_.complete = false;
+  switch (part) {
+    case 0:
+      events_.keep(lists.pairs);
+      lists.release();
+      candidates_ = PairList();
+      others_ = PairList();
+      candidates_apart_ = false;
+      break;
+    case 1:
+      store_ = FrameStore();
+      break;
+    case 2:
+      geom_update_ = GeomUpdate();
+      boxes_ = BoxSet();
+      break;
+    case 3:
+      extraction_.release();
+      store_.fat_pairs = FatPairs();  // which goes on from its trees
+      break;
+    default:
+      pair_filter_ = PairFilter();
+      plane_pairs_ = PlanePairs();
+      events_.release();
+      precomputed_.release();
+  }
 }
 
 std::size_t Pipeline::bytes() const {

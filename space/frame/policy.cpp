@@ -153,7 +153,10 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
 void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
                    const FrameResult& result) {
   if (!facts.nested) learnOfTolerance(plan, settings, result);
-  if (!result.anew()) return;
+  if (!result.anew()) {
+    team_.learnOfOther(team_times.stalled());
+    return;
+  }
   learnOfFatPairs(result);
   const Found& found = result.found;
   if (isAuto(settings) || settings.method == dParallelSAPMethodSweep) {
@@ -163,7 +166,7 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
       method_choice_.learnOfTests();
   }
   if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
-    team_.learn(result.threads, facts.slots, result.found_ms());
+    team_.learn(result.threads, facts.slots, result.found_ms(), team_times.stalled());
   if (plan.weighs_devices && !result.wide)
     device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
                          facts.slots, result.candidates, result.extract_ms);
@@ -199,7 +202,7 @@ void Policy::learnOfFatPairs(const FrameResult& result) {
 
 void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
   if (settings.threads == 0 && mostThreadsFor(batch.of, batch.items, settings) > 1)
-    batch_teams_[batch.of].learn(batch.threads, batch.items, batch.ms);
+    batch_teams_[batch.of].learn(batch.threads, batch.items, batch.ms, team_times.stalled());
 }
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and

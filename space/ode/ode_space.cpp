@@ -73,7 +73,10 @@ class ParallelSAPSpace::Lock {
 // One that calls back. A longjmp leaves the lock counted.
 class ParallelSAPSpace::Call : Lock, public Workspaces::Use {
  public:
-  explicit Call(ParallelSAPSpace& space) : Lock(space), Use(space.workspaces_) {}
+  explicit Call(ParallelSAPSpace& space) : Lock(space), Use(space.workspaces_) {
+    team_times =
+        TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
+  }
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -301,13 +304,15 @@ void ParallelSAPSpace::cleanFew() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
   if (!call.nested()) {
-    if (pipeline_.noteMemory(count)) {
-      pipeline_.release(call->frame);
+    const int part = pipeline_.noteMemory(count);
+    if (part == MemoryWatch::parts - 1) {
       call->release();
       queries_.release();
       rays_.reset();
       slots_.shrink();
       swept_.shrink();
+    } else if (part != MemoryWatch::none) {
+      pipeline_.release(part, call->frame);
     }
     closeSlots();
     if (queries_.noteFrame()) call->hits.release();

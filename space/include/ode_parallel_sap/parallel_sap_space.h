@@ -621,8 +621,9 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * rays or dSpaceCollide2. (That side is, of spheres, boxes, capsules and cylinders, that of the
  * shape, of all others that of the box dGeomGetAABB gives without swept bounds.) Such a geom might
  * be through something before it is seen to touch it. 0 for all other geoms, those of other spaces
- * too, and without swept bounds. A callback that steps the pairs of fast geoms in parts, or tests
- * them continuously, can leave all others to dCollide. May be called from many threads. */
+ * too, and without swept bounds; 1 for all after a frame without memory to record it, until one
+ * that has it. A callback that steps the pairs of fast geoms in parts, or tests them continuously,
+ * can leave all others to dCollide. May be called from many threads. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* What the last dSpaceCollide, dParallelSAPSpaceCollideContacts or dParallelSAPSpaceCollidePairs on
