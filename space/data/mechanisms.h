@@ -29,11 +29,6 @@ constexpr bool still_small_scenes = true;
 // A tolerance that all geoms exceed is left out for a while.
 constexpr bool tolerance_back_off = true;
 
-// The update.
-
-// Spheres, boxes and capsules that moved get bounds and boxes four at a time (MovedShapes).
-constexpr bool shapes_at_once = true;
-
 // The choice of a method.
 
 // Up to 120 geoms are collided in one loop (SmallScenes).

@@ -129,31 +129,6 @@ struct RayQuery {
   Real rounding, slack;
 };
 
-// Spheres, boxes and capsules as ODE keeps them in doubles, wherever they lie in memory: a pointer
-// to the pose (a place of four numbers, of which the last is nothing, and a matrix of three such
-// rows), the numbers of the size (radius; sides, a fourth of which is read and nothing; radius and
-// length), and room for the bounds (lower and upper on each axis).
-enum class ShapeKind { sphere, box, capsule };
-struct ShapeLayout {
-  std::size_t pose, size, bounds;  // bytes from the beginning of a shape
-};
-struct ShapeList {
-  void* const* first;
-  const std::uint32_t* slots;
-  std::size_t count;
-};
-// Of a list, the first in bit 0.
-struct PackedShapes {
-  std::uint64_t fine, coarse;  // bounded boxes; what is in neither is left to others
-  bool exact;                  // certainly no bound of these was rounded
-};
-
-// Computes the bounds of shapes, and from these boxes[slot]: as dxGeom::computeAABB() and
-// roundOutward() do, bit for bit, where a box is fine or coarse. Else what is written is of no use.
-// 64 shapes at most.
-using PackShapes = PackedShapes (*)(ShapeKind shape, const ShapeList& shapes,
-                                    const ShapeLayout& layout, BasicBox<float>* boxes);
-
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
@@ -218,8 +193,6 @@ struct KernelSet {
   // `count`.
   std::size_t (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept,
                            std::size_t count, bool exact, std::uint64_t* pairs);
-  // Null in a set without registers of four doubles. Needs exactMode().
-  PackShapes packShapes;
 };
 
 // The set in use: the best one for this processor unless another was chosen.

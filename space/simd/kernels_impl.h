@@ -11,7 +11,6 @@
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
-#include "space/simd/kernel_shapes.h"
 #include "space/simd/kernel_trees.h"
 #include "space/simd/list_words.h"
 #include "space/simd/tuning.h"
@@ -240,7 +239,6 @@ constexpr KernelSet kernel_set = {Lanes::name,
                                   sortListsOf<Lanes>(),
                                   Lanes::longest_sorted,
                                   boxesOutside,
-                                  keptPairs,
-                                  pack_shapes};
+                                  keptPairs};
 
 }  // namespace

@@ -38,23 +38,6 @@ class BlockPacker {
     return plain_rules_ && geom && packPlain(geom, slot) ? plain_state_ : packOther(geom, slot);
   }
 
-  // Whether the box alone decides what there is to a geom that is enabled and neither a space nor
-  // of a user's class: if it is fine, the geom is plain and gets plainState().
-  bool takesPlain() const { return plain_rules_; }
-  SlotState plainState() const { return plain_state_; }
-  // Packs all of a plain geom but its box.
-  void packFilters(const dxGeom* geom, Slot slot) {
-    constexpr unsigned long all = ~0ul;
-    if (__builtin_expect((geom->category_bits & geom->collide_bits) == all, true))
-      boxes_.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
-    else
-      GeomPacker::packBits(geom, slot, part_.facts, boxes_);
-    packBody(geom, slot);
-  }
-  // The boxes of plain geoms were packed.
-  void noteBoxes(bool exact) { exact_boxes_ = exact_boxes_ && exact; }
-  Box* boxes() { return boxes_.boxes.data(); }
-
  private:
   // A geom that is enabled and neither a space nor of a user's class, with a box that is fine in
   // floats: that adds nothing to its slot's state. False for any other.
@@ -67,9 +50,19 @@ class BlockPacker {
     const BoundsFacts rounded = roundOutward(geom->aabb, box);
     if (rounded.nan || rounded.unbounded || rounded.coarse) return false;
     boxes_.boxes[slot] = box;
-    noteBoxes(rounded.exact);
+    exact_boxes_ = exact_boxes_ && rounded.exact;
     packFilters(geom, slot);
     return true;
+  }
+
+  // Packs all of a plain geom but its box.
+  void packFilters(const dxGeom* geom, Slot slot) {
+    constexpr unsigned long all = ~0ul;
+    if (__builtin_expect((geom->category_bits & geom->collide_bits) == all, true))
+      boxes_.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
+    else
+      GeomPacker::packBits(geom, slot, part_.facts, boxes_);
+    packBody(geom, slot);
   }
 
   void packBody(const dxGeom* geom, Slot slot) {

@@ -15,8 +15,6 @@
 
 namespace ode_parallel_sap {
 
-static_assert(update_block <= 64, "a bit for each geom of a block");
-
 // What is read of a geom besides its bounds.
 inline void prefetchStatus(const dxGeom* geom) {
   prefetch(&geom->gflags);
@@ -45,18 +43,13 @@ class GeomBlock {
     asking_end_ = scattered && end > distance ? end - distance : 0;
   }
   const Range& range() const { return range_; }
-  Slot slot(std::size_t i) const { return slotOf_(i); }
   dxGeom* geom(std::size_t i) const { return geoms_[slotOf_(i)]; }
 
   bool isScattered() const { return asking_end_ > 0; }
-  // Geom i is about to be looked at.
-  void askAfter(std::size_t i) const {
-    if (i >= asking_end_) return;
-    if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later);
-  }
   void ask() const {
     for (std::size_t i = range_.begin; i < range_.end; ++i) {
-      askAfter(i);
+      if (i < asking_end_)
+        if (const dxGeom* const later = geom(i + distance)) prefetchStatus(later);
       if (const dxGeom* const own = geom(i)) prefetchForBox(own);
     }
   }

@@ -16,7 +16,6 @@
 #include "space/geom/geom_tests.h"
 #include "space/update/block_packer.h"
 #include "space/update/geom_block.h"
-#include "space/update/moved_shapes.h"
 #include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
 
@@ -43,12 +42,6 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == numberOf(geom->body);
 }
-// Calls use(i) for the i of a range whose bit is set, the first one's in bit 0.
-template <class Use>
-void forBits(std::uint64_t bits, std::size_t begin, Use use) {
-  for (; bits; bits &= bits - 1) use(begin + __builtin_ctzll(bits));
-}
-
 // Packs geoms; note(slot, state) is told what comes of each.
 template <class Note>
 class PackEach {
@@ -57,60 +50,11 @@ class PackEach {
       : packer_(packer, part, boxes), note_(note) {}
 
   void operator()(const dxGeom* geom, Slot slot) { note_(slot, packer_.pack(geom, slot)); }
-  bool takesMoved() const { return packer_.takesPlain(); }
-  // Brings up to date and packs what can be by `shapes`, if takesMoved(). Returns which of the
-  // block that was, the first in bit 0.
-  template <class SlotOf>
-  std::uint64_t packMoved(const GeomBlock<SlotOf>& block, MovedShapes& shapes, std::size_t& moved) {
-    const Range& range = block.range();
-    std::uint64_t taken = 0;
-    MovedShapes::Counts counts = 0;
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      block.askAfter(i);
-      const Slot slot = block.slot(i);
-      dxGeom* const geom = block.geom(i);
-      if (!geom) continue;
-      prefetchForBox(geom);
-      if (!shapes.take(geom, slot, counts)) continue;
-      taken |= std::uint64_t{1} << (i - range.begin);
-      packer_.packFilters(geom, slot);
-      note_(slot, packer_.plainState());
-    }
-    const SlotState coarse = packer_.plainState() | coarse_state;
-    const MovedShapes::Packed packed =
-        shapes.pack(counts, packer_.boxes(), [&](Slot slot) { note_(slot, coarse); });
-    packer_.noteBoxes(packed.exact);
-    moved += packed.count;
-    if (!packed.all)
-      forBits(taken, range.begin, [&](std::size_t i) {
-        if (block.geom(i)->gflags & GEOM_DIRTY) taken &= ~(std::uint64_t{1} << (i - range.begin));
-      });
-    return taken;
-  }
 
  private:
   BlockPacker packer_;
   Note note_;
 };
-
-// Other uses take none.
-template <class Use>
-bool takesMoved(const Use&) {
-  return false;
-}
-template <class Note>
-bool takesMoved(const PackEach<Note>& use) {
-  return use.takesMoved();
-}
-template <class Use, class SlotOf>
-std::uint64_t packMoved(Use&, const GeomBlock<SlotOf>&, MovedShapes&, std::size_t&) {
-  return 0;
-}
-template <class Note, class SlotOf>
-std::uint64_t packMoved(PackEach<Note>& use, const GeomBlock<SlotOf>& block, MovedShapes& shapes,
-                        std::size_t& moved) {
-  return use.packMoved(block, shapes, moved);
-}
 
 // Coarse boxes are counted by a sample first where there are many: of the slots one in eight, eight
 // in a row of each 64, by chance, so to say, so that no order of geoms hides a cluster.
@@ -138,22 +82,14 @@ template <class SlotOf, class UseOf>
 void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
                          UpdatePart& part) {
   const StockBounds& stock = StockBounds::ofLoadedOde();
-  const PackShapes pack_shapes = mechanisms::shapes_at_once ? kernelSet().packShapes : nullptr;
-  MovedShapes shapes(stock, pack_shapes);
-  const bool in_exact_mode = pack_shapes && !differs(currentMode(), exactMode());
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
     const Range& own = block.range();
-    std::uint64_t rest = ~std::uint64_t{0} >> (64 - (own.end - own.begin));
-    if (auto use = useOf(part); in_exact_mode && takesMoved(use))
-      rest &= ~packMoved(use, block, shapes, part.facts.moved);
-    else if (block.isScattered())
-      block.ask();
-    if (!rest) continue;
-    forBits(rest, begin, [&](std::size_t i) {
+    if (block.isScattered()) block.ask();
+    for (std::size_t i = own.begin; i < own.end; ++i) {
       const Slot slot = slotOf(i);
       dxGeom* const geom = geoms[slot];
-      if (!geom || !(geom->gflags & GEOM_DIRTY)) return;
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
       ++part.facts.moved;
       if (stock.knows(geom))
         StockBounds::clean(geom);
@@ -161,14 +97,14 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
         part.deferred.push_back(slot);
       else
         cleanGeom(geom);
-    });
+    }
     const ScopedMode exact(exactMode());
     auto use = useOf(part);
-    forBits(rest, begin, [&](std::size_t i) {
+    for (std::size_t i = own.begin; i < own.end; ++i) {
       const Slot slot = slotOf(i);
       const dxGeom* const geom = geoms[slot];
       if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot);
-    });
+    }
   }
 }
 

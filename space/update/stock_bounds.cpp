@@ -1,9 +1,6 @@
 #include "space/update/stock_bounds.h"
 
-#include <type_traits>
-
 #include "space/data/floating_point.h"
-#include "space/data/round_outward.h"
 
 namespace ode_parallel_sap {
 
@@ -89,56 +86,9 @@ bool StockBounds::agree(dxGeom* geom, std::size_t poses, std::uint64_t seed) {
   return true;
 }
 
-bool StockBounds::packsAlike(dxGeom* geom, PackShapes packShapes, std::size_t poses,
-                             std::uint64_t seed, std::size_t* fine) {
-  const ScopedMode exact(exactMode());
-  const ShapeLayout layout = layoutOf(geom);
-  void* const shape = geom;
-  const std::uint32_t slot = 0;
-  Bits bits(seed);
-  for (std::size_t i = 0; i < poses; ++i) {
-    pose(geom, i % 4 != 3, bits);
-    Box box, expected_box;
-    const PackedShapes packed = packShapes(shapeOf(geom), {&shape, &slot, 1}, layout, &box);
-    dReal bounds[6];
-    std::memcpy(bounds, geom->aabb, sizeof bounds);
-    geom->computeAABB();
-    const BoundsFacts facts = roundOutward(geom->aabb, expected_box);
-    if (!packed.fine && !packed.coarse) continue;
-    if (fine && packed.fine) ++*fine;
-    if (facts.nan || facts.unbounded || facts.coarse != (packed.coarse != 0) ||
-        facts.exact != packed.exact || packed.fine + packed.coarse != 1 ||
-        !sameBounds(bounds, geom->aabb) || std::memcmp(&box, &expected_box, sizeof box) != 0)
-      return false;
-  }
-  return true;
-}
-
-ShapeLayout StockBounds::layoutOf(const dxGeom* geom) {
-  const auto bytesTo = [geom](const void* member) {
-    return static_cast<std::size_t>(static_cast<const char*>(member) -
-                                    reinterpret_cast<const char*>(geom));
-  };
-  const auto layoutWith = [&](const dReal* size) -> ShapeLayout {
-    return {bytesTo(&geom->final_posr), bytesTo(size), bytesTo(geom->aabb)};
-  };
-  switch (shapeOf(geom)) {
-    case ShapeKind::sphere:
-      return layoutWith(&static_cast<const dxSphere*>(geom)->radius);
-    case ShapeKind::box:
-      return layoutWith(static_cast<const dxBox*>(geom)->side);
-    default:
-      return layoutWith(&static_cast<const dxCapsule*>(geom)->radius);
-  }
-}
-
 void StockBounds::learn(dxGeom* geom, std::size_t poses) {
   if (!agree(geom, poses, 1)) return;
   tables_[geom->type] = tableOf(geom);
-  const PackShapes packShapes = kernelSet().packShapes;
-  if (std::is_same<dReal, double>::value && geom->type < shapes && packShapes &&
-      packsAlike(geom, packShapes, poses, 1))
-    shape_tables_[geom->type] = tableOf(geom);
 }
 
 StockBounds StockBounds::compareAll() {

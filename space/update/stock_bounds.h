@@ -11,7 +11,6 @@
 #endif
 
 #include "space/geom/ode_private.h"
-#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -111,8 +110,6 @@ inline void computeBounds(dxCylinder& cylinder) {
 // what tells a geom's class is its table of virtual functions.
 class StockBounds {
  public:
-  static constexpr int shapes = dCapsuleClass + 1;  // fixed: the classes that are shapes
-
   // Those of the ODE that is loaded, from the first call on: that makes a geom of each class.
   static const StockBounds& ofLoadedOde() {
     static const StockBounds loaded = compareAll();
@@ -145,31 +142,12 @@ class StockBounds {
     geom->gflags &= ~(GEOM_DIRTY | GEOM_AABB_BAD);
   }
 
-  // Whether it can be by KernelSet::packShapes(), too, with shapeOf() and layoutOf().
-  bool knowsShape(const dxGeom* geom) const {
-    return static_cast<unsigned>(geom->type) < static_cast<unsigned>(shapes) &&
-           tableOf(geom) == shape_tables_[geom->type];
-  }
-  static ShapeKind shapeOf(const dxGeom* geom) {
-    static_assert(static_cast<int>(ShapeKind::sphere) == dSphereClass &&
-                      static_cast<int>(ShapeKind::box) == dBoxClass &&
-                      static_cast<int>(ShapeKind::capsule) == dCapsuleClass,
-                  "shapes are numbered as classes are");
-    return static_cast<ShapeKind>(geom->type);
-  }
-  static ShapeLayout layoutOf(const dxGeom* geom);
-
   // Takes a class for known if a geom of it agrees on `poses` poses.
   void learn(dxGeom* geom, std::size_t poses);
   // Whether a geom's own computeAABB() writes the bounds that compute() does, on so many random
   // poses and sizes: usual ones, and numbers of any bits. Any NaN is as good as another. The geom
   // keeps the last ones.
   static bool agree(dxGeom* geom, std::size_t poses, std::uint64_t seed);
-  // Whether packShapes() writes those bounds and the box that roundOutward() makes of them, where
-  // it takes them for fine or coarse; `fine`: how often for the former.
-  static bool packsAlike(dxGeom* geom, PackShapes packShapes, std::size_t poses, std::uint64_t seed,
-                         std::size_t* fine = nullptr);
-
  private:
   static constexpr int classes = dCylinderClass + 1;
 
@@ -181,7 +159,6 @@ class StockBounds {
   }
 
   const void* tables_[classes] = {};  // by class; null: left to ODE
-  const void* shape_tables_[shapes] = {};
 };
 
 }  // namespace ode_parallel_sap
