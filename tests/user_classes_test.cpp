@@ -1,5 +1,5 @@
-// Which of the user's classes have an AABBTest: how the library comes to know, and what it does
-// with it. These tests see ODE's private headers, and have all of its few classes to themselves.
+// Classes that are declared to have no AABBTest. These tests see ODE's private headers, and have all
+// of its few classes to themselves.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstdlib>
@@ -19,16 +19,13 @@
 #include "support/teams.h"
 
 using namespace sap_test;
-using ode_parallel_sap::foundUserClasses;
-using ode_parallel_sap::testedClasses;
+using ode_parallel_sap::untested_classes;
 
 namespace {
 
 using Calls = std::vector<std::pair<dGeomID, dGeomID>>;
 Calls calls;
 std::thread::id caller;
-// Called whenever a geom of the user's is asked for its bounds.
-void (*on_bounds)() = nullptr;
 
 dColliderFn* noCollider(int) {
   return nullptr;
@@ -36,7 +33,6 @@ dColliderFn* noCollider(int) {
 
 // A unit cube.
 void bounds(dGeomID geom, dReal aabb[6]) {
-  if (on_bounds) on_bounds();
   const dReal* const at = dGeomGetPosition(geom);
   for (int i = 0; i < 6; ++i) aabb[i] = at[i / 2] + (i % 2 ? dReal(0.5) : dReal(-0.5));
 }
@@ -74,7 +70,7 @@ class Classes {
     dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll));
     calls.clear();
     caller = std::this_thread::get_id();
-    on_bounds = nullptr;
+    untested_classes = 0;
   }
 };
 
@@ -119,115 +115,53 @@ void moveAll(const World& world) {
   }
 }
 
-// Has the library find out: with such a grain the first frame is worth it.
-void find(const Classes& classes) {
-  const ScopedGrain grain(1);
-  const Space space;
-  World world(space);
-  fill(world, space, {classes.create(nullptr)});
-  (void)collide(space);
-}
-
-// What CTest's tests let go wrong, and what is told then.
-const char* expectedWords() {
-  static const std::vector<std::pair<std::string, const char*>> words = {
-      {"static", "not a shared library"}, {"file", "cannot be read"},
-      {"memory", "no room for files"},    {"load", "cannot be loaded"},
-      {"contents", "not what its file"},  {"table", "table of colliders"}};
-  const char* const fault = std::getenv("ODE_PARALLEL_SAP_TEST_IMAGE_FAULT");
-  for (const auto& of : words)
-    if (fault && of.first == fault) return of.second;
-  return nullptr;
-}
-
-// The program's own class, in the table that was found.
-dGeomClass& entryOf(int user_class) {
-  return const_cast<dGeomClass&>(foundUserClasses()->classes[user_class - dFirstUserClass]);
-}
-
-// A class of C++ that calls itself one of the user's.
-struct Pretender : dxGeom {
-  explicit Pretender(int of) : dxGeom(nullptr, 1) { type = of; }
-  void computeAABB() override { bounds(this, aabb); }
-  int AABBTest(dxGeom* other, dReal box[6]) override { return refuse(this, other, box); }
-};
-
 }  // namespace
 
-TEST_CASE("Who has few pairs of a user's class loads nothing for them") {
-  REQUIRE_FALSE(foundUserClasses());  // no other test has had it found: this is the first
+TEST_CASE("No AABBTest of a class is called from the collide after its declaration on") {
   const Classes classes;
-  const Space space;
-  World world(space);
-  fill(world, space, {classes.create(nullptr)});
-  for (int frame = 0; frame < 20; ++frame) (void)collide(space);
-  CHECK_FALSE(foundUserClasses());
-}
-
-TEST_CASE("The table that is found is the one by which ODE calls") {
-  const Classes classes;
-  const int tested = classes.create(agree);
-  find(classes);
-  REQUIRE(foundUserClasses());
-  const int plain = dFirstUserClass + 1;
-  CHECK(testedClasses() == 1);
-  for (const int of : {tested, plain}) {
-    dGeomClass& entry = entryOf(of);
-    CHECK(entry.aabb == bounds);
-    CHECK(entry.collider == noCollider);
-    // What is written there is what ODE does.
-    const dGeomID geom = dCreateGeom(of);
-    for (dAABBTestFn* const test : {refuse, entry.aabb_test}) {
-      entry.aabb_test = test;
-      CHECK(testedClasses() == (of == plain && test ? 1u + 2u : 1u));
-      CHECK(geom->AABBTest(geom, geom->aabb) == (test == refuse ? 0 : 1));
-    }
-    dGeomDestroy(geom);
-  }
-  // No class was made but those two: the other two are the program's to make.
-  CHECK(classes.create(refuse) == plain + 1);
-  CHECK(classes.create(nullptr) == plain + 2);
-  CHECK(testedClasses() == 1 + 4);
-}
-
-TEST_CASE("Geoms of a class without an AABBTest are not asked for one") {
-  const Classes classes;
-  find(classes);
-  static int plain;
-  plain = dFirstUserClass;
   for (const bool others : {false, true}) {
+    untested_classes = 0;
+    const int refusing = others ? classes.create(refuse) : dFirstUserClass;
+    if (!others) REQUIRE(classes.create(refuse) == refusing);
     const Space space;
     World world(space);
-    fill(world, space, others ? std::vector<int>{plain, 0} : std::vector<int>{plain});
+    fill(world, space, others ? std::vector<int>{refusing, 0} : std::vector<int>{refusing});
     const Pairs expected = expectedOf(world);
     REQUIRE(expected.size() > 400);
-    for (int frame = 0; frame < 3; ++frame) {
-      moveAll(world);
-      // Between the decision and the filter an AABBTest appears, which anyone who asked would call.
-      on_bounds = [] { entryOf(plain).aabb_test = refuse; };
+    CHECK(collide(space).empty() == !others);
+    CHECK(!calls.empty());
+    calls.clear();
+    dParallelSAPClassHasNoAABBTest(refusing);
+    for (const bool moving : {false, true}) {
+      if (moving) moveAll(world);
       CHECK(difference(collide(space), expected) == "");
       CHECK(calls.empty());
-      on_bounds = nullptr;
-      // It is asked from the next frame on.
-      CHECK(collide(space).empty() == !others);
-      CHECK(!calls.empty());
-      calls.clear();
-      entryOf(plain).aabb_test = nullptr;
     }
   }
 }
 
-TEST_CASE("All threads look through pairs, unless a class has an AABBTest") {
+TEST_CASE("A class that is none of the user's cannot be declared") {
+  untested_classes = 0;
+  throwOdeErrors();
+  for (const int of : {-1, static_cast<int>(dBoxClass), dLastUserClass + 1})
+    if (odeHasAssertions())
+      CHECK_THROWS_AS(dParallelSAPClassHasNoAABBTest(of), OdeAssertion);
+    else
+      dParallelSAPClassHasNoAABBTest(of);
+  CHECK(untested_classes == 0);
+}
+
+TEST_CASE("All threads verify pairs, unless a class may have an AABBTest") {
   const Classes classes;
-  find(classes);
-  const int tested = classes.create(agree);
+  const int tested = classes.create(agree), plain = classes.create(nullptr);
+  dParallelSAPClassHasNoAABBTest(plain);
   const ScopedGrain grain(1);
   const auto shared = [] { return timesShared()["filter: verified pairs"]; };
-  for (const int of : {dFirstUserClass + 0, tested}) {
+  for (const int of : {plain, tested}) {
     const Space space;
     dParallelSAPSpaceSetNumThreads(space, 3);
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetSkipStatic(space, 1);  // what is looked through besides
+    dParallelSAPSpaceSetSkipStatic(space, 1);
     World world(space);
     fill(world, space, {of});
     for (std::size_t i = 0; i < kGeoms; i += 2) world.giveBody(world.geoms()[i]);
@@ -237,7 +171,7 @@ TEST_CASE("All threads look through pairs, unless a class has an AABBTest") {
   }
 }
 
-TEST_CASE("An AABBTest is asked about the same pairs in the same order, whatever is known") {
+TEST_CASE("An AABBTest gets the same pairs in the same order, whatever is declared of others") {
   const Classes classes;
   const int tested = classes.create(agree), plain = classes.create(nullptr);
   for (const Configuration& configuration : configurations()) {
@@ -245,89 +179,16 @@ TEST_CASE("An AABBTest is asked about the same pairs in the same order, whatever
     World world(space);
     fill(world, space, {tested, plain, 0});
     INFO(configuration.name);
-    // As if nothing were known, and as it is.
-    const auto* const known = foundUserClasses();
-    ode_parallel_sap::found_user_classes = nullptr;
+    untested_classes = 0;
     const Pairs expected = collide(space);
     const Calls expected_calls = std::exchange(calls, {});
     REQUIRE(difference(expected, expectedOf(world)) == "");
-    calls.clear();
     REQUIRE(expected_calls.size() > 200);
-    ode_parallel_sap::found_user_classes = known;
-    if (!known) find(classes);
+    dParallelSAPClassHasNoAABBTest(plain);
     for (const bool moving : {true, false}) {
       if (moving) moveAll(world);
       CHECK(difference(collide(space), expected) == "");
       CHECK(std::exchange(calls, {}) == expected_calls);
     }
   }
-}
-
-TEST_CASE("Classes that are made later, or after ODE was closed, are known at once") {
-  for (int round = 0; round < 2; ++round) {
-    const Classes classes;
-    if (round == 0) find(classes);
-    const int plain = round == 0 ? dFirstUserClass : classes.create(nullptr);
-    const Space space;
-    World world(space);
-    fill(world, space, {plain, 0});
-    const Pairs expected = expectedOf(world);
-    REQUIRE(difference(collide(space), expected) == "");
-    // Little changes: the frame would be made of what is kept.
-    const dGeomID late = dCreateGeom(classes.create(refuse));
-    dSpaceAdd(space, late);
-    setNumber(late, kGeoms);
-    dGeomSetPosition(late, 3, 3, 3);
-    calls.clear();
-    CHECK(difference(collide(space), expected) == "");
-    CHECK(!calls.empty());
-    for (const auto& call : calls) CHECK(call.first == late);
-    dGeomDestroy(late);
-    CHECK(difference(collide(space), expected) == "");
-  }
-  // The numbers are those of other classes now.
-  const Classes classes;
-  const int refusing = classes.create(refuse);
-  CHECK(refusing == dFirstUserClass);
-  const Space space;
-  World world(space);
-  fill(world, space, {refusing});
-  CHECK(collide(space).empty());
-}
-
-TEST_CASE("A geom of another C++ class is asked, whatever class it calls itself") {
-  const Classes classes;
-  find(classes);
-  const Space space;
-  World world(space);
-  fill(world, space, {dFirstUserClass});
-  const Pairs expected = expectedOf(world);
-  const dGeomID pretender = new Pretender(dFirstUserClass);
-  dSpaceAdd(space, pretender);
-  setNumber(pretender, kGeoms);
-  dGeomSetPosition(pretender, 3, 3, 3);
-  CHECK(difference(collide(space), expected) == "");
-  CHECK(!calls.empty());
-  dGeomDestroy(pretender);
-}
-
-TEST_CASE("Where the table cannot be found all are asked, and it is said once", "[.fault]") {
-  REQUIRE(expectedWords());
-  const Classes classes;
-  const Messages messages;
-  const ScopedGrain grain(1);
-  for (int round = 0; round < 2; ++round) {
-    const Space space;
-    World world(space);
-    const int of = classes.create(round == 0 ? nullptr : refuse);
-    fill(world, space, {of, 0});
-    for (int frame = 0; frame < 3; ++frame) {
-      moveAll(world);
-      CHECK(difference(collide(space), expectedOf(world, round == 0 ? 0 : of)) == "");
-    }
-  }
-  CHECK(!calls.empty());
-  CHECK_FALSE(foundUserClasses());
-  REQUIRE(messages.all().size() == 1);
-  CHECK(messages.all()[0].find(expectedWords()) != std::string::npos);
 }

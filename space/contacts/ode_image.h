@@ -18,8 +18,7 @@ namespace ode_parallel_sap {
 //   pose: the image's own, which is what it is for;
 // - the table of colliders: the image's own, as ODE makes it. What dSetColliderOverride changed in
 //   the program's is seen by comparing the two (`hasProgramsCollider`);
-// - classes of the user: the program's alone. (An image of their own gets some others, which tell
-//   where the program's are: space/contacts/class_table.cpp.)
+// - classes of the user: the program's alone;
 // - functions for messages and errors: the image's hand on to the program's (dMessage, dError,
 //   dDebug), whatever those are at that time;
 // - functions for memory (dSetAllocHandler): the image's own, which are malloc's. What an image

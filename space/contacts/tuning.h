@@ -13,9 +13,6 @@ namespace ode_parallel_sap {
 // Doubled: not among the cells. Halved: not among the cells.
 constexpr std::uint64_t pairs_worth_an_image = 1000;
 
-// And pairs for which that is as long as to ask whether AABBTests rule them out, at 11 ns a pair.
-constexpr std::uint64_t tests_worth_an_image = 150 * pairs_worth_an_image;
-
 // Geoms lie scattered in memory, and what other threads wrote is in their caches: lines are asked
 // for this many pairs before they are needed.
 // Unit: pairs. From: results/xeon-16-cores/parts.csv.

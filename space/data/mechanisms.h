@@ -76,8 +76,4 @@ constexpr bool query_trees = true;
 constexpr bool kept_query_tree = true;
 // Its cells have room for boxes to move in.
 constexpr bool wide_query_cells = true;
-// Of geoms that come in the order of their list, the next ones are looked for together
-// (QueriesAhead).
-constexpr bool queries_ahead = true;
-
 }  // namespace ode_parallel_sap::mechanisms

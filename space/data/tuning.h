@@ -197,10 +197,6 @@ constexpr Grain heavy_pairs = {8, Grain::whole};
 // 30 us to 0.1 ms.
 constexpr Grain cast_rays = {collided_pairs.work / 4, Grain::whole};
 
-// Geoms of a list that are looked for in the tree of queries: 0.2 to 0.4 us each among 100,000
-// boxes (query-benchmark, spaces), 13 to 26 us.
-constexpr Grain searches = cast_rays;
-
 }  // namespace grains
 
 }  // namespace ode_parallel_sap

@@ -59,9 +59,6 @@ class Pipeline {
   int threadsForRays(std::size_t rays, const Settings& settings) const {
     return policy_.threadsForRays(rays, settings);
   }
-  int threadsForQueries(std::size_t slots, const Settings& settings) const {
-    return policy_.threadsForQueries(slots, settings);
-  }
   void learnOfBatch(const Settings& settings, const Batch& batch) {
     policy_.learnOfBatch(settings, batch);
   }

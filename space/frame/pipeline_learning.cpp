@@ -1,7 +1,6 @@
 // What a pipeline knows when a frame begins, and what it takes from one.
 #include <new>
 
-#include "space/contacts/class_table.h"
 #include "space/frame/pipeline.h"
 #include "space/geom/user_classes.h"
 
@@ -17,9 +16,6 @@ SceneFacts Pipeline::factsOf(const Scene& scene, bool for_contacts) const {
 void Pipeline::learn(const Frame& frame, const Settings& settings) {
   policy_.learn(frame.plan, frame.facts, settings, frame.result);
   if (frame.result.fat_pairs == FatPairs::Outcome::not_tried) store_.fat_pairs.passOver();
-  if (frame.updated->user_classes && !foundUserClasses() &&
-      policy_.learnOfUserClasses(candidates_.size()))
-    findUserClasses();
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = extraction_.devices();
   devices.reportLeftOut();

@@ -19,7 +19,7 @@ bool isAuto(const Settings& settings) {
 // The most threads that are worth their start for a batch of so many.
 int mostThreadsFor(Batch::Of of, std::size_t items, const Settings& settings) {
   static constexpr Grain grain_of[Batch::kinds] = {grains::collided_pairs, grains::handed_out_pairs,
-                                                   grains::cast_rays, grains::searches};
+                                                   grains::cast_rays};
   return teamFor(items, grain_of[of], threadsFor(settings));
 }
 
@@ -50,11 +50,6 @@ int Policy::teamFor(std::size_t slots, const Settings& settings) const {
 
 int Policy::threadsForRays(std::size_t rays, const Settings& settings) const {
   return chosen(batch_teams_[Batch::rays], settings, mostThreadsFor(Batch::rays, rays, settings));
-}
-
-int Policy::threadsForQueries(std::size_t slots, const Settings& settings) const {
-  const int most = mostThreads(slots, settings);
-  return most == 1 ? 0 : chosen(batch_teams_[Batch::queries], settings, most);
 }
 
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
@@ -238,11 +233,6 @@ bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,
   }
   precompute_.failed();
   return false;
-}
-
-bool Policy::learnOfUserClasses(std::size_t pairs) {
-  looked_through_ += pairs;
-  return looked_through_ >= grained(tests_worth_an_image);
 }
 
 int Policy::learnMissedDevices(const Plan& plan, const SceneFacts& facts,

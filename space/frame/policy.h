@@ -18,11 +18,11 @@ namespace ode_parallel_sap {
 
 // Work of a size that slots do not tell, and what it took.
 struct Batch {
-  enum Of { contacts, blocks, rays, queries, kinds };
+  enum Of { contacts, blocks, rays, kinds };
 
   Of of;
   int threads;        // that worked
-  std::size_t items;  // pairs in a narrow phase, pairs handed out in blocks, rays, geoms looked for
+  std::size_t items;  // pairs in a narrow phase, pairs handed out in blocks, rays
   double ms;
 };
 
@@ -37,8 +37,6 @@ class Policy {
   // The threads for anything that looks at so many slots.
   int teamFor(std::size_t slots, const Settings& settings) const;
   int threadsForRays(std::size_t rays, const Settings& settings) const;
-  // The threads that look ahead for queries of a space of so many slots; 0: nobody does.
-  int threadsForQueries(std::size_t slots, const Settings& settings) const;
 
   // Takes notice of a frame that went by `plan` to its end, its pairs at least.
   void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
@@ -52,9 +50,6 @@ class Policy {
   // Returns false where what was seen is to be forgotten.
   bool learnOfPrecomputing(const Plan& plan, const SceneFacts& facts, const Settings& settings,
                            const PrecomputedContacts::Counts& counts, bool more);
-  // So many pairs were looked through for AABBTests that may not be there. Returns whether it pays
-  // to find out which are.
-  bool learnOfUserClasses(std::size_t pairs);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -81,8 +76,7 @@ class Policy {
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff precompute_{2 * retry_frames};
-  PackRules rules_;                   // that were set in the last frame
-  std::uint64_t looked_through_ = 0;  // pairs, for AABBTests
+  PackRules rules_;  // that were set in the last frame
 };
 
 }  // namespace ode_parallel_sap

@@ -2,52 +2,29 @@
 #pragma once
 
 #include <atomic>
-#include <cstring>
 
 #include "space/geom/ode_private.h"
 #include "space/geom/pack_rules.h"
 
 namespace ode_parallel_sap {
 
-// Where the program's ODE keeps what dCreateGeomClass was given: in a table that no function tells
-// of (space/contacts/class_table.h finds it).
-struct UserClasses {
-  const dGeomClass* classes;  // dMaxUserClasses of them
-  const void* functions;      // the table of virtual functions of all their geoms
-};
+// Those that the program has declared to have none (dParallelSAPClassHasNoAABBTest), a bit each:
+// ODE has no function that says which classes have one.
+inline std::atomic<UserClassSet> untested_classes{0};
 
-// Null until they are found, and then the same to the end.
-inline std::atomic<const UserClasses*> found_user_classes{nullptr};
-
-inline const UserClasses* foundUserClasses() {
-  return found_user_classes.load(std::memory_order_acquire);
-}
-
-// The classes that have an AABBTest just now: dCloseODE ends them all, and others come. All of them
-// where nobody knows.
+// The classes whose AABBTest may rule a pair out.
 inline UserClassSet testedClasses() {
   static_assert(dMaxUserClasses <= 8 * sizeof(UserClassSet), "a bit each");
-  const UserClasses* const known = foundUserClasses();
-  if (!known) return all_user_classes;
-  UserClassSet tested = 0;
-  for (int i = 0; i < dMaxUserClasses; ++i)
-    if (known->classes[i].aabb_test) tested |= UserClassSet{1} << i;
-  return tested;
+  return ~untested_classes.load(std::memory_order_relaxed);
 }
 
 inline bool isUserClass(const dxGeom* geom) {
   return geom->type >= dFirstUserClass && geom->type <= dLastUserClass;
 }
 
-// Whether a geom's AABBTest may say no, so that it has to be called: not those of ODE's own
-// classes, which say yes to everything, as do those of the user's classes that have none. A geom of
-// another C++ class that calls itself one of the user's is called.
+// Whether a geom's AABBTest has to be called. Those of ODE's own classes accept every pair.
 inline bool hasAABBTest(const dxGeom* geom, UserClassSet tested) {
-  if (!isUserClass(geom)) return false;
-  if (tested >> (geom->type - dFirstUserClass) & 1) return true;
-  const void* functions;
-  std::memcpy(&functions, static_cast<const void*>(geom), sizeof functions);
-  return functions != foundUserClasses()->functions;
+  return isUserClass(geom) && (tested >> (geom->type - dFirstUserClass) & 1);
 }
 
 }  // namespace ode_parallel_sap

@@ -56,6 +56,12 @@ int dSpaceIsParallelSAP(dSpaceID space) {
   return parallelSAPSpace(space) != nullptr;
 }
 
+void dParallelSAPClassHasNoAABBTest(int geom_class) {
+  const bool known = geom_class >= dFirstUserClass && geom_class <= dLastUserClass;
+  dUASSERT(known, "dParallelSAPClassHasNoAABBTest: not a class of dCreateGeomClass");
+  if (known) ode_parallel_sap::untested_classes |= 1u << (geom_class - dFirstUserClass);
+}
+
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
   ParallelSAPSpace& own = checked(space);
   const bool known = ode_parallel_sap::isBackend(backend);

@@ -425,18 +425,13 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data,
   Buffer<dxGeom*>& hits = call->hits;
   try {
     queries_.find(slots_.geoms(), geom,
-                  {settings_.rules.cull_planes, !any_swept.load(std::memory_order_relaxed),
-                   pipeline_.teamFor(slots_.size(), settings_),
-                   pipeline_.threadsForQueries(slots_.size(), settings_)},
+                  {settings_.rules.cull_planes, pipeline_.teamFor(slots_.size(), settings_)},
                   hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);
     return;
   }
-  const GeomQueries::LookedAhead& ahead = queries_.lookedAhead();
-  if (ahead.queries)
-    pipeline_.learnOfBatch(settings_, {Batch::queries, ahead.threads, ahead.queries, ahead.ms});
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;

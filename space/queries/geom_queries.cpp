@@ -1,9 +1,5 @@
 #include "space/queries/geom_queries.h"
 
-#include <algorithm>
-#include <chrono>
-#include <utility>
-
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
 #include "space/geom/geom_tests.h"
@@ -27,29 +23,15 @@ bool pairs(const dxGeom* own, const dxGeom* geom) {
 
 void GeomQueries::release() {
   tree_.release();
-  ahead_.release();
   found_.release();
 }
 
 void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits) {
-  bool has_tree;
-  {
-    const ScopedMode mode(exactMode());
-    has_tree = tree_.bringUpToDate(geoms, way.threads);
-  }
-  looked_ahead_.queries = 0;
-  if (has_tree && way.ahead && way.foreseen && ahead_.isDue(geom))
-    lookAhead(geoms, geom, way.ahead);
   const ScopedMode mode(exactMode());
-  QueriesAhead::Answer known;
-  if (has_tree && ahead_.take(geom, known)) {
-    hits.resizeDiscarding(known.end - known.begin);
-    std::copy(known.begin, known.end, hits.data());
-  } else if (has_tree) {
+  if (tree_.bringUpToDate(geoms, way.threads))
     findByTree(geoms, geom, hits);
-  } else {
+  else
     findByTests(geoms, geom, hits);
-  }
   std::size_t found = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
@@ -58,15 +40,6 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
     found += pairs(own, geom) && !(way.cull_planes && areClearByPlane(own, geom));
   }
   hits.resize(found);
-}
-
-void GeomQueries::lookAhead(const Geoms& geoms, dxGeom* geom, int threads) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point begin = Clock::now();
-  const QueriesAhead::Found found = ahead_.find(geoms, tree_, geom, threads);
-  looked_ahead_.queries = found.queries;
-  looked_ahead_.threads = found.threads;
-  looked_ahead_.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
 void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {

@@ -6,50 +6,32 @@
 #include "space/data/buffer.h"
 #include "space/queries/found_slots.h"
 #include "space/queries/geom_tree.h"
-#include "space/queries/queries_ahead.h"
 
 struct dxGeom;
 
 namespace ode_parallel_sap {
 
-// Asks a GeomTree where queries come often enough to pay for it, about many geoms at once where
-// they come in the order of a list; tests geom by geom where they do not.
+// Walks a GeomTree where queries come often enough to pay for it; tests geom by geom where they do
+// not.
 class GeomQueries {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
 
-  void changed(std::size_t slot) {
-    ahead_.drop();
-    tree_.changed(slot);
-  }
-  void reset() {
-    ahead_.drop();
-    tree_.reset();
-  }
+  void changed(std::size_t slot) { tree_.changed(slot); }
+  void reset() { tree_.reset(); }
   bool neverAsked() const { return tree_.neverAsked(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
   struct Way {
     bool cull_planes;
-    bool foreseen;  // no AABB depends on when it is asked for
-    int threads;    // the most that build a tree
-    int ahead;      // the most that look ahead; 0: nobody does
+    int threads;  // the most that build a tree
   };
   // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
   // by ODE's formula, the AABBTest calls apart, and, if `way.cull_planes`, are not clear of a plane
   // that is one of the two. All AABBs are up to date, that of `geom` is without NaN. Throws
   // std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits);
-
-  // What was found together by the last find(): of how many queries, 0 if none were, by how many
-  // threads and how long that took.
-  struct LookedAhead {
-    std::size_t queries = 0;
-    int threads = 1;
-    double ms = 0;
-  };
-  const LookedAhead& lookedAhead() const { return looked_ahead_; }
 
   // Whether it gave back what it holds.
   bool noteFrame() {
@@ -60,16 +42,13 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const { return bytesOf(tree_, ahead_, found_); }
+  std::size_t bytes() const { return bytesOf(tree_, found_); }
 
  private:
-  void lookAhead(const Geoms& geoms, dxGeom* geom, int threads);
   void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
 
   GeomTree tree_;
-  QueriesAhead ahead_;
-  LookedAhead looked_ahead_;
   FoundSlots found_;
 };
 

@@ -24,11 +24,8 @@
  *   that are not locked may be changed in every way; their spaces see it in their next collide.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first pair is reported. They must not move or change a geom of the space, nor
- *   collide it. Pairs of a class without an AABBTest cost no more than others: once there have
- *   been 150,000 pairs to ask about, the library finds out which classes have one, by a private
- *   image of ODE (see dParallelSAPSpaceCollideContacts). Where there can be none, dMessage tells
- *   why, once, and ODE goes on being asked about each pair. While a space is being collided by one
- *   thread, no other may make a class: the library reads ODE's table of them.
+ *   collide it. ODE does not say which classes have an AABBTest, so it is called for each pair (11
+ *   ns) unless dParallelSAPClassHasNoAABBTest declares that there is none.
  * - The callback runs on the calling thread with the space locked. It may throw: the space is left
  *   unlocked and usable. It may collide any space, this one too. It may be left by longjmp: the
  *   space stays locked, as ODE's spaces do, and later calls are right. Until a call at the same or
@@ -100,6 +97,11 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
 /* 1 if the space was made by dParallelSAPSpaceCreate, else 0. (dGeomGetClass answers
  * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
+
+/* Declares that a class of dCreateGeomClass has no AABBTest, so that spaces call none for its
+ * geoms. Holds for all spaces, from their next collide to the end of the process: do not declare it
+ * where a later class, made after dCloseODE, gets the same number and has one. Any thread. */
+ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where overlapping pairs are found. The CUDA back end runs the method AxisLists, and Sweep in
  * scenes for which float boxes are fine enough; whatever else is asked for runs on the CPU, and the
