@@ -8,13 +8,11 @@
 
 #include "space/data/parallel.h"
 #include "space/frame/device_choice.h"
-#include "space/frame/method_choice.h"
 #include "space/frame/team_choice.h"
 #include "support/catch.hpp"
 #include "support/random.h"
 
 using ode_parallel_sap::DeviceChoice;
-using ode_parallel_sap::MethodChoice;
 
 namespace {
 
@@ -219,48 +217,6 @@ TEST_CASE("A number of devices that is set is the only one but the processor", "
         std::vector<int>{DeviceChoice::most_devices});
   DeviceChoice choice;
   CHECK(choice.decide(1000, Candidates::only(false, 3)).devices == 3);
-}
-
-TEST_CASE("A small scene is swept while its cells can be kept", "[choice]") {
-  constexpr std::size_t slots = 400, pairs = 1800;
-  MethodChoice choice;
-  for (int frame = 0; frame < 300; ++frame) {
-    REQUIRE(choice.sweeps(slots, pairs));
-    choice.learnOfSweep(frame % 32 != 0);  // cells are cut anew now and then
-  }
-  // From now on they never are kept: less and less often it is tried.
-  int swept = 0;
-  for (int frame = 0; frame < 1000; ++frame) {
-    if (!choice.sweeps(slots, pairs)) {
-      choice.learnOfTests();
-      continue;
-    }
-    choice.learnOfSweep(false);
-    ++swept;
-  }
-  CHECK(swept > 6);
-  CHECK(swept < 60);
-  // Once they are, it goes on.
-  int frames = 0;
-  for (; frames < 1000 && !choice.sweeps(slots, pairs); ++frames) choice.learnOfTests();
-  CHECK(frames <= 256);
-  for (int frame = 0; frame < 100; ++frame) {
-    choice.learnOfSweep(true);
-    REQUIRE(choice.sweeps(slots, pairs));
-  }
-  CHECK_FALSE(choice.sweeps(100, 450));
-  CHECK(choice.sweeps(2000, 9000));
-}
-
-TEST_CASE("All pairs are tested where so many overlap that sorting them would take longer",
-          "[choice]") {
-  MethodChoice choice;
-  CHECK(choice.sweeps(500, 2500));
-  CHECK_FALSE(choice.sweeps(500, 10000));
-  CHECK_FALSE(MethodChoice::isDense(1000, 10000));
-  CHECK(MethodChoice::isDense(1000, 30000));
-  CHECK_FALSE(MethodChoice::isDense(100000, 30000000));
-  CHECK(MethodChoice::isDense(5000, 1500000));
 }
 
 TEST_CASE("After a region that waits long for a thread all is done alone", "[choice]") {

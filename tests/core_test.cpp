@@ -81,48 +81,6 @@ TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles"
   chooseKernelSet(best);
 }
 
-TEST_CASE("A dense scene is tested to its end, and what turns out to be none is given up") {
-  const std::uint64_t seed = sap_test::seedOr(3);
-  INFO("seed " << seed);
-  const auto boxesIn = [&](std::size_t n, double side) {
-    sap_test::Random random(seed);
-    std::vector<sap_test::Box> boxes(n);
-    for (sap_test::Box& box : boxes)
-      for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = random.between(0, side);
-        box.high[axis] = box.low[axis] + 1;
-      }
-    return boxes;
-  };
-  BruteForce<float> brute_force;
-  PairList list;
-  for (const std::size_t n : {0, 1, 2, 31, 33, 1000, 1001, 1234, 4000})
-    for (const int threads : {1, 2, 3, 7}) {
-      INFO(n << " boxes, " << threads << " threads");
-      const Case cluster = makeCase(boxesIn(n, 2), false, true);
-      REQUIRE(brute_force.findDense(cluster.boxes, threads, list) > 0);
-      check(joined(list), cluster);
-      checkBorderlineSegments(list);
-      if (n < 1234) continue;  // less than what may be tested in vain
-      const Case spread = makeCase(boxesIn(n, 40), false, true);
-      CHECK(brute_force.findDense(spread.boxes, threads, list) == 0);
-    }
-  // A few that are unlike all others do not decide, whether they came first or last.
-  for (const bool first : {true, false}) {
-    std::vector<sap_test::Box> boxes = boxesIn(4000, 2);
-    for (std::size_t i = 0; i < 400; ++i) {
-      sap_test::Box& box = boxes[first ? i : 3999 - i];
-      for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = 100 + 3.0 * static_cast<double>(i);
-        box.high[axis] = box.low[axis] + 1;
-      }
-    }
-    const Case mixed = makeCase(boxes, false, true);
-    REQUIRE(brute_force.findDense(mixed.boxes, 2, list) > 0);
-    check(joined(list), mixed);
-  }
-}
-
 TEST_CASE("Trees of several classes hold each class's boxes, whoever packs them") {
   const std::size_t cells_of_class[] = {1, 0, 300, 16, 17, 1000};
   std::vector<CellClass> classes;

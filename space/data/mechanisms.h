@@ -35,14 +35,6 @@ constexpr bool tolerance_back_off = true;
 constexpr bool small_scenes = true;
 // Where there is nothing else to a frame of them, no look is taken at what there might be.
 constexpr bool fast_path = true;
-// Some hundred boxes are tested all with all (MethodChoice).
-constexpr bool tests_of_all = true;
-// So are up to 650 where cells cannot be kept.
-constexpr bool learned_method = true;
-// So are those of which every 45th place in the table of all with all is a pair.
-constexpr bool tests_of_dense_scenes = true;
-// Those tests end early where it turns out that they are none (BruteForce::findDense).
-constexpr bool dense_scenes_given_up = true;
 // One thread works while a team is slower (TeamChoice).
 constexpr bool learned_teams = true;
 

@@ -14,12 +14,6 @@ namespace ode_parallel_sap {
 // Doubled: no difference. Halved: no difference.
 constexpr std::size_t smallest_scene = 120;
 
-// Testing all is faster whatever their number where so many of all pairs overlap: from 300 to
-// 10,000 boxes from every 40th to 50th place in the table of all with all on.
-// Unit: places. From: peers, one-place.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t places_of_a_pair = 45;
-
 // Parts that work is cut into for each thread, where its parts may differ: threads that are done
 // early take more.
 // Unit: parts. From: peers, giant-among-dust on 16 threads.

@@ -41,11 +41,6 @@ Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPla
                             PairList& pairs) {
   return finders().with(boxes.wide, [&](auto& by) {
     Found found;
-    if (plan.dense) {
-      found.threads = by.brute_force.findDense(boxes, plan.threads, pairs);
-      found.method = dParallelSAPMethodBruteForce;
-      if (found.threads > 0) return found;
-    }
     found.method = method;
     by.axis_lists.limit(plan.axis_lists_bytes);
     found.threads = by.of(method).find(boxes, plan.threads, pairs);

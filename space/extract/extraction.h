@@ -14,7 +14,6 @@ namespace ode_parallel_sap {
 // What the policy decided of the extraction.
 struct ExtractionPlan {
   int method = 0;      // a dParallelSAPMethod, never Auto
-  bool dense = false;  // tested all with all for as long as it proves to be one
   int devices = 0;     // 0: on the CPU
   int threads = 1;
   std::uint64_t axis_lists_bytes = 0;

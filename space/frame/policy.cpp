@@ -77,8 +77,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
               (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
-  extraction.dense = isAuto(settings) && extraction.method == dParallelSAPMethodSweep &&
-                     MethodChoice::isDense(facts.slots, facts.last_pairs);
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
@@ -86,7 +84,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   // Not within a tolerance, which has room for boxes already.
   plan.fat_pairs = mechanisms::fat_pairs && plan.keep && !fat_pairs_.waits() &&
                    settings.rules.tolerance == 0 && extraction.devices == 0 &&
-                   extraction.method == dParallelSAPMethodSweep && !extraction.dense;
+                   extraction.method == dParallelSAPMethodSweep;
   if (settings.precompute != Precompute::never && !facts.nested && !facts.for_contacts &&
       !facts.for_blocks)
     planPrecomputing(facts, settings, plan);
@@ -110,9 +108,8 @@ void Policy::planPrecomputing(const SceneFacts& facts, const Settings& settings,
   precompute.least_share = 1.0 / most + margin;
 }
 
-int Policy::methodFor(const SceneFacts& facts, const Settings& settings) const {
-  return settings.backend == dParallelSAPBackendCUDA ||
-                 method_choice_.sweeps(facts.slots, facts.last_pairs)
+int Policy::methodFor(const SceneFacts& facts, const Settings& settings) {
+  return settings.backend == dParallelSAPBackendCUDA || facts.slots > most_tested
              ? dParallelSAPMethodSweep
              : dParallelSAPMethodBruteForce;
 }
@@ -154,12 +151,6 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
   }
   learnOfFatPairs(result);
   const Found& found = result.found;
-  if (isAuto(settings) || settings.method == dParallelSAPMethodSweep) {
-    if (found.devices == 0 && found.method == dParallelSAPMethodSweep)
-      method_choice_.learnOfSweep(found.kept_cells);
-    else if (facts.slots <= most_tested)
-      method_choice_.learnOfTests();
-  }
   if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
     team_.learn(result.threads, facts.slots, result.found_ms(), team_times.stalled());
   if (plan.weighs_devices && !result.wide)

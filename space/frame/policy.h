@@ -9,7 +9,6 @@
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/frame_result.h"
-#include "space/frame/method_choice.h"
 #include "space/frame/plan.h"
 #include "space/frame/settings.h"
 #include "space/frame/team_choice.h"
@@ -58,14 +57,13 @@ class Policy {
  private:
   static int mostThreads(std::size_t slots, const Settings& settings);
   static int chosen(const TeamChoice& team, const Settings& settings, int most);
-  int methodFor(const SceneFacts& facts, const Settings& settings) const;
+  static int methodFor(const SceneFacts& facts, const Settings& settings);
   void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfFatPairs(const FrameResult& result);
   void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
   TeamChoice team_, batch_teams_[Batch::kinds];
-  MethodChoice method_choice_;
   DeviceChoice device_choice_;
   // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
   // since the boxes are others then.

@@ -5,21 +5,9 @@
 
 namespace ode_parallel_sap {
 
-// Up to this number of slots testing all pairs, which finds them in order, takes less time than the
-// sweep even where that keeps its cells.
+// Up to this number of slots brute force is as fast as the sweep.
 // Unit: slots. From: small, dense-cube on one thread.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t least_swept = 200;
-
-// And up to this where it never can, as boxes come, go or jump about.
-// Unit: slots. From: peers, jumps on one thread.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t most_tested = 650;
-
-// The sweep stays the choice while cells are cut in one frame of so many.
-// Unit: frames. From: peers, brownian of 300.
-// Doubled: no difference. Halved: no difference.
-constexpr int cut_frames = 4;
+constexpr std::size_t most_tested = 200;
 
 // Up to this number of geoms pairs are tested by branches.
 // Unit: geoms. From: small.

@@ -19,24 +19,11 @@ template <class Real>
 class BruteForce : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
-  // The same for scenes in which more than every places_of_a_pair-th place of the table is
-  // expected to be a pair. Stops, and returns 0, once fewer of the tested ones are: so a wrong
-  // guess costs a number of tests in proportion to the boxes and to the pairs found, not to their
-  // square.
-  int findDense(const BoxSet& boxes, int threads, PairList& pairs);
   std::size_t bytes() const override { return bytesOf(starts_, cells_, borderline_); }
 
  private:
-  // Some of the tests: a range of those of each stripe, `stripes` equal parts of the table.
-  struct Round {
-    int stripes, rounds, number;
-    Range tests;
-    std::size_t expected;  // pairs
-  };
   void packCells(const BoxSet& boxes, int threads);
-  int testRound(const BoxSet& boxes, const Round& round, int threads, PairList& pairs);
-  void clearBorderline(int threads);
-  void joinBorderline(PairList& pairs) const;
+  int testAll(const BoxSet& boxes, std::uint64_t tests, int threads, PairList& pairs);
 
   Buffer<std::uint32_t> starts_;  // of the cells: 0, 16, 32, ...
   CellTrees<Real> cells_;         // in slot order; only its cells are used
