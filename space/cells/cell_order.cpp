@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "space/cells/tuning.h"
-#include "space/data/mechanisms.h"
 #include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
@@ -15,14 +14,10 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region laying_curves("cell order: a cluster's curve"), keying("cell order: keys");
+Region keying("cell order: keys");
 Region dealing("cell order: buckets"), cutting("cell order: pieces");
 
 constexpr std::uint32_t no_key = ~std::uint32_t{0};
-
-// fixed: a curve laid anew tells apart what lies within some decades. Clusters within clusters are
-// halved in the end, which no distribution can defeat.
-constexpr int most_rounds = 2;
 
 std::uint32_t slotOf(std::uint64_t record) {
   return static_cast<std::uint32_t>(record);
@@ -50,26 +45,6 @@ struct CellOrder<Real>::Cutter {
     return summary;
   }
 
-  // Sorts records that their keys do not tell apart along a curve of their own. Returns its digits;
-  // 0 if all centres are the same.
-  int sortAnew(std::size_t begin, std::size_t end, int threads) {
-    const ClassSummary<Real> summary = summarise(begin, end);
-    bool spread = false;
-    for (int axis = 0; axis < 3; ++axis) spread = spread || summary.high[axis] > summary.low[axis];
-    if (!spread) return 0;
-    const int digits = digitsFor(summary.count);
-    const Quantizer<Real> quantizer(summary, digits);
-    runTeam(laying_curves, threads, [&](int thread, int team) {
-      const Range range = ownPart(end - begin, thread, team);
-      for (std::size_t i = begin + range.begin; i < begin + range.end; ++i) {
-        const std::uint32_t slot = slotOf(records[i]);
-        records[i] = std::uint64_t{quantizer.keyOf(boxes[slot])} << 32 | slot;
-      }
-    });
-    radixSort(records + begin, scratch + begin, end - begin, 32, digits, threads);
-    return digits;
-  }
-
   // Sorts a piece by its digits, on one thread.
   void sortPiece(const Piece& piece) {
     const std::size_t count = piece.end - piece.begin;
@@ -91,25 +66,17 @@ struct CellOrder<Real>::Cutter {
     return low;
   }
 
-  void cut(const Piece& piece, int round, Buffer<std::uint32_t>& starts) {
+  void cut(const Piece& piece, Buffer<std::uint32_t>& starts) {
     const std::size_t count = piece.end - piece.begin;
     if (count == 0) return;
     if (count <= group_size) {
       starts.push_back(static_cast<std::uint32_t>(piece.begin));
     } else if (piece.digits > 0) {
       const std::size_t middle = cutOf(piece);
-      cut({piece.begin, middle, piece.digits - 1}, round, starts);
-      cut({middle, piece.end, piece.digits - 1}, round, starts);
-    } else if (count <= longest_halved) {
-      halve(piece.begin, piece.end, starts);
+      cut({piece.begin, middle, piece.digits - 1}, starts);
+      cut({middle, piece.end, piece.digits - 1}, starts);
     } else {
-      const int digits = mechanisms::curves_of_clusters && round < most_rounds
-                             ? sortAnew(piece.begin, piece.end, 1)
-                             : 0;
-      if (digits)
-        cut({piece.begin, piece.end, digits}, round + 1, starts);
-      else
-        halve(piece.begin, piece.end, starts);
+      halve(piece.begin, piece.end, starts);
     }
   }
 
@@ -254,7 +221,7 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
 // sorted already. Clusters that are longer than that are sorted by all threads.
 template <class Real>
 void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits,
-                                 std::size_t most, int threads, int round) {
+                                 std::size_t most, int threads) {
   if (piece.begin == piece.end) return;
   Cutter cutter = {boxesOf<Real>(boxes), records_, scratch_};
   const std::size_t count = piece.end - piece.begin;
@@ -264,18 +231,12 @@ void CellOrder<Real>::planPieces(const BoxSet& boxes, const Piece& piece, int so
     const std::size_t middle = cutter.cutOf(piece);
     for (const Piece& half :
          {Piece{piece.begin, middle, piece.digits - 1}, Piece{middle, piece.end, piece.digits - 1}})
-      planPieces(boxes, half, sorted_digits - 1, most, threads, round);
+      planPieces(boxes, half, sorted_digits - 1, most, threads);
   } else if (piece.digits > 0) {
     radixSort(records_ + piece.begin, scratch_ + piece.begin, count, 32, piece.digits, threads);
-    planPieces(boxes, piece, piece.digits, most, threads, round);
+    planPieces(boxes, piece, piece.digits, most, threads);
   } else {
-    const int digits = mechanisms::curves_of_clusters && round < most_rounds
-                           ? cutter.sortAnew(piece.begin, piece.end, threads)
-                           : 0;
-    if (digits)
-      planPieces(boxes, {piece.begin, piece.end, digits}, digits, most, threads, round + 1);
-    else
-      pieces_.push_back(piece);
+    pieces_.push_back(piece);
   }
 }
 
@@ -288,7 +249,7 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
     Buffer<std::uint32_t>& starts = piece_starts_[range.begin];
     starts.resizeDiscarding(0);
     cutter.sortPiece(piece);
-    cutter.cut(piece, 0, starts);
+    cutter.cut(piece, starts);
     for (std::size_t i = piece.begin; i < piece.end; ++i) order_[i] = slotOf(records_[i]);
   });
 }
@@ -303,9 +264,8 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   pieces_.clear();
   classes_.clear();
   std::vector<std::size_t> first_pieces;
-  // No piece is shorter than what ends as cells of one cluster.
   const std::size_t least =
-      std::max<std::size_t>(chunkOf(count_, longest_halved, threads), group_size);
+      std::max<std::size_t>(chunkOf(count_, least_piece_boxes, threads), group_size);
   const std::size_t most =
       std::max(std::min(count_ / (tasks_a_thread * threads), most_piece_boxes), least);
   for (std::size_t i = 0; i < members_.size(); ++i) {
@@ -316,7 +276,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
     planPieces(
         boxes,
         {first_bucket ? bucket_ends_[first_bucket - 1] : 0, bucket_ends_[last_bucket], digits},
-        std::max(0, digits - bucket_shift_), most, threads, 0);
+        std::max(0, digits - bucket_shift_), most, threads);
   }
   first_pieces.push_back(pieces_.size());
   cutPieces(boxes, threads);

@@ -20,7 +20,7 @@ namespace ode_parallel_sap {
 // then by size (SizeClasses). Within such a class the boxes are sorted along a space-filling curve
 // whose steps follow the class's mean extents, and the curve is cut where its digits change until
 // no piece has more than sixteen boxes: each piece is what lies in one block of space. Where the
-// curve is too coarse for a cluster, another is laid through that cluster alone. Cells thus hold
+// curve is too coarse for a cluster, that is halved along its longest axis. Cells thus hold
 // like numbers of boxes whatever the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
@@ -59,7 +59,7 @@ class CellOrder {
   void assignKeys(const BoxSet& boxes, int threads);
   void dealIntoBuckets(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
   void planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits, std::size_t most,
-                  int threads, int round);
+                  int threads);
   void cutPieces(const BoxSet& boxes, int threads);
 
   FilterGroups groups_;

@@ -18,11 +18,9 @@ constexpr double most_growth = 0.4;
 // Doubled: no difference. Halved: no difference.
 constexpr int longest_service = 32;
 
-// Up to this length a cluster with equal keys is halved along its widest axis, beyond it another
-// curve is laid.
-// Unit: boxes. From: peers, one-place and log-sizes-4.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t longest_halved = 512;
+// The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
+// difference.
+constexpr std::size_t least_piece_boxes = 512;
 
 // What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
 // spare.

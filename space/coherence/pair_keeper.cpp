@@ -15,7 +15,6 @@ void PairKeeper::start(std::size_t slots, bool on_device, bool in_trees) {
   changed_.growTo(slots);
   source_ = on_device ? Source::device : in_trees ? Source::trees : Source::no_trees;
   incremental_started_ = false;
-  has_helped_ = false;
 }
 
 // Scenes as small as that are found anew faster than changes in a tree.
@@ -42,15 +41,11 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
     geom_update.keepAll();
     changes_ = 0;
     threads_ = 1;
-    has_helped_ = true;
     return Outcome::kept;
   }
   // Within a tolerance most of what moved may turn out to stay.
   const bool some_may_stay = rules.tolerance > 0;
-  if (tooMany(changed_.count(), slots)) {
-    few_changes_ = 0;
-    if (!some_may_stay) return Outcome::anew;
-  }
+  if (!some_may_stay && tooMany(changed_.count(), slots)) return Outcome::anew;
   changed_.growTo(slots);
   bool all = std::exchange(all_may_have_changed_, false);
   if (rules.notified && rules.checked && !all) {
@@ -60,22 +55,16 @@ PairKeeper::Outcome PairKeeper::update(dxGeom* const* geoms, std::size_t slots,
   threads_ = geom_update.notice(geoms, slots, threads, boxes, all, changed_);
   const std::size_t changes = changed_.count();
   if (!some_may_stay && tooMany(changes, slots)) return Outcome::anew;
-  // Which boxes stay within a tolerance, and so which pairs there are, must not depend on where
-  // those of the last frame were found.
-  if (!some_may_stay && source_ == Source::device && mechanisms::quiet_after_device &&
-      ++few_changes_ < 2 && changes)
-    return Outcome::anew;
   const bool fits =
       geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
   // Slots that are gone are in none of the boxes, but in pairs.
   changes_ = some_may_stay ? changed_.count() : changes;
   if (fits && !tooMany(changes_, slots)) {
     any_changed_ = changes_ > 0;
-    has_helped_ = true;
     return Outcome::kept;
   }
   moved_in_vain_ = geom_update.facts().moved;
-  return has_helped_ ? Outcome::anew : Outcome::never_helped;
+  return Outcome::anew;
 }
 
 template <class Real>

@@ -21,9 +21,8 @@ namespace ode_parallel_sap {
 // anew and start() begins again from it.
 class PairKeeper {
  public:
-  // Whether the last frame's boxes and pairs serve: nothing was kept, they do, too much changed, or
-  // too much left its box in the first frame after boxes were packed as a whole.
-  enum class Outcome { not_tried, kept, anew, never_helped };
+  // Whether the last frame's boxes and pairs serve: nothing was kept, they do, too much changed.
+  enum class Outcome { not_tried, kept, anew };
 
   // The geom of a slot is new, gone or has moved.
   void change(Slot slot) {
@@ -108,8 +107,6 @@ class PairKeeper {
   PackRules rules_;  // of the last frame, and of this one where its pairs are kept
   Source source_ = Source::no_trees;
   bool incremental_started_ = false;
-  bool has_helped_ = false;  // since start()
-  int few_changes_ = 0;      // frames in a row in which little changed, but were found anew
   Incremental<float> incremental_;
   Incremental<double> wide_incremental_;
   PairList found_;

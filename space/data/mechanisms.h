@@ -18,16 +18,12 @@ constexpr bool events_of_changes = true;
 constexpr bool incremental_trees = true;
 // What changed lately is in levels of trees beside the base. Else in one.
 constexpr bool tree_levels = true;
-// After a frame on a device, trees are built for the second frame with few changes, not the first.
-constexpr bool quiet_after_device = true;
 // Pairs of boxes with room to move in are kept where all move by little (FatPairs).
 constexpr bool fat_pairs = true;
 // Cells serve while their boxes stay together (CellCoherence).
 constexpr bool kept_cells = true;
 // The pairs of a small scene that stands still are remembered (StillScene).
 constexpr bool still_small_scenes = true;
-// A tolerance that all geoms exceed is left out for a while.
-constexpr bool tolerance_back_off = true;
 
 // The choice of a method.
 
@@ -48,18 +44,11 @@ constexpr bool shape_classes = true;
 constexpr bool filter_groups = true;
 // Classes that no bits let meet are not met, and boxes of those that all may meet are not asked.
 constexpr bool filters_of_classes = true;
-// Boxes that the keys do not tell apart get a curve of their own. Else they are halved.
-constexpr bool curves_of_clusters = true;
-// Boxes become doubles only where many that floats make larger are close together (CoarseClusters).
-constexpr bool counted_clusters = true;
 // Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by
 // itself.
 constexpr bool lists_by_digits = true;
 // Pairs are counted and dealt by turns of several stretches (interleave). Else as they were found.
 constexpr bool interleaved_pairs = true;
-// Large storage is on huge pages (Storage).
-constexpr bool huge_pages = true;
-
 // Queries.
 
 // They walk a tree (QueryTree). Else each tests geom by geom.

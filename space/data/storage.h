@@ -13,20 +13,16 @@
 #include <sys/mman.h>
 #endif
 
-#include "space/data/mechanisms.h"
-
 namespace ode_parallel_sap {
 
 // Small storage is the heap's and begins with a cache line. Large storage is the system's own
 // pages: the heap would keep what buffers leave behind on their way to their size (up to 70 bytes a
-// geom where they hold 170 in the end: study memory, 100,000 boxes). Of that what can be is made of
-// huge pages where the system grants them: boxes and pairs are read in no order of memory (a frame
-// of 400,000 moving cubes takes 5 % less).
+// geom where they hold 170 in the end: study memory, 100,000 boxes).
 class Storage {
  public:
   // What a wish for so many bytes is rounded up to.
   static std::size_t sizeFor(std::size_t bytes) {
-    const std::size_t step = bytes < least_mapped ? line : bytes < least_whole ? page : huge_page;
+    const std::size_t step = bytes < least_mapped ? line : page;
     return (bytes + step - 1) / step * step;
   }
   // `size` is that of sizeFor(). Throws std::bad_alloc.
@@ -67,28 +63,12 @@ class Storage {
 
  private:
   static constexpr std::size_t line = 64, page = 4096;  // fixed: the machine's
-  // fixed: likewise.
-  static constexpr std::size_t huge_page = std::size_t{1} << 21;
-  static constexpr std::size_t least_whole = 2 * huge_page;  // of huge pages only
 
 #if defined(__linux__)
   static void* map(std::size_t size) {
-    const bool huge = mechanisms::huge_pages && size >= huge_page;
-    const std::size_t spare = huge ? huge_page : 0;
     void* const mapped =
-        mmap(nullptr, size + spare, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (mapped == MAP_FAILED) return nullptr;
-    if (!huge) return mapped;
-    // What is before and behind the whole huge pages goes back.
-    char* const begin = static_cast<char*>(mapped);
-    const std::size_t skipped =
-        (huge_page - reinterpret_cast<std::uintptr_t>(begin) % huge_page) % huge_page;
-    if (skipped) munmap(begin, skipped);
-    if (skipped < spare) munmap(begin + skipped + size, spare - skipped);
-#if defined(MADV_HUGEPAGE)
-    (void)madvise(begin + skipped, size, MADV_HUGEPAGE);  // a wish
-#endif
-    return begin + skipped;
+        mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return mapped == MAP_FAILED ? nullptr : mapped;
   }
 #else
   static void* map(std::size_t) {

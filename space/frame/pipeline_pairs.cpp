@@ -23,8 +23,7 @@ void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Setting
       const int used = handOutBlocks(frame.pairs, frame.geoms(), request, frame.plan.block_threads);
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
-      // Within a tolerance frames count how long it is left out.
-      store_.repeats = frame.same && !request.callback && settings.rules.tolerance == 0;
+      store_.repeats = frame.same && !request.callback;
       seePairs(frame);
       if (request.concurrent())
         policy_.learnOfBatch(settings,

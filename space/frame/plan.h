@@ -30,7 +30,7 @@ struct PrecomputePlan {
 };
 
 struct Plan {
-  PackRules rules;          // those that the user set, but for a tolerance that does not pay
+  PackRules rules;          // those that the user set
   int threads = 1;          // of all stages up to the report
   int contact_threads = 1;  // of the narrow phase
   int block_threads = 1;    // of a report in blocks on all threads

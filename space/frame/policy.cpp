@@ -56,9 +56,6 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   Plan plan;
   plan.rules = settings.rules;
   plan.rules.tested_classes = facts.tested_classes;
-  if (!facts.nested && settings.rules == rules_ && mechanisms::tolerance_back_off &&
-      tolerance_.waits())
-    plan.rules.tolerance = 0;
   plan.threads = teamFor(facts.slots, settings);
   // A team as large as that of the narrow phase or the report: some OpenMP runtimes end the threads
   // that a smaller one does without, and start new ones for the next large one.
@@ -144,7 +141,6 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
 
 void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
                    const FrameResult& result) {
-  if (!facts.nested) learnOfTolerance(plan, settings, result);
   if (!result.anew()) {
     team_.learnOfOther(team_times.stalled());
     return;
@@ -156,18 +152,6 @@ void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& se
   if (plan.weighs_devices && !result.wide)
     device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
                          facts.slots, result.candidates, result.extract_ms);
-}
-
-void Policy::learnOfTolerance(const Plan& plan, const Settings& settings,
-                              const FrameResult& result) {
-  if (settings.rules != rules_) tolerance_ = BackOff(1);
-  rules_ = settings.rules;
-  if (plan.rules.tolerance < settings.rules.tolerance)
-    tolerance_.pass();
-  else if (plan.rules.tolerance > 0 && result.coherence == PairKeeper::Outcome::kept)
-    tolerance_.paid();
-  else if (plan.rules.tolerance > 0 && result.coherence == PairKeeper::Outcome::never_helped)
-    tolerance_.failed();
 }
 
 void Policy::learnOfFatPairs(const FrameResult& result) {

@@ -25,8 +25,7 @@ struct Batch {
   double ms;
 };
 
-// Pairs and their order depend on none of its decisions but the tolerance's, which follow from what
-// the program did and from nothing else; all others may depend on what frames took.
+// Pairs and their order depend on none of its decisions, which may depend on what frames took.
 class Policy {
  public:
   // Whether a scene is so small that it is collided on the spot (small_scenes.h).
@@ -61,20 +60,15 @@ class Policy {
   void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void learnOfFatPairs(const FrameResult& result);
-  void learnOfTolerance(const Plan& plan, const Settings& settings, const FrameResult& result);
 
   TeamChoice team_, batch_teams_[Batch::kinds];
   DeviceChoice device_choice_;
-  // A tolerance that all geoms exceed is left out. Each time it is tried again takes a few frames,
-  // since the boxes are others then.
-  BackOff tolerance_{1};
   // Fat boxes that are left at once cost half a frame.
   BackOff fat_pairs_{4};
   // To test pairs that touch costs a little each.
   BackOff apart_boxes_{4}, apart_others_{4};
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff precompute_{2 * retry_frames};
-  PackRules rules_;  // that were set in the last frame
 };
 
 }  // namespace ode_parallel_sap

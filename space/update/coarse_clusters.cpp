@@ -61,23 +61,15 @@ Box floatsOf(const BasicBox<double>& box) {
 }  // namespace
 
 std::size_t CoarseClusters::count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most,
-                                  int threads, std::size_t counters) {
-  counted_ = false;
-  bits_ = 2;
-  while (std::size_t{1} << bits_ < counters * coarse.size()) ++bits_;
-  counts_.resizeDiscarding(std::size_t{1} << bits_);
+                                  int threads) {
+  int bits = 2;  // of a hash
+  while (std::size_t{1} << bits < counters_a_box * coarse.size()) ++bits;
+  counts_.resizeDiscarding(std::size_t{1} << bits);
   std::fill(counts_.begin(), counts_.end(), 0);
-  pairs_ = 0;
-  counted_ = true;
-  return countMoved(boxes, coarse, most, threads);
-}
-
-std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& moved,
-                                       std::size_t most, int threads) {
-  threads = teamFor(moved.size(), grains::looked_up, threads);
-  std::atomic<std::size_t> pairs{pairs_};
+  threads = teamFor(coarse.size(), grains::looked_up, threads);
+  std::atomic<std::size_t> pairs{0};
   runTeam(counting, threads, [&](int thread, int team) {
-    const Range range = ownPart(moved.size(), thread, team);
+    const Range range = ownPart(coarse.size(), thread, team);
     const auto increment = [team](std::uint16_t* count) {
       return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
     };
@@ -86,10 +78,10 @@ std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& 
     for (std::size_t begin = range.begin; begin < range.end; begin += prefetched_block) {
       const std::size_t count = std::min(prefetched_block, range.end - begin);
       for (std::size_t i = 0; i < count; ++i) {
-        const Slot slot = moved[begin + i];
+        const Slot slot = coarse[begin + i];
         const std::uint64_t cell =
             cellOf(boxes.wide ? floatsOf(boxes.wide_boxes[slot]) : boxes.boxes[slot]);
-        places[i] = &counts_[cell >> (64 - bits_)];
+        places[i] = &counts_[cell >> (64 - bits)];
         prefetchForWriting(places[i]);
       }
       std::size_t found = 0;
@@ -97,8 +89,7 @@ std::size_t CoarseClusters::countMoved(const BoxSet& boxes, const Buffer<Slot>& 
       if (pairs.fetch_add(found, std::memory_order_relaxed) + found > most) return;
     }
   });
-  pairs_ = pairs;
-  return pairs_;
+  return pairs;
 }
 
 }  // namespace ode_parallel_sap

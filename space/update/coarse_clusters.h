@@ -17,23 +17,11 @@ class CoarseClusters {
  public:
   // The pairs of those of `coarse` that share a cell: about as many as floats might let through in
   // vain. Stops counting beyond `most`, which is below 2^31. Uses up to `threads` threads; whether
-  // there are more than `most` does not depend on them. `counters`: so many a box; boxes that share
-  // one by chance count as pairs, too. Needs exactMode().
-  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads,
-                    std::size_t counters = counters_a_box);
-  // The same after some have moved, as if they were still where they were, too: never too few, at a
-  // cost in proportion to these.
-  std::size_t countMoved(const BoxSet& boxes, const Buffer<Slot>& moved, std::size_t most,
-                         int threads);
-  // Whether all others are in the last count.
-  bool counted() const { return counted_; }
-  void forget() { counted_ = false; }
+  // there are more than `most` does not depend on them. Needs exactMode().
+  std::size_t count(const BoxSet& boxes, const Buffer<Slot>& coarse, std::size_t most, int threads);
   std::size_t bytes() const { return counts_.bytes(); }
 
  private:
-  bool counted_ = false;
-  int bits_ = 0;                  // of a hash
-  std::size_t pairs_ = 0;         // so far
   Buffer<std::uint16_t> counts_;  // by hash: cells that share one only seem fuller
 };
 

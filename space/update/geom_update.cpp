@@ -8,7 +8,6 @@
 #include <type_traits>
 
 #include "space/data/floating_point.h"
-#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/prefetch.h"
 #include "space/data/tuning.h"
@@ -54,19 +53,6 @@ class PackEach {
  private:
   BlockPacker packer_;
   Note note_;
-};
-
-// Coarse boxes are counted by a sample first where there are many: of the slots one in eight, eight
-// in a row of each 64, by chance, so to say, so that no order of geoms hides a cluster.
-constexpr std::size_t sampled = 8;           // fixed: one in so many; all took a tenth of a frame
-constexpr std::size_t least_sampled = 2048;  // fixed: boxes, so that a sample sees a cluster
-constexpr std::size_t sampleOf(std::size_t slots) {
-  return slots / (sampled * sampled) * sampled;
-}
-constexpr auto sampled_slot = [](std::size_t i) {
-  const std::uint32_t window = static_cast<std::uint32_t>(i / sampled);
-  const std::uint32_t chosen = (window * 0x9e3779b1u >> 16) % sampled;
-  return static_cast<Slot>((window * sampled + chosen) * sampled + i % sampled);
 };
 
 void prefetchStatus(const dxBody* body) {
@@ -193,39 +179,27 @@ bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, 
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
   const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
   if (coarse * coarse / 2 <= most) {
-    coarse_clusters_.forget();
+    changed_since_count_ = boxes.size;
     return false;
   }
-  if (!mechanisms::counted_clusters || (changed && boxes.wide))
-    return true;  // until all are packed
+  if (changed) {
+    // Too few to have made another cluster.
+    changed_since_count_ += changed->size();
+    if (boxes.wide || changed_since_count_ * 8 <= coarse) return boxes.wide;
+  }
+  changed_since_count_ = 0;
+  listCoarse(boxes.size);
   const ScopedMode exact(exactMode());
-  if (changed && coarse_clusters_.counted()) {
-    listCoarse(changed->size(), [&](std::size_t i) { return (*changed)[i]; });
-    if (coarse_clusters_.countMoved(boxes, coarse_, most, threads) <= most) return false;
-  }
-  if (!changed && !boxes.wide && coarse >= least_sampled) {
-    // Of pairs one in `sampled` squared is in the sample. With twice the counters a box those that
-    // share one by chance are at most half as many as are let pass.
-    const std::size_t few = most / (sampled * sampled);
-    listCoarse(sampleOf(boxes.size), sampled_slot);
-    const bool are_few =
-        coarse_clusters_.count(boxes, coarse_, few, threads, 2 * counters_a_box) <= few;
-    coarse_clusters_.forget();
-    if (are_few) return false;
-  }
-  listCoarse(boxes.size, every_slot);
   return coarse_clusters_.count(boxes, coarse_, most, threads) > most;
 }
 
-// Without a branch: whether a box is coarse is hard to foretell where many are. One place more than
+// Without a branch: whether a box is coarse is hard to predict where many are. One place more than
 // there are such boxes, for what is not one.
-template <class SlotOf>
-void GeomUpdate::listCoarse(std::size_t slots, SlotOf slotOf) {
-  coarse_.resizeDiscarding(std::min(slots, static_cast<std::size_t>(facts_.coarse)) + 1);
+void GeomUpdate::listCoarse(std::size_t slots) {
+  coarse_.resizeDiscarding(static_cast<std::size_t>(facts_.coarse) + 1);
   std::size_t listed = 0;
-  for (std::size_t i = 0; i < slots; ++i) {
-    const Slot slot = slotOf(i);
-    coarse_[listed] = slot;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    coarse_[listed] = static_cast<Slot>(slot);
     listed += (states_[slot] & coarse_state) != 0;
   }
   assert(listed < coarse_.size());

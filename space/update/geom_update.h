@@ -71,8 +71,7 @@ class GeomUpdate {
                       UpdatePart& part);
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
-  template <class SlotOf>
-  void listCoarse(std::size_t slots, SlotOf slotOf);
+  void listCoarse(std::size_t slots);
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
@@ -97,6 +96,7 @@ class GeomUpdate {
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
   CoarseClusters coarse_clusters_;
+  std::size_t changed_since_count_ = 0;
   Buffer<Slot> coarse_;
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
