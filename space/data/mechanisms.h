@@ -29,8 +29,6 @@ constexpr bool still_small_scenes = true;
 
 // Up to 120 geoms are collided in one loop (SmallScenes).
 constexpr bool small_scenes = true;
-// Where there is nothing else to a frame of them, no look is taken at what there might be.
-constexpr bool fast_path = true;
 // One thread works while a team is slower (TeamChoice).
 constexpr bool learned_teams = true;
 

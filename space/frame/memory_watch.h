@@ -39,11 +39,6 @@ class MemoryWatch {
     return part;
   }
 
-  // Whether frames of so few geoms change nothing that it will say, with all their pairs.
-  bool mayMiss(std::size_t geoms) const {
-    return largest_ < least_need && 10 * geoms + geoms * geoms / 2 < least_need;
-  }
-
  private:
   static constexpr std::size_t least_need = 20000;  // fixed: some hundred KB are not worth it
 

@@ -30,19 +30,6 @@ class Pipeline {
   // their order. `manual_cleanup`: threads leave no data in ODE.
   void collide(const Scene& scene, FrameLists& lists, const Settings& settings, void* data,
                dNearCallback* callback, bool manual_cleanup);
-  // Whether frames of a space of so many slots may be collided on the fast path: as small scenes,
-  // and without a look at what frames leave behind.
-  bool mayTakeFastPath(std::size_t slots, const Settings& settings) const {
-    return Policy::isSmall(slots, settings) && !settings.print_stats && !events_.on() &&
-           memory_watch_.mayMiss(slots);
-  }
-  // What collide() does then.
-  void collideOnFastPath(const Scene& scene, const Settings& settings, void* data,
-                         dNearCallback* callback) {
-    statistics_.beginFrame();
-    last_pairs_ = small_scenes_.collidePlainly(scene, settings.rules, complaints_, statistics_,
-                                               {data, callback});
-  }
   // The contacts of its pairs.
   void collideContacts(const Scene& scene, FrameLists& lists, const Settings& settings,
                        const ContactRequest& request, bool manual_cleanup);
@@ -69,8 +56,6 @@ class Pipeline {
     store_.coherence.change(slot);
     precomputed_.noteChange(slot);
   }
-  // The same while frames take the fast path, which keeps nothing by slot.
-  void noteSmallChange() { small_scenes_.noteChange(); }
   // What ODE tells no space of may have changed in the geom of a slot, or in all; the former from
   // many threads at once.
   void noteUntold(Slot slot) { store_.coherence.tell(slot); }

@@ -1,7 +1,6 @@
 #include "space/frame/small_scenes.h"
 
 #include <algorithm>
-#include <cassert>
 #include <new>
 
 #include "space/data/mechanisms.h"
@@ -228,48 +227,7 @@ void tellPair(const SmallFound& found, std::size_t place, void* data, dNearCallb
   callback(data, found.active[pair.earlier()], found.active[pair.later()]);
 }
 
-// Not inline, so that what was counted need not be at hand until the report has ended.
-__attribute__((noinline)) void noteAgain(const SmallCounts& counts, std::size_t geoms,
-                                         Statistics& statistics) {
-  statistics.noteSmall(counts.of(geoms));
-}
-
-// The report alone.
-inline std::size_t tellPlainly(const SmallFound& found, std::size_t geoms, Statistics& statistics,
-                               const SmallReport& report) {
-  const unsigned long long frame = statistics.frames();
-  statistics.noteSmall(found.counts.of(geoms));
-  dxGeom* const* const active = found.active;
-  const PlacePair* const end = found.pairs + found.counts.pairs;
-  for (const PlacePair* pair = found.pairs; pair != end; ++pair)
-    report.callback(report.data, active[pair->earlier()], active[pair->later()]);
-  // A collide within the callback wrote its own.
-  if (statistics.frames() != frame) noteAgain(found.counts, geoms, statistics);
-  return found.counts.pairs;
-}
-
 }  // namespace
-
-std::size_t SmallScenes::collidePlainly(const Scene& scene, const PackRules& rules,
-                                        Complaints& complaints, Statistics& statistics,
-                                        const SmallReport& report) {
-  if (statistics.timesNextSmallFrame() || (is_still_ && still_scene_->found().counts.user_classes))
-    return collide(scene, rules, complaints, statistics, report).pairs;
-  assert(!is_still_ || still_scene_->rules() == rules);
-  if (is_still_ && still_scene_->isAsSeen())
-    return tellPlainly(still_scene_->found(), scene.count, statistics, report);
-  SmallStorage storage;
-  SmallFound found(storage);
-  find(scene, rules, storage, found.counts);
-  if (found.counts.moved > 0 && found.counts.invalid == 0 && !found.counts.user_classes) {
-    is_still_ = false;
-    still_frames_ = 0;
-    return tellPlainly(found, scene.count, statistics, report);
-  }
-  noteFound(scene, rules, complaints, found);
-  if (found.counts.user_classes) test(storage, found);
-  return tellPlainly(found, scene.count, statistics, report);
-}
 
 FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                                  Statistics& statistics, const SmallReport& report) {

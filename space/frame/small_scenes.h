@@ -121,11 +121,6 @@ class SmallScenes {
  public:
   // A geom became dirty, came or went.
   void noteChange() { is_still_ = false; }
-  // collide() for a report without anything else, in a space without events and samples, by the
-  // rules of the frame before: most of what a frame of a few geoms takes would be to find out that
-  // there is nothing of it to do. Returns the number of pairs.
-  std::size_t collidePlainly(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                             Statistics& statistics, const SmallReport& report);
   FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
                       Statistics& statistics, const SmallReport& report);
   std::size_t bytes() const {

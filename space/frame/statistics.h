@@ -53,8 +53,6 @@ class Statistics {
   void noteQuery(double ms) { sums_.addQueries(1, ms); }
   void noteRays(std::size_t count, double ms) { sums_.addRays(count, ms); }
 
-  // Whether the next small frame may be one that is timed.
-  bool timesNextSmallFrame() const { return times_wanted_; }
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
   // few geoms.
   bool beginSmallFrame() {

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cstdint>
 #include <new>
 #include <string>
 #include <utility>
 
-#include "space/data/mechanisms.h"
 #include "space/data/team.h"
 #include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
@@ -126,7 +124,6 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
   dUASSERT(!slots_.full(), "too many geoms in a parallel SAP space");
 
-  fast_path_ = false;
   if (slots_.mustClose(count)) closeSlots();
   // All that may throw comes before the geom is known here.
   const Slot slot = slots_.next();
@@ -153,7 +150,6 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   dAASSERT(geom);
   dUASSERT(geom->parent_space == this, "object is not in this space");
 
-  fast_path_ = false;
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteNewcomer();
@@ -167,15 +163,11 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   needs_clean_ = true;
-  if (fast_path_)
-    pipeline_.noteSmallChange();
-  else
-    noteChange(Slots::slotOf(geom));
+  noteChange(Slots::slotOf(geom));
 }
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
-// Not inline, as dirty() would pay for it on the fast path.
-__attribute__((noinline)) void ParallelSAPSpace::noteChange(Slot slot) {
+void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
   if (rays_) rays_->changed(slot);
   pipeline_.noteChange(slot);
@@ -322,7 +314,6 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   if (notified != notified_of_all_) notify(nullptr);
   notified_of_all_ = notified;
   askSilent();
-  fast_path_ = mechanisms::fast_path && !call.nested() && mayTakeFastPath();
 }
 
 void ParallelSAPSpace::notifyAll() {
@@ -330,7 +321,6 @@ void ParallelSAPSpace::notifyAll() {
 }
 
 void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
-  fast_path_ = false;
   trace_ = std::move(trace);
 }
 
@@ -347,11 +337,6 @@ bool ParallelSAPSpace::writeTrace(const Call& call) {
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
-  if (fast_path_) {
-    assert(mayTakeFastPath());
-    askSilent();
-    return pipeline_.collideOnFastPath(scene(call.nested()), settings_, data, callback);
-  }
   beginFrame(call);
   const Scene all = scene(call.nested());
   if (!trace_ || !writeTrace(call))
@@ -407,7 +392,6 @@ void ParallelSAPSpace::askOther(dxGeom* geom) {
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this);
-  fast_path_ = false;
   if (!pipeline_.statistics().timesQueries()) return query(call, geom, data, callback);
   const Clock::time_point begin = Clock::now();
   query(call, geom, data, callback);
@@ -442,7 +426,6 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data,
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Call call(*this);
   const StageRange range(Stage::rays);
-  fast_path_ = false;
   askSilent();
   cleanFew();
   const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings_),

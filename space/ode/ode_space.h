@@ -100,15 +100,8 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
   void beginFrame(const Call& call);
-  bool mayTakeFastPath() const {
-    return !trace_ && !rays_ && queries_.neverAsked() && !slots_.worthClosing(count) &&
-           pipeline_.mayTakeFastPath(slots_.size(), settings_);
-  }
   bool writeTrace(const Call& call);
-  void noteSettings() {
-    fast_path_ = false;
-    pipeline_.noteSettings();
-  }
+  void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
   void askSilent();
   static void askOther(dxGeom* geom);
@@ -126,10 +119,6 @@ class ParallelSAPSpace : public dxSpace {
   std::atomic<const void*> user_{nullptr};  // marks the thread that is in the space
 #endif
   Settings settings_;
-  // The scene is small, and there is nothing that a frame would have to look after besides its
-  // geoms, nor anything that is kept and would have to be told of a geom that moves. A frame finds
-  // that out, and so it stays until something is done to the space but moving its geoms.
-  bool fast_path_ = false;
   Slots slots_;
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;

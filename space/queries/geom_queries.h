@@ -19,7 +19,6 @@ class GeomQueries {
 
   void changed(std::size_t slot) { tree_.changed(slot); }
   void reset() { tree_.reset(); }
-  bool neverAsked() const { return tree_.neverAsked(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 

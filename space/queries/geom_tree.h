@@ -35,8 +35,6 @@ class GeomTree {
     ++changes_;
     if (tree_) note(slot);
   }
-  // No query ever asked it, so it has nothing to keep of what changes.
-  bool neverAsked() const { return !asked_; }
   void reset();
 
   // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
