@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
 
 namespace ode_parallel_sap {
@@ -12,7 +13,7 @@ void Pipeline::collide(const Scene& scene, FrameLists& lists, const Settings& se
                        dNearCallback* callback, bool manual_cleanup) {
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
-    collideSmall(scene, settings, {data, callback});
+    collideSmall(scene, settings, {data, callback}, watcher_);
   } else {
     const SceneFacts facts = factsOf(scene, false);
     Frame frame(store_, lists, policy_.decide(facts, settings), facts, scene);
@@ -55,6 +56,7 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   store_.complete = true;
   learn(frame, settings);
   note(frame.result);
+  if (watcher_ && !frame.facts.for_contacts && watcher_->isDue()) showPairs(frame);
   return true;
 } catch (const std::bad_alloc&) {
   if (events_.on() && !frame.scene.nested) events_.tellNothing();
@@ -192,10 +194,18 @@ void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* call
 
 void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
-  statistics_.sample().tell(
-      frame.pairs, geoms,
-      [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); },
-      [](std::size_t) { return PairSample::not_asked; });
+  const GeomsAhead ahead(geoms);
+  for (const Buffer<Pair>& part : frame.pairs.parts)
+    ahead.tell(part.begin(), part.end(), [=](Pair pair) {
+      callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+    });
+}
+
+void Pipeline::showPairs(const Frame& frame) const {
+  for (const Buffer<Pair>& part : frame.pairs.parts)
+    for (const Pair pair : part)
+      watcher_->see(frame.geoms()[earlierOf(pair)], frame.geoms()[laterOf(pair)],
+                    PairWatcher::unknown);
 }
 
 }  // namespace ode_parallel_sap

@@ -15,6 +15,7 @@
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"
 #include "space/frame/pair_blocks.h"
+#include "space/geom/pair_watcher.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
@@ -82,6 +83,8 @@ class Pipeline {
   // Gives back a part of what is held, but for the devices. No frame uses `lists`.
   void release(int part, FrameLists& lists);
   std::size_t bytes() const;
+  // Who sees the pairs of some frames; may be null.
+  void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
   PairEvents& events() { return events_; }
   const PairEvents& events() const { return events_; }
   const PrecomputedContacts::Counts& precomputed() const { return precomputed_.all(); }
@@ -108,8 +111,9 @@ class Pipeline {
   void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
-  void seePairs(const Frame& frame);
-  FrameCounts collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report);
+  void showPairs(const Frame& frame) const;
+  FrameCounts collideSmall(const Scene& scene, const Settings& settings, const SmallReport& report,
+                           PairWatcher* watcher);
   Plan collectPairs(const Scene& scene, FrameLists& lists, const Settings& settings,
                     ContactPairs& pairs, FrameResult& result);
 
@@ -129,6 +133,7 @@ class Pipeline {
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
+  PairWatcher* watcher_ = nullptr;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;
 };

@@ -25,12 +25,12 @@ void Pipeline::collideContacts(const Scene& scene, FrameLists& lists, const Sett
     result.narrow_ms = clock.lap();
     policy_.learnOfBatch(settings, {Batch::contacts, used, pairs.list().size(), result.narrow_ms});
     policy_.learnOfApart(plan, narrow_phase.leftOut());
-    PairSample& sample = statistics_.sample();
-    sample.pick(pairs.list().size(), [&](std::size_t place) {
-      const dParallelSAPPair& pair = pairs.list()[place];
-      const int contacts = narrow_phase.contactsOf(place);
-      sample.see(pair.o1, pair.o2, contacts < 0 ? PairSample::passed_over : contacts);
-    });
+    if (watcher_ && watcher_->isDue())
+      for (std::size_t place = 0; place < pairs.list().size(); ++place) {
+        const dParallelSAPPair& pair = pairs.list()[place];
+        const int contacts = narrow_phase.contactsOf(place);
+        watcher_->see(pair.o1, pair.o2, contacts < 0 ? PairWatcher::unwanted : contacts);
+      }
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -57,9 +57,7 @@ Plan Pipeline::collectPairs(const Scene& scene, FrameLists& lists, const Setting
   if (Policy::isSmall(facts.slots, settings)) {
     StageClock clock;
     clock.begin(Stage::extract);
-    SmallReport report = {&pairs, &dParallelSAPAddPair};
-    report.sampled = false;  // but from the list
-    result = resultOf(collideSmall(scene, settings, report));
+    result = resultOf(collideSmall(scene, settings, {&pairs, &dParallelSAPAddPair}, nullptr));
     result.extract_ms = clock.lap();
     return plan;
   }

@@ -11,9 +11,8 @@ void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Setting
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
     PairBlock block(request);
-    collideSmall(scene, settings, {&block, &PairBlock::add, [](void* own) {
-                                     static_cast<PairBlock*>(own)->finish();
-                                   }});
+    const auto finish = [](void* own) { static_cast<PairBlock*>(own)->finish(); };
+    collideSmall(scene, settings, {&block, &PairBlock::add, finish}, watcher_);
   } else {
     SceneFacts facts = factsOf(scene, false);
     facts.for_blocks = request.concurrent();
@@ -24,7 +23,6 @@ void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Setting
       frame.result.block_threads = used;
       frame.result.report_ms = frame.clock.lap();
       store_.repeats = frame.same && !request.callback;
-      seePairs(frame);
       if (request.concurrent())
         policy_.learnOfBatch(settings,
                              {Batch::blocks, used, frame.pairs.size(), frame.result.report_ms});
@@ -38,17 +36,6 @@ void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Setting
     note(frame.result);
   }
   statistics_.endFrame();
-}
-
-void Pipeline::seePairs(const Frame& frame) {
-  PairSample& sample = statistics_.sample();
-  PairCursor pairs(frame.pairs);
-  sample.pick(frame.pairs.size(), [&](std::size_t place) {
-    pairs.read(place, place + 1, [&](const Pair* pair, const Pair*) {
-      sample.see(frame.geoms()[earlierOf(*pair)], frame.geoms()[laterOf(*pair)],
-                 PairSample::not_asked);
-    });
-  });
 }
 
 // `kept`: the frame went on from the last one's list. What a frame within a callback finds is not

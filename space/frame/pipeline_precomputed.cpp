@@ -1,6 +1,7 @@
 // dSpaceCollide under the preload library: the contacts for which the near callback will ask
 // dCollide are found before the report.
 
+#include "space/frame/geoms_ahead.h"
 #include "space/frame/pipeline.h"
 
 namespace ode_parallel_sap {
@@ -60,10 +61,8 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
     report.next(pair, a, b);
     callback(data, a, b);
   };
-  statistics_.sample().tell(frame.pairs, geoms, tell, [&](std::size_t place) {
-    const int contacts = precomputed_.narrowPhase().contactsOf(place);
-    return contacts < 0 ? PairSample::not_asked : contacts;
-  });
+  const GeomsAhead ahead(geoms);
+  for (const Buffer<Pair>& part : frame.pairs.parts) ahead.tell(part.begin(), part.end(), tell);
 }
 
 }  // namespace ode_parallel_sap

@@ -222,11 +222,6 @@ void complainOfInvalid(dxGeom* first, Complaints& complaints) {
     if (isInvalid(geom)) complaints.ofInvalid(geom);
 }
 
-void tellPair(const SmallFound& found, std::size_t place, void* data, dNearCallback* callback) {
-  const PlacePair pair = found.pairs[place];
-  callback(data, found.active[pair.earlier()], found.active[pair.later()]);
-}
-
 }  // namespace
 
 FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
@@ -248,11 +243,13 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const FrameCounts result = found.counts.of(scene.count);
   statistics.noteSmall(result);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
-  std::size_t reported = 0;
-  if (statistics.sample().on() && report.sampled && !statistics.sample().passOver(result.pairs))
-    reported = reportSampled(found, report, statistics.sample());
-  for (; reported < result.pairs; ++reported)
-    tellPair(found, reported, report.data, report.callback);
+  const auto forPairs = [&](auto use) {
+    for (const PlacePair* pair = found.pairs; pair < found.pairs + result.pairs; ++pair)
+      use(found.active[pair->earlier()], found.active[pair->later()]);
+  };
+  if (report.watcher)
+    forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b, PairWatcher::unknown); });
+  forPairs([&](dxGeom* a, dxGeom* b) { report.callback(report.data, a, b); });
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.noteSmall(result);
@@ -269,21 +266,6 @@ void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complain
   // The second of two frames without a move is remembered.
   still_frames_ = found.counts.moved == 0 ? still_frames_ + 1 : 0;
   if (still_frames_ >= 2) remember(scene, rules, found);
-}
-
-// Up to the last pair that is picked. Not inline, as it would cost those that do without some time.
-__attribute__((noinline)) std::size_t SmallScenes::reportSampled(const SmallFound& found,
-                                                                 const SmallReport& report,
-                                                                 PairSample& sample) {
-  std::size_t reported = 0;
-  const auto tell = [&] { tellPair(found, reported++, report.data, report.callback); };
-  sample.pick(found.counts.pairs, [&](std::size_t place) {
-    while (reported < place) tell();
-    const PlacePair pair = found.pairs[reported];
-    sample.time(found.active[pair.earlier()], found.active[pair.later()], PairSample::not_asked,
-                tell);
-  });
-  return reported;
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.

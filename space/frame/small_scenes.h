@@ -10,6 +10,7 @@
 #include "space/coherence/pair_events.h"
 #include "space/data/tuning.h"
 #include "space/frame/complaints.h"
+#include "space/geom/pair_watcher.h"
 #include "space/frame/statistics.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/pack_rules.h"
@@ -59,7 +60,7 @@ struct SmallReport {
   dNearCallback* callback;
   void (*end)(void* data) = nullptr;  // called after the last one; may be 0
   PairEvents* events = nullptr;       // told which pairs there are; may be 0
-  bool sampled = true;                // pairs are picked from those that are reported
+  PairWatcher* watcher = nullptr;     // sees the pairs; may be 0
 };
 
 // A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
@@ -135,8 +136,6 @@ class SmallScenes {
                  const SmallFound& found);
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
   bool tell(const Scene& scene, const SmallFound& found, PairEvents& events);
-  static std::size_t reportSampled(const SmallFound& found, const SmallReport& report,
-                                   PairSample& sample);
 
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since

@@ -45,16 +45,6 @@ void Statistics::beginSmall() {
   last_was_small_ = true;
 }
 
-void Statistics::noteSample() {
-  const SampledPairs& seen = sample_.seen();
-  last_.sampled = seen.all.pairs;
-  last_.sampled_static = seen.of_static.pairs;
-  last_.sampled_asleep = seen.asleep.pairs;
-  last_.sampled_clear = seen.clear.pairs;
-  last_.sampled_collided = seen.all.collided;
-  last_.sampled_untouched = seen.untouched;
-}
-
 void Statistics::noteTimes(double found_ms, double report_ms) {
   last_.extract_ms = found_ms;
   last_.report_ms = report_ms;

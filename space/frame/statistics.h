@@ -6,7 +6,6 @@
 
 #include "space/frame/frame_result.h"
 #include "space/frame/frame_sums.h"
-#include "space/frame/pair_sample.h"
 
 namespace ode_parallel_sap {
 
@@ -21,7 +20,7 @@ inline FrameResult resultOf(const FrameCounts& small) {
 class Statistics {
  public:
   // `sums`: they are to be printed one day, so every frame is timed and added up.
-  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums), sample_(sums) {}
+  explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
 
   void beginFrame() { ++last_.frames; }
   // Counts a frame that would do what the last one did, which was nothing. False: this one is to
@@ -43,9 +42,7 @@ class Statistics {
   void noteTimes(double found_ms, double report_ms);
   // The last noted frame came to its end.
   void endFrame() {
-    if (!sums_wanted_) return;
-    sums_.add(last_);
-    sample_.endFrame(last_.pairs, last_.total_ms);
+    if (sums_wanted_) sums_.add(last_);
   }
 
   // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only.
@@ -61,14 +58,10 @@ class Statistics {
 
   unsigned long long frames() const { return last_.frames; }
   const FrameSums& sums() const { return sums_; }
-  // Picks nothing unless sums are wanted.
-  PairSample& sample() { return sample_; }
-  const SampledPairs& sampled() const { return sample_.seen(); }
   // A program asked for those of the last frame: small frames are timed from now on.
   const dParallelSAPStats& onRequest(std::size_t memory_bytes) {
     times_wanted_ = true;
     if (last_.frames) last_.memory_bytes = memory_bytes;
-    noteSample();
     return last_;
   }
 
@@ -86,7 +79,6 @@ class Statistics {
     last_.pairs = counts.pairs;
   }
   void beginSmall();
-  void noteSample();
 
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;
@@ -94,7 +86,6 @@ class Statistics {
   unsigned repeated_frames_ = 0;
   dParallelSAPStats last_ = {};
   FrameSums sums_;
-  PairSample sample_;
 };
 
 }  // namespace ode_parallel_sap

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "space/data/mechanisms.h"
 #include "space/data/team.h"
-#include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
@@ -82,6 +82,9 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
   type = space_class;
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
   trace_ = traceFromEnvironment();
+  if (!settings_.print_stats) return;
+  advice_ = std::make_unique<Advice>();
+  pipeline_.watchPairs(advice_.get());
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -113,9 +116,9 @@ void ParallelSAPSpace::printTotals() const {
              "ms, %llu rays took %.3f ms",
              static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
              sums.rays_ms);
-  const std::string hints = hintsOf(sums, sampled());
-  if (!hints.empty())
-    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), hints.c_str());
+  const std::string advice = advice_->line();
+  if (!advice.empty())
+    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), advice.c_str());
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "space/advice/advice.h"
 #include "space/frame/pipeline.h"
 #include "space/frame/settings.h"
 #include "space/geom/ode_private.h"
@@ -87,7 +88,7 @@ class ParallelSAPSpace : public dxSpace {
  protected:
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
-  const SampledPairs& sampled() const { return pipeline_.statistics().sampled(); }
+  const Advice& advice() const { return *advice_; }
   const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
@@ -129,6 +130,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   Workspaces workspaces_;
+  std::unique_ptr<Advice> advice_;  // if settings().print_stats
   std::unique_ptr<Trace> trace_;  // null: there is none
 };
 

@@ -9,7 +9,6 @@
 
 #include "space/contacts/ode_collide.h"
 #include "space/contacts/precomputed_contacts.h"
-#include "space/frame/hints.h"
 #include "space/frame/stage_clock.h"
 #include "space/geom/assertions.h"
 #include "space/ode/environment.h"
@@ -32,7 +31,7 @@ struct Account {
   const Clock::time_point begin = Clock::now();
   std::unordered_set<const StandIn*> alive;
   FrameSums frames;
-  SampledPairs sampled;
+  Advice advice;
   PrecomputedContacts::Counts precomputed;
 };
 
@@ -63,7 +62,7 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
-    sums.sampled.add(sampled());
+    sums.advice.add(advice());
     sums.precomputed.add(precomputed());
   }
 
@@ -119,8 +118,8 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
-  const std::string hints = hintsOf(all, sums.sampled);
-  if (!hints.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", hints.c_str());
+  const std::string advice = sums.advice.line();
+  if (!advice.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", advice.c_str());
 }
 
 void geomChanged(dxGeom* geom) {

@@ -662,18 +662,9 @@ typedef struct dParallelSAPStats {
                                   * apart; none in frames in which too few were to look for them */
   int find_threads;              /* threads used by the widest stage that finds pairs */
   int narrow_threads;            /* threads that found contacts; 0 where none were to be found */
-  /* Pairs that were picked at random from those of all frames so far, none unless the space was
-   * created with ODE_PARALLEL_SAP_STATS=1. What is said of these holds, but for chance, for all. */
-  unsigned long long sampled;
-  unsigned long long sampled_static; /* whose geoms have no body: see SetSkipStatic */
-  unsigned long long sampled_asleep; /* with a body, but none that is enabled: see SetSkipAsleep */
-  unsigned long long sampled_clear;  /* of a plane and a geom clear of it: see SetCullPlanes */
-  unsigned long long
-      sampled_collided; /* that the space collided (dParallelSAPSpaceCollideContacts) */
-  unsigned long long sampled_untouched; /* without a contact there, or passed over by their flags */
-  unsigned long long candidates_kept;   /* pairs of boxes with some room to move in, found in an
-                                         * earlier frame, among which the pairs of this one were
-                                         * looked for; none where geoms move far */
+  unsigned long long candidates_kept; /* pairs of boxes with some room to move in, found in an
+                                       * earlier frame, among which the pairs of this one were
+                                       * looked for; none where geoms move far */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. Scenes of up to 120 geoms are not timed before

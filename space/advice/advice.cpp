@@ -1,0 +1,88 @@
+#include "space/advice/advice.h"
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+
+#include "space/geom/geom_tests.h"
+#include "space/geom/plane_test.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+constexpr double least_share = 0.05;                 // fixed: of the pairs; less is no advice
+constexpr unsigned long long least_untouched = 100;  // fixed: 3 % at most touch, by 95 in 100
+
+PackRules skipping(bool of_static) {
+  PackRules rules;
+  rules.skip_static = of_static;
+  rules.skip_asleep = !of_static;
+  return rules;
+}
+
+__attribute__((format(printf, 2, 3))) void append(std::string& line, const char* format, ...) {
+  char text[256];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  line += line.empty() ? "" : ", ";
+  line += text;
+}
+
+}  // namespace
+
+void Advice::see(dGeomID a, dGeomID b, int contacts) {
+  const ScopedMode mode(exactMode());
+  ++all_;
+  static_ += isLeftOut(a, b, skipping(true));
+  asleep_ += isLeftOut(a, b, skipping(false));
+  clear_ += areClearByPlane(a, b);
+  if (contacts == unknown) return;
+  const unsigned long of_a = a->category_bits, of_b = b->category_bits;
+  count({std::min(of_a, of_b), std::max(of_a, of_b), 1, contacts > 0 ? 1u : 0u});
+}
+
+void Advice::count(const Layers& more) {
+  for (std::size_t i = 0; i < used_layers_; ++i) {
+    Layers& layers = layers_[i];
+    if (layers.a != more.a || layers.b != more.b) continue;
+    layers.pairs += more.pairs;
+    layers.touching += more.touching;
+    return;
+  }
+  if (used_layers_ < layers_.size()) layers_[used_layers_++] = more;
+}
+
+void Advice::add(const Advice& other) {
+  all_ += other.all_;
+  static_ += other.static_;
+  asleep_ += other.asleep_;
+  clear_ += other.clear_;
+  for (std::size_t i = 0; i < other.used_layers_; ++i) count(other.layers_[i]);
+}
+
+std::string Advice::line() const {
+  std::string line;
+  const auto name = [&](unsigned long long pairs, const char* option, const char* which) {
+    if (shareOf(pairs) >= least_share)
+      append(line, "%s would leave out %.0f %% of the pairs (%s)", option, 100 * shareOf(pairs),
+             which);
+  };
+  name(static_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
+  name(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
+  name(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
+  // Geoms whose categories the program left as they are cannot be kept apart by them.
+  for (std::size_t i = 0; i < used_layers_; ++i) {
+    const Layers& layers = layers_[i];
+    if (layers.touching || layers.pairs < least_untouched || ~layers.b == 0) continue;
+    char option[128];
+    std::snprintf(option, sizeof option, "collide bits that keep categories 0x%lx and 0x%lx apart",
+                  layers.a, layers.b);
+    name(layers.pairs, option, "none of them touched");
+  }
+  return line;
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,44 @@
+// What options would leave out of a program's pairs: the line that ODE_PARALLEL_SAP_STATS=1 prints.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+
+#include "space/geom/pair_watcher.h"
+
+namespace ode_parallel_sap {
+
+// Counts all pairs of one frame in `interval`. Nothing but the line depends on it.
+class Advice : public PairWatcher {
+ public:
+  bool isDue() override { return frames_++ % interval == 0; }
+  void see(dGeomID a, dGeomID b, int contacts) override;
+
+  // Adds what another space's has seen.
+  void add(const Advice& other);
+  // Names the options that would have left out a part of the pairs worth mentioning; empty where
+  // there are none.
+  std::string line() const;
+
+ private:
+  static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
+
+  // Pairs of two categories, the smaller number first, of which it is known whether they touch.
+  struct Layers {
+    unsigned long a = 0, b = 0;
+    unsigned long long pairs = 0, touching = 0;
+  };
+
+  void count(const Layers& layers);
+  double shareOf(unsigned long long pairs) const {
+    return all_ ? static_cast<double>(pairs) / static_cast<double>(all_) : 0;
+  }
+
+  unsigned frames_ = 0;
+  unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
+  std::array<Layers, 16> layers_;  // what finds no room are few pairs, or no layers
+  std::size_t used_layers_ = 0;
+};
+
+}  // namespace ode_parallel_sap
