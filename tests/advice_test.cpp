@@ -28,6 +28,8 @@ using Collide = std::function<void(dSpaceID)>;
 
 void ignoreContacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
 
+void ignorePair(void*, dGeomID, dGeomID) {}
+
 void collidePlainly(dSpaceID space) {
   dSpaceCollide(space, nullptr, ignorePair);
 }

@@ -133,8 +133,7 @@ class NarrowPhase::Pass {
       wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
       testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
     }
-    if (way_.leave_out.boxes || way_.leave_out.others)
-      wanted &= ~findApart(range, wanted & testable, thread);
+    if (way_.leave_out) wanted &= ~findApart(range, wanted & testable, thread);
     for (; wanted; wanted &= wanted - 1) {
       const int i = __builtin_ctz(wanted);
       handOut({range.begin + i, flags[i]}, thread, alone);
@@ -146,13 +145,11 @@ class NarrowPhase::Pass {
   }
 
   std::uint32_t findApart(Range range, std::uint32_t wanted, int thread) const {
-    const ApartPairs found = certainlyApart(pairs_.data() + range.begin, range.end - range.begin,
-                                            wanted, way_.leave_out);
-    const auto shareOf = [&found](std::uint32_t tested) {
-      return LeftOut::Share{static_cast<std::size_t>(__builtin_popcount(tested)),
-                            static_cast<std::size_t>(__builtin_popcount(tested & found.apart))};
-    };
-    phase_.shares_[thread].left_out.add({shareOf(found.boxes), shareOf(found.others)});
+    const ApartBoxes found =
+        certainlyApart(pairs_.data() + range.begin, range.end - range.begin, wanted);
+    LeftOut& left_out = phase_.shares_[thread].left_out;
+    left_out.tested += static_cast<std::size_t>(__builtin_popcount(found.tested));
+    left_out.apart += static_cast<std::size_t>(__builtin_popcount(found.apart));
     return found.apart;
   }
 
@@ -369,7 +366,10 @@ std::size_t NarrowPhase::contacts() const {
 
 NarrowPhase::LeftOut NarrowPhase::leftOut() const {
   LeftOut all = {};
-  for (const Share& share : shares_) all.add(share.left_out);
+  for (const Share& share : shares_) {
+    all.tested += share.left_out.tested;
+    all.apart += share.left_out.apart;
+  }
   return all;
 }
 

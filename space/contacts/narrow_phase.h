@@ -51,26 +51,15 @@ class NarrowPhase {
   struct Way {
     int threads;           // the most
     bool manual_cleanup;   // the threads leave no data in ODE
-    ApartKinds leave_out;  // what is certainly apart
+    bool leave_out;        // boxes that are certainly apart
     // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
     // the calling thread may collide is left out.
     bool tells = false;
     std::size_t one_in = 1;  // of so many chunks of pairs is looked at, in a run that tells
   };
-  // Pairs that were tested whether they are apart, and those that are.
+  // Pairs of boxes that were tested whether they are apart, and those that are.
   struct LeftOut {
-    struct Share {
-      std::size_t tested, apart;
-      void add(const Share& more) {
-        tested += more.tested;
-        apart += more.apart;
-      }
-    } boxes, others;
-    std::size_t apart() const { return boxes.apart + others.apart; }
-    void add(const LeftOut& more) {
-      boxes.add(more.boxes);
-      others.add(more.others);
-    }
+    std::size_t tested, apart;
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.

@@ -21,7 +21,7 @@ void Pipeline::collideContacts(const Scene& scene, FrameLists& lists, const Sett
                                       {plan.contact_threads, manual_cleanup, plan.leave_out});
     result.narrow_threads = used;
     result.contacts = narrow_phase.contacts();
-    result.apart = narrow_phase.leftOut().apart();
+    result.apart = narrow_phase.leftOut().apart;
     result.narrow_ms = clock.lap();
     policy_.learnOfBatch(settings, {Batch::contacts, used, pairs.list().size(), result.narrow_ms});
     policy_.learnOfApart(plan, narrow_phase.leftOut());

@@ -36,7 +36,7 @@ void Pipeline::precompute(Frame& frame, const Settings& settings, bool manual_cl
   if (precomputed_.last().precomputed == 0) return;
   result.narrow_threads = used;
   result.contacts = precomputed_.narrowPhase().contacts();
-  result.apart = precomputed_.narrowPhase().leftOut().apart();
+  result.apart = precomputed_.narrowPhase().leftOut().apart;
   // As if it were all pairs, of which this is a part.
   const std::size_t pairs = frame.pairs.size();
   const double part =

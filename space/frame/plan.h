@@ -35,7 +35,7 @@ struct Plan {
   int contact_threads = 1;  // of the narrow phase
   int block_threads = 1;    // of a report in blocks on all threads
   PrecomputePlan precompute;
-  ApartKinds leave_out = {};  // pairs that are certainly apart are not collided
+  bool leave_out = false;     // boxes that are certainly apart are not collided
   bool fat_pairs = false;     // kept pairs of larger boxes may serve, if those hold the boxes
   bool keep = false;          // boxes and pairs of the last frame serve where little has changed
   ExtractionPlan extraction;

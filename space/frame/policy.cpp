@@ -65,8 +65,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   plan.contact_threads = chosen(batch_teams_[Batch::contacts], settings, threads);
   plan.block_threads = chosen(batch_teams_[Batch::blocks], settings, threads);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;
-  plan.leave_out.boxes = by_what_pays ? !apart_boxes_.waits() : settings.apart != 0;
-  plan.leave_out.others = by_what_pays ? !apart_others_.waits() : settings.apart != 0;
+  plan.leave_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
   plan.keep = mechanisms::kept_pairs && !facts.nested &&
@@ -176,20 +175,15 @@ void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
 }
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
-// saves 460 of dCollide's where they are apart; that of other pairs takes 100 to 200 and saves 200
-// to 350.
+// saves 460 of dCollide's where they are apart.
 void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out) {
-  const auto learn = [](bool tested, const NarrowPhase::LeftOut::Share& share, double least,
-                        BackOff& back_off) {
-    if (!tested)
-      back_off.pass();
-    else if (static_cast<double>(share.apart) < least * static_cast<double>(share.tested))
-      back_off.failed();
-    else if (share.tested > 0)
-      back_off.paid();
-  };
-  learn(plan.leave_out.boxes, left_out.boxes, least_apart_boxes, apart_boxes_);
-  learn(plan.leave_out.others, left_out.others, least_apart_others, apart_others_);
+  if (!plan.leave_out)
+    apart_.pass();
+  else if (static_cast<double>(left_out.apart) <
+           least_apart_boxes * static_cast<double>(left_out.tested))
+    apart_.failed();
+  else if (left_out.tested > 0)
+    apart_.paid();
 }
 
 bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,

@@ -65,8 +65,8 @@ class Policy {
   DeviceChoice device_choice_;
   // Fat boxes that are left at once cost half a frame.
   BackOff fat_pairs_{4};
-  // To test pairs that touch costs a little each.
-  BackOff apart_boxes_{4}, apart_others_{4};
+  // To test boxes that touch costs a little each.
+  BackOff apart_{4};
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff precompute_{2 * retry_frames};
 };

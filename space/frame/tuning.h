@@ -31,11 +31,6 @@ constexpr double least_callback_ms = 2e-5;
 // Doubled: +9 % of time. Halved: no difference.
 constexpr double least_apart_boxes = 0.3;
 
-// The same of pairs of other shapes.
-// Unit: 1. From: contacts, piles.
-// Doubled: no difference. Halved: no difference.
-constexpr double least_apart_others = 0.7;
-
 // The part of what is known of a back end's time that its newest frame makes up.
 // Unit: 1. From: choice_test; devices, auto.
 // Doubled: no difference. Halved: no difference.
