@@ -6,8 +6,6 @@ namespace device {
 
 // Pairs of an axis that a thread looks up: what a block found goes out together, from 16 kB of
 // shared memory.
-// Unit: pairs. From: cuda/check axis.
-// Doubled: no difference. Halved: no difference.
 constexpr int pairs_a_thread = 8;
 
 }  // namespace device

@@ -12,13 +12,9 @@ namespace device {
 constexpr int block_threads = 256;
 
 // Blocks of a kernel whose threads take items in strides: as many as a processor holds at once.
-// Unit: blocks a processor. From: cuda/check time, cube.
-// Doubled: no difference. Halved: no difference.
 constexpr int blocks_a_processor = 8;
 
 // Items that a thread takes before there are that many blocks: what a block prepares is worth it.
-// Unit: items. From: cuda/check time, cube of 10,000.
-// Doubled: no difference. Halved: no difference.
 constexpr int items_a_thread = 4;
 
 // What travels at a time, at most: 60 us at full speed hide what starting a piece costs, and the
@@ -30,8 +26,6 @@ constexpr std::size_t piece_bytes = 3 << 20;
 constexpr std::size_t least_piece_bytes = piece_bytes / 8;
 
 // Looks at whether another thread is done before the core is given away: some 50 us.
-// Unit: looks. From: cuda/check time, with more threads than cores.
-// Doubled: no difference. Halved: no difference.
 constexpr int spins_before_yield = 2000;
 
 }  // namespace device

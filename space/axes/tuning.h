@@ -7,8 +7,6 @@ namespace ode_parallel_sap {
 
 // A newcomer passes half of all end points: more than one in so many boxes, and all are sorted
 // anew.
-// Unit: boxes. From: paper, piles that grow.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t least_members_a_newcomer = 1024;
 
 }  // namespace ode_parallel_sap

@@ -7,15 +7,10 @@ namespace ode_parallel_sap {
 
 // By how much cells may have grown on average, and the nodes above them, which grow alone where
 // each cell is a swarm of its own.
-// Unit: 1. From: peers, brownian, free-fall and gravity of 300 to 1,000,000: at 0.2 they take up to
-// 15 % longer, at 0.6 with 10 and 20 pairs a box instead of one up to 7 %.
-// Doubled: not measured. Halved: not measured.
 constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
 // this many frames.
-// Unit: frames. From: peers, brownian and streams.
-// Doubled: no difference. Halved: no difference.
 constexpr int longest_service = 32;
 
 // The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
@@ -24,14 +19,10 @@ constexpr std::size_t least_piece_boxes = 512;
 
 // What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
 // spare.
-// Unit: boxes. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t most_piece_boxes = 8192;
 
 // Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these tell
 // the boxes of a place apart that is thirty times as clustered.
-// Unit: digits. From: peers, heap and flat-layer.
-// Doubled: no difference. Halved: no difference.
 constexpr int digits_for_clusters = 5;
 
 }  // namespace ode_parallel_sap

@@ -7,24 +7,16 @@ namespace ode_parallel_sap {
 
 // When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
 // every frame, a tenth takes 0.75 of the time of that and a quarter 1.23.
-// Unit: geoms. From: rest-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t changing_share = 8;
 
 // A level of trees is merged into the next one when it is no longer this many times smaller, and
 // all of them into the base when together they are.
-// Unit: 1. From: rest-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t level_ratio = 4;
 
 // Cells of changed boxes that a thread takes at a time: few, since some meet far more than others.
-// Unit: cells. From: rest-benchmark on 16 threads.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t changed_chunk_cells = 4;
 
 // Kept pairs that a thread merges at a time; parts that have grown to twice that are cut.
-// Unit: pairs. From: rest-benchmark on 16 threads.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t part_pairs = std::size_t{1} << 16;
 
 // How far a fat box lies outside of a box, in parts of the box's least extent; one that its box has

@@ -45,8 +45,7 @@ constexpr bool filters_of_classes = true;
 // Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by
 // itself.
 constexpr bool lists_by_digits = true;
-// Pairs are counted and dealt by turns of several stretches (interleave). Else as they were found.
-constexpr bool interleaved_pairs = true;
+
 // Queries.
 
 // They walk a tree (QueryTree). Else each tests geom by geom.

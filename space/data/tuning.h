@@ -10,47 +10,31 @@
 namespace ode_parallel_sap {
 
 // Up to this number of slots a scene is collided on the spot, without boxes, trees or clocks.
-// Unit: slots. From: small, flat-layer and heap.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t smallest_scene = 120;
 
 // Parts that work is cut into for each thread, where its parts may differ: threads that are done
 // early take more.
-// Unit: parts. From: peers, giant-among-dust on 16 threads.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t tasks_a_thread = 16;
 
 // Pairs that a thread takes at a time where all are alike: taking them costs nothing, and what is
 // made of them stays in its cache.
-// Unit: pairs. From: peers, dense-cube of 1,000,000 on 16 threads.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t chunk_pairs = 4096;
 
 // Pairs of a block that is handed to the program. Which blocks there are depends on this and on the
 // pairs alone.
-// Unit: pairs. From: pairs in blocks.
-// Doubled: not among the cells. Halved: not among the cells.
 constexpr std::size_t block_pairs = 512;
 
 // Cells that a thread takes at a time: enough to make asking cheap, few enough to keep threads
 // level where some cells have many more neighbours than others. Whole nodes of a tree.
-// Unit: cells. From: peers, all scenes on 16 threads.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t chunk_cells = 64;
 
 // How far ahead of its use something that lies anywhere in memory is asked for.
-// Unit: items. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t prefetch_distance = 16;
 
 // What turned out not to pay is tried again after this many frames, unless trying costs little.
-// Unit: frames. From: oversubscription.
-// Doubled: no difference. Halved: no difference.
 constexpr int retry_frames = 16;
 
 // A back-off waits at most so many times as long as at first.
-// Unit: 1. From: peers, jumps.
-// Doubled: no difference. Halved: no difference.
 constexpr int back_off_range = 64;
 
 // fixed: two seconds of a simulation. Storage that was of no use in so many frames in a row is
@@ -59,28 +43,17 @@ constexpr int idle_frames = 128;
 
 // Sizes within a factor of two to the power of this share a class: cells of mixed sizes are then at
 // most as wide as their largest boxes, and boxes of one size rarely straddle two classes.
-// Unit: octaves. From: peers: at 3 brownian-assorted takes 1.03 to 1.06 times as long, log-sizes-4
-// 0.87 to 0.93, two decades of size the same.
-// Doubled: no difference. Halved: no difference.
 constexpr int class_octaves = 4;
 
 // A class of sizes ends where there are this many times fewer larger boxes. Among many larger ones
 // small boxes do no harm, and each class more is a tree more to walk, though all in one go.
-// Unit: 1. From: peers: at 12 bars-among-cubes takes 1.4 to 2 times as long, log-sizes-6 1 to 1.1,
-// six-decades-of-size and two-sizes the same.
-// Doubled: no difference. Halved: no difference.
 constexpr std::uint32_t fewer_larger = 8;
 
 // A box is short along an axis where it is shorter there by a factor of two to the power of this
 // than along its longest one.
-// Unit: octaves. From: peers: at 5 long-bars takes 1.05 to 1.8 times as long, thin-bars 1.5 to 1.7,
-// walls the same.
-// Doubled: no difference. Halved: no difference.
 constexpr int shape_octaves = 3;
 
 // A shape (long in some axes, short in others) gets a class from this share of its window on.
-// Unit: boxes. From: peers, long-bars and terrain.
-// Doubled: no difference. Halved: no difference.
 constexpr std::uint32_t least_shape_share = 16;
 
 // A box is coarse if rounding to floats lets it grow by more than this part of its largest extent:
@@ -92,8 +65,6 @@ constexpr double coarse_growth = 1.0 / 32;
 // Storage from this size on is the system's own pages: the heap would keep what buffers leave
 // behind on their way to their size (up to 70 bytes a geom where they hold 170 in the end), and
 // pages can be locked for a device (10,000 boxes: 0.9 of the time of the heap's).
-// Unit: bytes. From: memory, 100,000 boxes; cuda/check cells, cube of 10,000.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t least_mapped = std::size_t{1} << 16;
 
 // A team of two takes about 2 us to start while its threads still spin from the last one, and 10 to
@@ -110,13 +81,9 @@ constexpr std::uint64_t swept_alone = 4096;
 
 // Slots of a scene, all of whose boxes are swept: 90 to 180 ns each, so that no thread has less
 // than 0.1 ms to do in all of a frame.
-// Unit: slots. From: scaling, dense-cube.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain scene = {1024, Grain::every, swept_alone};
 
 // Slots whose geoms are packed again: 20 to 35 ns each, 20 to 36 us.
-// Unit: slots. From: rest-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain packed_slots = {1024, Grain::further};
 
 // Slots of a scene that is found by brute force or axis lists, 0.1 ms for all tests of 1,024; boxes
@@ -127,30 +94,20 @@ constexpr Grain sorted_members = {packed_slots.work, Grain::whole};
 // Items of which each is looked up anywhere in memory: boxes that are counted by cells of their
 // size, 7 ns each, 14 ns where the counts come from memory; pairs of which both geoms are looked at
 // anew, 7 and 42 ns; 29 us to 0.17 ms.
-// Unit: items. From: peers, far from the origin; rest-benchmark with user classes.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain looked_up = {4096, Grain::further};
 
 // Rows of boxes that are gone through: cells of sixteen that are put into a tree, words of 64 slots
 // that are compared with those of the last frame; 40 ns each, 11 us.
-// Unit: rows. From: peers, dense-cube of 10,000.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain box_rows = {256, Grain::whole};
 
 // Records that are sorted, by 19 bits: 4.4 ns each, 72 us.
-// Unit: records. From: sort-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain sorted_records = {16384, Grain::whole};
 
 // Tests of two boxes by brute force: 0.23 ns each, 60 us.
-// Unit: tests. From: scaling, brute force.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain box_tests = {1 << 18, Grain::further};
 
 // Boxes that changed and are looked for in the trees of all others: 0.6 us each of 1,000 among
 // 100,000, the trees that are made of them included; 0.3 ms.
-// Unit: boxes. From: rest-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain changed_boxes = {512, Grain::further};
 
 // Pairs that the geoms themselves decide, 3 ns each where they are in the cache, 21 ns where they
@@ -169,22 +126,16 @@ constexpr Grain tested_candidates = {geom_tests.work, Grain::further};
 
 // Pairs that are gone through in their order: moved to close a gap, 0.2 ns each, or, old and new
 // ones, compared, 0.9 ns where a few differ; 13 to 59 us.
-// Unit: pairs. From: rest-benchmark with user classes; events.
-// Doubled: no difference. Halved: no difference.
 constexpr Grain passed_pairs = {1 << 16, Grain::further};
 
 // Pairs that are handed out in blocks: two blocks. Nobody knows what a callback takes for them.
 constexpr Grain handed_out_pairs = {2 * block_pairs, Grain::whole};
 
 // Pairs that are collided: 0.4 us each of boxes, 0.1 ms.
-// Unit: pairs. From: results/xeon-16-cores/parts.csv.
-// Doubled: not among the cells. Halved: not among the cells.
 constexpr Grain collided_pairs = {256, Grain::whole};
 
 // Pairs of colliders that are slower: 1 us each of cylinders, 1.5 us of boxes and a mesh, 9 us of
 // meshes of tori; 8 to 72 us.
-// Unit: pairs. From: results/xeon-16-cores/parts.csv.
-// Doubled: not among the cells. Halved: not among the cells.
 constexpr Grain heavy_pairs = {8, Grain::whole};
 
 // Rays that are cast for their nearest hit: 0.5 to 2 us each among 100,000 boxes (ray-benchmark),

@@ -22,8 +22,6 @@ constexpr unsigned most_without_vectors = 32;
 // A near callback that takes so long for a pair looks at geoms that are not in the cache: one that
 // counts takes 2 to 3 ns, one that asks for bodies and user data 14 ns among 1,000 geoms, 27 among
 // 10,000, 80 to 150 from 100,000 on.
-// Unit: ms. From: report-benchmark.
-// Doubled: not among the cells. Halved: not among the cells.
 constexpr double least_callback_ms = 2e-5;
 
 // Looking which pairs of boxes are certainly apart pays where this part of them is.
@@ -32,29 +30,19 @@ constexpr double least_callback_ms = 2e-5;
 constexpr double least_apart_boxes = 0.3;
 
 // The part of what is known of a back end's time that its newest frame makes up.
-// Unit: 1. From: choice_test; devices, auto.
-// Doubled: no difference. Halved: no difference.
 constexpr double newest_weight = 0.25;
 
 // The same while it is tried.
-// Unit: 1. From: choice_test; devices, auto.
-// Doubled: no difference. Halved: no difference.
 constexpr double trial_weight = 0.7;
 
 // A change of back ends must take less than this part of the time.
-// Unit: 1. From: devices, auto.
-// Doubled: no difference. Halved: no difference.
 constexpr double hysteresis = 0.95;
 
 // A back end that lost is tried again if it would take no more than so many times as long.
-// Unit: 1. From: devices, auto.
-// Doubled: no difference. Halved: no difference.
 constexpr double worth_another_try = 2;
 
 // Time that devices would have saved a space before their driver is loaded, which takes up to a
 // second of another thread's time.
-// Unit: ms. From: devices, auto.
-// Doubled: no difference. Halved: no difference.
 constexpr double least_missed_ms = 50;
 
 }  // namespace ode_parallel_sap

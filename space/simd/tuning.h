@@ -7,8 +7,6 @@ namespace ode_parallel_sap {
 
 // Nodes or cells that are gathered before what is in them is looked at: they stay in the nearest
 // cache.
-// Unit: nodes. From: peers, dense-cube; queries.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t gathered_nodes = 256;
 
 // Cells of a tree that are asked for before they are met.
@@ -17,8 +15,6 @@ constexpr std::size_t gathered_nodes = 256;
 constexpr std::size_t cells_ahead = 8;
 
 // Cells whose boxes are asked for before they are packed.
-// Unit: cells. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t packed_ahead = 3;
 
 }  // namespace ode_parallel_sap

@@ -7,7 +7,6 @@
 #include "space/data/parallel.h"
 #include "space/data/prefetch.h"
 #include "space/simd/kernels.h"
-#include "space/sort/interleaved.h"
 #include "space/sort/radix_sort.h"
 #include "space/sort/tuning.h"
 
@@ -91,12 +90,12 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
   std::uint32_t* const next = scratch.counts.data();
   scratch.words.resizeDiscarding(2 * count);
   std::uint32_t *from = scratch.words.data(), *to = from + count, *end = from, all = 0;
-  interleave(found, count, [&](Pair pair) {
-    const std::uint32_t word = shape.of(pair);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t word = shape.of(found[i]);
     *end++ = word;
     all |= word;
     for (int pass = 0; pass < passes; ++pass) ++next[pass * digits + digitOf(word, pass)];
-  });
+  }
   for (int pass = 0; pass < passes; ++pass) {
     std::uint32_t* const at = next + pass * digits;
     for (std::uint32_t digit = 0, position = 0; digit < digits; ++digit)
@@ -154,18 +153,17 @@ bool PairOrder::sortLists(const Pair* found, std::size_t count, const SlotRange&
   scratch.counts.assign(slots.count + 1, 0);
   std::uint32_t* const ends = scratch.counts.data();
   Pair all = 0;
-  interleave(found, count, [&](Pair pair) {
-    ++ends[earlierOf(pair) - slots.first + 1];
-    all |= pair;
-  });
+  for (std::size_t i = 0; i < count; ++i) {
+    ++ends[earlierOf(found[i]) - slots.first + 1];
+    all |= found[i];
+  }
   for (std::size_t slot = 0; slot < slots.count; ++slot) ends[slot + 1] += ends[slot];
   constexpr std::size_t read_beyond = group_size;
   scratch.words.resizeDiscarding(count + read_beyond);
   std::uint32_t* const words = scratch.words.data();
-  interleave(found, count, [&](Pair pair) {
-    words[ends[earlierOf(pair) - slots.first]++] =
-        laterOf(pair) << 1 | static_cast<std::uint32_t>(pair >> 63);
-  });
+  for (std::size_t i = 0; i < count; ++i)
+    words[ends[earlierOf(found[i]) - slots.first]++] =
+        laterOf(found[i]) << 1 | static_cast<std::uint32_t>(found[i] >> 63);
   kernelSet().sortLists(words, {ends, slots.count, slots.first}, pairs, sortLong);
   return isMarkedBorderline(all);
 }
@@ -217,8 +215,7 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
     for (std::size_t part = thread; part < parts; part += team) {
       if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const counts = positions_.data() + buckets.count * part;
-      interleave(found[part].data(), found[part].size(),
-                 [&](Pair pair) { ++counts[bucketOf(pair)]; });
+      for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
     }
   });
   bucket_begin_.resize(buckets.count + 1);
@@ -233,12 +230,12 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
     for (std::size_t part = thread; part < parts; part += team) {
       if (found[part].size()) TeamWatch::noteWork();
       std::size_t* const next = positions_.data() + buckets.count * part;
-      interleave(found[part].data(), found[part].size(), [&](Pair pair) {
+      for (const Pair pair : found[part]) {
         Pair* const to = dealt + next[bucketOf(pair)]++;
         *to = pair;
         // More buckets are open than a processor follows by itself.
         prefetchForWriting(to + line_pairs);
-      });
+      }
     }
   });
 }

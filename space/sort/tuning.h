@@ -7,45 +7,26 @@ namespace ode_parallel_sap {
 
 // Binary digits that records are dealt by at a time: 2,048 counters and open cache lines stay
 // within the second-level cache.
-// Unit: digits. From: sort-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr int most_digits = 11;
 
 // The same on one thread, whose counters are cleared for a few hundred records.
-// Unit: digits. From: sort-benchmark, peers.
-// Doubled: no difference. Halved: no difference.
 constexpr int most_digits_alone = 8;
 
 // Pairs of a bucket, 64 kB: small beside the second-level cache.
-// Unit: pairs. From: sort-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t bucket_pairs = 8192;
 
 // And at least so many where there are buckets for all threads only.
-// Unit: pairs. From: scaling, dense-cube of 10,000.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t least_bucket_pairs = 512;
 
 // One thread puts up to this number, of a quarter as many slots, in order at once: they still fit
 // the cache.
-// Unit: pairs. From: sort-benchmark.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t pairs_at_once = 65536;
 
 // Where lanes sort short lists, lists of at least so many pairs on average are sorted one by one.
 // Shorter ones are sorted together, by digits.
-// Unit: pairs. From: sort-benchmark, peers, brownian.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t short_list = 2;
 
 // And so are lists that are on average longer than this many times the longest that lanes sort.
-// Unit: times. From: sort-benchmark, one-place.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t long_list = 2;
-
-// Stretches of a list that pairs are taken from by turns.
-// Unit: stretches. From: sort-benchmark.
-// Doubled: no difference. Halved: no difference.
-constexpr std::size_t stretches = 4;
 
 }  // namespace ode_parallel_sap

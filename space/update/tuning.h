@@ -22,8 +22,6 @@ constexpr std::size_t look_distance = 4 * prefetch_distance;
 
 // Counters of clusters, so that boxes all far from each other seem to make a pair for sixteen boxes
 // at most.
-// Unit: counters. From: peers, far from the origin.
-// Doubled: no difference. Halved: no difference.
 constexpr std::size_t counters_a_box = 8;
 
 }  // namespace ode_parallel_sap

@@ -157,12 +157,11 @@ def timeOf(program, row):
     return "min_ms" if "min_ms" in row else "median_ms"
 
 
-def measure(project, library, quick, core=None, runs=None, tuned=None):
-    """Milliseconds a cell, by its name. `core`: the processors to keep to; `runs`: others than measurements(); `tuned`:
-    a constant and its factor, for a library with variables in their place (tuning.py)."""
+def measure(project, library, quick, core=None, runs=None):
+    """Milliseconds a cell, by its name. `core`: the processors to keep to; `runs`: others than measurements()."""
     times = {}
     environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
-                       OMP_WAIT_POLICY="active", ODE_PARALLEL_SAP_TUNED=tuned or "")
+                       OMP_WAIT_POLICY="active")
     for program, arguments, keys in runs or measurements(quick):
         with tempfile.TemporaryDirectory() as directory:
             table = os.path.join(directory, "table.csv")

@@ -1,6 +1,5 @@
 # The project itself: as a part of another one, with ODE's source from wherever, its scripts, which of its
-# rooms include which, the files that its documents name, the lengths of functions, tuned constants, and whether prefetches
-# are in the machine code.
+# rooms include which, and the files that its documents name.
 set(here "${CMAKE_CURRENT_LIST_DIR}")
 
 function(add_project_test name)
@@ -19,31 +18,13 @@ add_project_test(
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
 add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
-add_project_test(functions "${here}/functions.sh" "${PROJECT_SOURCE_DIR}")
-add_project_test(sizes "${here}/sizes_test.sh")
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
-add_project_test(constants "${here}/constants.sh" "${PROJECT_SOURCE_DIR}")
-add_library(prefetch-probe OBJECT "${here}/prefetch_probe.cpp")
-target_include_directories(prefetch-probe PRIVATE "${PROJECT_SOURCE_DIR}")
-target_compile_options(prefetch-probe PRIVATE -O2)
-add_test(
-  NAME project.prefetches
-  COMMAND
-    ${CMAKE_COMMAND} -E env "OBJDUMP=${CMAKE_OBJDUMP}" "${here}/prefetches.sh" "${PROJECT_SOURCE_DIR}"
-    $<TARGET_OBJECTS:prefetch-probe> $<TARGET_OBJECTS:ode-parallel-sap> $<TARGET_OBJECTS:ode-parallel-sap-core>
-  COMMAND_EXPAND_LISTS)
-set_tests_properties(project.prefetches PROPERTIES LABELS "cpu;project" SKIP_RETURN_CODE 77)
 find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
 if(ODE_PARALLEL_SAP_PYTHON)
-  # Shown as skipped while nothing was recorded.
-  add_project_test(tuning "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/tuning.py" check)
   add_project_test(ablation "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/ablation_test.py")
-  add_project_test(stale "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/stale_test.py")
 else()
-  foreach(test tuning ablation stale)
-    add_project_test(${test} ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
-    set_property(TEST project.${test} PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
-  endforeach()
+  add_project_test(ablation ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
+  set_property(TEST project.ablation PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
 endif()
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   add_project_test(
