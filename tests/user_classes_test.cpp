@@ -1,5 +1,5 @@
-// Classes that are declared to have no AABBTest. These tests see ODE's private headers, and have all
-// of its few classes to themselves.
+// Classes that are declared to have no AABBTest. These tests see ODE's private headers, and have
+// all of its few classes to themselves.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstdlib>

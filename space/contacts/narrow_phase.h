@@ -49,9 +49,9 @@ struct ContactRequest {
 class NarrowPhase {
  public:
   struct Way {
-    int threads;           // the most
-    bool manual_cleanup;   // the threads leave no data in ODE
-    bool leave_out;        // boxes that are certainly apart
+    int threads;          // the most
+    bool manual_cleanup;  // the threads leave no data in ODE
+    bool leave_out;       // boxes that are certainly apart
     // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
     // the calling thread may collide is left out.
     bool tells = false;

@@ -13,8 +13,8 @@ namespace ode_parallel_sap {
 
 // What the policy decided of the extraction.
 struct ExtractionPlan {
-  int method = 0;      // a dParallelSAPMethod, never Auto
-  int devices = 0;     // 0: on the CPU
+  int method = 0;   // a dParallelSAPMethod, never Auto
+  int devices = 0;  // 0: on the CPU
   int threads = 1;
   std::uint64_t axis_lists_bytes = 0;
 };

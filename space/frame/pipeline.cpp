@@ -196,9 +196,8 @@ void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   dxGeom* const* const geoms = frame.geoms();
   const GeomsAhead ahead(geoms);
   for (const Buffer<Pair>& part : frame.pairs.parts)
-    ahead.tell(part.begin(), part.end(), [=](Pair pair) {
-      callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-    });
+    ahead.tell(part.begin(), part.end(),
+               [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
 }
 
 void Pipeline::showPairs(const Frame& frame) const {

@@ -15,10 +15,10 @@
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"
 #include "space/frame/pair_blocks.h"
-#include "space/geom/pair_watcher.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
+#include "space/geom/pair_watcher.h"
 #include "space/update/geom_update.h"
 
 namespace ode_parallel_sap {

@@ -35,9 +35,9 @@ struct Plan {
   int contact_threads = 1;  // of the narrow phase
   int block_threads = 1;    // of a report in blocks on all threads
   PrecomputePlan precompute;
-  bool leave_out = false;     // boxes that are certainly apart are not collided
-  bool fat_pairs = false;     // kept pairs of larger boxes may serve, if those hold the boxes
-  bool keep = false;          // boxes and pairs of the last frame serve where little has changed
+  bool leave_out = false;  // boxes that are certainly apart are not collided
+  bool fat_pairs = false;  // kept pairs of larger boxes may serve, if those hold the boxes
+  bool keep = false;       // boxes and pairs of the last frame serve where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;

@@ -10,10 +10,10 @@
 #include "space/coherence/pair_events.h"
 #include "space/data/tuning.h"
 #include "space/frame/complaints.h"
-#include "space/geom/pair_watcher.h"
 #include "space/frame/statistics.h"
 #include "space/geom/geom_tests.h"
 #include "space/geom/pack_rules.h"
+#include "space/geom/pair_watcher.h"
 #include "space/geom/scene.h"
 
 namespace ode_parallel_sap {

@@ -7,7 +7,7 @@ namespace ode_parallel_sap {
 
 class PairWatcher {
  public:
-  static constexpr int unknown = -1;  // fixed: nobody collided the pair
+  static constexpr int unknown = -1;   // fixed: nobody collided the pair
   static constexpr int unwanted = -2;  // fixed: its flags said that nobody wants its contacts
 
   virtual ~PairWatcher() = default;

@@ -412,8 +412,7 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data,
   Buffer<dxGeom*>& hits = call->hits;
   try {
     queries_.find(slots_.geoms(), geom,
-                  {settings_.rules.cull_planes, pipeline_.teamFor(slots_.size(), settings_)},
-                  hits);
+                  {settings_.rules.cull_planes, pipeline_.teamFor(slots_.size(), settings_)}, hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);

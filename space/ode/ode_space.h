@@ -131,7 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   Pipeline pipeline_;
   Workspaces workspaces_;
   std::unique_ptr<Advice> advice_;  // if settings().print_stats
-  std::unique_ptr<Trace> trace_;  // null: there is none
+  std::unique_ptr<Trace> trace_;    // null: there is none
 };
 
 // The space behind an id, or null if it is not one of ours.

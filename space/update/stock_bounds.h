@@ -148,6 +148,7 @@ class StockBounds {
   // poses and sizes: usual ones, and numbers of any bits. Any NaN is as good as another. The geom
   // keeps the last ones.
   static bool agree(dxGeom* geom, std::size_t poses, std::uint64_t seed);
+
  private:
   static constexpr int classes = dCylinderClass + 1;
 

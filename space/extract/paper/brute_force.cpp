@@ -55,8 +55,9 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
     const Range own = ownPart(tests, thread, team);
     if (own.begin == own.end) return;
     const std::uint64_t first = triangle.rowOf(own.begin), last = triangle.rowOf(own.end - 1);
-    const TrianglePart rows = {boxes.size, first, first + 1 + (own.begin - triangle.rowBegin(first)),
-                               last, last + 1 + (own.end - triangle.rowBegin(last))};
+    const TrianglePart rows = {boxes.size, first,
+                               first + 1 + (own.begin - triangle.rowBegin(first)), last,
+                               last + 1 + (own.end - triangle.rowBegin(last))};
     Buffer<Pair>& written = pairs.parts[thread];
     {
       BufferSink sink(written);
