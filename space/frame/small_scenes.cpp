@@ -10,26 +10,20 @@
 #include "space/geom/plane_test.h"
 #include "space/geom/slots.h"
 #include "space/simd/kernels.h"
-#include "space/update/stock_bounds.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code that is not
-// of this library did it for some. Not inline, so that the loop has the registers for itself.
+// Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code of the
+// program did it for some. Not inline, so that the loop has the registers for itself.
 __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
-  const StockBounds& stock = StockBounds::ofLoadedOde();
   unsigned moved = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if (!(geom->gflags & GEOM_DIRTY)) continue;
     ++moved;
-    if (stock.knows(geom)) {
-      StockBounds::clean(geom);
-    } else {
-      cleanGeom(geom);
-      others = true;
-    }
+    others = others || needsCallingThread(geom);
+    cleanGeom(geom);
   }
   return moved;
 }

@@ -15,7 +15,6 @@
 #include "space/geom/geom_tests.h"
 #include "space/update/block_packer.h"
 #include "space/update/geom_block.h"
-#include "space/update/stock_bounds.h"
 #include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
@@ -67,7 +66,6 @@ void prefetchStatus(const dxBody* body) {
 template <class SlotOf, class UseOf>
 void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
                          UpdatePart& part) {
-  const StockBounds& stock = StockBounds::ofLoadedOde();
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
     const Range& own = block.range();
@@ -77,9 +75,7 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
       dxGeom* const geom = geoms[slot];
       if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
       ++part.facts.moved;
-      if (stock.knows(geom))
-        StockBounds::clean(geom);
-      else if (needsCallingThread(geom))
+      if (needsCallingThread(geom))
         part.deferred.push_back(slot);
       else
         cleanGeom(geom);
@@ -99,7 +95,6 @@ void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf
 template <class SlotOf, class UseOf>
 int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf,
                          UseOf useOf) {
-  StockBounds::ofLoadedOde();  // made on this thread
   const int parts = threads;
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
