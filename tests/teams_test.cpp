@@ -127,8 +127,7 @@ const std::vector<Play>& plays() {
        dParallelSAPMethodSweep,
        populateWithCrowds,
        moveSome,
-       {"cell order: a cluster's curve", "radix sort: counts", "radix sort: scatter",
-        "radix sort: copy"}},
+       {"radix sort: counts", "radix sort: scatter", "radix sort: copy"}},
       {"brute force",
        dParallelSAPMethodBruteForce,
        populateDensely,
@@ -176,8 +175,6 @@ const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs",
                                                       "contacts: pairs on images"};
 
 const std::vector<std::string> regions_of_rays = {"rays: rays", "rays: geoms on images"};
-
-const std::vector<std::string> regions_of_queries = {"queries ahead: searches"};
 
 const std::vector<std::string> regions_of_bulk = {
     "pairs in blocks: blocks", "pair events: comparison", "pair events: pairs and numbers"};
@@ -315,30 +312,11 @@ TEST_CASE("With a grain of 1 two threads and more cast rays") {
   }
 }
 
-TEST_CASE("With a grain of 1 two threads and more look for the geoms of a list") {
-  const std::uint64_t seed = seedOr(95);
-  const Space few, many;
-  World small(few), large(many);
-  small.addBoxes(denseCube(400, seed));
-  large.addBoxes(denseCube(700, seed + 1));
-  dParallelSAPSpaceSetNumThreads(many, 1);
-  const Pairs expected = collide2(many.geom(), few.geom());
-  const ScopedGrain grain(1);
-  for (const int threads : kTeams) {
-    dParallelSAPSpaceSetNumThreads(many, threads);
-    const auto before = timesShared();
-    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    REQUIRE(difference(collide2(many.geom(), few.geom()), expected) == "");
-    checkShared(regions_of_queries, before);
-  }
-}
-
 // Those of a device are looked at by device_test.
 TEST_CASE("There is no region that these tests leave out") {
   std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
   covered.insert(regions_of_bulk.begin(), regions_of_bulk.end());
   covered.insert(regions_of_rays.begin(), regions_of_rays.end());
-  covered.insert(regions_of_queries.begin(), regions_of_queries.end());
   for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);

@@ -61,32 +61,23 @@ TEST_CASE("With a tolerance, small steps cost no search", "[tolerance]") {
   CHECK(stats.kept == 0);
 }
 
-TEST_CASE("A tolerance that all geoms exceed is left out for more and more frames",
-          "[tolerance][long]") {
+TEST_CASE("A tolerance that all geoms exceed lets near pairs through in every frame",
+          "[tolerance]") {
   Space space;
   World world(space);
   world.addBoxes(denseCube(3000, 66));
-  constexpr double tolerance = 0.05;
-  dParallelSAPSpaceSetTolerance(space, tolerance);
-  std::vector<int> tries;  // frames that report more than the exact pairs
-  for (int frame = 0; frame < 100; ++frame) {
+  dParallelSAPSpaceSetTolerance(space, dReal(0.05));
+  for (int frame = 0; frame < 20; ++frame) {
     INFO("frame " << frame);
     world.jitter(0.4, frame);
     const Pairs pairs = collide(space), exact = expectedPairs(world.geoms());
     const std::set<Pair> reported(pairs.begin(), pairs.end());
     for (const Pair& pair : exact) REQUIRE(reported.count(pair) == 1);
-    if (pairs.size() > exact.size()) tries.push_back(frame);
+    CHECK(pairs.size() > exact.size());
   }
-  REQUIRE(tries.size() >= 4);
-  CHECK(tries.size() < 20);
-  CHECK(tries.back() > 60);
-  // Another one is tried at once.
-  dParallelSAPSpaceSetTolerance(space, 2 * tolerance);
-  CHECK(collide(space).size() > expectedPairs(world.geoms()).size());
 }
 
-TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[tolerance][long]") {
-  // The same for one thread and two, in every frame.
+TEST_CASE("With a tolerance the pairs are the same whatever the number of threads", "[tolerance]") {
   Space spaces[2];
   World one(spaces[0]), two(spaces[1]);
   World* const worlds[] = {&one, &two};
@@ -95,20 +86,18 @@ TEST_CASE("A tolerance helps again soon once a scene has calmed down", "[toleran
     dParallelSAPSpaceSetTolerance(spaces[i], 0.1);
     dParallelSAPSpaceSetNumThreads(spaces[i], i + 1);
   }
-  int kept = 0;
-  for (int frame = 0; frame < 500; ++frame) {
+  for (int frame = 0; frame < 40; ++frame) {
     INFO("frame " << frame);
-    const double distance = frame < 300 ? 0.5 : 0.0005;
+    const double distance = frame < 20 ? 0.5 : 0.0005;
     for (World* const world : worlds) world->jitter(distance, frame);
     const Pairs pairs = collide(spaces[0]);
     REQUIRE(pairs == collide(spaces[1]));
-    // All stay where they are by the tolerance alone.
-    if (frame >= 400 && pairs.size() > expectedPairs(one.geoms()).size()) ++kept;
+    CHECK(pairs.size() > expectedPairs(one.geoms()).size());
   }
-  CHECK(kept > 90);
 }
 
-TEST_CASE("A tolerance helps as soon again in frames that report nothing", "[tolerance]") {
+TEST_CASE("With a tolerance frames that report nothing have the pairs of those that do",
+          "[tolerance]") {
   // Told of what changes and asked for events alone, and neither.
   Space spaces[2];
   World told(spaces[0]), untold(spaces[1]);
@@ -118,17 +107,14 @@ TEST_CASE("A tolerance helps as soon again in frames that report nothing", "[tol
     dParallelSAPSpaceSetTolerance(spaces[i], 0.2);
   }
   dParallelSAPSpaceSetNotified(spaces[0], 1);
-  int kept = 0;
-  for (int frame = 0; frame < 120; ++frame) {
+  for (int frame = 0; frame < 60; ++frame) {
     INFO("frame " << frame);
     for (World* const world : worlds)
       if (frame < 15) world->jitter(2, frame);
     dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
     REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
-    kept += statsOf(spaces[0]).pairs > expectedPairs(told.geoms()).size();
+    CHECK(statsOf(spaces[0]).pairs > expectedPairs(told.geoms()).size());
   }
-  CHECK(kept > 60);
-  CHECK(kept < 120);
 }
 
 TEST_CASE("A geom within the tolerance of what its slot held is looked at if it is another",
