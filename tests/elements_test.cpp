@@ -13,7 +13,7 @@
 #include "cuda/one/elements.h"
 #include "cuda/one/row_length.h"
 #include "space/cells/size_classes.h"
-#include "space/data/pair_rule.h"
+#include "space/data/packed_pair_rule.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

@@ -13,7 +13,7 @@
 #include "space/axes/axis_parts.h"
 #include "space/data/floating_point.h"
 #include "space/data/lists_too_long.h"
-#include "space/data/pair_rule.h"
+#include "space/data/packed_pair_rule.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/sort/pair_order.h"

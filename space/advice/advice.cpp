@@ -4,8 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "space/geom/geom_tests.h"
-#include "space/geom/plane_test.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 
@@ -36,8 +35,9 @@ __attribute__((format(printf, 2, 3))) void append(std::string& line, const char*
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
-  static_ += isLeftOut(a, b, skipping(true));
-  asleep_ += isLeftOut(a, b, skipping(false));
+  static const PackRules of_static = skipping(true), of_asleep = skipping(false);
+  static_ += PairRule(of_static).isLeftOut(a, b);
+  asleep_ += PairRule(of_asleep).isLeftOut(a, b);
   clear_ += areClearByPlane(a, b);
   if (contacts == unknown) return;
   const unsigned long of_a = a->category_bits, of_b = b->category_bits;

@@ -6,7 +6,7 @@
 #include "space/data/parallel.h"
 #include "space/data/prefetch.h"
 #include "space/data/tuning.h"
-#include "space/geom/geom_tests.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 

@@ -6,8 +6,7 @@
 
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
-#include "space/geom/geom_tests.h"
-#include "space/geom/plane_test.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 
@@ -49,7 +48,7 @@ void PlanePairs::take(dxGeom* const* geoms, BoxSet& boxes) {
   }
   planes_.resizeDiscarding(0);
   for (const Slot slot : all_planes_) {
-    if (isEnabled(geoms[slot]) && !hasNaN(geoms[slot])) planes_.push_back(slot);
+    if (PairRule::takesPart(geoms[slot])) planes_.push_back(slot);
     boxes.deactivate(slot);
   }
 }
@@ -60,6 +59,7 @@ struct PlanePairs::Search {
   dxGeom* const* geoms;
   const BoxSet& boxes;
   const PackRules& rules;
+  const PairRule rule;
   const Buffer<Slot>& planes;
   const std::vector<HalfSpace<Real>>& half_spaces;
 
@@ -83,11 +83,11 @@ struct PlanePairs::Search {
   bool passes(Slot plane, Slot other, bool sure) const {
     dxGeom *const a = geoms[plane], *const b = geoms[other];
     // Boxes that a tolerance made larger are sure of nothing.
-    if (!(sure && rules.tolerance == 0) && (!boxesOverlap(a, b) || areClearByPlane(a, b)))
+    if (!(sure && rules.tolerance == 0) && (!boxesOverlap(a, b) || rule.isClear(a, b)))
       return false;
     // The boxes' bits and presence say nothing of geoms at rest.
-    if (rules.skip()) return isEnabled(b) && filtersMatch(a, b) && !isLeftOut(a, b, rules);
-    return !boxes.filter_bits || filtersMatch(a, b);
+    if (rules.skip()) return isEnabled(b) && rule.mayMeet(a, b);
+    return !boxes.filter_bits || rule.mayMeet(a, b);
   }
 };
 
@@ -103,7 +103,7 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   ChunkQueue queue(cells, chunkOf(cells, chunk_cells, threads));
   runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
-    const Search<Real> search = {geoms, boxes, rules, planes_, half_spaces};
+    const Search<Real> search = {geoms, boxes, rules, PairRule(rules), planes_, half_spaces};
     for (Range range; queue.next(range);) search.run(range, hits_[thread], found_[thread]);
   });
 }
@@ -112,12 +112,11 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
 void PlanePairs::findAmongPlanes(dxGeom* const* geoms, const PackRules& rules,
                                  Buffer<Pair>& found) const {
   const ScopedMode mode(exactMode());
+  const PairRule rule(rules);
   for (std::size_t i = 0; i < planes_.size(); ++i)
     for (std::size_t j = i + 1; j < planes_.size(); ++j) {
       dxGeom *const a = geoms[planes_[i]], *const b = geoms[planes_[j]];
-      if (boxesOverlap(a, b) && !areClearByPlane(a, b) && filtersMatch(a, b) &&
-          !isLeftOut(a, b, rules))
-        found.push_back(makePair(planes_[i], planes_[j]));
+      if (rule.isPair(a, b)) found.push_back(makePair(planes_[i], planes_[j]));
     }
 }
 

@@ -7,7 +7,7 @@
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
 #include "space/geom/facing_box.h"
-#include "space/geom/plane_test.h"
+#include "space/geom/pair_rule.h"
 #include "space/geom/slots.h"
 #include "space/simd/kernels.h"
 
@@ -114,20 +114,14 @@ inline bool listActive(dxGeom* first, dxGeom** active, SmallCounts& counts) {
   return !shared_bits || followed;
 }
 
-__attribute__((noinline)) bool isWanted(dxGeom* a, dxGeom* b, const PackRules& rules) {
-  return !(rules.cull_planes && areClearByPlane(a, b)) && !isLeftOut(a, b, rules);
-}
-
 // What decides, beside their AABBs, which geoms that take part may pair.
 struct Choice {
-  const PackRules& rules;
-  bool by_rules;
-  bool by_filters;  // else any two may meet by bits and bodies
+  PairRule rule;
+  bool takes_all;
 
-  bool takesAll() const { return !by_filters && !by_rules; }
-  bool takes(dxGeom* a, dxGeom* b) const {
-    return (!by_filters || filtersMatch(a, b)) && (!by_rules || isWanted(a, b, rules));
-  }
+  // Not inline, as most scenes take all.
+  __attribute__((noinline)) bool mayPair(dxGeom* a, dxGeom* b) const { return rule.mayPair(a, b); }
+  bool takes(dxGeom* a, dxGeom* b) const { return takes_all || mayPair(a, b); }
 };
 
 __attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const Choice& choice,
@@ -143,7 +137,7 @@ __attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const Choic
 __attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const Choice& choice,
                                                    SmallStorage& storage) {
   const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
-  if (choice.takesAll()) return overlapping;
+  if (choice.takes_all) return overlapping;
   unsigned pairs = 0;
   for (unsigned i = 0; i < overlapping; ++i) {
     const PlacePair pair = storage.pairs[i];
@@ -171,8 +165,9 @@ inline unsigned listPairs(unsigned actives, const Choice& choice, SmallStorage& 
 inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallStorage& storage,
                            SmallCounts& counts) {
   const bool by_filters = listActive(scene.first, storage.active, counts);
+  const PairRule rule(rules);
   counts.candidates = counts.pairs =
-      listPairs(counts.actives, {rules, rules.skip() || rules.cull_planes, by_filters}, storage);
+      listPairs(counts.actives, {rule, !by_filters && rule.isODEs()}, storage);
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,

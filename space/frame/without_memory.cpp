@@ -1,19 +1,15 @@
 #include "space/frame/without_memory.h"
 
-#include "space/geom/plane_test.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-bool takesPart(const dxGeom* geom) {
-  return isEnabled(geom) && !hasNaN(geom);
-}
-
-// By bounds, bits and bodies.
-bool pairsExactly(dxGeom* a, dxGeom* b, const PackRules& rules) {
+// The AABBTest functions apart.
+bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
   const ScopedMode mode(exactMode());
-  return boxesOverlap(a, b) && filtersMatch(a, b) && !(rules.cull_planes && areClearByPlane(a, b));
+  return PairRule::takesPart(a) && rule.isPair(a, b);
 }
 
 }  // namespace
@@ -35,10 +31,11 @@ void updateWithoutMemory(const Scene& scene, FrameResult& result) {
 
 void collideWithoutMemory(const Scene& scene, const PackRules& rules, FrameResult& result,
                           void* data, dNearCallback* callback) {
+  const PairRule rule(rules);
   for (dxGeom* a = scene.first; a; a = a->next) {
-    if (!takesPart(a)) continue;
+    if (!PairRule::takesPart(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
-      if (!takesPart(b) || !pairsExactly(a, b, rules) || isLeftOut(a, b, rules)) continue;
+      if (!isPair(rule, b, a)) continue;
       ++result.candidates;
       if (!passesAABBTests(a, b)) continue;
       ++result.pairs;
@@ -49,9 +46,10 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, FrameResul
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
+  const PackRules asked = rules.ofQueries();
+  const PairRule rule(asked);
   for (dxGeom* own = scene.first; own; own = own->next)
-    if (takesPart(own) && pairsExactly(own, geom, rules) && passesAABBTests(own, geom))
-      callback(data, own, geom);
+    if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
 }
 
 }  // namespace ode_parallel_sap

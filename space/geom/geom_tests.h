@@ -1,4 +1,4 @@
-// ODE's tests on geoms and pairs of geoms, by pointer: the last word where boxes cannot decide.
+// ODE's tests on a geom. Those on pairs of geoms are in pair_rule.h.
 // Sees ODE's private headers.
 #pragma once
 
@@ -11,7 +11,6 @@
 
 #include "space/data/floating_point.h"
 #include "space/geom/ode_private.h"
-#include "space/geom/pack_rules.h"
 #include "space/geom/user_classes.h"
 
 namespace ode_parallel_sap {
@@ -70,40 +69,6 @@ inline bool isPlain(const dxGeom* geom) {
   const Bits most = std::max(std::max(bitsOf(bounds[1] - bounds[0]), bitsOf(bounds[3] - bounds[2])),
                              bitsOf(bounds[5] - bounds[4]));
   return most < infinity;
-}
-
-// Needs exactMode(): flushed denormals would compare as equal.
-inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
-  const dReal *const p = a->aabb, *const q = b->aabb;
-  return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
-         q[4] <= p[5];
-}
-
-inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
-  return !(a->body && a->body == b->body) &&
-         ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
-}
-
-// Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither
-// static nor asleep: their geoms may have bodies.
-inline bool isResting(const dxGeom* geom, const PackRules& rules) {
-  if (geom->body) return rules.skip_asleep && !dBodyIsEnabled(geom->body);
-  return rules.skip_static && !IS_SPACE(geom);
-}
-
-// Whether the rules leave a pair out: both static, or no body awake and one asleep.
-inline bool isLeftOut(const dxGeom* a, const dxGeom* b, const PackRules& rules) {
-  if (!rules.skip_static && !rules.skip_asleep) return false;
-  const bool a_rests = isResting(a, rules), b_rests = isResting(b, rules);
-  if (a_rests && b_rests) return true;
-  const auto isStatic = [](const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); };
-  return rules.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
-}
-
-// Calls both AABBTest functions where one may say no; true if neither rules the pair out.
-inline bool passesAABBTests(dxGeom* a, dxGeom* b, UserClassSet tested = all_user_classes) {
-  return !(hasAABBTest(a, tested) || hasAABBTest(b, tested)) ||
-         (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
 }
 
 // Makes the box of a ray anew if ODE made NaN of 0 * infinity: it is 0 for an infinite ray across

@@ -20,6 +20,12 @@ struct PackRules {
   UserClassSet tested_classes = all_user_classes;
 
   bool skip() const { return skip_static || skip_asleep; }
+  // dSpaceCollide2 finds pairs at rest, too.
+  PackRules ofQueries() const {
+    PackRules rules = *this;
+    rules.skip_static = rules.skip_asleep = false;
+    return rules;
+  }
 
   bool operator==(const PackRules& other) const {
     return skip_static == other.skip_static && skip_asleep == other.skip_asleep &&

@@ -12,7 +12,7 @@
 #include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
-#include "space/geom/geom_tests.h"
+#include "space/geom/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
 #include "space/trace/pair_tally.h"

@@ -2,8 +2,7 @@
 
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
-#include "space/geom/geom_tests.h"
-#include "space/geom/plane_test.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 
@@ -12,11 +11,6 @@ namespace {
 void prefetch(const dxGeom* geom) {
   prefetchState(geom);
   prefetchBounds(geom);
-}
-
-// Whether geoms pair whose AABBs overlap. Needs exactMode().
-bool pairs(const dxGeom* own, const dxGeom* geom) {
-  return isEnabled(own) && filtersMatch(own, geom);
 }
 
 }  // namespace
@@ -32,12 +26,15 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
     findByTree(geoms, geom, hits);
   else
     findByTests(geoms, geom, hits);
+  PackRules rules;
+  rules.cull_planes = way.cull_planes;
+  const PairRule rule(rules);
   std::size_t found = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);
     dxGeom* const own = hits[i];
     hits[found] = own;
-    found += pairs(own, geom) && !(way.cull_planes && areClearByPlane(own, geom));
+    found += isEnabled(own) && rule.mayPair(own, geom);
   }
   hits.resize(found);
 }

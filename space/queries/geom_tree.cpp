@@ -6,7 +6,7 @@
 #include "space/data/mechanisms.h"
 #include "space/data/round_outward.h"
 #include "space/geom/geom_prefetch.h"
-#include "space/geom/geom_tests.h"
+#include "space/geom/pair_rule.h"
 #include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {

@@ -12,6 +12,7 @@
 #include "space/data/parallel.h"
 #include "space/data/prefetch.h"
 #include "space/data/tuning.h"
+#include "space/geom/pair_rule.h"
 #include "space/rays/ray_probe.h"
 
 namespace ode_parallel_sap {

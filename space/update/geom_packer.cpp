@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "space/data/round_outward.h"
-#include "space/geom/geom_tests.h"
+#include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
 

@@ -12,7 +12,7 @@
 #include "space/data/prefetch.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
-#include "space/geom/geom_tests.h"
+#include "space/geom/pair_rule.h"
 #include "space/update/block_packer.h"
 #include "space/update/geom_block.h"
 #include "space/update/tuning.h"

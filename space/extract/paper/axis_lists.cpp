@@ -5,7 +5,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/free_memory.h"
-#include "space/data/pair_rule.h"
+#include "space/data/packed_pair_rule.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 
