@@ -8,7 +8,7 @@ the whole one over the scenes of the benchmarks.
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
-is the whole library timed against itself. Two mechanisms have nothing to do in these cells: what they seem to gain and to
+is the whole library timed against itself. One mechanism has nothing to do in these cells: what it seems to gain and to
 lose is what other machine code does by itself. All run on one thread but dSpaceCollide2
 of two spaces (two: give --cores two processors).
 """
@@ -20,13 +20,12 @@ import re
 import statistics
 import sys
 import tempfile
-import textwrap
 
 import variants
 
 HEADER = "space/data/mechanisms.h"
-# There is no device, and one thread but in few cells.
-IDLE = ("quiet_after_device", "learned_teams")
+# There is one thread but in few cells.
+IDLE = ("learned_teams",)
 MOST_SPREAD = 1.1  # of the middle three fifths of the libraries of a cell
 
 
@@ -111,16 +110,15 @@ def table(options):
 
     noise, others = range_of(("whole", "nothing")), range_of(IDLE)
     print("# What each mechanism gains\n")
-    print("Time without it over the median of the times without each, in %d cells (a scene, a size, a number of threads): their\n"
-          "geometric mean, those beyond what other machine code does by itself, the largest and the least. Above 1 the mechanism\n"
-          "gains. Made by `ablation.py`; descriptions are those of [mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
-    print("The whole library, made twice, is within %.2f and %.2f in 95 %% of the cells. Two libraries without a mechanism that has\n"
-          "nothing to do there (%s: no device, one thread) are within %.2f and %.2f: what is no\n"
-          "greater is noise, and single cells are beyond it.\n" % (noise + (" and ".join("`%s`" % name for name in IDLE),) + others))
+    print("Time without a mechanism divided by the median of all libraries' times, in %d cells (a scene, a size, a number of\n"
+          "threads). Above 1 the mechanism gains. A cell gains if it is above the noise. Descriptions:\n"
+          "[mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
+    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |" % noise)
+    print("| without %s, which does nothing on one thread | %.2f | %.2f |\n" % ((", ".join("`%s`" % name for name in IDLE),) + others))
     if unsteady:
-        print("%d other cells are left out, as the middle three fifths of the libraries differ by more than %.1f times there:"
+        print("%d other cells are left out, as the middle three fifths of the libraries differ by more than %.1f times there.\n"
               % (len(unsteady), MOST_SPREAD))
-        print(textwrap.fill(", ".join(sorted(unsteady)), 120) + ".\n")
+        print("\n".join(sorted(unsteady)), file=sys.stderr)
     print("| without | mean | cells it gains | most | there | least | there |")
     print("| --- | ---: | ---: | ---: | --- | ---: | --- |")
     for _, name in mechanisms(options.source):
