@@ -198,7 +198,9 @@ TEST_CASE("Spaces are created, used and destroyed by threads of their own", "[th
   for (const std::string& problem : problems) CHECK(problem == "");
 }
 
-TEST_CASE("A team that waits for a thread is left out of the next frames", "[threads]") {
+// With a grain of the tests teams are as large as they can be, whatever they wait for.
+TEST_CASE("A team that waits for a thread is left out of the next frames",
+          "[threads][usual-grain]") {
   const Space space;
   World world(space);
   world.addBoxes(denseCube(1000, seedOr(44)));
