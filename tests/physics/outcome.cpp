@@ -263,29 +263,5 @@ bool isWhatItOwes(const std::string& outcome) {
   return false;
 }
 
-std::string figures(const Extreme& extreme, const Measures& m) {
-  char text[160];
-  switch (extreme.demand) {
-    case Demand::stand:
-      std::snprintf(text, sizeof text, "off by %.2g, into each other by %.2g, %.2g/s", m.shift,
-                    m.depth, m.speed);
-      break;
-    case Demand::stop:
-      std::snprintf(text, sizeof text, "%g through", m.lost);
-      break;
-    case Demand::settle:
-      std::snprintf(text, sizeof text, "into each other by %.2g, %.2g/s, %g lost", m.depth, m.speed,
-                    m.lost);
-      break;
-    case Demand::hold:
-      std::snprintf(text, sizeof text, "off by %.2g", m.gap);
-      break;
-    default:
-      std::snprintf(text, sizeof text, "energy %+.2g, momentum %.2g, turn %.2g", m.energy,
-                    m.momentum, m.turn);
-  }
-  return text;
-}
-
 }  // namespace physics
 }  // namespace sap_test

@@ -57,8 +57,6 @@ class Observer {
 std::string judge(const Extreme& extreme, const Measures& measures);
 // Whether that is what the scene owes.
 bool isWhatItOwes(const std::string& outcome);
-// The figures that the outcome is about: "top 0.31 lower", say.
-std::string figures(const Extreme& extreme, const Measures& measures);
 
 }  // namespace physics
 }  // namespace sap_test

@@ -74,13 +74,6 @@ std::size_t placeOf(const Row& row) {
   return static_cast<std::size_t>(found - extremes().begin());
 }
 
-std::string rescueOf(const Row& row) {
-  if (row.cost <= 0) return row.rescue;
-  char cost[32];
-  std::snprintf(cost, sizeof cost, " (%.2g×)", row.cost);
-  return row.rescue + cost;
-}
-
 }  // namespace
 
 std::string shown(const Result& result) {
@@ -120,22 +113,6 @@ void writeRows(const std::string& file, std::vector<Row> rows) {
   stream << kNames << "\n";
   for (const Row& row : rows) stream << lineOf(row);
   if (!stream.flush()) throw std::runtime_error("cannot write " + file);
-}
-
-std::string markdown(const std::vector<Row>& rows) {
-  std::ostringstream text;
-  text << "| | dSimpleSpace, our order | dHashSpace | dParallelSAPSpace | the same bits | "
-          "of ours | cheapest rescue |\n| --- | --- | --- | --- | --- | --- | --- |\n";
-  std::string theme;
-  for (const Row& row : rows) {
-    if (theme != row.theme) text << "| **" << (theme = row.theme) << "** | | | | | | |\n";
-    const std::size_t place = placeOf(row);
-    if (place == extremes().size()) throw std::runtime_error("no extreme is called " + row.extreme);
-    text << "| " << row.extreme << " | " << row.simple << " | " << row.hash << " | " << row.ours
-         << " | " << (row.same ? "yes" : "NO") << " | " << figures(extremes()[place], row.measures)
-         << " | " << rescueOf(row) << " |\n";
-  }
-  return text.str();
 }
 
 }  // namespace physics

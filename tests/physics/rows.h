@@ -1,5 +1,5 @@
 // What was found out about extremes, as rows of a CSV file that grows by one at a time: whoever is
-// interrupted goes on where it was. The page of extremes is made of them.
+// interrupted goes on where it was.
 #pragma once
 
 #include <string>
@@ -33,9 +33,6 @@ std::vector<Row> readRows(const std::string& file);
 void addRow(const std::string& file, const Row& row);
 // All of them, in the order of extremes().
 void writeRows(const std::string& file, std::vector<Row> rows);
-
-// The page's table.
-std::string markdown(const std::vector<Row>& rows);
 
 }  // namespace physics
 }  // namespace sap_test

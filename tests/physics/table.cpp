@@ -1,16 +1,13 @@
 // What becomes of every extreme, with whose pairs, and what would rescue it:
 //
 //     physics-table measure ROWS.csv [seconds [part of a name [seconds of a rescue]]]
-//     physics-table page README.md ROWS.csv
-//     physics-table swept README.md
 //
-// The first plays all of them, or those of such names, in the precision of the ODE that it is built
+// Plays all of them, or those of such names, in the precision of the ODE that it is built
 // with, on all cores, and adds a row to the file as soon as it has one. What has a row already is
 // not played again, but for a rescue that was not looked for. With 0 seconds of the processor for a
 // rescue none is. Where the seconds are up before it has all rows it ends with 75, to be called
 // again; with 1 if an outcome of dParallelSAPSpace is not, bit for bit, that of dSimpleSpace's
-// pairs in the same order. The others replace what README.md has between <!-- table double --> (or
-// single) and <!-- end -->, by what the rows say, and by speeds with swept bounds.
+// pairs in the same order.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -75,41 +72,6 @@ bool complete(const Job& job, const Extreme& extreme, Row& row) {
            0};
   }
   return !lacksRescue(job, row) || addRescue(job, extreme, row);
-}
-
-// The speeds once more, with swept bounds and fast pairs in parts.
-std::string sweptMarkdown() {
-  Setting swept;
-  swept.swept = true;
-  Limits limits;
-  limits.at_least = 0.1;
-  std::ostringstream text;
-  text << "| " << kPrecision
-       << " precision | as ODE comes | swept bounds, fast pairs in parts | |\n"
-       << "| --- | --- | --- | --- |\n";
-  for (const Extreme& extreme : extremes()) {
-    if (extreme.theme != std::string("speeds")) continue;
-    const Result before = play(extreme, Pairing::ours, {}, limits);
-    const Result after = play(extreme, Pairing::ours, swept, limits);
-    char cost[32];
-    std::snprintf(cost, sizeof cost, "%.2g×", after.seconds / before.seconds);
-    text << "| " << extreme.name << " | " << shown(before) << ", "
-         << figures(extreme, before.measures) << " | " << shown(after) << ", "
-         << figures(extreme, after.measures) << " | " << cost << " |\n";
-  }
-  return text.str();
-}
-
-void replaceIn(const std::string& file, const std::string& name, const std::string& table) {
-  std::stringstream old;
-  old << std::ifstream(file).rdbuf();
-  const std::string text = old.str(), begin = "<!-- table " + name + " -->\n",
-                    end = "<!-- end -->\n";
-  const std::size_t from = text.find(begin), to = text.find(end, from);
-  if (from == std::string::npos || to == std::string::npos) {
-    throw std::runtime_error(file + " has no " + begin + " and " + end);
-  }
-  std::ofstream(file) << text.substr(0, from) << begin << "\n" << table << "\n" << text.substr(to);
 }
 
 void tell(const Row& row) {
@@ -193,18 +155,8 @@ int measure(const Job& job) {
 }
 
 int run(const std::vector<std::string>& words) {
-  if (words.size() == 2 && words[0] == "swept") {
-    replaceIn(words[1], std::string("swept ") + kPrecision, sweptMarkdown());
-    return 0;
-  }
-  if (words.size() == 3 && words[0] == "page") {
-    replaceIn(words[1], kPrecision, markdown(readRows(words[2])));
-    return 0;
-  }
   if (words.size() < 2 || words.size() > 5 || words[0] != "measure") {
-    throw std::runtime_error(
-        "measure ROWS.csv [seconds [part [seconds of a rescue]]], page README.md ROWS.csv, or "
-        "swept README.md");
+    throw std::runtime_error("measure ROWS.csv [seconds [part [seconds of a rescue]]]");
   }
   Job job;
   job.file = words[1];

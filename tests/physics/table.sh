@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# table.sh <physics-table> <double or single>: rows come one at a time, are resumed, and are what the page says.
+# table.sh <physics-table> <double or single>: rows come one at a time and are resumed.
 set -uo pipefail
 table=$1 precision=$2
-here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 rows=$folder/rows.csv
@@ -44,12 +43,3 @@ places=$(grep -n "pendulum\|$ball" "$rows" | cut -d: -f1 | tr -d '\n')
 sed -i 1s/depth/width/ "$rows"
 "$table" measure "$rows" 1 pendulum 2>"$folder/said" && fail "columns of another version were taken"
 grep -q "other columns" "$folder/said" || fail "not said why: $(cat "$folder/said")"
-
-# The page has the rows' table, and of speeds the outcomes that come today.
-cp "$here/README.md" "$folder/page.md"
-"$table" page "$folder/page.md" "$here/results/$precision.csv" || fail "no page"
-diff "$here/README.md" "$folder/page.md" || fail "README.md says other than results/$precision.csv"
-"$table" swept "$folder/page.md" || fail "no table of speeds"
-outcomes() { sed -n "/<!-- table swept $precision/,/<!-- end/p" "$1" | sed -E 's/, [^|]*//g; s/[0-9.e+]+×//'; }
-[ "$(outcomes "$here/README.md" | grep -c tunnels)" -gt 3 ] || fail "no table of speeds in README.md"
-diff <(outcomes "$here/README.md") <(outcomes "$folder/page.md") || fail "speeds end otherwise than README.md says"

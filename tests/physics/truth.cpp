@@ -1,0 +1,602 @@
+// Scenes with an analytic answer, and how far ODE is from it:
+//
+//     physics-truth rows ROWS.csv     plays all scenes with all settings, and writes a row for each
+//     physics-truth check             plays each scene at one setting, and holds it against bounds
+//
+// In the precision of the ODE that it is built with. It needs nothing but ODE.
+#include <ode/ode.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <string>
+#include <vector>
+
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kGravity = 9.81;
+constexpr double kOdesCfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
+constexpr int kPhases = 8;  // runs of a scene, each with a slightly different start
+
+using Vec = std::array<double, 3>;
+
+dReal real(double value) {
+  return static_cast<dReal>(value);
+}
+Vec vec(const dReal* v) {
+  return {double(v[0]), double(v[1]), double(v[2])};
+}
+Vec operator+(const Vec& a, const Vec& b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+Vec operator*(double s, const Vec& v) {
+  return {s * v[0], s * v[1], s * v[2]};
+}
+Vec operator-(const Vec& a, const Vec& b) {
+  return a + -1 * b;
+}
+double dot(const Vec& a, const Vec& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+double length(const Vec& v) {
+  return std::sqrt(dot(v, v));
+}
+
+// The values are ODE's own where it has any.
+struct Setting {
+  double dt = 0.01;
+  int iterations = 20;  // of dWorldQuickStep
+  int contacts = 4;     // of a pair at most
+  double erp = 0.2;
+  double cfm = kOdesCfm;
+  bool directed = false;  // fdir1 is given: along the sliding, or along the push of a body at rest
+  bool exact = false;     // dWorldStep
+};
+
+class World {
+ public:
+  explicit World(const Setting& setting, const Vec& gravity = {0, 0, -kGravity})
+      : setting_(setting),
+        gravity_(gravity),
+        world_(dWorldCreate()),
+        space_(dHashSpaceCreate(nullptr)),
+        contacts_(dJointGroupCreate(0)) {
+    dWorldSetGravity(world_, real(gravity[0]), real(gravity[1]), real(gravity[2]));
+    dWorldSetERP(world_, real(setting.erp));
+    dWorldSetCFM(world_, real(setting.cfm));
+    dWorldSetQuickStepNumIterations(world_, setting.iterations);
+    dRandSetSeed(1);  // QuickStep shuffles its rows
+  }
+  ~World() {
+    dJointGroupDestroy(contacts_);
+    dSpaceDestroy(space_);
+    dWorldDestroy(world_);
+  }
+  World(const World&) = delete;
+  World& operator=(const World&) = delete;
+
+  void floor() { dCreatePlane(space_, 0, 0, 1, 0); }
+  dBodyID ball(double radius, double density, const Vec& place) {
+    dMass mass;
+    dMassSetSphere(&mass, real(density), real(radius));
+    return body(dCreateSphere(space_, real(radius)), mass, place);
+  }
+  dBodyID box(const Vec& side, const Vec& place, bool collides = true) {
+    const dReal x = real(side[0]), y = real(side[1]), z = real(side[2]);
+    dMass mass;
+    dMassSetBox(&mass, 1000, x, y, z);
+    return body(collides ? dCreateBox(space_, x, y, z) : nullptr, mass, place);
+  }
+  dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
+    const dJointID joint = dJointCreateBall(world_, nullptr);
+    dJointAttach(joint, a, b);
+    dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
+    return joint;
+  }
+  dJointID hinge(dBodyID a, const Vec& anchor) {
+    const dJointID joint = dJointCreateHinge(world_, nullptr);
+    dJointAttach(joint, a, nullptr);
+    dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
+    dJointSetHingeAxis(joint, 0, 1, 0);
+    return joint;
+  }
+
+  void step() {
+    depth = 0;
+    dSpaceCollide(space_, this, near);
+    const dReal dt = real(setting_.dt);
+    setting_.exact ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
+    dJointGroupEmpty(contacts_);
+    time += setting_.dt;
+  }
+
+  double energy() const {  // kinetic and potential
+    double sum = 0;
+    for (dBodyID b : bodies) {
+      dMass mass;
+      dBodyGetMass(b, &mass);
+      const Vec v = vec(dBodyGetLinearVel(b)), x = vec(dBodyGetPosition(b));
+      sum += double(mass.mass) * (dot(v, v) / 2 - dot(gravity_, x));
+      const Vec w = rate(b);
+      for (unsigned i = 0; i < 3; ++i) sum += double(mass.I[5 * i]) * w[i] * w[i] / 2;
+    }
+    return sum;
+  }
+  // Angular velocity in the body's own axes, which are those of its inertia.
+  static Vec rate(dBodyID b) {
+    dVector3 local;
+    const dReal* w = dBodyGetAngularVel(b);
+    dBodyVectorFromWorld(b, w[0], w[1], w[2], local);
+    return vec(local);
+  }
+
+  double mu = 0.6;
+  double bounce = 0;
+  double depth = 0;  // of the deepest contact of the last step
+  double time = 0;
+  std::vector<dBodyID> bodies;
+
+ private:
+  dBodyID body(dGeomID geom, const dMass& mass, const Vec& place) {
+    const dBodyID made = dBodyCreate(world_);
+    dBodySetMass(made, &mass);
+    if (geom) dGeomSetBody(geom, made);
+    dBodySetPosition(made, real(place[0]), real(place[1]), real(place[2]));
+    bodies.push_back(made);
+    return made;
+  }
+
+  static void near(void* data, dGeomID a, dGeomID b) {
+    auto& self = *static_cast<World*>(data);
+    dContact found[8];
+    const int count = dCollide(a, b, self.setting_.contacts, &found[0].geom, sizeof(dContact));
+    for (int i = 0; i < count; ++i) {
+      self.depth = std::max(self.depth, double(found[i].geom.depth));
+      self.join(found[i], dGeomGetBody(a), dGeomGetBody(b));
+    }
+  }
+
+  void join(dContact& contact, dBodyID a, dBodyID b) {
+    contact.surface = {};
+    contact.surface.mode = dContactApprox1;
+    contact.surface.mu = real(mu);
+    if (bounce > 0) {
+      contact.surface.mode |= dContactBounce;
+      contact.surface.bounce = real(bounce);
+    }
+    if (setting_.directed) direct(contact, a, b);
+    dJointAttach(dJointCreateContact(world_, contacts_, &contact), a, b);
+  }
+
+  void direct(dContact& contact, dBodyID a, dBodyID b) const {
+    const dReal* p = contact.geom.pos;
+    const Vec normal = vec(contact.geom.normal);
+    dVector3 va = {}, vb = {};
+    if (a) dBodyGetPointVel(a, p[0], p[1], p[2], va);
+    if (b) dBodyGetPointVel(b, p[0], p[1], p[2], vb);
+    const auto along = [&normal](const Vec& v) { return v - dot(v, normal) * normal; };
+    Vec way = along(vec(va) - vec(vb));
+    if (length(way) < 2 * kGravity * setting_.dt) way = along(gravity_);
+    if (length(way) < 1e-9) return;
+    contact.surface.mode |= dContactFDir1;
+    for (unsigned i = 0; i < 3; ++i) contact.fdir1[i] = real(way[i] / length(way));
+  }
+
+  const Setting setting_;
+  const Vec gravity_;
+  const dWorldID world_;
+  const dSpaceID space_;
+  const dJointGroupID contacts_;
+};
+
+// What is measured at the end of a scene. The error is the difference in parts of `scale`.
+struct Quantity {
+  const char* name;
+  double value, exact, scale;
+};
+using Quantities = std::vector<Quantity>;
+
+Vec heading(double degrees) {
+  const double angle = degrees * kPi / 180;
+  return {std::cos(angle), std::sin(angle), 0};
+}
+
+void push(dBodyID body, const Vec& v) {
+  dBodySetLinearVel(body, real(v[0]), real(v[1]), real(v[2]));
+}
+
+constexpr double kRadius = 0.25;
+
+// A block that slides to a stop, at an angle to the axes that ODE gives a contact by itself.
+Quantities slide(const Setting& setting, double phase, double degrees) {
+  World world(setting);
+  world.floor();
+  const dBodyID block = world.box({0.5, 0.5, 0.1}, {0, 0, 0.05});
+  const double speed = 3 * (1 + 0.1 * phase);
+  push(block, speed * heading(degrees));
+  while (world.time < 1.2) world.step();
+  const Vec at = vec(dBodyGetPosition(block));
+  const double exact = speed * speed / (2 * world.mu * kGravity);
+  return {{"way", std::hypot(at[0], at[1]), exact, exact}};
+}
+
+// A block at rest on a slope of so many times the angle of friction, whose downhill is at an angle
+// to the axes. The slope is the floor, gravity is tilted.
+Quantities slope(const Setting& setting, double phase, double times, double degrees) {
+  const double mu = 0.6, angle = times * std::atan(mu);
+  const Vec downhill = heading(degrees);
+  World world(setting, kGravity * (std::sin(angle) * downhill + Vec{0, 0, -std::cos(angle)}));
+  world.mu = mu;
+  world.floor();
+  const dBodyID block = world.box({0.5, 0.5, 0.1}, {0, 0, 0.05});
+  const double end = 1 + 0.1 * phase;
+  while (world.time < end - setting.dt / 2) world.step();
+  const double free = kGravity * std::sin(angle) * world.time * world.time / 2;
+  const double exact = times < 1 ? 0 : free * (1 - mu / std::tan(angle));
+  return {{"way", dot(vec(dBodyGetPosition(block)), downhill), exact, times < 1 ? free : exact}};
+}
+
+// A ball that slides first and rolls then, at 5/7 of its speed.
+Quantities roll(const Setting& setting, double phase, double degrees) {
+  World world(setting);
+  world.floor();
+  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius});
+  const double speed = 3 * (1 + 0.1 * phase);
+  push(ball, speed * heading(degrees));
+  while (world.time < 2) world.step();
+  const Vec v = vec(dBodyGetLinearVel(ball));
+  return {{"speed", std::hypot(v[0], v[1]), speed * 5 / 7, speed * 5 / 7}};
+}
+
+// A ball that falls: its speed where it meets the floor, and how deep its first contact is.
+Quantities fall(const Setting& setting, double phase) {
+  World world(setting);
+  world.floor();
+  const double height = 1 + 0.1 * phase, exact = std::sqrt(2 * kGravity * height);
+  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius + height});
+  double speed = 0;
+  while (world.depth <= 0) {
+    speed = -double(dBodyGetLinearVel(ball)[2]);
+    world.step();
+  }
+  return {{"speed", speed, exact, exact}, {"depth", world.depth, 0, 2 * kRadius}};
+}
+
+// A ball that falls, with a restitution of 0.8: how high it comes.
+Quantities bounce(const Setting& setting, double phase) {
+  World world(setting);
+  world.floor();
+  world.bounce = 0.8;
+  const double height = 1 + 0.1 * phase, exact = 0.64 * height;
+  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius + height});
+  const double hits = std::sqrt(2 * height / kGravity), lands = hits * (1 + 2 * world.bounce);
+  double top = 0;
+  while (world.time < lands - 3 * setting.dt) {
+    world.step();
+    const double high = double(dBodyGetPosition(ball)[2]) - kRadius;
+    if (world.time > hits + 3 * setting.dt) top = std::max(top, high);
+  }
+  return {{"height", top, exact, exact}};
+}
+
+// Two balls of 1:3 of mass head on, with this restitution.
+Quantities collide(const Setting& setting, double phase, double restitution) {
+  World world(setting, {0, 0, 0});
+  world.mu = 0;
+  world.bounce = restitution;
+  const double m1 = 1, m2 = 3, v1 = 2, v2 = -1, closing = v1 - v2;
+  const dBodyID one = world.ball(kRadius, 1000 * m1, {0, 0, 0});
+  const dBodyID other = world.ball(kRadius, 1000 * m2, {1 + 0.1 * phase, 0, 0});
+  push(one, {v1, 0, 0});
+  push(other, {v2, 0, 0});
+  while (world.time < 1) world.step();
+  const double mean = (m1 * v1 + m2 * v2) / (m1 + m2);
+  const double after1 = mean - m2 / (m1 + m2) * restitution * closing;
+  const double after2 = mean + m1 / (m1 + m2) * restitution * closing;
+  const double got1 = double(dBodyGetLinearVel(one)[0]), got2 = double(dBodyGetLinearVel(other)[0]);
+  return {{"separation", got2 - got1, after2 - after1, closing},
+          {"momentum", m1 * got1 + m2 * got2, m1 * v1 + m2 * v2, m2 * closing}};
+}
+
+// A ball of 0.1 m on a rod of 1 m without mass: period and energy over five periods.
+Quantities pendulum(const Setting& setting, double phase) {
+  World world(setting);
+  const double radius = 0.1, angle = 1 + 0.1 * phase;
+  const dBodyID bob = world.ball(radius, 1000, {std::sin(angle), 0, -std::cos(angle)});
+  world.hinge(bob, {0, 0, 0});
+  dMass mass;
+  dBodyGetMass(bob, &mass);
+  const double m = double(mass.mass), inertia = m * (1 + 0.4 * radius * radius);
+  const double exact =
+      4 * std::sqrt(inertia / (m * kGravity)) * std::comp_ellint_1(std::sin(angle / 2));
+  const double start = world.energy(), scale = m * kGravity * (1 - std::cos(angle));
+  std::vector<double> crossings;  // of the lowest place, from the left
+  while (crossings.size() < 6) {
+    const double before = double(dBodyGetPosition(bob)[0]);
+    world.step();
+    const double now = double(dBodyGetPosition(bob)[0]);
+    if (before < 0 && now >= 0) crossings.push_back(world.time - setting.dt * now / (now - before));
+  }
+  return {{"period", (crossings.back() - crossings.front()) / 5, exact, exact},
+          {"energy", world.energy(), start, scale}};
+}
+
+// A free box about no axis of its own: energy, angular momentum, and the period in which its axes
+// go round its angular momentum (Landau, Lifshitz: Mechanics, section 37).
+Quantities top(const Setting& setting, double phase) {
+  World world(setting, {0, 0, 0});
+  const dBodyID box = world.box({1, 0.6, 0.3}, {0, 0, 0}, false);
+  const Vec spin = {1 + 0.1 * phase, 0, 3};
+  dBodySetAngularVel(box, real(spin[0]), real(spin[1]), real(spin[2]));
+  dMass mass;
+  dBodyGetMass(box, &mass);
+  const double i1 = double(mass.I[0]), i2 = double(mass.I[5]), i3 = double(mass.I[10]);
+  const auto momentum = [=] {
+    const Vec w = World::rate(box);
+    const Vec local = {i1 * w[0], i2 * w[1], i3 * w[2]};
+    dVector3 turned;
+    dBodyVectorToWorld(box, real(local[0]), real(local[1]), real(local[2]), turned);
+    return vec(turned);
+  };
+  const Vec start = momentum();
+  const double energy = world.energy(), square = dot(start, start);
+  const double k =
+      (i2 - i1) * (2 * energy * i3 - square) / ((i3 - i2) * (square - 2 * energy * i1));
+  const double exact = 4 * std::comp_ellint_1(std::sqrt(k)) *
+                       std::sqrt(i1 * i2 * i3 / ((i3 - i2) * (square - 2 * energy * i1)));
+  std::vector<double> crossings;
+  while (crossings.size() < 6 && world.time < 10 * exact) {
+    const double before = World::rate(box)[1];
+    world.step();
+    const double now = World::rate(box)[1];
+    if (before < 0 && now >= 0) crossings.push_back(world.time - setting.dt * now / (now - before));
+  }
+  const double turns = std::max(1.0, double(crossings.size()) - 1);
+  const double period = crossings.empty() ? 0 : (crossings.back() - crossings.front()) / turns;
+  return {{"period", period, exact, exact},
+          {"energy", world.energy(), energy, energy},
+          {"momentum", length(momentum() - start), 0, std::sqrt(square)}};
+}
+
+// Ten links of 0.2 m that fall from level: energy after two seconds, and the widest gap of a joint.
+Quantities chain(const Setting& setting, double phase) {
+  World world(setting);
+  const int links = 10;
+  const double side = 0.2, tilt = 0.1 * phase;
+  const Vec way = {std::cos(tilt), 0, -std::sin(tilt)};
+  std::vector<dJointID> joints;
+  for (int i = 0; i < links; ++i) {
+    const dBodyID link = world.box({side, 0.05, 0.05}, side * (i + 0.5) * way, false);
+    dMatrix3 turn;
+    dRFromAxisAndAngle(turn, 0, 1, 0, real(tilt));
+    dBodySetRotation(link, turn);
+    const dBodyID last = i ? world.bodies[size_t(i) - 1] : nullptr;
+    joints.push_back(world.ballJoint(link, last, side * i * way));
+  }
+  dMass mass;
+  dBodyGetMass(world.bodies[0], &mass);
+  const double start = world.energy(),
+               scale = double(mass.mass) * kGravity * links * links * side / 2;
+  double gap = 0;
+  while (world.time < 2 - setting.dt / 2) {
+    world.step();
+    for (dJointID joint : joints) {
+      dVector3 a, b;
+      dJointGetBallAnchor(joint, a);
+      dJointGetBallAnchor2(joint, b);
+      gap = std::max(gap, length(vec(a) - vec(b)));
+    }
+  }
+  return {{"energy", world.energy(), start, scale}, {"gap", gap, 0, side}};
+}
+
+// 6 x 6 x 6 balls with a restitution of 1 and no friction, which fall on each other: energy. Sizes
+// and masses are those of SimBenchmark's "elastic 666".
+Quantities balls(const Setting& setting, double phase) {
+  World world(setting);
+  world.floor();
+  world.mu = 0;
+  world.bounce = 1;
+  const double radius = 0.1, cell = 0.21, shift = 0.001;
+  const double density = 10 / (4 * kPi / 3 * radius * radius * radius);
+  for (int i = 0; i < 216; ++i) {
+    const auto off = [&](int n) { return shift * std::sin(17 * i + 5 * n + 6 * phase); };
+    world.ball(radius, density,
+               {cell * (i % 6) + off(1), cell * (i / 6 % 6) + off(2), 1.101 + cell * (i / 36)});
+  }
+  const double start = world.energy();
+  while (world.time < 2) world.step();
+  return {{"energy", world.energy(), start, start}};
+}
+
+struct Scene {
+  const char* name;
+  std::function<Quantities(const Setting&, double phase)> play;
+  enum Kind { contact, friction, free, large } kind;
+};
+
+std::vector<Scene> scenes() {
+  using S = const Setting&;
+  std::vector<Scene> all;
+  static const char* const slides[] = {"slide at 0 degrees", "slide at 22.5 degrees",
+                                       "slide at 45 degrees"};
+  for (int i = 0; i < 3; ++i)
+    all.push_back(
+        {slides[i], [i](S s, double p) { return slide(s, p, 22.5 * i); }, Scene::friction});
+  all.push_back(
+      {"slope below friction", [](S s, double p) { return slope(s, p, 0.9, 0); }, Scene::friction});
+  all.push_back(
+      {"slope above friction", [](S s, double p) { return slope(s, p, 1.1, 0); }, Scene::friction});
+  all.push_back({"slope above friction at 45 degrees",
+                 [](S s, double p) { return slope(s, p, 1.1, 45); }, Scene::friction});
+  all.push_back({"roll", [](S s, double p) { return roll(s, p, 0); }, Scene::friction});
+  all.push_back(
+      {"roll at 45 degrees", [](S s, double p) { return roll(s, p, 45); }, Scene::friction});
+  all.push_back({"fall", fall, Scene::contact});
+  all.push_back({"bounce", bounce, Scene::contact});
+  all.push_back(
+      {"collide elastically", [](S s, double p) { return collide(s, p, 1); }, Scene::contact});
+  all.push_back(
+      {"collide inelastically", [](S s, double p) { return collide(s, p, 0); }, Scene::contact});
+  all.push_back({"pendulum", pendulum, Scene::contact});
+  all.push_back({"top", top, Scene::free});
+  all.push_back({"chain", chain, Scene::contact});
+  all.push_back({"elastic balls", balls, Scene::large});
+  return all;
+}
+
+// The means over all phases.
+struct Result {
+  std::string quantity;
+  double value = 0, exact = 0, error = 0;
+};
+
+std::vector<Result> resultsOf(const Scene& scene, const Setting& setting) {
+  std::vector<Result> results;
+  const int phases = scene.kind == Scene::large ? 1 : kPhases;
+  for (int i = 0; i < phases; ++i) {
+    const double golden = 0.618033988749895 * i;  // no step divides these
+    const Quantities found = scene.play(setting, golden - std::floor(golden));
+    results.resize(found.size());
+    for (size_t q = 0; q < found.size(); ++q) {
+      results[q].quantity = found[q].name;
+      results[q].value += found[q].value / phases;
+      results[q].exact += found[q].exact / phases;
+      results[q].error += std::fabs(found[q].value - found[q].exact) / found[q].scale / phases;
+    }
+  }
+  return results;
+}
+
+template <typename Value>
+void vary(std::vector<Setting>& all, Value Setting::*member, std::initializer_list<Value> values) {
+  for (const Value value : values) {
+    all.emplace_back();
+    all.back().*member = value;
+  }
+}
+
+// Steps with both solvers, all else one at a time; with friction each with given directions too.
+std::vector<Setting> settingsOf(const Scene& scene) {
+  std::vector<Setting> all;
+  for (const double dt : {0.02, 0.01, 0.005, 0.0025, 0.00125, 0.000625}) {
+    all.emplace_back();
+    all.back().dt = dt;
+    if (scene.kind == Scene::large) continue;
+    all.push_back(all.back());
+    all.back().exact = true;
+  }
+  if (scene.kind == Scene::free) return all;
+  vary(all, &Setting::iterations, {5, 10, 50, 100, 200});
+  vary(all, &Setting::erp, {0.05, 0.4, 0.8});
+  vary(all, &Setting::cfm, {0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4});
+  if (scene.kind == Scene::friction) {
+    vary(all, &Setting::contacts, {1, 2, 3, 8});
+    for (size_t i = 0, count = all.size(); i < count; ++i) {
+      all.push_back(all[i]);
+      all.back().directed = true;
+    }
+  }
+  return all;
+}
+
+void writeRows(std::ostream& out) {
+  out << "scene,quantity,precision,dt,iterations,contacts,erp,cfm,friction,solver,value,exact,"
+         "error\n";
+  out.precision(9);
+  for (const Scene& scene : scenes())
+    for (const Setting& s : settingsOf(scene))
+      for (const Result& r : resultsOf(scene, s))
+        out << scene.name << "," << r.quantity << "," << (sizeof(dReal) == 8 ? "double" : "single")
+            << "," << s.dt << "," << s.iterations << "," << s.contacts << "," << s.erp << ","
+            << s.cfm << "," << (s.directed ? "fdir1" : "pyramid") << ","
+            << (s.exact ? "step" : "quick") << "," << r.value << "," << r.exact << "," << r.error
+            << std::endl;
+}
+
+// What an error must be at one setting: steps of 2.5 ms, 50 iterations, CFM 1e-10.
+struct Bound {
+  const char* scene;
+  const char* quantity;
+  bool directed;
+  double least, most;  // of the error
+};
+
+constexpr double kRounding = sizeof(dReal) == 8 ? 1e-9 : 1e-4;
+
+const Bound kBounds[] = {
+    {"slide at 0 degrees", "way", false, 0.004, 0.006},
+    {"slide at 22.5 degrees", "way", false, 0.13, 0.145},
+    {"slide at 45 degrees", "way", false, 0.29, 0.305},  // 1 - 1 / sqrt(2), and the step
+    {"slide at 22.5 degrees", "way", true, 0.004, 0.006},
+    {"slide at 45 degrees", "way", true, 0.004, 0.006},
+    {"slope below friction", "way", false, 0, 0.001},
+    {"slope above friction", "way", false, 0, 0.004},
+    {"slope above friction at 45 degrees", "way", false, 0.98, 1.02},  // it does not slide at all
+    {"slope above friction at 45 degrees", "way", true, 0, 0.004},
+    {"roll", "speed", false, 0, kRounding},
+    {"roll at 45 degrees", "speed", false, 0, kRounding},
+    {"fall", "speed", false, 0, 0.003},
+    {"fall", "depth", false, 0.008, 0.015},  // half of v dt on average, of the ball's 0.5 m
+    {"bounce", "height", false, 0, 0.004},
+    {"collide elastically", "separation", false, 0, 0.001},
+    {"collide elastically", "momentum", false, 0, kRounding},
+    {"collide inelastically", "separation", false, 0.08, 0.13},  // ERP / 2 on average
+    {"collide inelastically", "momentum", false, 0, kRounding},
+    {"pendulum", "period", false, 0, 0.001},
+    {"pendulum", "energy", false, 0, 0.005},
+    {"top", "period", false, 0, 0.025},
+    {"top", "energy", false, 0, 0.015},
+    {"top", "momentum", false, 0, 0.006},
+    {"chain", "energy", false, 0, 0.06},
+    {"chain", "gap", false, 0, 0.04},
+    {"elastic balls", "energy", false, 0, 0.005},
+};
+
+int check() {
+  int failures = 0;
+  for (const Scene& scene : scenes())
+    for (const bool directed : {false, true}) {
+      Setting setting;
+      setting.dt = 0.0025;
+      setting.iterations = 50;
+      setting.cfm = 1e-10;
+      setting.directed = directed;
+      const auto wants = [&](const Bound& bound) {
+        return scene.name == std::string(bound.scene) && bound.directed == directed;
+      };
+      if (std::none_of(std::begin(kBounds), std::end(kBounds), wants)) continue;
+      const std::vector<Result> results = resultsOf(scene, setting);
+      for (const Bound& bound : kBounds)
+        for (const Result& result : results) {
+          if (!wants(bound) || result.quantity != bound.quantity) continue;
+          const bool holds = result.error >= bound.least && result.error <= bound.most;
+          failures += !holds;
+          std::printf("%-36s%-11s%-6s off by %10.3g %%, bounds %.3g to %.3g %%%s\n", bound.scene,
+                      bound.quantity, directed ? "fdir1" : "", 100 * result.error,
+                      100 * bound.least, 100 * bound.most, holds ? "" : "  <-- NOT WITHIN");
+        }
+    }
+  return failures ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  dInitODE2(0);
+  dAllocateODEDataForThread(dAllocateMaskAll);
+  const std::string what = argc > 1 ? argv[1] : "";
+  if (what == "check" && argc == 2) return check();
+  if (what == "rows" && argc == 3) {
+    std::ofstream file(argv[2]);
+    writeRows(file);
+    return file.good() ? 0 : 1;
+  }
+  std::fprintf(stderr, "physics-truth rows ROWS.csv, or physics-truth check\n");
+  return 2;
+}
