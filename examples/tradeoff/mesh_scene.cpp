@@ -1,4 +1,4 @@
-#include "mesh_scene.h"
+#include "scenes.h"
 
 #include <list>
 #include <memory>
@@ -83,8 +83,7 @@ double bowlRadius(int across) {
   return 1 + cell * across;
 }
 
-void build(dWorldID world, dSpaceID space, Random random, Meshes& meshes, int bodies,
-           double density) {
+void build(dWorldID world, dSpaceID space, Random random, Meshes& meshes, int bodies) {
   const int across = std::max(2, static_cast<int>(std::lround(std::cbrt(bodies))));
   const double radius = bowlRadius(across);
   meshes.geom(space, pile::Bowl(radius, radius / 2).mesh());
@@ -108,11 +107,11 @@ void build(dWorldID world, dSpaceID space, Random random, Meshes& meshes, int bo
 
 }  // namespace
 
-Scene meshScene(int bodies, double density) {
+Scene meshScene(int bodies) {
   const auto meshes = std::make_shared<Meshes>();
   Scene scene;
-  scene.build = [meshes, bodies, density](dWorldID world, dSpaceID space, unsigned long seed) {
-    build(world, space, Random(seed), *meshes, bodies, density);
+  scene.build = [meshes, bodies](dWorldID world, dSpaceID space, unsigned long seed) {
+    build(world, space, Random(seed), *meshes, bodies);
   };
   // Through the bowl, whose lowest point is at 0.
   scene.lost = [](dBodyID body) { return dBodyGetPosition(body)[2] < 0; };

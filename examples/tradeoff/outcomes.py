@@ -1,66 +1,57 @@
-"""What users see of a run, and how far it is from the reference's: the parts of its error."""
+"""What a user sees of a run, and how far it is from the reference's: the parts of its error."""
 
 import math
-from typing import NamedTuple
+
+FAILURES = ("failed", "bodies lost", "collapsed", "never at rest")
 
 
-class Kind(NamedTuple):
-    """What a scene says of itself: whether it should come to rest, whether it should stay up, whether it is driven."""
-    rests: bool
-    stands: bool
-    controlled: bool
-
-
-def kind_of(row):
-    return Kind(*(row[name] > 0 for name in Kind._fields))
-
-
-FAILURES = ("failed", "lost", "collapsed", "never at rest")
-
-
-def mean(rows, column):
-    return sum(row[column] for row in rows) / len(rows)
-
-
-def failures(row, kind):
+def failures(row):
     """Which of the FAILURES a run has."""
     if row["status"] != "ok":
         return ("failed",)
-    happened = (("lost", row["lost"] > 0), ("collapsed", row["collapsed"] > 0),
-                ("never at rest", kind.rests and not row["rested"]))
+    happened = (("bodies lost", row["lost"] > 0), ("collapsed", row["collapsed"] > 0),
+                ("never at rest", row["rests"] > 0 and not row["rested"]))
     return tuple(name for name, is_so in happened if is_so)
 
 
-def differences(row, reference, kind):
-    """The parts of the error that are measured, as shares, by name, against the mean of the reference's runs."""
-    size = mean(reference, "size_m")
+def differences(row, reference):
+    """The parts of the error with their signs, as shares. A scene says which do not matter in it."""
+    def off(column, scale=1.0):
+        return (row[column] - reference[column]) / scale
 
-    def off(column):
-        return abs(row[column] - mean(reference, column))
-
-    parts = {"height": off("height_m") / mean(reference, "spread_m"), "worst penetration": off("largest_mm") / (1000 * size),
-             "worst impact": off("largest_falling_mm") / (1000 * size),
-             "momentum": max(off("momentum_drift"), off("angular_drift"))}
-    if kind.rests:
+    parts = {"height": off("height_m", reference["spread_m"]), "spread": off("spread_m", reference["spread_m"])}
+    if reference["rests"]:
         parts["jitter"] = off("jitter")
-        parts["energy drift"] = off("energy_drift")
-    if not kind.controlled:
-        parts["energy gain"] = off("energy_gain")
-    if kind.stands:
-        parts["drift of the top"] = off("top_drift_m") / size
-    for column in row:
-        if column.startswith("observed_") and row[column] != "":  # else it is another scene's
+    if not reference["controlled"]:
+        gain, drift = off("energy_gain"), off("energy_drift") if reference["rests"] else 0.0
+        parts["energy"] = max(gain, drift, key=abs)
+    if reference["stands"]:
+        parts["drift"] = off("top_drift_m", reference["size_m"])
+    for column in reference:
+        if column.startswith("observed_") and reference[column] != "":  # else it is another scene's
             parts[column[len("observed_"):]] = off(column)
-    return {name: min(1.0, value) if math.isfinite(value) else 1.0 for name, value in parts.items()}
+    ignored = str(reference["ignores"]).split("+")
+    return {name: max(-1.0, min(1.0, value)) if math.isfinite(value) else 1.0 for name, value in parts.items()
+            if name not in ignored}
 
 
-def parts_of(row, reference, kind):
+def parts_of(row, reference):
     """All parts of a run's error. A failure is an error of 100 %, unless the reference fails so, too."""
-    excused = {name for other in reference for name in failures(other, kind)}
-    parts = {name: 1.0 for name in failures(row, kind) if name not in excused}
-    return parts if row["status"] != "ok" else dict(differences(row, reference, kind), **parts)
+    failed = {name: 1.0 for name in failures(row) if name not in failures(reference)}
+    if row["status"] != "ok":
+        return failed
+    return dict({name: abs(value) for name, value in differences(row, reference).items()}, **failed)
 
 
-def error(row, reference, kind):
+def error(row, reference):
     """The largest of the parts: what a user would notice first."""
-    return max(parts_of(row, reference, kind).values())
+    return max(parts_of(row, reference).values(), default=0.0)
+
+
+def bias(pairs):
+    """How far one setting's runs are from another's on average, in the part in which they are furthest: chance, which has
+    both signs, averages out. `pairs` are rows of the same seeds."""
+    signed = [dict(differences(row, other), **{name: 1.0 for name in set(failures(row)) ^ set(failures(other))})
+              if "ok" == row["status"] == other["status"] else {"failed": 1.0} for row, other in pairs]
+    names = {name for parts in signed for name in parts}
+    return max(abs(sum(parts.get(name, 0.0) for parts in signed)) / len(signed) for name in names) if names else 0.0

@@ -6,6 +6,7 @@
 namespace tradeoff {
 
 constexpr double pi = 3.14159265358979;
+constexpr double density = 1000;  // kg/m^3: water, wood, plastics; stone has 2,500, steel 8,000
 
 inline dReal real(double value) {
   return static_cast<dReal>(value);
@@ -23,8 +24,7 @@ inline dBodyID addBody(dWorldID world, dGeomID geom, const dMass& mass, const Ve
   return body;
 }
 
-inline dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, double density,
-                      const Vector& place) {
+inline dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, const Vector& place) {
   dMass mass;
   dMassSetBox(&mass, real(density), real(side[0]), real(side[1]), real(side[2]));
   return addBody(world, dCreateBox(space, real(side[0]), real(side[1]), real(side[2])), mass,

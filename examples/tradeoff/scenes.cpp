@@ -5,9 +5,7 @@
 #include <cmath>
 
 #include "../pile/random.h"
-#include "mesh_scene.h"
 #include "scene_parts.h"
-#include "vehicle_scene.h"
 
 namespace tradeoff {
 namespace {
@@ -16,7 +14,7 @@ using pile::Random;
 
 // Boxes of 0.6 to 1 m in layers over a pit of planes that is about as wide as a layer, tilted a
 // little so that they do not stack like bricks.
-void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies, double density) {
+void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies) {
   constexpr double cell = 1.6;
   constexpr double layer = 1.25;
   constexpr double tilt = 0.1;  // radians
@@ -33,7 +31,7 @@ void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies, double
     const Vector place = {cell * (i % across - (across - 1) / 2.0),
                           cell * (i / across % across - (across - 1) / 2.0),
                           1 + layer * (i / (across * across))};
-    const dBodyID body = addBox(world, space, side, density, place);
+    const dBodyID body = addBox(world, space, side, place);
     const double angle = random.uniform(0, pi);
     dQuaternion turn = {real(std::cos(angle / 2)), real(random.uniform(-tilt, tilt)),
                         real(random.uniform(-tilt, tilt)), real(std::sin(angle / 2))};
@@ -42,30 +40,11 @@ void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies, double
 }
 
 // Cubes of 1 m on one another, each up to 2 cm beside the one below.
-void buildTower(dWorldID world, dSpaceID space, Random random, int bodies, double density) {
+void buildTower(dWorldID world, dSpaceID space, Random random, int bodies) {
   dCreatePlane(space, 0, 0, 1, 0);
   for (int i = 0; i < bodies; ++i)
-    addBox(world, space, {1, 1, 1}, density,
+    addBox(world, space, {1, 1, 1},
            {random.uniform(-0.02, 0.02), random.uniform(-0.02, 0.02), 0.5 + 1.001 * i});
-}
-
-// Bricks of 1 x 0.5 x 0.5 m, every other row half a brick to the side; half bricks end those rows.
-void buildWall(dWorldID world, dSpaceID space, Random random, int bodies, double density) {
-  dCreatePlane(space, 0, 0, 1, 0);
-  const int across = std::max(2, static_cast<int>(std::lround(std::sqrt(bodies))));
-  double left = 0;
-  for (int i = 0, row = 0; i < bodies; ++i) {
-    const bool half = row % 2 == 1 && (left < 0.25 || left > across - 0.75);
-    const double width = half ? 0.5 : 1;
-    const double gap = random.uniform(0.002, 0.01);
-    addBox(world, space, {width - gap, 0.5, 0.5}, density,
-           {left + width / 2, random.uniform(-0.01, 0.01), 0.25 + 0.501 * row});
-    left += width;
-    if (left > across - 0.25) {
-      left = 0;
-      ++row;
-    }
-  }
 }
 
 // One of the hopper's four plates, which slope down to its lowest point. Theirs is the inner side.
@@ -104,7 +83,7 @@ void addPlate(dSpaceID space, const Plate& plate) {
 }
 
 // Balls of 0.5 to 0.9 m that fall into the hopper, which is shut.
-void buildHopper(dWorldID world, dSpaceID space, Random random, int bodies, double density) {
+void buildHopper(dWorldID world, dSpaceID space, Random random, int bodies) {
   constexpr double cell = 1;
   dCreatePlane(space, 0, 0, 1, 0);
   for (int i = 0; i < 4; ++i) addPlate(space, Plate(i));
@@ -129,21 +108,21 @@ bool leftHopper(dBodyID body) {
 
 }  // namespace
 
-Scene sceneNamed(const std::string& name, int bodies, double density) {
-  if (name == "vehicle") return vehicleScene(bodies, density);
-  if (name == "meshes") return meshScene(bodies, density);
-  using Build = void (*)(dWorldID, dSpaceID, Random, int, double);
+Scene sceneNamed(const std::string& name, int bodies) {
+  if (name == "vehicle") return vehicleScene(bodies);
+  if (name == "meshes") return meshScene(bodies);
+  using Build = void (*)(dWorldID, dSpaceID, Random, int);
   static const std::map<std::string, Build> builds = {
-      {"heap", buildHeap}, {"hopper", buildHopper}, {"tower", buildTower}, {"wall", buildWall}};
+      {"heap", buildHeap}, {"hopper", buildHopper}, {"tower", buildTower}};
   const auto found = builds.find(name);
   if (found == builds.end()) throw std::invalid_argument("no such scene: " + name);
   Scene scene;
-  scene.build = [build = found->second, bodies, density](dWorldID world, dSpaceID space,
-                                                         unsigned long seed) {
-    build(world, space, Random(seed), bodies, density);
+  scene.build = [build = found->second, bodies](dWorldID world, dSpaceID space,
+                                                unsigned long seed) {
+    build(world, space, Random(seed), bodies);
   };
   scene.seconds = 20;
-  scene.stands = name == "tower" || name == "wall";
+  scene.stands = name == "tower";
   if (name == "hopper") scene.lost = leftHopper;
   return scene;
 }

@@ -7,9 +7,15 @@
 
 namespace tradeoff {
 
-// The study's own scenes: heap, wall, tower, hopper, vehicle, meshes. Bodies have this density, in
-// kg/m^3. Throws std::invalid_argument where there is none of the name.
-Scene sceneNamed(const std::string& name, int bodies, double density);
+// The study's own scenes: heap, tower, hopper, vehicle, meshes. Throws std::invalid_argument where
+// there is none of the name.
+Scene sceneNamed(const std::string& name, int bodies);
+
+// Bodies of 20 triangles each fall into a bowl.
+Scene meshScene(int bodies);
+
+// Vehicles of five bodies each drive over bumps for some seconds, brake and stand.
+Scene vehicleScene(int bodies);
 
 }  // namespace tradeoff
 

@@ -1,84 +1,288 @@
-"""The points of the broad phase's study, and what their measurements say."""
+"""What is known of a scene by the rows that there are, and which points are wanted next: from coarse to fine."""
 
-import itertools
 import math
+import statistics
+from typing import NamedTuple
 
-OFFSETS = (0, 1e3, 1e6, 1e9)
+import outcomes
+import stats
+
 LIMITS = (0.01, 0.05, 0.2)
-
-# What names a point: the columns of its input.
-BROAD_KEY = ("space", "backend", "threads", "precision", "tolerance", "offset", "step", "boxes", "frames")
-
-# Boxes to a test of everything, in seconds; to three minutes; and to the study itself.
-BROAD_SIZES = {"smoke": dict(boxes=300, frames=3, step=0.01), "quick": dict(boxes=3000, frames=20, step=0.01),
-               "full": dict(boxes=20000, frames=20, step=0.01)}
-TOLERANCES = {"smoke": (0, 0.1), "quick": (0, 0.03, 0.1, 0.3), "full": (0, 0.01, 0.03, 0.1, 0.3, 1)}
+MOST_BIAS = 0.25    # of a limit, where a setting is to be named
+FRESH = 6           # seeds of a confirmation, with which nobody was chosen
+FRESH_SEED = 1001   # the first of them
+TRIES = 3           # so many candidates at most are put to it, for each limit
+FAVOURITES = 3      # so many competitors at a time get more seeds
+MOST_BODIES_OF_STEP = 12  # dWorldStep takes time by the cube of a heap's contacts
 
 
-def broad_points(mode, precisions, has_cuda):
-    points = []
-    for offset, precision in itertools.product(OFFSETS, precisions):
-        if (mode, offset, precision) == ("full", 1e9, "single"):
-            continue  # floats are 64 m apart there: each of so many boxes would meet each other one
-        common = dict(BROAD_SIZES[mode], offset=offset, precision=precision)
-        backends = [("cpu", 1), ("cpu", 0)] + ([("cuda", 0)] if has_cuda else [])
-        for (backend, threads), tolerance in itertools.product(backends, TOLERANCES[mode]):
-            points.append(dict(common, space="parallel", backend=backend, threads=threads, tolerance=tolerance))
-        for space in ("hash", "sap"):
-            points.append(dict(common, space=space, backend="cpu", threads=1, tolerance=0))
-    return points
+class Setting(NamedTuple):
+    """The defaults are ODE's own where it has any."""
+    dt: float = 0.01
+    iterations: int = 20
+    contacts: int = 4
+    reducer: str = "first"
+    erp: float = 0.2
+    cfm: float = 1e-10
+    sor: float = 1.3
+    solver: str = "quick"
+    sleep: str = "off"
 
 
-def broad_seconds(point):
-    """How long a point takes, about; dHashSpace 50 times as long as ours, and as dSweepAndPruneSpace far out."""
-    frame = {"hash": 5e-5, "sap": 1e-5 if point["offset"] < 1e9 else 2e-4}.get(point["space"], 1e-6)
-    return point["boxes"] * (2e-5 + point["frames"] * frame)
+BASE = Setting()
+KEY = ("scene", "bodies", *Setting._fields, "seed")
+GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20, 50)]
+# Around the best so far, one at a time.
+VARIED = dict(iterations=(5, 10, 20, 35, 50, 100), contacts=(1, 2, 8), reducer=("deepest", "spread"), erp=(0.1, 0.4, 0.8),
+              cfm=(1e-8, 1e-6), sor=(0.8, 1.0, 1.6), solver=("step",), sleep=("on",))
+STEPS = (0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.00125)
+# The reference is the finest of these that was run; what the last halving of its step changed is its bias.
+REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(5)]
 
 
-def key(row, columns):
-    """A row's input, the same whether it was just made or read from a file."""
-    return tuple("%.9g" % float(row[c]) if is_number(row[c]) else str(row[c]) for c in columns)
+def name_of(setting):
+    """In words; of what is as in the base only step, iterations and contacts."""
+    words = ["steps of %g ms" % (1000 * setting.dt)]
+    words.append("dWorldStep" if setting.solver == "step" else "%d iterations" % setting.iterations)
+    words.append("%d contact%s a pair" % (setting.contacts, "" if setting.contacts == 1 else "s"))
+    known = dict(reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g", sleep="sleeping %s")
+    words += [form % getattr(setting, name) for name, form in known.items() if getattr(setting, name) != getattr(BASE, name)]
+    return ", ".join(words)
 
 
-def is_number(value):
-    try:
-        float(value)
-        return True
-    except ValueError:
-        return False
+def neighbours(setting, bodies):
+    """What differs in one thing; steps by one in their list."""
+    near = [abs(math.log(step / setting.dt)) for step in STEPS]
+    at = near.index(min(near))
+    found = [setting._replace(dt=STEPS[i]) for i in (at - 1, at + 1) if 0 <= i < len(STEPS)]
+    for name, values in VARIED.items():
+        if name == "solver" and not (bodies and bodies <= MOST_BODIES_OF_STEP):
+            continue
+        found += [setting._replace(**{name: value}) for value in values if value != getattr(setting, name)]
+    return found
 
 
-def finished(rows):
-    return [row for row in rows if row["status"] == "ok"]
+def work_of(setting):
+    """Time of a simulated second, about, in some unit: collisions and the like take as long as 30 iterations."""
+    return (30 + setting.iterations) / setting.dt
 
 
-def broad_entries(rows):
-    """The finished points with their error: extra pairs per exact pair; infinite where pairs are missed."""
-    entries = []
-    for row in finished(rows):
-        entries.append(dict(row, error=row["extra_per_exact"] if row["missed"] == 0 else math.inf))
-    return entries
+class Winner(NamedTuple):
+    """Of a limit, the cheapest setting that is within it by all that is known. `why` says what is lacking until it is
+    named for certain; where that is empty it is confirmed."""
+    limit: float
+    setting: object
+    interval: object
+    fresh: object
+    why: str
 
 
-def front(entries, cost):
-    """Those that no other one beats in both cost and error, from the cheapest."""
-    best, least = [], math.inf
-    for entry in sorted(entries, key=lambda e: (e[cost], e["error"])):
-        if entry["error"] < least:
-            best.append(entry)
-            least = entry["error"]
-    return best
+class Study:
+    def __init__(self, name, title, bodies, command, table):
+        self.name, self.title, self.bodies, self.command, self.table = name, title, bodies, command, table
+        self.spent, self.cache, self.seen = 0.0, {}, 0
+        self.rows, self.error_of = {}, {}  # rows by setting and seed; errors against each of REFERENCE
 
+    # Rows.
 
-def cheapest(entries, cost, limit):
-    """The cheapest entry whose error is at most the limit, or None."""
-    return min((e for e in entries if e["error"] <= limit), key=lambda e: e[cost], default=None)
+    def point(self, setting, seed):
+        return dict(scene=self.name, bodies=self.bodies, **setting._asdict(), seed=seed)
 
+    def refresh(self):
+        """What follows from rows is kept until there are more."""
+        if self.seen == len(self.table.rows):
+            return
+        self.cache = {}
+        for row in self.table.rows[self.seen:]:
+            if row["scene"] == self.name and row["bodies"] == self.bodies:
+                setting = Setting(*(type(old)(row[name]) for name, old in BASE._asdict().items()))
+                self.rows.setdefault(setting, {})[int(row["seed"])] = row
+        self.seen = len(self.table.rows)
 
-def space_name(entry):
-    names = {"hash": "dHashSpace", "sap": "dSweepAndPruneSpace"}
-    name = names.get(entry["space"])
-    if not name:
-        threads = "all threads" if entry["threads"] == 0 else "%d thread" % entry["threads"]
-        name = "parallel-sap, " + ("GPU" if entry["backend"] == "cuda" else threads)
-    return name + ", " + entry["precision"]
+    def cached(self, key, make):
+        self.refresh()
+        if key not in self.cache:
+            self.cache[key] = make()
+        return self.cache[key]
+
+    def row(self, setting, seed):
+        self.refresh()
+        return self.rows.get(setting, {}).get(seed)
+
+    def rows_of(self, setting):
+        self.refresh()
+        return list(self.rows.get(setting, {}).values())
+
+    # The reference.
+
+    def level(self):
+        """The finest of REFERENCE with three seeds; -1 where none has."""
+        return self.cached("level", lambda: max((i for i, setting in enumerate(REFERENCE) if all(
+            self.row(setting, seed) for seed in range(1, stats.LADDER[0] + 1))), default=-1))
+
+    def bias(self):
+        """What the last halving of its step changed on average; None where it was not halved."""
+        level = self.level()
+        if level < 1:
+            return None
+        seeds = range(1, stats.LADDER[1] + 1)
+        both = [(self.row(REFERENCE[level - 1], seed), self.row(REFERENCE[level], seed)) for seed in seeds]
+        return outcomes.bias([pair for pair in both if all(pair)])
+
+    # Settings.
+
+    def one_of(self, setting):
+        """Settings that give the same bits with the same seeds are one: the one of them that is closest to the base."""
+        def make():
+            groups = {}
+            for name, rows in self.rows.items():
+                digests = tuple(rows.get(seed, {}).get("digest") for seed in range(1, stats.LADDER[0] + 1))
+                if all(digests):
+                    groups.setdefault(digests, []).append(name)
+            return {name: min(group, key=lambda other: (sum(a != b for a, b in zip(other, BASE)), other))
+                    for group in groups.values() for name in group}
+        return self.cached("groups", make).get(setting, setting)
+
+    def alike(self, setting):
+        return [other for other in self.rows if self.one_of(other) == self.one_of(setting)]
+
+    def costs(self, setting):
+        """Processor seconds a simulated second: the median over all rows of the setting, and its quartiles."""
+        values = sorted(row["cpu_s_per_s"] for other in self.alike(setting) for row in self.rows_of(other)
+                        if row["status"] == "ok")
+        if len(values) < 2:
+            return tuple(values) * 3 if values else (math.inf,) * 3
+        low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
+        return middle, low, high
+
+    def cost(self, setting):
+        return self.cached(("cost", setting), lambda: self.costs(setting)[0])
+
+    def errors(self, setting, seeds):
+        """Of those of the seeds that were run, with the reference too."""
+        found, level = [], self.level()
+        for seed in seeds:
+            pair = self.row(setting, seed), self.row(REFERENCE[level], seed)
+            if all(pair) and pair[1]["status"] == "ok":
+                if (setting, seed, level) not in self.error_of:
+                    self.error_of[setting, seed, level] = outcomes.error(*pair)
+                found.append(self.error_of[setting, seed, level])
+        return tuple(found)
+
+    def interval(self, setting):
+        """By as many seeds as the ladder's last step that is whole; None before its first."""
+        def make():
+            errors = self.errors(setting, range(1, stats.LADDER[-1] + 1))
+            whole = [count for count in stats.LADDER if count <= len(errors)]
+            return stats.interval(errors[:whole[-1]]) if whole else None
+        return self.cached(("interval", setting), make)
+
+    def fresh(self, setting):
+        errors = self.errors(setting, self.fresh_seeds())
+        return stats.interval(errors, 1 - (1 - stats.LEVEL) / TRIES) if len(errors) == FRESH else None
+
+    @staticmethod
+    def fresh_seeds():
+        return range(FRESH_SEED, FRESH_SEED + FRESH)
+
+    def settings(self):
+        """Those with an interval, one of each group, from the cheapest. The reference's own are none."""
+        def make():
+            measured = [s for s in self.rows if s not in REFERENCE and self.one_of(s) == s and self.interval(s)]
+            return sorted(measured, key=self.cost)
+        return self.cached("settings", make)
+
+    # Who is named.
+
+    def refused(self, limit):
+        """Within the limit by the seeds that choose, but not by fresh ones."""
+        return [s for s in self.settings() if self.interval(s).verdict(limit) == "within" and self.fresh(s)
+                and self.fresh(s).high > limit]
+
+    def candidates(self, limit):
+        """Within the limit by the seeds that choose, from the cheapest; after some refusals only what is confirmed. What is
+        within a limit is within every wider one."""
+        refused = self.refused(limit)
+        within = [s for s in self.settings() if self.interval(s).verdict(limit) == "within" and s not in refused]
+        return within if len(refused) < TRIES else [s for s in within if self.fresh(s)]
+
+    def winner(self, limit):
+        within, bias = self.candidates(limit), self.bias()
+        confirmed = [s for s in within if self.fresh(s)]
+        if not within:
+            refused = self.refused(limit)
+            likely = [s for s in self.settings() if self.interval(s).mean <= limit and s not in refused]
+            if not likely:
+                return Winner(limit, None, None, None, "none is within" if self.settings() else "nothing was measured yet")
+            return Winner(limit, likely[0], self.interval(likely[0]), None, "more seeds are needed")
+        best = (confirmed or within)[0]
+        why = ("the reference's step was not halved yet" if bias is None else
+               "the reference's bias is above a quarter of the limit" if bias > MOST_BIAS * limit else
+               "" if confirmed else "not confirmed with fresh seeds")
+        return Winner(limit, best, self.interval(best), self.fresh(best), why)
+
+    def winners(self):
+        return self.cached("winners", lambda: [self.winner(limit) for limit in LIMITS])
+
+    # What is wanted.
+
+    def missing(self, setting, seeds):
+        return [self.point(setting, seed) for seed in seeds if not self.row(setting, seed)]
+
+    def with_reference(self, setting, seeds):
+        level = max(self.level(), 0)
+        return self.missing(REFERENCE[level], seeds) + self.missing(setting, seeds)
+
+    def more_seeds(self, setting):
+        found = self.interval(setting)
+        count = found.count if found else 0
+        more = next((step for step in stats.LADDER if step > count), None)
+        return self.with_reference(setting, range(1, more + 1)) if more else []
+
+    def competitors(self, limit):
+        """The cheapest that may be within the limit, and are not known to be."""
+        known, refused = self.candidates(limit), self.refused(limit)
+        return [s for s in self.settings() if self.interval(s).verdict(limit) == "open" and s not in refused and
+                self.interval(s).count < stats.LADDER[-1] and (not known or self.cost(s) < self.cost(known[0]))][:FAVOURITES]
+
+    def finer_reference(self, limit):
+        """What its bias needs to come below a quarter of the limit: more seeds, then half the step."""
+        bias, level = self.bias(), self.level()
+        if bias is None or bias <= MOST_BIAS * limit:
+            return
+        for setting in REFERENCE[level - 1:level + 1]:
+            yield from self.missing(setting, range(1, stats.LADDER[1] + 1))
+        if level + 1 < len(REFERENCE):
+            yield from self.missing(REFERENCE[level + 1], range(1, stats.LADDER[0] + 1))
+
+    def around(self, limit):
+        """Neighbours of the best so far that may beat it: no dearer ones of what is within the limit."""
+        known = self.candidates(limit)
+        best = known[0] if known else min(self.settings(), key=lambda s: self.interval(s).mean)
+        return sorted((s for s in neighbours(best, self.bodies) if not known or work_of(s) < 1.05 * work_of(best)), key=work_of)
+
+    def wanted(self):
+        """Points in the order in which they are wanted, as far as is known now."""
+        first = range(1, stats.LADDER[0] + 1)
+        for setting in (REFERENCE[0], BASE, *GRID):
+            yield from self.missing(setting, first)
+        if self.level() < 0 or not self.settings():
+            return
+        yield from self.missing(REFERENCE[1], first)
+        for limit in reversed(LIMITS):
+            for setting in self.competitors(limit):
+                yield from self.more_seeds(setting)
+            yield from self.finer_reference(limit)
+            for setting in self.candidates(limit)[:1]:
+                yield from self.with_reference(setting, self.fresh_seeds())
+            for setting in self.around(limit):
+                yield from self.missing(setting, first)
+
+    def expected(self, point):
+        """Seconds that a point takes, by those that were measured: as the same setting, or by steps and iterations."""
+        setting = Setting(*(point[name] for name in Setting._fields))
+        def make():
+            known = [(of, row["took_s"]) for of in self.rows for row in self.rows_of(of) if row["status"] == "ok"]
+            return sum(took for _, took in known) / sum(work_of(of) for of, _ in known) if known else 0.0
+        same = [row["took_s"] for row in self.rows_of(setting)]
+        return sum(same) / len(same) if same else work_of(setting) * self.cached("pace", make)

@@ -1,227 +1,168 @@
 #!/usr/bin/env python3
-"""Measures what accuracy costs, and says what to choose: examples/tradeoff/README.md.
+"""Says what accuracy costs in a scene: examples/tradeoff/README.md.
 
-Rows that are in the CSV files already are not measured again, so an interrupted run goes on where it
-was when it is started again. Ends with 75 where --seconds were up before all was measured."""
+Goes from coarse to fine, and has an answer at every moment: each time it changes, after --budget seconds, and after
+Ctrl-C, when the same command goes on later. Ends with 0 where all is said, and with 75 where more could be."""
 
 import argparse
-import importlib
+import hashlib
 import os
 import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 
 sys.dont_write_bytecode = True  # this folder is for sources
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
+POINT = os.path.join(TOP, "build", "release", "examples", "tradeoff", "tradeoff-point")
+SCENES = dict(tower=12, vehicle=10, meshes=12, heap=40, hopper=125)  # and how many bodies
+GO_ON = 75
+MARGIN = 1.3  # of what a point is expected to take, where it has to end in time
 
 lacking = None  # main() says so: --help needs none of these
 try:
-    from tqdm import tqdm
-
-    import accuracy
-    import estimate
-    import measure
-    import settings
+    import report
     import study
-    import traced
-    import words
     from table import Table, cpu
 except ImportError as error:
     lacking = error
 
-BROAD_COLUMNS = ("ms", "least_ms", "pairs", "exact_pairs", "extra_per_exact", "missed", "extra_of_stored",
-                 "missed_of_stored", "took_s")
-
-
-def find_programs(options):
-    """The programs by precision. The double one must be there; without the single one its points are
-    left out, and that is said."""
-    programs = {}
-    for precision, path in (("double", options.double), ("single", options.single)):
-        if not os.path.exists(path):
-            if precision == "double":
-                sys.exit("tradeoff.py: no program %s. Build it: cmake --build build/release --target tradeoff-point" % path)
-            print("Single precision is left out: there is no %s. It needs a second build, with an ODE of single "
-                  "precision:\n  cmake --preset single && cmake --build build/single --target tradeoff-point" % path)
-            continue
-        says = subprocess.run([path, "precision"], stdout=subprocess.PIPE, text=True,
-                              env=measure.environment_of(path)).stdout.strip()
-        if says != precision:
-            sys.exit("tradeoff.py: %s is for an ODE of %s precision, not %s" % (path, says or "unknown", precision))
-        programs[precision] = path
-    return programs
-
-
-def parser():
-    made = argparse.ArgumentParser(description=__doc__)
-    mode = made.add_mutually_exclusive_group()
-    mode.add_argument("--quick", dest="mode", action="store_const", const="quick", help="about three minutes on two cores")
-    mode.add_argument("--smoke", dest="mode", action="store_const", const="smoke", help="seconds; measures nothing of use")
-    made.add_argument("--out", help="folder of the results (default: one named by the CPU)")
-    made.add_argument("--only", choices=("broad", "scenes"), help="one of the two studies")
-    made.add_argument("--scene", choices=("heap", "wall", "tower", "hopper", "vehicle", "meshes"), help="only this one of the scenes")
-    made.add_argument("--density", type=float, metavar="D", help="of the scenes' bodies, kg/m^3 (default: 1000)")
-    made.add_argument("--program", metavar="FILE", help="study the scene of this program, made with harness.h, instead")
-    made.add_argument("--program-single", metavar="FILE", help="the same, built for an ODE of single precision")
-    for precision, build in (("double", "release"), ("single", "single")):
-        made.add_argument("--" + precision, metavar="PROGRAM", help="tradeoff-point for an ODE of %s precision" % precision,
-                          default=os.path.join(TOP, "build", build, "examples", "tradeoff", "tradeoff-point"))
-    made.add_argument("--at-once", type=int, metavar="N", help="measure N points at a time, each on its share of the cores "
-                      "(default: of scenes as many as there are cores; of the broad phase one). Points of the broad phase "
-                      "on more than one thread have all cores")
-    made.add_argument("--report", action="store_true",
-                      help="measure nothing: draw and conclude from the rows that there are, from whatever machine")
-    made.add_argument("--no-figures", dest="figures", action="store_false", help="draw nothing: needs no matplotlib")
-    made.add_argument("--seconds", type=float, metavar="S", help="end after so many seconds; what is left, the same command "
-                      "measures when it is called again")
-    made.add_argument("--estimate", action="store_true", help="say what it costs in core-minutes, by scene and stage; "
-                      "measures two points of a scene that has no rows")
-    made.add_argument("--trace", metavar="FILE", help="study the program of this trace instead: see examples/trace")
-    made.add_argument("--write", metavar="FILE", help="put the advice between <!-- tradeoff --> and <!-- end --> there")
-    return made
-
-
-def check_packages(options):
-    missing = lacking
-    if options.figures and not missing:
-        try:
-            importlib.import_module("figures")
-        except ImportError as error:
-            missing = error
-    if missing:
-        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib python3-tqdm" % missing)
-
-
-def draw(options, kind, *what):
-    if options.figures:
-        print(getattr(importlib.import_module("figures"), kind)(*what))
-
 
 def parse():
-    made = parser()
+    made = argparse.ArgumentParser(description=__doc__)
+    made.add_argument("--budget", type=float, metavar="SECONDS", help="end after so many seconds (default: when all is said)")
+    made.add_argument("--quick", dest="budget", action="store_const", const=150.0, help="--budget 150")
+    made.add_argument("--program", metavar="FILE", help="study the scene of this program, made with harness.h")
+    made.add_argument("--scene", choices=tuple(SCENES), help="only this one of the study's own scenes")
+    made.add_argument("--point", metavar="FILE", default=POINT, help="the program tradeoff-point")
+    made.add_argument("--out", metavar="DIR", help="folder of the results (default: one named by the CPU)")
+    made.add_argument("--at-once", type=int, metavar="N", help="runs side by side (default: one a core)")
+    made.add_argument("--report", action="store_true", help="measure nothing: conclude from the rows that there are")
+    made.add_argument("--write", metavar="FILE", help="put the answer between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
-    options.mode = options.mode or "full"
-    check_packages(options)
-    if options.seconds is not None:
-        measure.deadline = time.monotonic() + options.seconds
-    if options.at_once is not None and not 1 <= options.at_once <= len(measure.all_cores()):
-        made.error("--at-once must be from 1 to the number of cores, %d" % len(measure.all_cores()))
-    for name in ("trace", "program", "program_single"):
+    if lacking:
+        sys.exit("tradeoff.py: %s. Debian: apt-get install python3-matplotlib" % lacking)
+    for name in ("program", "point"):
         path = getattr(options, name)
-        if path and not os.path.isfile(path):
-            made.error("--%s: there is no file %s" % (name.replace("_", "-"), path))
-    if options.trace and (options.program or options.only or options.write or options.report or options.seconds):
-        made.error("--trace goes with --out, --smoke and the programs only")
-    if options.program_single and not options.program:
-        made.error("--program-single goes with --program")
-    if options.program and (options.only or options.scene or options.density):
-        made.error("--program: the scene and what is in it are the program's")
-    name = re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-")
-    instead = options.trace or options.program
-    options.out = options.out or (instead + ".study" if instead else os.path.join(HERE, "results", "%s-%s-cores%s" % (
-        name, len(measure.all_cores()), "" if options.mode == "full" else "-" + options.mode)))
-    options.density = options.density or settings.DENSITY
+        if path and not os.path.isfile(path) and not (options.report or name == "point" and options.program):
+            made.error("--%s: there is no file %s" % (name, path))
+    cores = len(os.sched_getaffinity(0))
+    options.at_once = options.at_once or cores
+    if not 1 <= options.at_once <= cores:
+        made.error("--at-once must be from 1 to the number of cores, %d" % cores)
+    machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-"), cores)
+    options.out = options.out or (options.program + ".study" if options.program else os.path.join(HERE, "results", machine))
     return options
 
 
-def note(rows, points):
-    """Where and from which versions the rows are, and whether some are missing."""
-    commits = sorted({row["commit"] for row in rows}, key=[row["commit"] for row in rows].index)
-    cores = "one core a point" if rows[0]["cores"] == "1" else "%s cores" % rows[0]["cores"]
-    text = "%s, %s, commit %s, %s" % (rows[0]["cpu"], cores, " and ".join(commits), rows[-1]["date"])
-    missing = len(points) - len(rows)
-    return text + ", %d of %d points not measured" % (missing, len(points)) if missing else text
-
-
-def broad_source(options, programs):
-    """What the study of the broad phase measures, or has rows of."""
-    table = Table(os.path.join(options.out, "broad.csv"), study.BROAD_KEY, len(measure.all_cores()))
-    if options.report:
-        points = study.broad_points(options.mode, table.values("precision"), "cuda" in table.values("backend"))
-    else:
-        found = measure.measure([programs["double"], "broad", "--backend", "cuda", "--boxes", "2", "--frames", "1"])
-        points = study.broad_points(options.mode, list(programs), bool(found) and found[0] == "ok")
-        table.check_machine()
-
-    def command_of(point):
-        given = {name: value for name, value in point.items() if name != "precision"}
-        return [programs[point["precision"]], "broad", *measure.words_of(given)]
-
-    return measure.Source("broad", table, points, command_of, BROAD_COLUMNS,
-                          lambda point: point["threads"] != 1 or options.at_once is None, study.broad_seconds)
-
-
-def conclude_broad(source, options):
-    """Draws, and returns what there is to say: the advice, and the tables."""
-    rows = source.table.of(source.points)
-    entries = study.broad_entries(rows)
-    if not entries:
-        sys.exit("tradeoff.py: no rows to report on in " + source.table.path)
-    said = note(rows, source.points)
-    draw(options, "broad", entries, options.out, said)
-    boxes = source.points[0]["boxes"]
-    advice = "Broad phase, {:,} boxes, %s:\n%s".format(boxes) % (said, words.broad_advice(entries))
-    return advice, words.broad_failures(rows) + "\n" + words.broad_table(entries)
-
-
-def scenes_of(options, programs):
-    """What is to be studied: the user's program, or the study's own scenes."""
+def studies_of(options, table):
     if options.program:
-        single = {"single": options.program_single} if options.program_single else {}
-        return [accuracy.own(options.program, dict(double=options.program, **single))]
-    programs = programs or {"double": options.double}
-    return [accuracy.preset(name, options.mode, options.density, programs) for name in settings.SCENES[options.mode]
-            if options.scene in (None, name)]
+        name = os.path.basename(options.program)
+        with open(options.program, "rb") as file:  # a new build is measured anew
+            digest = hashlib.sha256(file.read()).hexdigest()[:10]
+        return [study.Study("%s-%s" % (name, digest), name, "", [options.program], table)]
+    return [study.Study(name, "%s of %d bodies" % (name.capitalize(), bodies), float(bodies), [options.point, name, str(bodies)],
+                        table) for name, bodies in SCENES.items() if options.scene in (None, name)]
 
 
-def scene_sources(options, programs, parts):
-    table = Table(os.path.join(options.out, "scenes.csv"), settings.KEY, len(parts[0]))
-    if not options.report:
-        table.check_machine()
-    return [accuracy.Study(scene, options.mode, table, table.values("precision") if options.report else list(scene.commands))
-            for scene in scenes_of(options, programs)]
+def command_of(one, point):
+    words = []
+    for name in (*study.Setting._fields, "seed"):
+        words += ["--" + name, "%.12g" % point[name] if isinstance(point[name], float) else str(point[name])]
+    return [*one.command, *words]
 
 
-def conclude_scene(source, options):
-    """Likewise."""
-    try:
-        result = accuracy.examine(source)
-    except accuracy.Missing as missing:
-        sys.exit("tradeoff.py: %s lacks %s. Without --report it is measured" % (source.table.path, missing))
-    rows = [row for found in result.rows.values() for row in found]
-    said = note(rows, rows)
-    draw(options, "scene", result, settings.LIMITS, options.out, said)
-    return words.scene_advice(result, said), "%s:\n\n%s" % (source.title, words.scene_tables(result))
+class Crew:
+    """Runs points side by side, each on a core, until none is wanted or the time is up."""
 
+    def __init__(self, studies, table, until):
+        self.studies, self.table, self.until, self.lock = studies, table, until, threading.Condition()
+        self.busy, self.children, self.stopped, self.error, self.said = set(), set(), False, None, {}
+        self.began = time.monotonic()
 
-def study_trace(options, programs):
-    """Measures the frames of another program, one setting at a time, and says what each gives."""
-    table = Table(os.path.join(options.out, "trace.csv"), traced.KEY, len(measure.all_cores()))
-    table.check_machine()
-    base = [programs["double"], "trace"]
-    probe = measure.measure([*base, "--file", options.trace, "--devices", "1", "--turns", "1"])
-    if probe[0] != "ok" and "GPU" not in probe[0]:
-        sys.exit("tradeoff.py: " + probe[0])
-    points = list(traced.points(options.trace, len(measure.all_cores()), probe[0] == "ok"))
-    todo = table.missing(points)
-    turns = 1 if options.mode == "smoke" else 5
-    for point in tqdm(todo, desc="trace", unit="point", disable=None if todo else True):
-        status, values = measure.measure([*base, *measure.words_of(dict(traced.command_line(point), turns=turns))])
-        table.add(dict(point, status=status, **values), traced.COLUMNS)
-    rows = table.of(points)
-    text = "%s, %d frames, %s:\n\n%s" % (options.trace, max((row["frames"] or 0 for row in rows), default=0),
-                                        note(rows, points), traced.table(rows))
-    path = os.path.join(options.out, "trace.md")
-    with open(path, "w") as file:
-        file.write(text)
-    print(path + "\n\n" + text)
+    def run(self, cores):
+        threads = [threading.Thread(target=self.work, args=(core,), daemon=True) for core in cores]
+        for thread in threads:
+            thread.start()
+        try:
+            while any(thread.is_alive() for thread in threads):
+                time.sleep(0.1)
+                if time.monotonic() > self.until:
+                    self.stop()
+        except KeyboardInterrupt:
+            print("Interrupted. What is known so far:", flush=True)
+            self.stop()
+        for thread in threads:
+            thread.join()
+        if self.error:
+            raise SystemExit("tradeoff.py: %s" % self.error)
+
+    def stop(self, error=None):
+        with self.lock:
+            self.error = self.error or error
+            self.stopped = True
+            for child in self.children:
+                child.kill()
+            self.lock.notify_all()
+
+    def next_task(self):
+        """Of the study that had the least time so far; None where there will be no more."""
+        with self.lock:
+            while not self.stopped:
+                left = self.until - time.monotonic()
+                for one in sorted(self.studies, key=lambda one: one.spent):
+                    for point in one.wanted():
+                        seconds = one.expected(point)
+                        if self.table.key(point) not in self.busy and MARGIN * seconds < left:
+                            self.busy.add(self.table.key(point))
+                            one.spent += seconds
+                            return one, point, seconds
+                if not self.busy:
+                    return None
+                self.lock.wait(timeout=1)
+            return None
+
+    def work(self, core):
+        os.sched_setaffinity(0, {core})  # and that of the programs that this thread starts
+        try:
+            for one, point, seconds in iter(self.next_task, None):
+                began = time.monotonic()
+                with self.lock:
+                    if self.stopped:
+                        return
+                    child = subprocess.Popen(command_of(one, point), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                             start_new_session=True)
+                    self.children.add(child)
+                out, complaint = child.communicate()
+                took = time.monotonic() - began
+                with self.lock:
+                    self.children.discard(child)
+                    self.busy.discard(self.table.key(point))
+                    one.spent += took - seconds
+                    if not self.stopped:
+                        self.note(one, point, child.returncode, (out, complaint), took)
+                    self.lock.notify_all()
+        except BaseException as error:  # for the thread that waits
+            self.stop(error)
+
+    def note(self, one, point, code, said, took):
+        lines = said[0].strip().splitlines()
+        if code == 2 or (code == 0 and len(lines) < 2):
+            raise RuntimeError("%s: %s" % (" ".join(command_of(one, point)), said[1].strip() or "it wrote no row"))
+        values = dict(zip(lines[-2].split(","), lines[-1].split(","))) if code == 0 else {}
+        status = "ok" if code == 0 else "exit code %d" % code
+        self.table.add(dict(point, status=status, took_s="%.4g" % took, **values))
+        key = [(winner.setting, winner.why) for winner in one.winners()]
+        if one.level() >= 0 and key != self.said.get(one.name):
+            self.said[one.name] = key
+            print("\n%.0f s: " % (time.monotonic() - self.began) + report.answer(one), flush=True)
 
 
 def write_between(path, text):
-    """Replaces what stands between the two marks in a document."""
     begin, end = "<!-- tradeoff -->\n", "<!-- end -->"
     with open(path) as file:
         before, rest = file.read().split(begin, 1)
@@ -229,38 +170,26 @@ def write_between(path, text):
         file.write(before + begin + "\n" + text + "\n" + end + rest.split(end, 1)[1])
 
 
-def measure_all(sources, parts, options):
-    try:
-        measure.run(sources, parts)
-    except measure.OutOfTime as up:
-        ended, = up.args
-        print("tradeoff.py: %g seconds are up, in which %d points ended. %s" % (
-            options.seconds, ended, "The same command goes on from here." if ended else "More are needed for any."))
-        sys.exit(75 if ended else 1)
-
-
 def main():
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     options = parse()
-    programs = {} if options.report or options.program else find_programs(options)
+    began = time.monotonic()
     os.makedirs(options.out, exist_ok=True)
-    if options.trace:
-        return study_trace(options, programs)
-    only = "scenes" if options.program or options.scene else options.only
-    parts = measure.shares(options.at_once or len(measure.all_cores()))
-    broad = [broad_source(options, programs)] if only != "scenes" else []
-    scenes = scene_sources(options, programs, parts) if only != "broad" else []
-    if options.estimate:
-        return print(estimate.text(broad, scenes, parts))
+    table = Table(os.path.join(options.out, "scenes.csv"), study.KEY)
+    studies = studies_of(options, table)
     if not options.report:
-        measure_all(broad + scenes, parts, options)
-    said = [conclude_broad(source, options) for source in broad] + [conclude_scene(source, options) for source in scenes]
-    text = "\n".join(advice + "\n" + tables for advice, tables in said)
-    path = os.path.join(options.out, "choices.md")
-    with open(path, "w") as file:
-        file.write(text)
-    print(path + "\n\n" + text)
+        cores = sorted(os.sched_getaffinity(0))[:options.at_once]
+        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(cores)
+    text = "\n".join(report.answer(one, table=True) for one in studies)
+    print("\n" + text)
+    for one in studies:
+        path = report.draw(one, options.out)
+        if path:
+            print(path)
     if options.write:
-        write_between(options.write, "\n".join(advice for advice, _ in said))
+        write_between(options.write, text)
+    sys.exit(0 if options.report or not any(True for one in studies for _ in one.wanted()) else GO_ON)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,4 @@
-#include "vehicle_scene.h"
+#include "scenes.h"
 
 #include <memory>
 
@@ -24,7 +24,7 @@ constexpr double damping = 0.5;  // of the critical one
 
 class Fleet {
  public:
-  Fleet(int count, double density) : count_(count), density_(density) {}
+  explicit Fleet(int count) : count_(count) {}
 
   void build(dWorldID world, dSpaceID space, unsigned long seed) {
     Random random(seed);
@@ -32,8 +32,7 @@ class Fleet {
     for (int i = 0; i < count_; ++i) {
       const double y = lane * i;
       addBumps(space, random, y);
-      const dBodyID chassis =
-          addBox(world, space, {length, width, 0.3}, density_, {0, y, wheel + 0.35});
+      const dBodyID chassis = addBox(world, space, {length, width, 0.3}, {0, y, wheel + 0.35});
       chassis_.push_back(chassis);
       for (double x : {-0.6, 0.6})
         for (double side : {-0.5, 0.5}) addWheel(world, space, chassis, {x, y + side, wheel});
@@ -84,7 +83,7 @@ class Fleet {
   // It collides as a ball, and weighs what a disc does.
   void addWheel(dWorldID world, dSpaceID space, dBodyID chassis, const Vector& place) {
     dMass mass;
-    dMassSetCylinder(&mass, real(density_), 2, real(wheel), real(0.2));
+    dMassSetCylinder(&mass, real(density), 2, real(wheel), real(0.2));
     const dBodyID body = addBody(world, dCreateSphere(space, real(wheel)), mass, place);
     const dJointID axle = dJointCreateHinge2(world, nullptr);
     dJointAttach(axle, chassis, body);
@@ -98,15 +97,14 @@ class Fleet {
   }
 
   int count_;
-  double density_;
   std::vector<dBodyID> chassis_;
   std::vector<dJointID> axles_;  // four for each
 };
 
 }  // namespace
 
-Scene vehicleScene(int bodies, double density) {
-  const auto fleet = std::make_shared<Fleet>(std::max(1, bodies / bodies_each), density);
+Scene vehicleScene(int bodies) {
+  const auto fleet = std::make_shared<Fleet>(std::max(1, bodies / bodies_each));
   Scene scene;
   scene.build = [fleet](dWorldID world, dSpaceID space, unsigned long seed) {
     fleet->build(world, space, seed);

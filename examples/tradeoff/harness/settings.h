@@ -21,8 +21,6 @@ struct Settings {
   double sor = 1.3;    // the weight of QuickStep's over-relaxation
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds
-  std::string skip = "nothing";  // static, asleep, planes, all: what the space leaves out
-  double tolerance = 0;          // of the space, in mean sizes of the bodies
   unsigned long seed = 1;
   double seconds = 0;  // simulated at most; 0: as the scene says
 };
@@ -79,11 +77,6 @@ inline Settings parseSettings(int argc, char** argv) {
        [&](Text n, Text v) {
          s.sleep = oneOf(n, v, {"on", "off"});
        }},
-      {"skip",
-       [&](Text n, Text v) {
-         s.skip = oneOf(n, v, {"nothing", "static", "asleep", "planes", "all"});
-       }},
-      {"tolerance", [&](Text n, Text v) { s.tolerance = numberFrom(n, v, 0, 1e6); }},
       {"seed",
        [&](Text n, Text v) { s.seed = static_cast<unsigned long>(numberFrom(n, v, 0, 1e9)); }},
       {"seconds", [&](Text n, Text v) { s.seconds = numberFrom(n, v, 0.01, 1e6); }},

@@ -12,7 +12,7 @@ namespace tradeoff {
 
 // What is fixed of a scene once it is built.
 struct Basis {
-  std::vector<dBodyID> bodies;  // those with a geom, in the order of the space
+  std::vector<dBodyID> bodies;  // those with a geom that forces move, in the order of the space
   std::vector<dGeomID> planes;  // without a body
   Vector up = {0, 0, 1};        // against gravity
   double gravity = 0;           // m/s^2
@@ -33,7 +33,7 @@ inline void collect(dSpaceID space, Basis& basis, std::set<dBodyID>& seen, doubl
     }
     const dBodyID body = dGeomGetBody(geom);
     if (!body && dGeomGetClass(geom) == dPlaneClass) basis.planes.push_back(geom);
-    if (!body || !seen.insert(body).second) continue;
+    if (!body || dBodyIsKinematic(body) || !seen.insert(body).second) continue;
     dReal box[6];
     dGeomGetAABB(geom, box);
     extents += static_cast<double>(std::max({box[1] - box[0], box[3] - box[2], box[5] - box[4]}));

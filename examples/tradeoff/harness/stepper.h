@@ -8,28 +8,14 @@
 #include <chrono>
 #include <functional>
 
-#include "balance.h"
 #include "settings.h"
+#include "vectors.h"
 
 namespace tradeoff {
 
-// Depths of contacts over steps; a pair counts with its deepest contact.
-struct Penetration {
-  double sum = 0;
-  double largest = 0;
-  size_t pairs = 0;
-
-  void add(double depth) {
-    sum += depth;
-    largest = std::max(largest, depth);
-    ++pairs;
-  }
-  double mean() const { return pairs ? sum / static_cast<double>(pairs) : 0; }
-};
-
-// Time of the steps, on the clock and by the processor: what else the machine does is in the first
-// only. The processor is asked once, and what it took is divided as the clock says, since asking it
-// is a system call that some sandboxes take long for.
+// Time of the steps, by the processor: what else the machine does is not in it. The processor is
+// asked once, and what it took is divided as the clock says, since asking it is a system call that
+// some sandboxes take long for.
 class Spent {
  public:
   Spent() : began_(Clock::now()), processor_began_(processor()) {}
@@ -37,7 +23,6 @@ class Spent {
   void start() { step_began_ = Clock::now(); }
   void stop() { wall_ += seconds(Clock::now() - step_began_); }
 
-  double wall() const { return wall_; }
   double cpu() const {
     const double all = seconds(Clock::now() - began_);
     return all > 0 ? (processor() - processor_began_) * std::min(1.0, wall_ / all) : 0;
@@ -65,13 +50,11 @@ class Stepper {
  public:
   using Surface = std::function<bool(dContact&)>;
 
-  Stepper(dWorldID world, dSpaceID space, const Settings& settings, const Surface& surface,
-          Balance& balance)
+  Stepper(dWorldID world, dSpaceID space, const Settings& settings, const Surface& surface)
       : world_(world),
         space_(space),
         settings_(settings),
         surface_(surface),
-        balance_(balance),
         joints_(dJointGroupCreate(0)) {
     dWorldSetERP(world, static_cast<dReal>(settings.erp));
     dWorldSetCFM(world, static_cast<dReal>(settings.cfm));
@@ -83,25 +66,18 @@ class Stepper {
   Stepper(const Stepper&) = delete;
   Stepper& operator=(const Stepper&) = delete;
 
-  // Depths go to `depths`.
-  void step(Penetration& depths) {
-    depths_ = &depths;
+  // `deepest` becomes the depth of the deepest contact, if that is more.
+  void step(double& deepest) {
+    deepest_ = &deepest;
     spent.start();
     collideIn(space_);
-    spent.stop();
-    balance_.open();
-    spent.start();
     const dReal dt = static_cast<dReal>(settings_.dt);
     settings_.solver == "step" ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
-    spent.stop();
-    balance_.close(settings_.dt);
-    spent.start();
     dJointGroupEmpty(joints_);
     spent.stop();
   }
 
   Spent spent;
-  size_t pairs = 0;
 
  private:
   static constexpr int most_found = 64;
@@ -120,7 +96,6 @@ class Stepper {
       dSpaceCollide2(first, second, data, near);
       return;
     }
-    ++self.pairs;
     self.collide(first, second);
   }
 
@@ -134,10 +109,8 @@ class Stepper {
                          sizeof(dContactGeom));
     count = keepWanted(found, count);
     if (count == 0) return;
-    double deepest = 0;
     for (int i = 0; i < count; ++i)
-      deepest = std::max(deepest, static_cast<double>(found[i].depth));
-    depths_->add(deepest);
+      *deepest_ = std::max(*deepest_, static_cast<double>(found[i].depth));
     if (settings_.reducer == "deepest")
       count = dParallelSAPKeepDeepest(found, count, settings_.contacts);
     if (settings_.reducer == "spread")
@@ -174,9 +147,8 @@ class Stepper {
   dSpaceID space_;
   const Settings& settings_;
   const Surface& surface_;
-  Balance& balance_;
   dJointGroupID joints_;
-  Penetration* depths_ = nullptr;
+  double* deepest_ = nullptr;
 };
 
 }  // namespace tradeoff

@@ -1,0 +1,113 @@
+"""Sentences, tables and figures, all made of rows."""
+
+import os
+
+import outcomes
+import stats
+import study
+
+
+def percent(share):
+    return "%.2g %%" % (100 * share) if share < 0.995 else "100 %"
+
+
+def span(found):
+    return "%s (%s to %s, %d seeds)" % (percent(found.mean), percent(found.low), percent(found.high), found.count)
+
+
+def cost(one, setting):
+    return "%.3g ms (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(setting))
+
+
+def sentence(one, winner):
+    """Who is the cheapest within the limit, and what is lacking until that is certain."""
+    start = "- within %g %%: " % (100 * winner.limit)
+    if winner.setting is None:
+        return start + "no setting (%s)" % winner.why
+    text = "%s: %s of processor time a simulated second, error %s" % (
+        study.name_of(winner.setting), cost(one, winner.setting), span(winner.interval))
+    if winner.fresh:
+        text += ", with fresh seeds %s" % span(winner.fresh)
+    return start + text + (" (provisional: %s)" % winner.why if winner.why else "")
+
+
+def answer(one, table=False):
+    """What is to be said now."""
+    bias, level = one.bias(), one.level()
+    lines = ["%s:" % one.title, ""]
+    if level >= 0:
+        known = "was not halved yet" if bias is None else "changed outcomes by %s on average" % percent(bias)
+        lines.append("The reference has steps of %g ms; the last halving of its step %s.\n" % (
+            1000 * study.REFERENCE[level].dt, known))
+    lines += [sentence(one, winner) for winner in one.winners()]
+    if table and one.settings():
+        lines += ["", table_of(one)]
+    return "\n".join(lines) + "\n"
+
+
+def shown(one):
+    """The settings that tables have a row for: the front, the base and who was named, from the cheapest."""
+    best, least = [], float("inf")
+    for setting in one.settings():
+        if one.interval(setting).mean < least:
+            best.append(setting)
+            least = one.interval(setting).mean
+    named = {winner.setting for winner in one.winners() if winner.setting}
+    return sorted({one.one_of(study.BASE), *named, *best} & set(one.settings()), key=one.cost)
+
+
+def table_of(one):
+    """What a user sees with each: the parts of the error, and beside them the depths, which are not in it."""
+    reference = study.REFERENCE[one.level()]
+    rows = {setting: [row for row in one.rows_of(setting) if row["seed"] < study.FRESH_SEED]
+            for setting in (*shown(one), reference)}
+    parts = {setting: [outcomes.parts_of(row, one.row(reference, int(row["seed"]))) for row in found
+                       if one.row(reference, int(row["seed"]))] for setting, found in rows.items()}
+    names = list(dict.fromkeys(name for found in parts.values() for part in found for name in part
+                               if name not in outcomes.FAILURES))
+    lines = ["| setting | " + " | ".join(names) + " | failures | depth at rest, mm | impact, mm | speed × step, mm |",
+             "| --- |" + " ---: |" * (len(names) + 4)]
+    for setting, found in rows.items():
+        good = [row for row in found if row["status"] == "ok"]
+        failed = sum(bool(outcomes.failures(row)) for row in found)
+        cells = [percent(sum(part.get(name, 0.0) for part in parts[setting]) / max(1, len(parts[setting]))) for name in names]
+        cells.append("%d of %d" % (failed, len(found)) if failed else "0 (at most %s)" % percent(stats.rate_at_most(len(found))))
+        cells += ["%.2g" % max((row[column] for row in good), default=float("nan")) for column in ("depth_mm", "impact_mm")]
+        cells.append("%.2g" % max((1000 * row["fastest_m_s"] * setting.dt for row in good), default=float("nan")))
+        name = "the reference" if setting == reference else study.name_of(setting)
+        lines.append("| %s | %s |" % (name, " | ".join(cells)))
+    return "\n".join(lines) + "\n"
+
+
+def draw(one, directory):
+    """Time against error, each with its interval; None without matplotlib, or without anything to draw."""
+    try:
+        import matplotlib
+    except ImportError:
+        return None
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    if not one.settings():
+        return None
+    figure, axes = plt.subplots(figsize=(7, 5))
+    steps = sorted({setting.dt for setting in one.settings()})
+    for setting in one.settings():
+        found, colour = one.interval(setting), "C%d" % steps.index(setting.dt)
+        axes.errorbar([1000 * one.cost(setting)], [max(found.mean, 1e-5)], fmt="s" if setting.solver == "step" else "o",
+                      yerr=[[max(0, found.mean - found.low)], [max(0, found.high - found.mean)]], markersize=4, linewidth=0.5,
+                      color=colour, label="%g ms" % (1000 * setting.dt))
+    for winner in one.winners():
+        axes.axhline(winner.limit, color="gray", linewidth=0.7, linestyle="--")
+        if winner.setting:
+            axes.plot(1000 * one.cost(winner.setting), max(winner.interval.mean, 1e-5), "k*", markersize=12, fillstyle="none")
+    axes.set(xscale="log", yscale="log", xlabel="processor time a simulated second, ms", ylabel="error against the reference",
+             title="%s. Stars: the cheapest within 1, 5 and 20 %%; squares: dWorldStep" % one.title)
+    axes.title.set_fontsize(8)
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
+    axes.legend(handles.values(), handles.keys(), fontsize=7, title="time step", title_fontsize=7)
+    axes.grid(True, alpha=0.3)
+    figure.tight_layout()
+    path = os.path.join(directory, one.title.split()[0].lower() + ".png")
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+    return path
