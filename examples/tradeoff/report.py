@@ -46,14 +46,9 @@ def answer(one, table=False):
 
 
 def shown(one):
-    """The settings that tables have a row for: the front, the base and who was named, from the cheapest."""
-    best, least = [], float("inf")
-    for setting in one.settings():
-        if one.interval(setting).mean < least:
-            best.append(setting)
-            least = one.interval(setting).mean
+    """The settings that tables have a row for: the base and who was named, from the cheapest."""
     named = {winner.setting for winner in one.winners() if winner.setting}
-    return sorted({one.one_of(study.BASE), *named, *best} & set(one.settings()), key=one.cost)
+    return sorted({one.one_of(study.BASE), *named} & set(one.settings()), key=one.cost)
 
 
 def table_of(one):

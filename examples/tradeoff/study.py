@@ -41,11 +41,10 @@ REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(5)]
 
 
 def name_of(setting):
-    """In words; of what is as in the base only step, iterations and contacts."""
+    """In words; of what is as in the base only step and iterations."""
     words = ["steps of %g ms" % (1000 * setting.dt)]
     words.append("dWorldStep" if setting.solver == "step" else "%d iterations" % setting.iterations)
-    words.append("%d contact%s a pair" % (setting.contacts, "" if setting.contacts == 1 else "s"))
-    known = dict(reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g", sleep="sleeping %s")
+    known = dict(contacts="at most %d of a pair's contacts", reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g", sleep="sleeping %s")
     words += [form % getattr(setting, name) for name, form in known.items() if getattr(setting, name) != getattr(BASE, name)]
     return ", ".join(words)
 
