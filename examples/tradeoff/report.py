@@ -19,9 +19,10 @@ def cost(one, setting):
     return "%.3g ms (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(setting))
 
 
-def sentence(one, winner):
-    """Who is the cheapest within the limit, and what is lacking until that is certain."""
-    start = "- within %g %%: " % (100 * winner.limit)
+def sentence(one, winners):
+    """Who is the cheapest within these limits, and what is lacking until that is certain."""
+    winner = winners[0]
+    start = "- within %s %%: " % " and ".join("%g" % (100 * each.limit) for each in winners)
     if winner.setting is None:
         return start + "no setting (%s)" % winner.why
     text = "%s: %s of processor time a simulated second, error %s" % (
@@ -31,7 +32,7 @@ def sentence(one, winner):
     return start + text + (" (provisional: %s)" % winner.why if winner.why else "")
 
 
-def answer(one, table=False):
+def answer(one):
     """What is to be said now."""
     bias, level = one.bias(), one.level()
     lines = ["%s:" % one.title, ""]
@@ -39,10 +40,16 @@ def answer(one, table=False):
         known = "was not halved yet" if bias is None else "changed outcomes by %s on average" % percent(bias)
         lines.append("The reference has steps of %g ms; the last halving of its step %s.\n" % (
             1000 * study.REFERENCE[level].dt, known))
-    lines += [sentence(one, winner) for winner in one.winners()]
-    if table and one.settings():
-        lines += ["", table_of(one)]
-    return "\n".join(lines) + "\n"
+    same = {}
+    for winner in one.winners():
+        same.setdefault((winner.setting, winner.why), []).append(winner)
+    return "\n".join(lines + [sentence(one, winners) for winners in same.values()]) + "\n"
+
+
+def origin(table):
+    """Where the rows are from."""
+    machines = {tuple(row[name] for name in ("cpu", "cores", "commit", "date")) for row in table.rows}
+    return "\n".join("%s, a run a core on %s cores, commit %s, %s" % machine for machine in sorted(machines)) + "\n"
 
 
 def shown(one):

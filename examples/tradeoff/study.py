@@ -12,6 +12,7 @@ MOST_BIAS = 0.25    # of a limit, where a setting is to be named
 FRESH = 6           # seeds of a confirmation, with which nobody was chosen
 FRESH_SEED = 1001   # the first of them
 TRIES = 3           # so many candidates at most are put to it, for each limit
+LIKELY = 1.5        # of a limit: whose mean is above gets no more seeds
 FAVOURITES = 3      # so many competitors at a time get more seeds
 MOST_BODIES_OF_STEP = 12  # dWorldStep takes time by the cube of a heap's contacts
 
@@ -80,7 +81,8 @@ class Study:
     def __init__(self, name, title, bodies, command, table):
         self.name, self.title, self.bodies, self.command, self.table = name, title, bodies, command, table
         self.spent, self.cache, self.seen = 0.0, {}, 0
-        self.rows, self.error_of = {}, {}  # rows by setting and seed; errors against each of REFERENCE
+        self.rows, self.lasting = {}, {}  # rows by setting and seed
+        self.refresh()
 
     # Rows.
 
@@ -91,9 +93,9 @@ class Study:
         """What follows from rows is kept until there are more."""
         if self.seen == len(self.table.rows):
             return
-        self.cache = {}
         for row in self.table.rows[self.seen:]:
             if row["scene"] == self.name and row["bodies"] == self.bodies:
+                self.cache = {}
                 setting = Setting(*(type(old)(row[name]) for name, old in BASE._asdict().items()))
                 self.rows.setdefault(setting, {})[int(row["seed"])] = row
         self.seen = len(self.table.rows)
@@ -104,12 +106,18 @@ class Study:
             self.cache[key] = make()
         return self.cache[key]
 
+    def kept(self, key, setting, make):
+        """What follows from the rows of a setting and of the reference is kept until one of these has more."""
+        level = self.level()
+        state = level, len(self.rows.get(setting, ())), len(self.rows.get(REFERENCE[level], ()))
+        if self.lasting.get((key, setting), (None,))[0] != state:
+            self.lasting[key, setting] = state, make()
+        return self.lasting[key, setting][1]
+
     def row(self, setting, seed):
-        self.refresh()
         return self.rows.get(setting, {}).get(seed)
 
     def rows_of(self, setting):
-        self.refresh()
         return list(self.rows.get(setting, {}).values())
 
     # The reference.
@@ -130,25 +138,24 @@ class Study:
 
     # Settings.
 
-    def one_of(self, setting):
-        """Settings that give the same bits with the same seeds are one: the one of them that is closest to the base."""
+    def groups(self):
+        """Settings that give the same bits with the same seeds are one: by each, the one that is closest to the base and all."""
         def make():
-            groups = {}
+            alike = {}
             for name, rows in self.rows.items():
                 digests = tuple(rows.get(seed, {}).get("digest") for seed in range(1, stats.LADDER[0] + 1))
-                if all(digests):
-                    groups.setdefault(digests, []).append(name)
-            return {name: min(group, key=lambda other: (sum(a != b for a, b in zip(other, BASE)), other))
-                    for group in groups.values() for name in group}
-        return self.cached("groups", make).get(setting, setting)
+                alike.setdefault(digests if all(digests) else name, []).append(name)
+            closest = [(min(group, key=lambda one: (sum(a != b for a, b in zip(one, BASE)), one)), group) for group in alike.values()]
+            return {name: (first, group) for first, group in closest for name in group}
+        return self.cached("groups", make)
 
-    def alike(self, setting):
-        return [other for other in self.rows if self.one_of(other) == self.one_of(setting)]
+    def one_of(self, setting):
+        return self.groups().get(setting, (setting,))[0]
 
     def costs(self, setting):
         """Processor seconds a simulated second: the median over all rows of the setting, and its quartiles."""
-        values = sorted(row["cpu_s_per_s"] for other in self.alike(setting) for row in self.rows_of(other)
-                        if row["status"] == "ok")
+        group = self.groups().get(setting, (setting, ()))[1]
+        values = [row["cpu_s_per_s"] for one in group for row in self.rows_of(one) if row["status"] == "ok"]
         if len(values) < 2:
             return tuple(values) * 3 if values else (math.inf,) * 3
         low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
@@ -159,14 +166,9 @@ class Study:
 
     def errors(self, setting, seeds):
         """Of those of the seeds that were run, with the reference too."""
-        found, level = [], self.level()
-        for seed in seeds:
-            pair = self.row(setting, seed), self.row(REFERENCE[level], seed)
-            if all(pair) and pair[1]["status"] == "ok":
-                if (setting, seed, level) not in self.error_of:
-                    self.error_of[setting, seed, level] = outcomes.error(*pair)
-                found.append(self.error_of[setting, seed, level])
-        return tuple(found)
+        level = self.level()
+        pairs = [(self.row(setting, seed), self.row(REFERENCE[level], seed)) for seed in seeds] if level >= 0 else []
+        return tuple(outcomes.error(*pair) for pair in pairs if all(pair) and pair[1]["status"] == "ok")
 
     def interval(self, setting):
         """By as many seeds as the ladder's last step that is whole; None before its first."""
@@ -174,11 +176,13 @@ class Study:
             errors = self.errors(setting, range(1, stats.LADDER[-1] + 1))
             whole = [count for count in stats.LADDER if count <= len(errors)]
             return stats.interval(errors[:whole[-1]]) if whole else None
-        return self.cached(("interval", setting), make)
+        return self.kept("interval", setting, make)
 
     def fresh(self, setting):
-        errors = self.errors(setting, self.fresh_seeds())
-        return stats.interval(errors, 1 - (1 - stats.LEVEL) / TRIES) if len(errors) == FRESH else None
+        def make():
+            errors = self.errors(setting, self.fresh_seeds())
+            return stats.interval(errors, 1 - (1 - stats.LEVEL) / TRIES) if len(errors) == FRESH else None
+        return self.kept("fresh", setting, make)
 
     @staticmethod
     def fresh_seeds():
@@ -239,10 +243,11 @@ class Study:
         return self.with_reference(setting, range(1, more + 1)) if more else []
 
     def competitors(self, limit):
-        """The cheapest that may be within the limit, and are not known to be."""
-        known, refused = self.candidates(limit), self.refused(limit)
-        return [s for s in self.settings() if self.interval(s).verdict(limit) == "open" and s not in refused and
-                self.interval(s).count < stats.LADDER[-1] and (not known or self.cost(s) < self.cost(known[0]))][:FAVOURITES]
+        """The cheapest that are likely to be within the limit, and are not known to be."""
+        known = self.candidates(limit)
+        return [s for s in self.settings() if self.interval(s).verdict(limit) == "open" and
+                self.interval(s).mean < LIKELY * limit and self.interval(s).count < stats.LADDER[-1] and
+                (not known or self.cost(s) < self.cost(known[0]))][:FAVOURITES]
 
     def finer_reference(self, limit):
         """What its bias needs to come below a quarter of the limit: more seeds, then half the step."""
@@ -262,6 +267,7 @@ class Study:
 
     def wanted(self):
         """Points in the order in which they are wanted, as far as is known now."""
+        self.refresh()
         first = range(1, stats.LADDER[0] + 1)
         for setting in (REFERENCE[0], BASE, *GRID):
             yield from self.missing(setting, first)

@@ -175,8 +175,11 @@ class Points(Made):
         made = self.study(by_step(1.0, noise=1.0))
         for most in (0, 1, 5, 31, 40, 100):
             self.measure(made, most)
-            text = report.answer(made, table=True)
-            self.assertEqual(text.count("- within "), 3)
+            text = report.answer(made)
+            for limit in study.LIMITS:
+                self.assertRegex(text, r"- within [^:]*\b%g\b" % (100 * limit))
+            if made.settings():
+                self.assertIn("| the reference |", report.table_of(made))
         self.assertIn("provisional", text)
 
     def test_go_to_more_seeds_where_settings_compete(self):

@@ -180,9 +180,11 @@ def main():
     if not options.report:
         cores = sorted(os.sched_getaffinity(0))[:options.at_once]
         Crew(studies, table, began + options.budget if options.budget else float("inf")).run(cores)
-    text = "\n".join(report.answer(one, table=True) for one in studies)
+    text = "\n".join(report.answer(one) for one in studies) + "\n" + report.origin(table)
     print("\n" + text)
     for one in studies:
+        if one.settings():
+            print("%s:\n\n%s" % (one.title, report.table_of(one)))
         path = report.draw(one, options.out)
         if path:
             print(path)
