@@ -9,7 +9,7 @@ import stats
 
 LIMITS = (0.01, 0.05, 0.2)
 MOST_BIAS = 0.25    # of a limit, where a setting is to be named
-FRESH = 6           # seeds of a confirmation, with which nobody was chosen
+FRESH = 12          # seeds of a confirmation, with which nobody was chosen
 FRESH_SEED = 1001   # the first of them
 TRIES = 3           # so many candidates at most are put to it, for each limit
 LIKELY = 1.5        # of a limit: whose mean is above gets no more seeds
@@ -153,9 +153,11 @@ class Study:
         return self.groups().get(setting, (setting,))[0]
 
     def costs(self, setting):
-        """Processor seconds a simulated second: the median over all rows of the setting, and its quartiles."""
-        group = self.groups().get(setting, (setting, ()))[1]
-        values = [row["cpu_s_per_s"] for one in group for row in self.rows_of(one) if row["status"] == "ok"]
+        """Processor seconds a simulated second: the median over all rows of the setting, and its quartiles. Rows of another
+        machine than the first one's tell errors, but no costs."""
+        group, first = self.groups().get(setting, (setting, ()))[1], self.table.rows[0]
+        values = [row["cpu_s_per_s"] for one in group for row in self.rows_of(one)
+                  if row["status"] == "ok" and all(row.get(name) == first.get(name) for name in ("cpu", "cores"))]
         if len(values) < 2:
             return tuple(values) * 3 if values else (math.inf,) * 3
         low, middle, high = statistics.quantiles(values, n=4, method="inclusive")
