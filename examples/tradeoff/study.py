@@ -191,10 +191,10 @@ class Study:
         return range(FRESH_SEED, FRESH_SEED + FRESH)
 
     def settings(self):
-        """Those with an interval, one of each group, from the cheapest. The reference's own are none."""
+        """Those with an interval and a cost, one of each group, from the cheapest. The reference's own are none."""
         def make():
             measured = [s for s in self.rows if s not in REFERENCE and self.one_of(s) == s and self.interval(s)]
-            return sorted(measured, key=self.cost)
+            return sorted((s for s in measured if math.isfinite(self.cost(s))), key=self.cost)
         return self.cached("settings", make)
 
     # Who is named.

@@ -414,6 +414,7 @@ Quantities balls(const Setting& setting, double phase) {
   return {{"energy", world.energy(), start, start}};
 }
 
+// A scene with its parameters.
 struct Scene {
   const char* name;
   std::function<Quantities(const Setting&, double phase)> play;
@@ -421,33 +422,26 @@ struct Scene {
 };
 
 std::vector<Scene> scenes() {
-  using S = const Setting&;
-  std::vector<Scene> all;
-  static const char* const slides[] = {"slide at 0 degrees", "slide at 22.5 degrees",
-                                       "slide at 45 degrees"};
-  for (int i = 0; i < 3; ++i)
-    all.push_back(
-        {slides[i], [i](S s, double p) { return slide(s, p, 22.5 * i); }, Scene::friction});
-  all.push_back(
-      {"slope below friction", [](S s, double p) { return slope(s, p, 0.9, 0); }, Scene::friction});
-  all.push_back(
-      {"slope above friction", [](S s, double p) { return slope(s, p, 1.1, 0); }, Scene::friction});
-  all.push_back({"slope above friction at 45 degrees",
-                 [](S s, double p) { return slope(s, p, 1.1, 45); }, Scene::friction});
-  all.push_back({"roll", [](S s, double p) { return roll(s, p, 0); }, Scene::friction});
-  all.push_back(
-      {"roll at 45 degrees", [](S s, double p) { return roll(s, p, 45); }, Scene::friction});
-  all.push_back({"fall", fall, Scene::contact});
-  all.push_back({"bounce", bounce, Scene::contact});
-  all.push_back(
-      {"collide elastically", [](S s, double p) { return collide(s, p, 1); }, Scene::contact});
-  all.push_back(
-      {"collide inelastically", [](S s, double p) { return collide(s, p, 0); }, Scene::contact});
-  all.push_back({"pendulum", pendulum, Scene::contact});
-  all.push_back({"top", top, Scene::free});
-  all.push_back({"chain", chain, Scene::contact});
-  all.push_back({"elastic balls", balls, Scene::large});
-  return all;
+  using std::placeholders::_1;
+  using std::placeholders::_2;
+  return {
+      {"slide at 0 degrees", std::bind(slide, _1, _2, 0), Scene::friction},
+      {"slide at 22.5 degrees", std::bind(slide, _1, _2, 22.5), Scene::friction},
+      {"slide at 45 degrees", std::bind(slide, _1, _2, 45), Scene::friction},
+      {"slope below friction", std::bind(slope, _1, _2, 0.9, 0), Scene::friction},
+      {"slope above friction", std::bind(slope, _1, _2, 1.1, 0), Scene::friction},
+      {"slope above friction at 45 degrees", std::bind(slope, _1, _2, 1.1, 45), Scene::friction},
+      {"roll", std::bind(roll, _1, _2, 0), Scene::friction},
+      {"roll at 45 degrees", std::bind(roll, _1, _2, 45), Scene::friction},
+      {"fall", fall, Scene::contact},
+      {"bounce", bounce, Scene::contact},
+      {"collide elastically", std::bind(collide, _1, _2, 1), Scene::contact},
+      {"collide inelastically", std::bind(collide, _1, _2, 0), Scene::contact},
+      {"pendulum", pendulum, Scene::contact},
+      {"top", top, Scene::free},
+      {"chain", chain, Scene::contact},
+      {"elastic balls", balls, Scene::large},
+  };
 }
 
 // The means over all phases.
