@@ -1,20 +1,16 @@
 #!/usr/bin/env python3
-"""Pictures of what physics-table found: pictures.py FOLDER [OUT]
+"""What becomes of the extremes of physics, by rows that physics-table makes:
 
-Reads FOLDER/double.csv and single.csv, as physics-table writes them, and makes in OUT (the same folder if not given)
-outcomes.png, what becomes of every extreme, and rescues.png, what it costs to make each do what it owes.
+    extremes.py measure PROGRAM ROWS.csv   plays what has no row there yet, on all cores; goes on where it was
+    extremes.py check PROGRAM ROWS.csv     whether each extreme has a row, and README.md the table of thresholds
+    extremes.py draw FOLDER                outcomes.png and rescues.png of FOLDER/double.csv and single.csv, and that table
 """
+import concurrent.futures
 import csv
 import os
+import re
+import subprocess
 import sys
-
-try:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-except ImportError as error:
-    sys.exit("pictures.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 GOOD = ("stands", "stops", "settles", "holds", "keeps")
 SLIGHT = ("creeps", "jitters", "shifts", "drifts", "stretches", "sags", "never rests")
@@ -22,22 +18,88 @@ GREEN, YELLOW, RED, DARK = "#9bd08f", "#f6dd7d", "#ea8a75", "#8d7b9c"
 WORDS = {"dSimpleSpace,\nour order": "simple", "dHashSpace": "hash", "dParallelSAPSpace": "ours"}
 
 
+HERE = os.path.dirname(os.path.abspath(__file__))
+PAGE = os.path.join(HERE, "README.md")
+BEGIN, END = "<!-- thresholds -->\n", "<!-- end -->\n"
+STARTS = "10"
+SERIES = (("a box that bears another of so many times its mass", r"a box on one as large, 1:(\S+) of its mass"),
+          ("a stack of so many boxes", r"a stack of (\d+)"), ("a stack of 5, with steps of so many seconds",
+          r"a stack of 5, steps of (\S+) s"), ("0.2 m at a plate of 0.1 m, so many m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
+
+
+def said(*words):
+    return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+
+
+def rows_of(path):
+    if not os.path.exists(path):
+        return {}
+    with open(path, newline="", encoding="utf-8") as file:
+        return {row["extreme"]: row for row in csv.DictReader(file)}
+
+
+def measure(program, path):
+    columns, = said(program, "columns")
+    names, known = said(program, "list"), rows_of(path)
+    with open(path, "a", encoding="utf-8") as file, concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        if not known:
+            print(columns, file=file, flush=True)
+        made = [pool.submit(said, program, "row", name) for name in names if name not in known]
+        for done in concurrent.futures.as_completed(made):
+            print(*done.result(), file=file, flush=True)
+    known = rows_of(path)
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns.split(","), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(known[name] for name in names)
+
+
+def thresholds():
+    """In how many starts of ten each series does what it owes, and what rescues the first that does not in all."""
+    lines = ["| | " + " | ".join(("does what it owes, of 10 starts", "cheapest rescue where it does not first")) + " |",
+             "| --- | --- | --- |"]
+    for precision in "double", "single":
+        for title, pattern in SERIES:
+            found = [(re.fullmatch(pattern, name), row) for name, row in rows_of(os.path.join(HERE, "results", precision + ".csv")).items()]
+            found = [(match.group(1), row) for match, row in found if match and "held" in row]
+            if not found:  # rows of one start
+                continue
+            first = next((row for _, row in found if row["held"] != STARTS), None)
+            cost = " (%.2g×)" % float(first["rescue_cost"]) if first and float(first["rescue_cost"]) else ""
+            lines.append("| %s, %s | %s | %s |" % (title, precision, ", ".join("%s: %s" % (value, row["held"]) for value, row in found),
+                                                  first["rescue"] + cost if first else ""))
+    return "\n".join(lines) + "\n"
+
+
+def page():
+    with open(PAGE, encoding="utf-8") as file:
+        before, rest = file.read().split(BEGIN, 1)
+    return before + BEGIN + "\n" + thresholds() + "\n" + END + rest.split(END, 1)[1]
+
+
+def check(program, path):
+    with open(PAGE, encoding="utf-8") as file:
+        if file.read() != page():
+            sys.exit("README.md has other thresholds than the rows: call extremes.py draw")
+    columns, = said(program, "columns")
+    known = rows_of(path)
+    lacking = [name for name in said(program, "list") if name not in known]
+    if lacking or list(next(iter(known.values()))) != columns.split(","):
+        sys.exit("%s lacks rows, or has other columns: %s" % (path, ", ".join(lacking)))
+
+
 def read(folder):
-    rows = {}
-    for precision in ("double", "single"):
-        path = os.path.join(folder, precision + ".csv")
-        if not os.path.exists(path):
-            sys.exit(f"{path} is missing: physics-table writes it")
-        with open(path, newline="", encoding="utf-8") as file:
-            rows[precision] = list(csv.DictReader(file))
-    names = {p: [(r["theme"], r["extreme"]) for r in rows[p]] for p in rows}
-    shared = [n for n in names["double"] if n in names["single"]]
-    for precision in rows:  # some extremes are of one precision's numbers
-        apart = [n for n in names[precision] if n not in shared]
-        if apart:
-            print(f"in {precision} precision only, not in the picture: {', '.join(n[1] for n in apart)}")
-        rows[precision] = {n: r for n, r in zip(names[precision], rows[precision])}
-    return shared, rows
+    rows = {p: rows_of(os.path.join(folder, p + ".csv")) for p in ("double", "single")}
+    names = {p: [(r["theme"], r["extreme"]) for r in rows[p].values()] for p in rows}
+    shared = [name for name in names["double"] if name in names["single"]]
+    return shared, {p: {name: rows[p][name[1]] for name in shared} for p in rows}
+
+
+def pyplot():
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    return plt
 
 
 def colour(outcome):
@@ -49,6 +111,7 @@ def colour(outcome):
 
 
 def outcomes(shared, rows, path):
+    plt = pyplot()
     half = (len(shared) + 1) // 2
     figure, panels = plt.subplots(1, 2, figsize=(19, 0.235 * half + 1.2))
     for panel, part in zip(panels, (shared[:half], shared[half:])):
@@ -77,17 +140,16 @@ def cost_of(row):
 
 
 def rescues(shared, rows, path):
+    plt = pyplot()
     themes = list(dict.fromkeys(theme for theme, _ in shared))
     figure, panel = plt.subplots(figsize=(9, 5.5))
     costs = [cost_of(r) for p in rows for r in rows[p].values() if cost_of(r)]
     none = 4 * max(costs)
     for precision, mark, shift in (("double", "o", -0.15), ("single", "s", 0.15)):
-        if any(row["rescue"] == "not looked for" for row in rows[precision].values()):
-            continue
         xs, ys = [], []
         for name in shared:
             row = rows[precision][name]
-            if row["ours"] in GOOD:
+            if row.get("held", STARTS) == STARTS and row["ours"] in GOOD:
                 continue
             beside = sum(1 for x, y in zip(xs, ys) if int(round(y - shift)) == themes.index(name[0]) and x == none)
             xs.append(cost_of(row) or none)
@@ -104,14 +166,20 @@ def rescues(shared, rows, path):
     figure.savefig(path, dpi=110)
 
 
-def main():
-    if len(sys.argv) not in (2, 3):
-        sys.exit(__doc__)
-    folder = sys.argv[1]
-    out = sys.argv[-1]
+def draw(folder):
     shared, rows = read(folder)
-    outcomes(shared, rows, os.path.join(out, "outcomes.png"))
-    rescues(shared, rows, os.path.join(out, "rescues.png"))
+    outcomes(shared, rows, os.path.join(folder, "outcomes.png"))
+    rescues(shared, rows, os.path.join(folder, "rescues.png"))
+    text = page()
+    with open(PAGE, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def main():
+    what = dict(measure=measure, check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
+    if not what or len(sys.argv) != (3 if what is draw else 4):
+        sys.exit(__doc__)
+    what(*sys.argv[2:])
 
 
 if __name__ == "__main__":

@@ -16,14 +16,14 @@ std::string power(int exponent) {
   return "1:10^" + std::to_string(exponent);
 }
 
-Extreme heavyOnLight(int exponent) {
-  Extreme extreme{"mass ratios", "a box on one as large, " + power(exponent) + " of its mass",
-                  Demand::stand, [exponent](Stage& stage) {
+Extreme heavyOnLight(double ratio, const std::string& text) {
+  Extreme extreme{"mass ratios", "a box on one as large, " + text + " of its mass", Demand::stand,
+                  [ratio](Stage& stage) {
                     stage.plane();
                     stack(stage, 1, 1);
-                    stack(stage, 1, 1, {0, 0, 1}, 1000 * std::pow(10.0, exponent));
+                    stack(stage, 1, 1, {0, 0, 1}, 1000 * ratio);
                   }};
-  extreme.quick = exponent == 4;
+  extreme.quick = ratio == 1e4;
   return extreme;
 }
 
@@ -205,7 +205,12 @@ void ruler(Stage& stage) {  // sticks out by nine tenths of what would tip it
 
 Extremes masses() {
   Extremes extremes;
-  for (const int exponent : {2, 4, 6}) extremes.push_back(heavyOnLight(exponent));
+  for (const int ratio : {3, 10, 30}) {
+    extremes.push_back(heavyOnLight(ratio, "1:" + std::to_string(ratio)));
+  }
+  for (const int exponent : {2, 4, 6}) {
+    extremes.push_back(heavyOnLight(std::pow(10.0, exponent), power(exponent)));
+  }
   for (const int exponent : {4, 6}) extremes.push_back(lightOnHeavy(exponent));
   extremes.push_back({"mass ratios", "six boxes, 1:1000 by turns", Demand::stand, alternating});
   return extremes;
@@ -213,7 +218,7 @@ Extremes masses() {
 
 Extremes structures() {
   Extremes extremes;
-  for (const int count : {10, 20, 50, 100}) extremes.push_back(tower(count));
+  for (const int count : {3, 5, 7, 10, 15, 20, 50, 100}) extremes.push_back(tower(count));
   const auto add = [&extremes](const char* name, double unit, std::function<void(Stage&)> build) {
     extremes.push_back({"structures", name, Demand::stand, std::move(build), unit});
   };

@@ -187,7 +187,7 @@ void storm(Stage& stage) {
 
 Extremes speeds() {
   Extremes extremes;
-  for (const double speed : {10, 30, 100, 1000}) extremes.push_back(boxAt(speed));
+  for (const double speed : {10, 15, 20, 25, 30, 100, 1000}) extremes.push_back(boxAt(speed));
   extremes.push_back(shot("bullets of 10 mm at a plate of 10 mm, 900 m/s", 0.01, bullets));
   extremes.push_back(headOn());
   extremes.push_back(fallOnto("a box that falls for 1 km onto a plane", true));
@@ -198,7 +198,8 @@ Extremes speeds() {
 }
 
 Extremes steps() {
-  return {stackAtStep(0.0001, 20000), stackAtStep(0.001, 3000), stackAtStep(0.02, 150),
+  return {stackAtStep(0.0001, 20000), stackAtStep(0.001, 3000), stackAtStep(0.002, 1500),
+          stackAtStep(0.005, 600),    stackAtStep(0.01, 300),   stackAtStep(0.02, 150),
           stackAtStep(0.05, 60),      stackAtStep(0.1, 60),     pendulumAtStep(0.001),
           pendulumAtStep(0.1)};
 }

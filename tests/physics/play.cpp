@@ -74,6 +74,7 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   report.digest = 0;
   Stage stage(pairing, setting, extreme.step);
   extreme.build(stage);
+  stage.stir(1e-5 * extreme.unit);
   Observer observer(extreme, stage);
   for (int step = 0; step < extreme.steps; ++step) {
     extreme.drive(stage, step);

@@ -53,11 +53,9 @@ void addSettings(std::vector<Way>& ways) {
     std::snprintf(name, sizeof name, "correcting velocity of %g m/s", speed);
     ways.push_back({name, setting});
   }
-  Setting damped, sleepy, finite;
+  Setting damped, finite;
   damped.damping = 0.01;
   ways.push_back({"damping of 0.01", damped});
-  sleepy.sleep = true;
-  ways.push_back({"sleeping", sleepy});
   finite.finite_rotation = true;
   ways.push_back({"finite rotations", finite});
 }
@@ -101,16 +99,25 @@ bool takesAsLong(const Setting& setting, const Setting& other) {
 
 }  // namespace
 
-Rescue rescue(const Extreme& extreme, const Limits& limits, const std::function<bool()>& stop) {
+int startsHeld(const Extreme& extreme, const Setting& setting, const Limits& limits,
+               bool all_or_none) {
+  int held = 0;
+  for (unsigned start = 0; start < kStarts; ++start) {
+    Setting other = setting;
+    other.start = start;
+    const bool holds = isWhatItOwes(play(extreme, Pairing::ours, other, limits).outcome);
+    held += holds;
+    if (!holds && all_or_none) return 0;
+  }
+  return held;
+}
+
+Rescue rescue(const Extreme& extreme, const Limits& limits) {
   Rescue best;
   const double as_it_comes = secondsOf(extreme, {}, limits);
   double least = limits.seconds;
   std::vector<Setting> too_slow;
   for (const Way& way : ways()) {
-    if (stop()) {
-      best.looked_everywhere = false;
-      break;
-    }
     if (std::any_of(too_slow.begin(), too_slow.end(),
                     [&way](const Setting& slow) { return takesAsLong(way.setting, slow); })) {
       continue;
@@ -121,7 +128,7 @@ Rescue rescue(const Extreme& extreme, const Limits& limits, const std::function<
     if (result.outcome == "too slow") too_slow.push_back(way.setting);
     if (!isWhatItOwes(result.outcome)) continue;
     const double seconds = secondsOf(extreme, way.setting, left);
-    if (seconds >= least) continue;
+    if (seconds >= least || startsHeld(extreme, way.setting, left, true) < kStarts) continue;
     least = seconds;
     best.name = way.name;
     best.cost = seconds / as_it_comes;

@@ -83,7 +83,6 @@ Stage::Stage(Pairing pairing, const Setting& setting, double step)
   if (setting.swept && pairing == Pairing::ours) {
     dParallelSAPSpaceSetSweptBounds(space_, real(step / setting.divide));
   }
-  if (setting.sleep) dWorldSetAutoDisableFlag(world_, 1);
 }
 
 Stage::~Stage() {
@@ -300,10 +299,20 @@ void Stage::findContacts() {
   stepInParts();
 }
 
+void Stage::stir(double distance) {
+  if (setting_.start == 0) return;
+  dRandSetSeed(setting_.start);
+  const auto off = [distance] { return real(distance * (2 * double(dRandReal()) - 1)); };
+  for (const dBodyID body : bodies_) {
+    const dReal* const at = dBodyGetPosition(body);
+    dBodySetPosition(body, at[0] + off(), at[1] + off(), at[2] + off());
+  }
+}
+
 void Stage::step() {
   for (int i = 0; i < setting_.divide; ++i) {
     // QuickStep draws from ODE's one random sequence.
-    dRandSetSeed(++steps_);
+    dRandSetSeed(++steps_ + 1000003ul * setting_.start);
     findContacts();
     const dReal length = real(step_ / setting_.divide);
     if (setting_.exact) {

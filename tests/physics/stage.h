@@ -38,8 +38,8 @@ struct Setting {
   double cfm = kOdesCfm;
   double correction = 0;         // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
   double damping = 0;            // of linear and angular speed
-  bool sleep = false;            // dWorldSetAutoDisableFlag
   bool finite_rotation = false;  // dBodySetFiniteRotationMode of all bodies
+  unsigned start = 0;            // each but 0 has its own chance, and bodies a little elsewhere
   bool swept = false;            // swept bounds, pairs of fast geoms in parts; with ours only
 };
 
@@ -74,6 +74,9 @@ class Stage {
 
   // Keeps what geoms read for as long as they last.
   void own(std::shared_ptr<void> data) { owned_.push_back(std::move(data)); }
+
+  // Each body elsewhere by up to this, where there is a start that is not 0.
+  void stir(double distance);
 
   // All of it elsewhere, as it stands.
   void move(const Vec& by);
