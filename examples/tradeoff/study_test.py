@@ -141,7 +141,7 @@ class Winners(Made):
         def noise(setting, seed):
             return row_of(0 if setting in REFERENCE else 0.055 * chance(setting, seed, self.trial), digest="%r %r" % (setting, seed))
         named = lucky = 0
-        for self.trial in range(100, 112):
+        for self.trial in range(100, 108):
             made = self.study(noise)
             self.measure(made, 1000)
             winner = made.winners()[1]
