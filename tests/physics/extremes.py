@@ -96,7 +96,10 @@ def read(folder):
 
 
 def pyplot():
-    import matplotlib
+    try:
+        import matplotlib
+    except ImportError as error:
+        sys.exit("extremes.py: %s. Debian: apt-get install python3-matplotlib" % error)
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
     return plt
