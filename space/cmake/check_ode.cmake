@@ -76,6 +76,8 @@ unset(ODE_PARALLEL_SAP_CHECKED CACHE)
 
 run_with_ode(probe_ode "The ODE ${ODE_PARALLEL_SAP_ODE_VERSION} that was found cannot be used" ode_says
              PkgConfig::ODE_PARALLEL_SAP_LIBODE)
+# Wine adds lines of its own when it runs for the first time.
+string(REGEX MATCH "[^\n;]+;(SINGLE|DOUBLE);(SINGLE|DOUBLE);[0-9]+;[0-9]+" ode_says "${ode_says}")
 set(ODE_HAS_TLS OFF)
 set(ODE_PARALLEL_SAP_BODY_FLAGS 0 CACHE INTERNAL "Where in a dxBody its flags are: bytes from its beginning")
 if(ode_says)

@@ -13,7 +13,7 @@ add_library(
   ${core}/coherence/fat_pairs.cpp
   ${core}/coherence/incremental.cpp
   ${core}/coherence/kept_pairs.cpp
-  ${core}/data/free_memory.cpp
+  ${core}/data/platform.cpp
   ${core}/cells/cell_coherence.cpp
   ${core}/cells/cell_order.cpp
   ${core}/cells/cell_trees.cpp
@@ -44,6 +44,11 @@ if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
     SOURCE ${core}/simd/kernels_sse2.cpp ${core}/simd/kernels_avx2.cpp ${core}/simd/kernels_avx512.cpp
     APPEND
     PROPERTY COMPILE_OPTIONS "$<$<COMPILE_LANG_AND_ID:CXX,GNU,Clang>:-falign-loops=32>")
+  if(MINGW AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # On Windows GCC aligns the stack to 16 bytes, and yet takes vectors on it for aligned.
+    set_property(SOURCE ${core}/simd/kernels_avx2.cpp ${core}/simd/kernels_avx512.cpp APPEND
+                 PROPERTY COMPILE_OPTIONS -Wa,-muse-unaligned-vector-move)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC 12 warns of the undefined registers in its own intrinsics.
     set_property(SOURCE ${core}/simd/kernels_avx512.cpp APPEND PROPERTY COMPILE_OPTIONS -Wno-maybe-uninitialized)

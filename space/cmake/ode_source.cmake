@@ -95,8 +95,8 @@ function(run_or_fail what)
   endif()
 endfunction()
 
-# Builds ODE by its own CMake, shared, with thread-local storage and libccd, and sets `result` to the
-# prefix it was installed to. A source tree out of the cache is built once for each precision,
+# Builds ODE by its own CMake, with thread-local storage and libccd, and sets `result` to the prefix it was
+# installed to. It is a shared library, but on Windows, where ODE's DLL exports no class, a static one. A source tree out of the cache is built once for each precision,
 # compiler and build type; one that the user named is brought up to date by every configure.
 function(build_ode source precision result)
   # ODE's own assertions are in Debug builds only.
@@ -110,11 +110,18 @@ function(build_ode source precision result)
       "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
       "-DCMAKE_INSTALL_LIBDIR=lib"
       "-DCMAKE_POLICY_VERSION_MINIMUM=3.5"
-      "-DBUILD_SHARED_LIBS=ON"
       "-DODE_WITH_OU=ON"
       "-DODE_WITH_LIBCCD=ON"
       "-DODE_WITH_DEMOS=OFF"
       "-DODE_WITH_TESTS=OFF")
+  if(WIN32)
+    # ODE includes <Windows.h>; MinGW-w64's name is lower-case, and other systems tell them apart.
+    set(lower_case "${PROJECT_BINARY_DIR}/windows-h")
+    file(WRITE "${lower_case}/Windows.h" "#include <windows.h>\n")
+    list(APPEND settings -DBUILD_SHARED_LIBS=OFF "-DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS} -I\"${lower_case}\"")
+  else()
+    list(APPEND settings -DBUILD_SHARED_LIBS=ON)
+  endif()
   if(precision STREQUAL "DOUBLE")
     list(APPEND settings "-DODE_DOUBLE_PRECISION=ON")
   else()
@@ -152,6 +159,11 @@ function(build_ode source precision result)
               "-DCMAKE_MAKE_PROGRAM=${CMAKE_MAKE_PROGRAM}" "-DCMAKE_INSTALL_PREFIX=${prefix}" ${settings})
   run_or_fail("Building ODE ${version}" "${CMAKE_COMMAND}" --build "${build}" --config ${type} --parallel ${cores})
   run_or_fail("Installing ODE ${version}" "${CMAKE_COMMAND}" --install "${build}" --config ${type})
+  # On Windows the library's name has the precision in it, which ode.pc leaves out.
+  file(GLOB static_library "${prefix}/lib/libode_*.a")
+  if(static_library)
+    file(RENAME "${static_library}" "${prefix}/lib/libode.a")
+  endif()
   # ODE writes the prefix as it is, and a space in it ends the path; pkg-config quotes its own variable.
   file(READ "${prefix}/lib/pkgconfig/ode.pc" ode_pc)
   string(REGEX REPLACE "(^|\n)prefix=[^\n]*" "\\1prefix=\${pcfiledir}/../.." ode_pc "${ode_pc}")

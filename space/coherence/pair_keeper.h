@@ -9,6 +9,7 @@
 #include "space/coherence/kept_pairs.h"
 #include "space/data/box_set.h"
 #include "space/data/mechanisms.h"
+#include "space/data/platform.h"
 #include "space/data/slot_set.h"
 #include "space/extract/cpu_finders.h"
 #include "space/filter/pair_filter.h"
@@ -36,7 +37,7 @@ class PairKeeper {
   void tell(Slot slot) {
     if (!running_) return;
     changed_.insertShared(slot);
-    __atomic_store_n(&any_changed_, true, __ATOMIC_RELAXED);
+    storeShared(any_changed_, true);
   }
   // Any of the geoms may be such a one.
   void tellAll() { all_may_have_changed_ = true; }

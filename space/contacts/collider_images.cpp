@@ -1,7 +1,5 @@
 #include "space/contacts/collider_images.h"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -11,6 +9,7 @@
 #include <new>
 
 #include "space/contacts/tuning.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
@@ -61,7 +60,7 @@ class Pool {
   };
 
   Pool() {
-    pthread_atfork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); },
+    onFork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); },
                    [] { get().beginChild(); });
   }
 

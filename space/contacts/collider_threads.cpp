@@ -1,11 +1,10 @@
 #include "space/contacts/collider_threads.h"
 
-#include <pthread.h>
-
 #include <mutex>
 #include <new>
 
 #include "space/contacts/ode_collide.h"
+#include "space/data/platform.h"
 
 namespace ode_parallel_sap {
 
@@ -66,7 +65,7 @@ class Turn {
 
  private:
   Turn() {
-    pthread_atfork([] { lock().lock(); }, [] { lock().unlock(); },
+    onFork([] { lock().lock(); }, [] { lock().unlock(); },
                    [] { new (&lock()) std::recursive_mutex; });
   }
 

@@ -4,7 +4,7 @@
 #include <new>
 
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
 

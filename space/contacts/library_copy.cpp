@@ -1,5 +1,7 @@
 #include "space/contacts/library_copy.h"
 
+#if defined(__linux__)
+
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <link.h>
@@ -213,3 +215,23 @@ void* LibraryCopy::symbol(const char* name) const {
 }
 
 }  // namespace ode_parallel_sap
+
+#else
+
+namespace ode_parallel_sap {
+
+LoadedLibrary libraryAt(const void*) {
+  return {};
+}
+
+const char* LibraryCopy::load(const LoadedLibrary&, const char*) {
+  return "copies of ODE are loaded on Linux only";
+}
+
+void* LibraryCopy::symbol(const char*) const {
+  return nullptr;
+}
+
+}  // namespace ode_parallel_sap
+
+#endif

@@ -11,7 +11,7 @@
 #include "space/contacts/certainly_apart.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/geom/assertions.h"
 

@@ -6,6 +6,7 @@
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
+#include "space/data/platform.h"
 
 namespace ode_parallel_sap {
 
@@ -16,7 +17,7 @@ class SlotSet {
   void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
   // Many threads may do so at once.
   void insertShared(Slot slot) {
-    __atomic_fetch_or(&words_[slot / word_slots], bitOf(slot), __ATOMIC_RELAXED);
+    orShared(words_[slot / word_slots], bitOf(slot));
   }
   void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }
   bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <new>
 
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 
 #if defined(__linux__)
@@ -27,12 +27,12 @@ class Storage {
   }
   // `size` is that of sizeFor(). Throws std::bad_alloc.
   static void* allocate(std::size_t size) {
-    void* const data = isMapped(size) ? map(size) : std::aligned_alloc(line, size);
+    void* const data = isMapped(size) ? map(size) : allocateAligned(line, size);
     if (!data) throw std::bad_alloc();
     return data;
   }
   // `data` may be null.
-  static void deallocate(void* data, std::size_t size) {
+  static void deallocate(void* data, [[maybe_unused]] std::size_t size) {
 #if defined(__linux__)
     if (data && isMapped(size)) {
       if (const Watcher watcher = before_unmapping.load(std::memory_order_acquire)) watcher(data);
@@ -40,7 +40,7 @@ class Storage {
       return;
     }
 #endif
-    std::free(data);
+    freeAligned(data);
   }
 
   // Told of each storage of the system's own pages before it goes, as long as it is set: a device

@@ -2,14 +2,14 @@
 
 #include <omp.h>
 #include <pthread.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <cctype>
 #include <chrono>
 #include <cstdlib>
 #include <mutex>
 #include <thread>
+
+#include "space/data/platform.h"
 
 namespace ode_parallel_sap {
 
@@ -49,16 +49,13 @@ struct Probe {
   }
   static void* run(void* self) {
     Probe& probe = *static_cast<Probe*>(self);
-    probe.id = syscall(SYS_gettid);
+    probe.id = threadNumber();
     const std::lock_guard<std::mutex> open(*probe.gate);
     return nullptr;
   }
-  // A thread that was joined counts against limits until the system has removed it.
   void awaitEnd() {
     pthread_join(thread, nullptr);
-    const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
-    while (syscall(SYS_tgkill, getpid(), id, 0) == 0 && std::chrono::steady_clock::now() < latest)
-      std::this_thread::yield();
+    awaitRemoval(id);
   }
 };
 
@@ -97,7 +94,7 @@ int startTeam(int wanted) {
 void expectChildren() {
   static std::atomic<bool> expected{false};
   if (expected.load(std::memory_order_relaxed) || expected.exchange(true)) return;
-  pthread_atfork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+  onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
 }
 
 int threadsToBeHad(int wanted) {

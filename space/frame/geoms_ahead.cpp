@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {

@@ -7,7 +7,7 @@
 #include <cstddef>
 
 #include "space/data/pair_list.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"

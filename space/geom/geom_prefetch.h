@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {

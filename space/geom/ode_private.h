@@ -13,3 +13,7 @@
 #if !defined(CHECK_NOT_LOCKED)  // forks have it there
 #include "collision_space_internal.h"
 #endif
+
+// Words of Windows' headers, which ODE's include.
+#undef far
+#undef near

@@ -10,7 +10,7 @@
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_data.h"
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/geom/pair_rule.h"
 #include "space/rays/ray_probe.h"

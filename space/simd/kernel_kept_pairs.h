@@ -12,7 +12,7 @@
 
 #include "space/data/box_set.h"
 #include "space/data/pair_list.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 

@@ -5,7 +5,7 @@
 
 #include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/simd/kernels.h"
 #include "space/sort/radix_sort.h"
 #include "space/sort/tuning.h"

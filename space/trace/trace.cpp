@@ -1,16 +1,16 @@
 #include "space/trace/trace.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <new>
+
+#include "space/data/platform.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
 // That of the process which loaded the library, so not of one that was forked from it.
-const pid_t first_process = getpid();
+const long first_process = processNumber();
 
 // Files that were named by openLater() and are begun.
 std::atomic<int> files_begun{0};
@@ -25,7 +25,7 @@ std::uint32_t wordOf(const PackRules& rules) {
 
 bool Trace::open(const std::string& path) {
   later_.clear();
-  process_ = getpid();
+  process_ = processNumber();
   if (!file_.open(path)) return false;
   bytes_.clear();
   bytes_.put32(trace_format::version);
@@ -39,7 +39,7 @@ bool Trace::open(const std::string& path) {
 
 std::string Trace::nameOfNext() const {
   std::string name = later_;
-  const std::string number = std::to_string(getpid());
+  const std::string number = std::to_string(processNumber());
   for (std::size_t at = 0; (at = name.find("%p", at)) != std::string::npos; at += number.size())
     name.replace(at, 2, number);
   const int files = files_begun.fetch_add(1) + 1;
@@ -47,7 +47,7 @@ std::string Trace::nameOfNext() const {
 }
 
 bool Trace::openNamed() {
-  if (getpid() != first_process && later_.find("%p") == std::string::npos) {
+  if (processNumber() != first_process && later_.find("%p") == std::string::npos) {
     later_.clear();
     return false;
   }
@@ -62,7 +62,7 @@ bool Trace::noteFrame() {
 void Trace::write(const Scene& scene, const PackRules& rules) try {
   if (!later_.empty() && !openNamed()) return;
   // After a fork both processes have the file; it is the first one's.
-  if (process_ != getpid()) return;
+  if (process_ != processNumber()) return;
   bytes_.clear();
   bytes_.put64(frames_);
   bytes_.put32(wordOf(rules));
@@ -77,7 +77,7 @@ void Trace::write(const Scene& scene, const PackRules& rules) try {
 }
 
 void Trace::writePairs(std::uint64_t pairs, std::uint64_t sum) try {
-  if (process_ != getpid()) return;
+  if (process_ != processNumber()) return;
   bytes_.clear();
   bytes_.put64(frames_);
   bytes_.put64(pairs);

@@ -6,7 +6,7 @@
 
 #include "space/data/float_steps.h"
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/round_outward.h"
 #include "space/data/tuning.h"
 #include "space/update/tuning.h"
@@ -71,7 +71,7 @@ std::size_t CoarseClusters::count(const BoxSet& boxes, const Buffer<Slot>& coars
   runTeam(counting, threads, [&](int thread, int team) {
     const Range range = ownPart(coarse.size(), thread, team);
     const auto increment = [team](std::uint16_t* count) {
-      return team == 1 ? (*count)++ : __atomic_fetch_add(count, std::uint16_t{1}, __ATOMIC_RELAXED);
+      return team == 1 ? (*count)++ : addShared(*count, std::uint16_t{1});
     };
     // No count gets as far as 2^16: its own pairs would be too many long before.
     std::uint16_t* places[prefetched_block];

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
 #include "space/geom/slots.h"

@@ -9,7 +9,7 @@
 
 #include "space/data/floating_point.h"
 #include "space/data/parallel.h"
-#include "space/data/prefetch.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
 #include "space/geom/pair_rule.h"

@@ -4,9 +4,9 @@
 #include <cstring>
 
 #include "space/data/floating_point.h"
-#include "space/data/free_memory.h"
 #include "space/data/packed_pair_rule.h"
 #include "space/data/parallel.h"
+#include "space/data/platform.h"
 #include "space/data/tuning.h"
 
 namespace ode_parallel_sap {

@@ -1,0 +1,80 @@
+// All that depends on the operating system or is GCC's and Clang's alone, but for files in memory
+// and images of ODE (contacts/library_copy), pages of the system's (storage.h) and vectors (simd).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+
+#if defined(_WIN32)
+#include <malloc.h>
+#endif
+
+namespace ode_parallel_sap {
+
+// `size` is a multiple of `alignment`. Null where there is no memory.
+inline void* allocateAligned(std::size_t alignment, std::size_t size) {
+#if defined(_WIN32)
+  return _aligned_malloc(size, alignment);
+#else
+  return std::aligned_alloc(alignment, size);
+#endif
+}
+inline void freeAligned(void* data) {
+#if defined(_WIN32)
+  _aligned_free(data);
+#else
+  std::free(data);
+#endif
+}
+
+// Asks for the line of the cache that holds a place. To GCC (12) a function that does nothing else
+// has no effect, and calls of such functions that it does not inline early are left out: all of the
+// update's once were. With the empty statement there is one.
+[[gnu::always_inline]] inline void prefetch(const void* place) {
+  __builtin_prefetch(place);
+  asm volatile("");
+}
+// The same, but no nearer than the second-level cache: where much is asked for that comes from
+// memory, there is room for few lines on their way to the first.
+[[gnu::always_inline]] inline void prefetchFar(const void* place) {
+  __builtin_prefetch(place, 0, 2);
+  asm volatile("");
+}
+// The same as the first for a place that will be written.
+[[gnu::always_inline]] inline void prefetchForWriting(void* place) {
+  __builtin_prefetch(place, 1);
+  asm volatile("");
+}
+
+// Relaxed atomic accesses to words that other code reads and writes as they are.
+template <class Word>
+[[gnu::always_inline]] inline Word addShared(Word& word, Word value) {
+  return __atomic_fetch_add(&word, value, __ATOMIC_RELAXED);
+}
+template <class Word>
+[[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
+  __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
+}
+template <class Word>
+[[gnu::always_inline]] inline void storeShared(Word& word, Word value) {
+  __atomic_store_n(&word, value, __ATOMIC_RELAXED);
+}
+
+// Bytes that can be taken without another program giving any up; 0 where that is not known. On
+// Linux it takes some ten microseconds.
+std::uint64_t freeMemory();
+
+// Calls these functions, each of which may be null, whenever the process forks: before, then in the
+// parent and in the child. Windows has no fork.
+void onFork(void (*before)(), void (*in_parent)(), void (*in_child)());
+
+// The number that the system gives to this process.
+long processNumber();
+
+// A thread that was joined counts against limits until the system has removed it. On Linux
+// threadNumber() is that of the calling thread, and awaitRemoval() waits for up to 0.1 s.
+long threadNumber();
+void awaitRemoval(long thread);
+
+}  // namespace ode_parallel_sap
