@@ -1,9 +1,8 @@
 #include "interrupt.h"
 
-#include <signal.h>
-
 #include <array>
 #include <atomic>
+#include <csignal>
 
 namespace pile {
 namespace {
@@ -13,28 +12,23 @@ std::atomic<int> received = 0;
 static_assert(std::atomic<int>::is_always_lock_free, "a handler must not wait");
 
 void receive(int number) {
+  std::signal(number, SIG_DFL);
   received = number;
 }
 
-bool isIgnored(int number) {
-  struct sigaction now = {};
-  return sigaction(number, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
+void handle(int number, void (*handler)(int)) {
+  if (std::signal(number, handler) == SIG_IGN) std::signal(number, SIG_IGN);
 }
 
 }  // namespace
 
 Interrupt::Interrupt() {
   received = 0;
-  struct sigaction once = {};
-  once.sa_handler = receive;
-  once.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-  for (const int number : signals)
-    if (!isIgnored(number)) sigaction(number, &once, nullptr);
+  for (const int number : signals) handle(number, receive);
 }
 
 Interrupt::~Interrupt() {
-  for (const int number : signals)
-    if (!isIgnored(number)) ::signal(number, SIG_DFL);
+  for (const int number : signals) handle(number, SIG_DFL);
 }
 
 int Interrupt::signal() {

@@ -13,6 +13,9 @@ if(ODE_PARALLEL_SAP_WINE)
 endif()
 # Programs contain the compiler's libraries, so that Windows finds all that they need.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
+execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libgomp.a OUTPUT_VARIABLE ode_parallel_sap_libgomp
+                OUTPUT_STRIP_TRAILING_WHITESPACE)
+set(OpenMP_gomp_LIBRARY "${ode_parallel_sap_libgomp}" CACHE FILEPATH "GCC's OpenMP runtime, static")
 
 # The build machine's own ODE is of no use here.
 set(ENV{PKG_CONFIG_LIBDIR} /usr/x86_64-w64-mingw32/lib/pkgconfig)

@@ -29,3 +29,16 @@ function(enable_warnings target)
     target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-Wno-maybe-uninitialized>")
   endif()
 endfunction()
+
+# Where a cross-compiler has system headers of its own, it must not see the build machine's beside those of a package
+# that is nothing but a folder of headers.
+function(isolate_headers target folder)
+  if(CMAKE_CROSSCOMPILING AND WIN32)
+    get_target_property(directory ${target} INTERFACE_INCLUDE_DIRECTORIES)
+    set(links "${PROJECT_BINARY_DIR}/headers")
+    file(MAKE_DIRECTORY "${links}")
+    file(CREATE_LINK "${directory}/${folder}" "${links}/${folder}" SYMBOLIC)
+    set_target_properties(${target} PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${links}"
+                                               INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${links}")
+  endif()
+endfunction()

@@ -6,6 +6,19 @@
 
 namespace sap_test {
 
+// Value 0: not set.
+inline void setVariable(const char* name, const char* value) {
+#if defined(_WIN32)
+  _putenv_s(name, value ? value : "");
+#else
+  if (value) {
+    setenv(name, value, 1);
+  } else {
+    unsetenv(name);
+  }
+#endif
+}
+
 // A variable of the environment as long as the scope lasts; value 0: not set.
 class Variable {
  public:
@@ -14,19 +27,9 @@ class Variable {
       before_ = before;
       was_set_ = true;
     }
-    if (value) {
-      setenv(name, value, 1);
-    } else {
-      unsetenv(name);
-    }
+    setVariable(name, value);
   }
-  ~Variable() {
-    if (was_set_) {
-      setenv(name_.c_str(), before_.c_str(), 1);
-    } else {
-      unsetenv(name_.c_str());
-    }
-  }
+  ~Variable() { setVariable(name_.c_str(), was_set_ ? before_.c_str() : nullptr); }
   Variable(const Variable&) = delete;
   Variable& operator=(const Variable&) = delete;
 
