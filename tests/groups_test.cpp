@@ -26,6 +26,7 @@ struct Kinds {
 
 // The first in a list are the most common.
 const std::vector<Kinds>& kindsOfBits() {
+  constexpr unsigned long high = 1ul << (5 * sizeof(long));  // 20 where there are only 32
   static const std::vector<Kinds> all = {
       {"two that meet each other only", {{1, 2}, {2, 1}}},
       {"one that meets itself and one that meets the other", {{1, 3}, {2, 1}}},
@@ -33,7 +34,7 @@ const std::vector<Kinds>& kindsOfBits() {
       {"three of which each meets the next one", {{1, 2}, {2, 4}, {4, 8}}},
       {"four", {{1, 6}, {2, 8}, {4, 8}, {8, 8}}},
       {"five", {{1, 2}, {2, 4}, {4, 8}, {8, 16}, {16, 1}}},
-      {"bits beyond 32", {{1ul << 40, 1ul << 41}, {1ul << 41, 1ul << 40}}},
+      {"bits beyond 32", {{high, high << 1}, {high << 1, high}}},
   };
   return all;
 }

@@ -46,8 +46,10 @@ case $way in
   pkg-config)
     check_compile_line "$(pkg-config --cflags ode-parallel-sap)"
     eval "flags=($(pkg-config --cflags --libs ode-parallel-sap))"
-    "${CC:-cc}" "$here/user.c" -o "$folder/user-program" "${flags[@]}"
-    LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program"
+    for compiler in gcc "${CC:-cc}"; do # a user need not have the compiler of the library
+      "$compiler" "$here/user.c" -o "$folder/user-program" "${flags[@]}"
+      LD_LIBRARY_PATH="$libdir:${LD_LIBRARY_PATH-}" "$folder/user-program"
+    done
     "${CC:-cc}" -shared -fPIC "$here/user.c" -o "$folder/plug-in.so" "${flags[@]}"
     check_stays "$folder/plug-in.so"
     ;;
