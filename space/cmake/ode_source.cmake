@@ -116,7 +116,7 @@ function(build_ode source precision result)
       "-DODE_WITH_TESTS=OFF")
   if(WIN32)
     # ODE includes <Windows.h>; MinGW-w64's name is lower-case, and other systems tell them apart.
-    set(lower_case "${PROJECT_BINARY_DIR}/windows-h")
+    set(lower_case "${ODE_PARALLEL_SAP_ODE_CACHE}/windows-h")
     file(WRITE "${lower_case}/Windows.h" "#include <windows.h>\n")
     list(APPEND settings -DBUILD_SHARED_LIBS=OFF "-DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS} -I\"${lower_case}\"")
   else()

@@ -60,8 +60,7 @@ class Pool {
   };
 
   Pool() {
-    onFork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); },
-                   [] { get().beginChild(); });
+    onFork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); }, [] { get().beginChild(); });
   }
 
   std::size_t missingOf(std::size_t wanted, std::size_t have) const {

@@ -66,7 +66,7 @@ class Turn {
  private:
   Turn() {
     onFork([] { lock().lock(); }, [] { lock().unlock(); },
-                   [] { new (&lock()) std::recursive_mutex; });
+           [] { new (&lock()) std::recursive_mutex; });
   }
 
   std::recursive_mutex lock_;
