@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <limits>
 #include <string>
@@ -213,6 +214,66 @@ TEST_CASE("Statistics count what happened", "[api]") {
       CHECK(stats.pairs == callbacks);
     }
   }
+}
+
+TEST_CASE("Statistics fill the struct that the program was compiled with, whatever its size",
+          "[api]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, 1));
+  collide(space);
+  const dParallelSAPStats now = statsOf(space);
+  const auto bytesOf = [](const dParallelSAPStats& stats) {
+    const char* const first = reinterpret_cast<const char*>(&stats);
+    return std::string(first, first + sizeof stats);
+  };
+  const std::size_t all = sizeof now, one_field_less = offsetof(dParallelSAPStats, candidates_kept);
+  for (const std::size_t size : {std::size_t(0), one_field_less, all, all + 24}) {
+    std::string bytes(all + 64, 'x');
+    dParallelSAPSpaceGetStatsSized(size, space, reinterpret_cast<dParallelSAPStats*>(&bytes[0]));
+    std::string expected = bytesOf(now).substr(0, size);
+    expected.resize(size, '\0');  // fields that this library does not know
+    CHECK(bytes == expected + std::string(bytes.size() - size, 'x'));
+  }
+  // The macro and the function of that name, which programs of this version call.
+  dParallelSAPStats function;
+  (dParallelSAPSpaceGetStats)(space, &function);
+  CHECK(bytesOf(function) == bytesOf(now));
+}
+
+TEST_CASE("Callbacks are taken from a struct of any size; fields that are not known are errors",
+          "[api]") {
+  const Space space;
+  dCreateSphere(space, 1), dCreateSphere(space, 1);
+  struct Newer {
+    dParallelSAPContactCallbacks known;
+    void* unknown;
+  };
+  static int reported, flagged;
+  const auto collideWith = [&](std::size_t size, const dParallelSAPContactCallbacks* callbacks) {
+    reported = flagged = 0;
+    dParallelSAPSpaceCollideContactsSized(size, space, nullptr, 4, callbacks);
+  };
+  Newer newer = {{[](void*, dGeomID, dGeomID, const dContactGeom*, int) { ++reported; },
+                  [](void*, dGeomID, dGeomID) { return ++flagged; }, nullptr, nullptr},
+                 nullptr};
+  for (const std::size_t size :
+       {sizeof newer.known, offsetof(dParallelSAPContactCallbacks, reduce), sizeof newer}) {
+    collideWith(size, &newer.known);
+    CHECK(reported == 1);
+    CHECK(flagged == 1);
+  }
+  // A program whose struct had but the first field.
+  collideWith(offsetof(dParallelSAPContactCallbacks, flags), &newer.known);
+  CHECK(reported == 1);
+  CHECK(flagged == 0);
+  CHECK_THROWS_AS(collideWith(0, &newer.known), OdeAssertion);
+  newer.unknown = &newer;
+  CHECK_THROWS_AS(collideWith(sizeof newer, &newer.known), OdeAssertion);
+  reported = flagged = 0;
+  (dParallelSAPSpaceCollideContacts)(space, nullptr, 4, &newer.known);
+  CHECK(reported == 1);
+  CHECK(flagged == 1);
 }
 
 TEST_CASE("Memory is reported, and in proportion", "[api]") {

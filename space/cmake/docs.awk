@@ -2,8 +2,10 @@
 # belong to what follows, those behind code to that. A function that follows another without a
 # comment of its own shares the comment.
 FNR == 1 { sub(/^\/\* /, "/** @file\n * @brief ") }
+# Macros in the place of functions of the same names.
+/^#if .*__STDC_VERSION__/, /^#endif/ { next }
 # What stands alone is about the header as a whole.
-/^\/\* (Environment variables|The narrow phase on the threads)/ { sub(/\/\* /, "/** @file\n * ") }
+/^\/\* Environment variables/ { sub(/\/\* /, "/** @file\n * ") }
 /^ *\/\* / { sub(/\/\* /, "/** ") }
 !/^ *(\/\*| \*)/ && / \/\* / { sub(/ \/\* /, " /**< ") }
 /^ODE_PARALLEL_SAP_API / && previous ~ /^ODE_PARALLEL_SAP_API .*;$/ {

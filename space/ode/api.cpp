@@ -2,6 +2,8 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
@@ -107,12 +109,29 @@ int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
   return checked(space).settings().devices;
 }
 
-void dParallelSAPSpaceCollideContacts(dSpaceID space, void* data, int flags,
-                                      const dParallelSAPContactCallbacks* callbacks) {
-  ParallelSAPSpace& own = checked(space);
-  dAASSERT(callbacks && callbacks->contacts);
-  dUASSERT(callbacks->flags || (flags & 0xffff) != 0, "flags for no contact");
-  own.collideContacts({data, flags, *callbacks});
+void dParallelSAPSpaceCollideContactsSized(size_t size, dSpaceID space, void* data, int flags,
+                                           const dParallelSAPContactCallbacks* callbacks) {
+  constexpr const char* name = "dParallelSAPSpaceCollideContacts";
+  ParallelSAPSpace& own = checked(space, name);
+  require(callbacks, "no callbacks", name);
+  dParallelSAPContactCallbacks known = {};
+  const char* const bytes = reinterpret_cast<const char*>(callbacks);
+  const std::size_t known_size = std::min(size, sizeof known);
+  std::memcpy(&known, bytes, known_size);
+  require(std::all_of(bytes + known_size, bytes + size, [](char byte) { return byte == 0; }),
+          "callbacks that this version of the library does not know", name);
+  require(known.contacts, "no contact callback", name);
+  require(known.flags || (flags & 0xffff) != 0, "flags for no contact", name);
+  own.collideContacts({data, flags, known});
+}
+
+// The header makes a macro of this name. The function is for programs that were compiled with
+// version 0.1, whose struct ends with `spaces`.
+void(dParallelSAPSpaceCollideContacts)(dSpaceID space, void* data, int flags,
+                                       const dParallelSAPContactCallbacks* callbacks) {
+  constexpr std::size_t size =
+      offsetof(dParallelSAPContactCallbacks, spaces) + sizeof callbacks->spaces;
+  dParallelSAPSpaceCollideContactsSized(size, space, data, flags, callbacks);
 }
 
 void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
@@ -268,8 +287,18 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   return own.isFast(geom);
 }
 
-void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats) {
-  ParallelSAPSpace& own = checked(space);
-  dAASSERT(stats);
-  *stats = own.stats();
+void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPStats* stats) {
+  constexpr const char* name = "dParallelSAPSpaceGetStats";
+  ParallelSAPSpace& own = checked(space, name);
+  require(stats, "no statistics to fill", name);
+  const std::size_t known_size = std::min(size, sizeof *stats);
+  std::memcpy(stats, &own.stats(), known_size);
+  std::memset(reinterpret_cast<char*>(stats) + known_size, 0, size - known_size);
+}
+
+// Likewise: in version 0.1 the struct ends with `candidates_kept`.
+void(dParallelSAPSpaceGetStats)(dSpaceID space, dParallelSAPStats* stats) {
+  constexpr std::size_t size =
+      offsetof(dParallelSAPStats, candidates_kept) + sizeof stats->candidates_kept;
+  dParallelSAPSpaceGetStatsSized(size, space, stats);
 }
