@@ -233,12 +233,12 @@ TEST_CASE("Statistics fill the struct that the program was compiled with, whatev
     dParallelSAPSpaceGetStatsSized(size, space, reinterpret_cast<dParallelSAPStats*>(&bytes[0]));
     std::string expected = bytesOf(now).substr(0, size);
     expected.resize(size, '\0');  // fields that this library does not know
-    CHECK(bytes == expected + std::string(bytes.size() - size, 'x'));
+    CHECK((bytes == expected + std::string(bytes.size() - size, 'x')));
   }
   // The macro and the function of that name, which programs of this version call.
   dParallelSAPStats function;
   (dParallelSAPSpaceGetStats)(space, &function);
-  CHECK(bytesOf(function) == bytesOf(now));
+  CHECK((bytesOf(function) == bytesOf(now)));
 }
 
 TEST_CASE("Callbacks are taken from a struct of any size; fields that are not known are errors",
