@@ -45,7 +45,7 @@ Workspaces::Use::Use(Workspaces& all) : workspace_(&all.outermost_) {
   const char *const begin = reinterpret_cast<const char*>(this), *const end = begin + sizeof *this;
   while (workspace_->taken_at && !hasEnded(workspace_->taken_at, end)) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
-    workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_;
+    workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_.emplace();
   }
   nested_ = workspace_ != &all.outermost_;
   for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;

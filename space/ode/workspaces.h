@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 
 #include "space/data/buffer.h"
 #include "space/frame/frame.h"
@@ -61,7 +62,7 @@ class Workspaces::Use {
  private:
   Workspace* workspace_;
   bool nested_;
-  Workspace spare_;  // used without memory for an inner one
+  std::optional<Workspace> spare_;  // used without memory for an inner one
   // Calls that one function makes, each through its own entry of the library, begin at depths that
   // differ by less than this; a call within a callback is deeper by more.
   char span_[1024];
