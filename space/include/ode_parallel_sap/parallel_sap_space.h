@@ -19,7 +19,8 @@
  *   disable geoms and bodies for the next collide, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
  *   other bounds (infinite, inverted, denormal, huge) count as they are, in every floating-point
- *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins.
+ *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins. (The
+ *   box of a stock sub-space leaves out such bounds.)
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
@@ -28,7 +29,8 @@
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice its time
  *   in a new space (allocations apart). If other programs hold the cores, it waits for them once.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
- *   the frame of a GPU that fails; one message and the statistics say so.
+ *   the frame of a GPU that fails; one message and the statistics say so. Without memory for all
+ *   pairs, the callback's changes count at once.
  *
  * Which call when: dSpaceCollide always works. dParallelSAPSpaceCollideContacts is for callbacks
  * that call dCollide and make joints, dParallelSAPSpaceCollidePairs for millions of pairs or
@@ -124,8 +126,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cul
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
 
 /* Called on the calling thread for each pair that touches, in the order of the pairs, with the
- * space locked. `contacts` are `count` >= 1 contacts of dCollide, which last until it returns. It
- * may do what a near callback may do. */
+ * space locked. `contacts` last until it returns, `count` >= 1. It may throw and collide. */
 typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
                                          const dContactGeom* contacts, int count);
 
@@ -321,13 +322,12 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int ski
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 
 /* Nonzero: the program promises to call dParallelSAPSpaceNotify, before the next collide, for
- * changes that ODE does not announce. Frames then need not read each geom. Default: 0. The changes
- * are: a geom gets other category or collide bits, is enabled or disabled, or loses its body
- * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep also: a call, not a
- * step, wakes its body (dBodyEnable; dBodySetAutoDisableFlag and dBodySetAutoDisableDefaults if
- * they forbid it to sleep). ODE_PARALLEL_SAP_NOTIFIED=check finds a missing call, which may cost
- * pairs, or leave ended ones, until the geom moves. No effect up to 120 geoms, on GPUs, with
- * BruteForce or AxisLists. */
+ * changes that ODE does not announce. Frames then read no geom for these. Default: 0. Changes are:
+ * a geom gets other category or collide bits, is enabled or disabled, or loses its body
+ * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep, a call, not a step,
+ * wakes its body (dBodyEnable; dBodySetAutoDisableFlag and dBodySetAutoDisableDefaults if they
+ * forbid it to sleep). ODE_PARALLEL_SAP_NOTIFIED=check finds a missing call, which may cost or add
+ * pairs. No effect up to 120 geoms, on GPUs and by BruteForce or AxisLists. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 
