@@ -37,6 +37,7 @@ class Geoms {
   void add(dSpaceID space, const MeshBoxes& boxes) {
     for (const MeshBox& box : boxes)
       geoms_.push_back(sap_test::createUserBoxWithoutTest(space, boundsOf(box)));
+    if (!geoms_.empty()) dParallelSAPClassHasNoAABBTest(dGeomGetClass(geoms_.front()));
   }
   void move() {
     for (const dGeomID geom : geoms_) dGeomSetPosition(geom, 0, 0, 0);
