@@ -30,9 +30,11 @@ Arithmetic arithmetic() {
   volatile Real denormal = std::numeric_limits<Real>::denorm_min();
   volatile Real little = std::numeric_limits<Real>::epsilon() / 8;
   volatile Real half = least / 2;
-  const bool above = one + little == one, below = one - little == one;
-  const bool mirrored = -one - little == -one && -one + little == -one;
-  return {half > zero, denormal > zero, above && below && mirrored};
+  // Volatile as well: compilers may move other arithmetic past a change of the mode.
+  volatile const bool keeps = half > zero, reads = denormal > zero;
+  volatile const bool above = one + little == one, below = one - little == one;
+  volatile const bool mirrored = -one - little == -one && -one + little == -one;
+  return {keeps, reads, above && below && mirrored};
 }
 
 }  // namespace

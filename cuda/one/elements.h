@@ -82,9 +82,10 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlapIsBorderline(const float4& low_a,
                                                             const float4& high_a,
                                                             const float4& low_b,
                                                             const float4& high_b) {
-  return isBorderline(low_a.x, high_b.x) | isBorderline(low_b.x, high_a.x) |
-         isBorderline(low_a.y, high_b.y) | isBorderline(low_b.y, high_a.y) |
-         isBorderline(low_a.z, high_b.z) | isBorderline(low_b.z, high_a.z);
+  const bool x = isBorderline(low_a.x, high_b.x), x_too = isBorderline(low_b.x, high_a.x);
+  const bool y = isBorderline(low_a.y, high_b.y), y_too = isBorderline(low_b.y, high_a.y);
+  const bool z = isBorderline(low_a.z, high_b.z), z_too = isBorderline(low_b.z, high_a.z);
+  return x | x_too | y | y_too | z | z_too;  // without branches
 }
 
 // Whether two boxes overlap by so much more than two steps that overlapIsBorderline need not be

@@ -16,9 +16,7 @@ class SlotSet {
 
   void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
   // Many threads may do so at once.
-  void insertShared(Slot slot) {
-    orShared(words_[slot / word_slots], bitOf(slot));
-  }
+  void insertShared(Slot slot) { orShared(words_[slot / word_slots], bitOf(slot)); }
   void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }
   bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }
 
