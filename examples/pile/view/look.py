@@ -218,7 +218,9 @@ def test_flags():
     plain, _ = snapshot("--scene", "torus", "--bodies", "12", "--steps", "1", "-notex")
     textured, _ = snapshot("--scene", "torus", "--bodies", "12", "--steps", "1")
     ground = plain.flat_ground
-    check(plain.pixels[ground].std(axis=0).max() < 0.01, "the ground has one colour without textures")
+    pixels = plain.pixels[ground]  # among them drawstuff's few yellow pyramids
+    alike = (abs(pixels - numpy.median(pixels, axis=0)) < 0.01).all(axis=1).mean()
+    check(alike > 0.99, f"the ground has one colour without textures: {100 * alike:.1f} % of it")
     check(textured.pixels[ground].std(axis=0).max() > 0.02, "and many with them")
 
 
