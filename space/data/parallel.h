@@ -45,8 +45,7 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
 // again on the caller's. Returns the team's size.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
-  if (threads > 1)
-    threads = teamsAreLost() || team_times.stalled() ? 1 : threadsToBeHad(threads);
+  if (threads > 1) threads = teamsAreLost() || team_times.stalled() ? 1 : threadsToBeHad(threads);
   if (threads <= 1) {
     work(0, 1);
     return 1;

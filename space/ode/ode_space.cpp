@@ -401,8 +401,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
 }
 
-void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data,
-                             dNearCallback* callback) {
+void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback) {
   askSilent();
   askOther(geom);
   cleanFew();
