@@ -6,6 +6,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <map>
+#include <thread>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -219,4 +220,29 @@ TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", 
       isLeft(kNear);
       CHECK(difference(script.pairs, expectedPairs(worlds().back()->geoms())) == "");
     }
+}
+
+TEST_CASE("A call that another thread left is over for the next thread, for events too",
+          "[longjmp]") {
+  static std::jmp_buf back;
+  static bool leaves;
+  const auto callback = [](void*, dGeomID, dGeomID) {
+    if (leaves) std::longjmp(back, 1);
+  };
+  const dSpaceID space = dParallelSAPSpaceCreate(0);
+  worlds().push_back(new World(space));
+  worlds().back()->addBoxes(denseCube(300, 5));
+  dParallelSAPSpaceSetEvents(space, 1);
+  std::thread([&] {
+    leaves = true;
+    if (!setjmp(back)) dSpaceCollide(space, nullptr, callback);
+    leaves = false;
+  }).join();
+  const dParallelSAPPairEvent* pairs;
+  dGeomDisable(worlds().back()->geoms()[7]);
+  dSpaceCollide(space, nullptr, callback);
+  CHECK(dParallelSAPSpaceGetEndedPairs(space, &pairs) > 0);
+  dSpaceCollide(space, nullptr, callback);
+  CHECK(dParallelSAPSpaceGetBegunPairs(space, &pairs) == 0);
+  CHECK(dParallelSAPSpaceGetEndedPairs(space, &pairs) == 0);
 }

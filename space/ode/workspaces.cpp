@@ -32,10 +32,11 @@ struct Stack {
 };
 
 // Stacks grow downwards.
-bool hasEnded(const char* taken_at, const char* now) {
-  if (taken_at > now) return false;
+bool hasEnded(const Workspace& workspace, const char* now) {
+  if (workspace.taken_by != std::this_thread::get_id()) return true;
+  if (workspace.taken_at > now) return false;
   static thread_local const Stack own;
-  return own.holds(taken_at) && own.holds(now);
+  return own.holds(workspace.taken_at) && own.holds(now);
 }
 
 }  // namespace
@@ -43,13 +44,14 @@ bool hasEnded(const char* taken_at, const char* now) {
 // Not inline, so that the compiler leaves no part of the object out.
 Workspaces::Use::Use(Workspaces& all) : workspace_(&all.outermost_) {
   const char *const begin = reinterpret_cast<const char*>(this), *const end = begin + sizeof *this;
-  while (workspace_->taken_at && !hasEnded(workspace_->taken_at, end)) {
+  while (workspace_->taken_at && !hasEnded(*workspace_, end)) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
     workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_.emplace();
   }
   nested_ = workspace_ != &all.outermost_;
   for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;
   workspace_->taken_at = begin;
+  workspace_->taken_by = std::this_thread::get_id();
 }
 
 }  // namespace ode_parallel_sap

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "space/data/buffer.h"
 #include "space/frame/frame.h"
@@ -18,6 +19,7 @@ struct Workspace {
   Buffer<dxGeom*> hits;  // of dSpaceCollide2
   RayLists rays;
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
+  std::thread::id taken_by;          // whose that is
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
   // Gives back what is held, but for the frame's lists.
@@ -31,8 +33,9 @@ struct Workspace {
 
 // A callback may leave a call by longjmp, which runs no destructor. So a call owns nothing and
 // leaves no pointer to its stack in the space: it uses a workspace, and the next call finds out
-// whether that one has ended. A call at the same or a shallower depth of the same stack proves it.
-// A call that is deeper, or on another stack (a fiber, another thread), counts as one within a
+// whether that one has ended. A call at the same or a shallower depth of the same stack proves it,
+// as does one of another thread, since one thread at a time uses a space.
+// A call that is deeper, or on another stack of the thread (a fiber), counts as one within a
 // callback: its pairs are right, but it keeps nothing for the next frame and reports no events.
 class Workspaces {
  public:

@@ -14,7 +14,7 @@
  *   this space in that order and keeps ODE's order of arguments.
  * - Callbacks run on the calling thread, with the space locked, and may collide any space. They may
  *   throw: the space is left unlocked. They may leave by longjmp: the space stays locked, as ODE's
- *   spaces do. The next collide is right.
+ *   spaces do. Later pairs are right, events again from a call that is no deeper on that stack on.
  * - Bits, bodies and enabled states are read when the collide begins. The callback may enable and
  *   disable geoms and bodies for the next collide, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
