@@ -108,10 +108,15 @@ grep -q 'NEW packages' "$folder/said" || fail "what is installed is not listed f
 
 # What only the tests that build the project again need is installed for these alone; --no-install does without.
 [ ! -e "$folder/installed/qemu-user" ] || fail "tests/run installs what it does not use"
+# Tests on other systems cannot be built with Catch2 3, so nothing is installed for them there.
+catch2_2=
+[ ! -e /usr/include/catch2/catch.hpp ] || catch2_2=1
 run tests/run --all --no-install
-grep -q 'Going on without .*qemu-user' "$folder/errors" && [ ! -e "$folder/installed/qemu-user" ] || fail "$(cat "$folder/errors")"
+grep -q 'Going on without .*dpkg-dev' "$folder/errors" && [ ! -e "$folder/installed/dpkg-dev" ] || fail "$(cat "$folder/errors")"
+[ "$(grep -c 'Going on without .*qemu-user' "$folder/errors")" -eq "${catch2_2:-0}" ] || fail "$(cat "$folder/errors")"
 run tests/run --all
-[ -e "$folder/installed/qemu-user" ] || fail "only $(ls "$folder/installed")"
+[ -e "$folder/installed/dpkg-dev" ] || fail "only $(ls "$folder/installed")"
+[ "${catch2_2:-0}" = "$([ -e "$folder/installed/qemu-user" ] && echo 1 || echo 0)" ] || fail "only $(ls "$folder/installed")"
 says "ctest: --test-dir build/release --parallel 2 --output-on-failure --no-tests=error"
 
 # Settings go to CMake, what follows to the program.
