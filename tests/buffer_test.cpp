@@ -1,4 +1,4 @@
-// Buffers keep what they should over all steps of their storage: heap, pages, huge pages.
+// Buffers keep what they should over both kinds of their storage: heap and pages.
 #include <algorithm>
 #include <cstdint>
 #include <memory>

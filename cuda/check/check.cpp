@@ -51,8 +51,6 @@ int main(int count, char** arguments) {
                        devices);
   } else if (!std::strcmp(what, "csv") && count > 5) {
     good = recordTimes(arguments[5], std::strtoull(arguments[4], nullptr, 10), threads, devices);
-  } else if (!std::strcmp(what, "cells") && count > 3) {
-    good = recordCells(arguments[3], threads);
   } else if (!std::strcmp(what, "quick")) {
     good = timeAll(true, threads);
   } else if (!std::strcmp(what, "time")) {
@@ -68,9 +66,8 @@ int main(int count, char** arguments) {
         "       %s tiny <threads> <devices> <most boxes> [scene|\"axis lists\"]\n"
         "       %s devices <threads> <devices> <most boxes>\n"
         "       %s csv <threads> <devices> <most boxes> <file>\n"
-        "       %s cells <threads> <file>\n"
         "       %s profile <threads> <scene> <boxes>\n",
-        arguments[0], arguments[0], arguments[0], arguments[0], arguments[0], arguments[0]);
+        arguments[0], arguments[0], arguments[0], arguments[0], arguments[0]);
     return 2;
   }
   std::printf(good ? "all good\n" : "FAILED\n");

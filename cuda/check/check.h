@@ -41,10 +41,6 @@ bool timeAll(bool quick, int threads);
 // Medians of the dense cube on 1, 2, 4 ... devices, as a table.
 bool timeDevices(std::size_t most, int threads, int devices);
 
-// The least of some frames on one device, on two and of the axis lists: "cell,ms" as CSV. The same
-// cells every time, so that two builds can be compared (tests/bench/tuning.py).
-bool recordCells(const std::string& path, int threads);
-
 // The dense cube from 2 to `most` boxes on the processor, on 1, 2, 4 ... devices in turn, and as
 // the back end Auto chooses; every other scene on the processor and one device. As CSV.
 bool recordTimes(const std::string& path, std::size_t most, int threads, int devices);

@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <vector>
 
-#include "cuda/axis_lists/cuda_axis_lists.h"
 #include "cuda/check/check.h"
 #include "cuda/check/scenes.h"
 #include "space/extract/sweep.h"
@@ -85,38 +84,7 @@ void timeDevice(const BoxSet& boxes, int threads, int devices, const Scene& scen
   std::fflush(stdout);
 }
 
-double leastMs(PairFinder& finder, const BoxSet& boxes, int threads) {
-  PairList pairs;
-  for (int i = 0; i < 4; ++i) finder.find(boxes, threads, pairs);
-  const std::vector<double> times = timesOf(15, [&] { finder.find(boxes, threads, pairs); });
-  return *std::min_element(times.begin(), times.end());
-}
-
 }  // namespace
-
-bool recordCells(const std::string& path, int threads) {
-  std::FILE* const file = std::fopen(path.c_str(), "w");
-  if (!file) return false;
-  std::fprintf(file, "cell,ms\n");
-  const auto record = [&](const std::string& way, PairFinder& finder, const Scene& scene,
-                          std::size_t size) {
-    BoxSet boxes;
-    scene.fill(size, 11, boxes);
-    std::fprintf(file, "%s %s %zu,%.5f\n", way.c_str(), scene.name.c_str(), size,
-                 leastMs(finder, boxes, threads));
-  };
-  const std::unique_ptr<CudaPairFinder> one = makeCudaSweep();
-  const std::unique_ptr<CudaPairFinder> two = makeCudaSweep(devicesFor(2));
-  two->useDevices(2);
-  const std::unique_ptr<CudaAxisListsFinder> lists = makeCudaAxisLists();
-  for (const std::size_t size : {10000, 100000, 1000000, 3000000})
-    record("one", *one, sceneOf("cube"), size);
-  for (const Scene& scene : scenes())
-    if (scene.name != "cube") record("one", *one, scene, std::min<std::size_t>(scene.most, 300000));
-  for (const std::size_t size : {100000, 1000000}) record("two", *two, sceneOf("cube"), size);
-  for (const std::size_t size : {1000, 20000}) record("lists", *lists, sceneOf("cube"), size);
-  return std::fclose(file) == 0;
-}
 
 bool timeDevices(std::size_t most, int threads, int devices) {
   std::printf(
