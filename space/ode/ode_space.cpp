@@ -134,7 +134,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   silent_.growTo(slot + std::size_t{1});
   slots_.add(geom, tail_);
   silent_.add(slot);
-  pipeline_.noteNewcomer();
+  pipeline_.noteArrival();
   geom->next = nullptr;
   *tail_ = geom;
   tail_ = &geom->next;
@@ -155,8 +155,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
-  pipeline_.noteNewcomer();
-  pipeline_.forget(geom, slot);
+  pipeline_.noteDeparture(geom, slot);
   silent_.remove(slot);
   if (trace_) trace_->forget(slot);
   swept_.remove(geom, slot);
@@ -299,7 +298,7 @@ void ParallelSAPSpace::cleanFew() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
   if (!call.nested()) {
-    const int part = pipeline_.noteMemory(count);
+    const int part = memory_watch_.noteFrame(count, pipeline_.lastPairs());
     if (part == MemoryWatch::parts - 1) {
       call->release();
       queries_.release();
@@ -337,16 +336,17 @@ bool ParallelSAPSpace::writeTrace(const Call& call) {
   return settings_.rules.tolerance == 0;
 }
 
+FrameCall ParallelSAPSpace::frameOf(const Call& call) {
+  return {scene(call.nested()), call->frame, settings_, getManualCleanup() != 0};
+}
+
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
   beginFrame(call);
-  const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collide(all, call->frame, settings_, data, callback, getManualCleanup() != 0);
+  if (!trace_ || !writeTrace(call)) return pipeline_.collide(frameOf(call), data, callback);
   PairTally tally(*trace_, data, callback);
-  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair,
-                    getManualCleanup() != 0);
+  pipeline_.collide(frameOf(call), &tally, PairTally::passPair);
   tally.writeTo(*trace_);
 }
 
@@ -354,19 +354,15 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
   if (trace_) writeTrace(call);
-  pipeline_.collideContacts(scene(call.nested()), call->frame, settings_, request,
-                            getManualCleanup() != 0);
+  pipeline_.collideContacts(frameOf(call), request);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collidePairs(all, call->frame, settings_, request);
+  if (!trace_ || !writeTrace(call)) return pipeline_.collidePairs(frameOf(call), request);
   PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(all, call->frame, settings_,
-                         {&tally, request.flags, PairTally::passBlock});
+  pipeline_.collidePairs(frameOf(call), {&tally, request.flags, PairTally::passBlock});
   tally.writeTo(*trace_);
 }
 
@@ -407,11 +403,11 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   cleanFew();
   updateAABB(geom);
   if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
-  if (hasNaN(geom)) return pipeline_.complainOfInvalid(geom);
+  if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
     queries_.find(slots_.geoms(), geom,
-                  {settings_.rules.cull_planes, pipeline_.teamFor(slots_.size(), settings_)}, hits);
+                  {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);
@@ -429,14 +425,14 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const StageRange range(Stage::rays);
   askSilent();
   cleanFew();
-  const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings_),
+  const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
-  StageClock clock;
+  const Clock::time_point begin = Clock::now();
   const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way, call->rays)
                                  : RayCaster().cast(slots_.geoms(), request, way, call->rays);
-  const double ms = clock.lap();
-  pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
+  const double ms = milliseconds(begin, Clock::now());
+  pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
   pipeline_.statistics().noteRays(request.count, ms);
   return hits;
 }

@@ -9,9 +9,8 @@ namespace ode_parallel_sap {
 // every frame, a tenth takes 0.75 of the time of that and a quarter 1.23.
 constexpr std::size_t changing_share = 8;
 
-// A level of trees is merged into the next one when it is no longer this many times smaller, and
-// all of them into the base when together they are.
-constexpr std::size_t level_ratio = 4;
+// The trees of all boxes are made anew when one box in so many is in the recent ones.
+constexpr std::size_t recent_share = 4;
 
 // Cells of changed boxes that a thread takes at a time: few, since some meet far more than others.
 constexpr std::size_t changed_chunk_cells = 4;

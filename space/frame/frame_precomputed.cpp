@@ -2,7 +2,7 @@
 // dCollide are found before the report.
 
 #include "space/frame/geoms_ahead.h"
-#include "space/frame/pipeline.h"
+#include "space/frame/frame.h"
 
 namespace ode_parallel_sap {
 
@@ -23,37 +23,37 @@ class AtEnd {
 
 }  // namespace
 
-void Pipeline::precompute(Frame& frame, const Settings& settings, bool manual_cleanup) {
+void Pipeline::precompute(Frame& frame, const PairList& pairs) {
   const Plan& plan = frame.plan;
-  FrameResult& result = frame.result;
   constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
-  const NarrowPhase::Way way = {plan.contact_threads, manual_cleanup, plan.leave_out, true,
-                                plan.precompute.in_full ? 1 : sample};
+  const NarrowPhase::Way way = {plan.contact_threads, frame.call.manual_cleanup, plan.leave_out,
+                                true, plan.precompute.in_full ? 1 : sample};
   frame.clock.begin(Stage::narrow);
-  const int used = precomputed_.precompute(frame.pairs, {frame.geoms(), frame.slots()},
+  const int used = precomputed_.precompute(pairs, {frame.call.geoms(), frame.call.slots()},
                                            plan.precompute.least_share, way);
-  result.narrow_ms = frame.clock.lap();
+  frame.clock.pause();
   if (precomputed_.last().precomputed == 0) return;
-  result.narrow_threads = used;
-  result.contacts = precomputed_.narrowPhase().contacts();
-  result.apart = precomputed_.narrowPhase().leftOut().apart;
+  frame.stats.narrow_threads = used;
+  frame.stats.contacts = precomputed_.narrowPhase().contacts();
+  frame.stats.apart = precomputed_.narrowPhase().leftOut().apart;
   // As if it were all pairs, of which this is a part.
-  const std::size_t pairs = frame.pairs.size();
   const double part =
-      static_cast<double>(precomputed_.last().precomputed) / static_cast<double>(pairs);
-  policy_.learnOfBatch(settings, {Batch::contacts, used, pairs, result.narrow_ms / part});
+      static_cast<double>(precomputed_.last().precomputed) / static_cast<double>(pairs.size());
+  policy_.learnOfBatch(frame.call.settings, {Batch::contacts, used, pairs.size(),
+                                             frame.clock.of(Stage::narrow) / part});
   policy_.learnOfApart(plan, precomputed_.narrowPhase().leftOut());
-  note(result);  // should the callback throw, or collide again
+  note(frame);  // should the callback throw, or collide again
 }
 
-void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
+void Pipeline::reportWatched(Frame& frame, const PairList& pairs, void* data,
                              dNearCallback* callback) {
-  dxGeom* const* const geoms = frame.geoms();
+  dxGeom* const* const geoms = frame.call.geoms();
   frame.clock.begin(Stage::report);
   PrecomputedContacts::Report report(precomputed_);
   const AtEnd learning([&] {
     const bool more = precomputed_.wouldTellAny(frame.plan.precompute.least_share);
-    if (!policy_.learnOfPrecomputing(frame.plan, frame.facts, settings, precomputed_.last(), more))
+    if (!policy_.learnOfPrecomputing(frame.plan, frame.facts, frame.call.settings,
+                                     precomputed_.last(), more))
       precomputed_.forgetHabits();
   });
   const auto tell = [&](Pair pair) {
@@ -62,7 +62,7 @@ void Pipeline::reportWatched(Frame& frame, const Settings& settings, void* data,
     callback(data, a, b);
   };
   const GeomsAhead ahead(geoms);
-  for (const Buffer<Pair>& part : frame.pairs.parts) ahead.tell(part.begin(), part.end(), tell);
+  for (const Buffer<Pair>& part : pairs.parts) ahead.tell(part.begin(), part.end(), tell);
 }
 
 }  // namespace ode_parallel_sap
