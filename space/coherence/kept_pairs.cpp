@@ -22,33 +22,28 @@ constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
 // One part of both lists on its way into the new one.
 class KeptPairs::Merge {
  public:
-  Merge(const Task& task, std::size_t old_begin, const SlotSet& changed, Buffer<Pair>& merged,
-        PairChanges& changes)
-      : begin_(task.begin),
-        pair_(task.begin),
+  Merge(const Task& task, const SlotSet& changed, Buffer<Pair>& merged)
+      : pair_(task.begin),
         end_(task.end),
         found_(task.found_begin),
         found_end_(task.found_end),
-        old_begin_(old_begin),
         changed_(changed.view()),
-        merged_(merged),
-        changes_(changes) {}
+        merged_(merged) {}
 
   // Returns how many of the old ones stayed.
   std::size_t run() {
     const std::size_t count_found = found_end_ - found_;
     merged_.resizeDiscarding((end_ - pair_) + count_found);
     next_ = merged_.data();
-    changes_.clear();
     Slot changed_earlier = pair_ < end_ ? changed_.firstFrom(earlierOf(*pair_)) : 0;
     while (pair_ < end_ || found_ < found_end_) {
       const Pair next_found = nextFound();
       const Pair of_changed = makePair(changed_earlier, 0);
-      passOver(std::min(next_found, of_changed));
+      copyUnchanged(std::min(next_found, of_changed));
       if (next_found < of_changed) {
-        meet();
+        *next_++ = *found_++;
       } else {
-        while (pair_ < end_ && earlierOf(*pair_) == changed_earlier) meet();
+        while (pair_ < end_ && earlierOf(*pair_) == changed_earlier) ++pair_;
         changed_earlier = changed_.firstFrom(changed_earlier + 1);
       }
     }
@@ -59,46 +54,32 @@ class KeptPairs::Merge {
  private:
   Pair nextFound() const { return found_ < found_end_ ? *found_ : ~Pair{0}; }
 
-  // Pairs below `limit`, whose earlier slots are all unchanged.
-  void passOver(Pair limit) {
+  // Of the pairs below `limit`, whose earlier slots are all unchanged.
+  void copyUnchanged(Pair limit) {
     while (end_ - pair_ >= step && pair_[step - 1] < limit) {
       bool any = false;
       for (std::ptrdiff_t i = 0; i < step; ++i) any |= changed_.contains(laterOf(pair_[i]));
       if (any) {
-        for (std::ptrdiff_t i = 0; i < step; ++i) passOne();
+        for (std::ptrdiff_t i = 0; i < step; ++i) copyOne();
       } else {
         std::memcpy(next_, pair_, step * sizeof(Pair));
         pair_ += step;
         next_ += step;
       }
     }
-    while (pair_ < end_ && *pair_ < limit) passOne();
+    while (pair_ < end_ && *pair_ < limit) copyOne();
   }
-  void passOne() {
+  void copyOne() {
     if (changed_.contains(laterOf(*pair_)))
-      end();
+      ++pair_;
     else
       *next_++ = *pair_++;
   }
-  // The lesser of the next found pair and the next old one, which is of a changed slot if it is.
-  void meet() {
-    const Pair found = nextFound();
-    if (pair_ < end_ && *pair_ < found) return end();
-    if (pair_ < end_ && *pair_ == found)
-      ++pair_;  // it lasts
-    else
-      changes_.begun.push_back(static_cast<std::size_t>(next_ - merged_.data()));
-    *next_++ = *found_++;
-  }
-  void end() { changes_.ended.push_back(old_begin_ + static_cast<std::size_t>(pair_++ - begin_)); }
 
-  const Pair* const begin_;
   const Pair *pair_, *const end_;
   const Pair *found_, *const found_end_;
-  const std::size_t old_begin_;  // the place of *begin_ among all old pairs
   const SlotSet::View changed_;
   Buffer<Pair>& merged_;
-  PairChanges& changes_;
   Pair* next_ = nullptr;
 };
 
@@ -128,19 +109,11 @@ void KeptPairs::replace(const SlotSet& changed, const PairList& found, int threa
                         PairList& pairs) {
   planTasks(pairs, found, threads);
   merged_.clear(tasks_.size());
-  if (changes_.size() < tasks_.size()) changes_.resize(tasks_.size());
-  pieces_.clear();
-  std::size_t place = 0;
-  for (const Task& task : tasks_) {
-    const std::size_t begin = place;
-    place += static_cast<std::size_t>(task.end - task.begin);
-    pieces_.push_back({begin, place, &changes_[pieces_.size()]});
-  }
   std::atomic<std::size_t> kept{0};
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
   runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
     const std::size_t i = range.begin;
-    kept += Merge(tasks_[i], pieces_[i].old_begin, changed, merged_.parts[i], changes_[i]).run();
+    kept += Merge(tasks_[i], changed, merged_.parts[i]).run();
   });
   kept_ = kept;
   std::swap(pairs, merged_);

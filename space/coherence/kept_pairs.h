@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "space/coherence/pair_changes.h"
 #include "space/data/pair_list.h"
 #include "space/data/slot_set.h"
 
@@ -14,13 +13,9 @@ class KeptPairs {
   // Takes all pairs that a slot of `changed` is in out of `pairs` and puts `found`, which are all
   // of theirs, in. Both ascending, as is the result.
   void replace(const SlotSet& changed, const PairList& found, int threads, PairList& pairs);
-  // Of the last replace(): pairs that it left where they were,
+  // Of the last replace(): the number of pairs that stayed.
   std::size_t kept() const { return kept_; }
-  // the pairs of before,
-  PairList& replaced() { return merged_; }
-  // and what began and ended, by parts of the new list.
-  const std::vector<ChangedPiece>& changes() const { return pieces_; }
-  std::size_t bytes() const { return bytesOf(tasks_, merged_, pieces_, changes_); }
+  std::size_t bytes() const { return bytesOf(tasks_, merged_); }
 
  private:
   struct Task {
@@ -31,8 +26,6 @@ class KeptPairs {
 
   std::vector<Task> tasks_;
   PairList merged_;
-  std::vector<ChangedPiece> pieces_;  // by task
-  std::vector<PairChanges> changes_;  // likewise
   std::size_t kept_ = 0;
 };
 

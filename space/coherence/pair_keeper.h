@@ -70,15 +70,13 @@ class PairKeeper {
   // Of the last find(): pairs that were looked at, and pairs that stayed.
   std::size_t candidates() const { return candidates_; }
   std::size_t kept() const { return kept_; }
-  // Whether it left all pairs as they were; otherwise those of before, and what it changed.
+  // Whether it left all pairs as they were.
   bool unchanged() const { return changes_ == 0; }
   // Whether the last update() had nothing to look at, and another one by the same rules would have
   // nothing to look at either.
   bool wouldRepeat(const GeomUpdate& geom_update) const {
     return running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
   }
-  PairList& replaced() { return kept_pairs_.replaced(); }
-  const std::vector<ChangedPiece>& pairChanges() const { return kept_pairs_.changes(); }
   std::size_t bytes() const {
     return bytesOf(changed_, incremental_, wide_incremental_, found_, kept_pairs_);
   }

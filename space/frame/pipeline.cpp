@@ -41,16 +41,13 @@ void Pipeline::collide(const Scene& scene, FrameLists& lists, const Settings& se
 // All stages up to the report. False where there is no memory for them.
 bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   const bool were_apart = std::exchange(candidates_apart_, false);
-  if (were_apart) {
-    events_.keep(frame.pairs);
-    std::swap(frame.pairs, candidates_);
-  }
+  if (were_apart) std::swap(frame.pairs, candidates_);
   if (!findChanges(frame)) findAnew(frame);
   frame.clock.begin(Stage::filter);
   if (select(frame)) frame.result.filter_ms += frame.clock.lap();
-  const bool kept = !were_apart && !candidates_apart_ && !frame.result.anew();
-  frame.same = kept && store_.coherence.unchanged();
-  tellEvents(frame, kept);
+  frame.same =
+      !were_apart && !candidates_apart_ && !frame.result.anew() && store_.coherence.unchanged();
+  updateEvents(frame);
   frame.clock.begin(Stage::none);
   frame.result.pairs = frame.pairs.size();
   store_.complete = true;
@@ -59,7 +56,7 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   if (watcher_ && !frame.facts.for_contacts && watcher_->isDue()) showPairs(frame);
   return true;
 } catch (const std::bad_alloc&) {
-  if (events_.on() && !frame.scene.nested) events_.tellNothing();
+  if (events_.on() && !frame.scene.nested) events_.updateUnknown();
   return false;
 }
 
@@ -86,7 +83,6 @@ bool Pipeline::findChanges(Frame& frame) {
   frame.clock.begin(Stage::extract);
   result.threads = coherence.find(frame.geoms(), geom_update_, boxes_, plan.threads,
                                   {extraction_.finders(), pair_filter_}, frame.pairs);
-  events_.keep(coherence.replaced());
   result.found.method = dParallelSAPMethodSweep;
   result.candidates = coherence.candidates();
   result.kept = coherence.kept();
@@ -101,7 +97,6 @@ void Pipeline::findAnew(Frame& frame) {
   PairKeeper& coherence = store_.coherence;
   frame.clock.begin(Stage::update);
   coherence.stop();
-  events_.keep(frame.pairs);
   result.threads =
       geom_update_.pack(frame.geoms(), frame.slots(), plan.rules, plan.threads, boxes_);
   coherence.forgetChanges();

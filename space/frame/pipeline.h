@@ -75,7 +75,7 @@ class Pipeline {
   // A geom leaves its slot.
   void forget(const dxGeom* geom, Slot slot) {
     complaints_.forget(geom);
-    if (events_.on()) events_.forget(slot);
+    if (events_.on()) events_.removeGeom(slot);
   }
 
   // Counts a frame of so many geoms. The part of what is held that is to be given back.
@@ -104,7 +104,7 @@ class Pipeline {
   void extract(Frame& frame);
   void takeNotice(Frame& frame);
   bool select(Frame& frame);
-  void tellEvents(Frame& frame, bool kept);
+  void updateEvents(Frame& frame);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
   void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);

@@ -35,7 +35,7 @@ FrameCounts Pipeline::collideSmall(const Scene& scene, const Settings& settings,
   SmallReport told = report;
   if (watcher && watcher->isDue()) told.watcher = watcher;
   if (events_.on() && scene.nested)
-    events_.passOver();
+    events_.skip();
   else if (events_.on())
     told.events = &events_;
   const FrameCounts result =
@@ -58,7 +58,6 @@ void Pipeline::release(int part, FrameLists& lists) {
   store_.complete = false;
   switch (part) {
     case 0:
-      events_.keep(lists.pairs);
       lists.release();
       candidates_ = PairList();
       others_ = PairList();

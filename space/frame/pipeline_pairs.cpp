@@ -38,24 +38,18 @@ void Pipeline::collidePairs(const Scene& scene, FrameLists& lists, const Setting
   statistics_.endFrame();
 }
 
-// `kept`: the frame went on from the last one's list. What a frame within a callback finds is not
-// told.
-void Pipeline::tellEvents(Frame& frame, bool kept) {
+// Frames within a callback have no events.
+void Pipeline::updateEvents(Frame& frame) {
   if (!events_.on()) return;
   if (frame.scene.nested) {
-    events_.passOver();
+    events_.skip();
     return;
   }
   frame.clock.begin(Stage::events);
   constexpr PairEvents::Source source = PairEvents::Source::frame;
-  const int threads = frame.plan.threads;
-  const Buffer<dxGeom*>& slots = frame.scene.slots;
-  const PairKeeper& coherence = store_.coherence;
-  if (frame.same && events_.tellSame(source)) return;
-  const bool told =
-      kept && !frame.same &&
-      events_.tellChanged(frame.pairs, coherence.pairChanges(), slots, source, threads);
-  if (!told && !events_.tell(frame.pairs, slots, source, threads)) complaints_.ofUnreportedEvents();
+  if (frame.same && events_.updateSame(source)) return;
+  if (!events_.update(frame.pairs, frame.scene.slots, source, frame.plan.threads))
+    complaints_.ofUnreportedEvents();
   frame.same = false;
   frame.result.events_ms = frame.clock.lap();
 }
