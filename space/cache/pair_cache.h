@@ -2,12 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
+#include "space/cache/fat_proxies.h"
 #include "space/cache/pair_merge.h"
 #include "space/cache/proxy_trees.h"
-#include "space/data/back_off.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/platform.h"
@@ -25,8 +23,8 @@ namespace ode_parallel_sap {
 //   margin   if                                      out of date           of candidates, pairs are
 //   0        at most one geom in changing_share      geoms that changed    all
 //            changed
-//   a share  all geoms move by little, which a       boxes that left       those whose boxes overlap
-//   of size  sample of the boxes shows               their fat box
+//   a share  all geoms move by little                boxes that left       those whose boxes overlap
+//   of size  (FatProxies)                            their fat box
 //
 // Other frames are found anew by a PairFinder. The pairs are the same in either way.
 class PairCache {
@@ -89,47 +87,22 @@ class PairCache {
                const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
                PairList& pairs);
 
-  // A margin.
-  enum class Fat {
-    off,      // boxes move so far that they would not stay in fat ones
-    started,  // all get fat boxes
-    served,   // candidates are kept
-    in_vain   // too many left their fat boxes in the first frame after they got them
-  };
-  // Whether findFat() should find the pairs of these boxes, which are floats: if candidates are
-  // kept, or kept from now on. Sees from one call to the next how far boxes move.
-  bool usesFat(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
-  // Likewise, whatever came of it before.
-  Fat judgeFat(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
-  // Finds their pairs as PairFinder::find does. The sweep's trees are those of fat boxes then.
-  Counts findFat(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
-  // A frame did without. After many in a row nothing is held for fat boxes.
-  void skipFat();
+  // A margin: see fat_proxies.h.
+  FatProxies& fat() { return fat_; }
 
-  void release() { *this = PairCache(); }
   std::size_t bytes() const {
-    return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_, candidates_, left_, leaving_,
-                   sample_, borderline_);
+    return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_);
   }
 
  private:
   // Who left the pairs of the last frame, and with them what renew() can go on from.
   enum class Source { trees, no_trees, device };
-  enum class Proxies { none, boxes, fat };
 
   bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
   int findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
                   const BoxSet& boxes, int threads);
-  bool isSlow(const BoxSet& boxes);
-  bool filtersChanged(const BoxSet& boxes, Slot slot) const;
-  void listLeft(const BoxSet& boxes, int threads);
-  void fatten(const BoxSet& boxes, Slot slot, float share);
-  int startFat(const BoxSet& boxes, int threads, Sweep<float>& sweep);
-  int followFat(const BoxSet& boxes, int threads, Sweep<float>& sweep, Counts& counts);
-  int test(const BoxSet& boxes, int threads, PairList& pairs);
-  void stopFat();
 
   SlotSet changed_;
   bool any_changed_ = false;  // if not, changed_ is empty
@@ -139,24 +112,12 @@ class PairCache {
   bool was_plainly_same_ = false;  // at the last update()
   PackRules rules_;                // of the last update()
   Source source_ = Source::no_trees;
-  Proxies in_trees_ = Proxies::none;
+  bool trees_started_ = false;  // since the last start()
   ProxyTrees<float> trees_;
   ProxyTrees<double> wide_trees_;
   PairList found_;
   PairMerge merge_;
-
-  bool fat_running_ = false;
-  BackOff fat_back_off_{4};  // fat boxes that are left at once cost half a frame
-  int fat_frames_ = 0;       // since all got fat boxes
-  int fat_skipped_ = 0;      // frames since the last judgeFat()
-  std::uint64_t builds_ = 0;  // of the sweep, when its trees were last those of fat boxes
-  BoxSet fat_;
-  PairList candidates_;
-  SlotSet left_;          // slots whose fat boxes or filters hold no more, and those that are gone
-  Buffer<Slot> leaving_;  // those of them that are still there, ascending
-  Buffer<Box> sample_;    // some boxes of the last frame
-  std::size_t sampled_ = 0;                                 // of so many slots; 0: none
-  std::vector<std::vector<PairList::Segment>> borderline_;  // one a thread
+  FatProxies fat_;
 };
 
 }  // namespace ode_parallel_sap

@@ -1,11 +1,10 @@
-#include "space/coherence/pair_events.h"
+#include "space/cache/pair_events.h"
 
 #include <algorithm>
 #include <new>
 #include <numeric>
 #include <utility>
 
-#include "space/data/mechanisms.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
 #include "space/geom/ode_private.h"
@@ -16,80 +15,17 @@ namespace ode_parallel_sap {
 namespace {
 
 // Pairs that are compared at once.
-constexpr std::ptrdiff_t step = 8;  // fixed: a line of the cache
+constexpr std::size_t step = 8;  // fixed: a line of the cache
 
 Region comparing("pair events: comparison"), writing("pair events: pairs and numbers");
 
 bool areSame(const Pair* a, const Pair* b) {
   Pair differing = 0;
-  for (std::ptrdiff_t i = 0; i < step; ++i) differing |= a[i] ^ b[i];
+  for (std::size_t i = 0; i < step; ++i) differing |= a[i] ^ b[i];
   return differing == 0;
 }
 
 }  // namespace
-
-// New pairs against old ones.
-class PairEvents::Comparison {
- public:
-  // `old_slots`: by new slot; null where they are the same.
-  Comparison(const ToldPairs& old, const Slot* old_slots) : old_(old), old_slots_(old_slots) {}
-
-  std::size_t oldPairs() const { return old_.size(); }
-  Pair inOldSlots(Pair pair) const {
-    return old_slots_ ? makePair(old_slots_[earlierOf(pair)], old_slots_[laterOf(pair)]) : pair;
-  }
-  // Of the old pairs those that come before this new one.
-  std::size_t oldBefore(Pair pair) const { return old_.before(inOldSlots(pair)); }
-  void run(const Piece& piece, PairChanges& findings) const {
-    const Pair* pair = piece.begin;
-    old_.forRuns(piece.old_begin, piece.old_end,
-                 [&](const Pair* begin, const Pair* end, std::size_t place) {
-                   pair = pass(piece, pair, {begin, end, place}, findings);
-                 });
-    while (pair < piece.end) findings.begun.push_back(indexIn(piece, pair++));
-  }
-
- private:
-  // Old pairs that lie together.
-  struct OldRun {
-    const Pair *begin, *end;
-    std::size_t place;  // of the first
-    std::size_t placeOf(const Pair* old) const {
-      return place + static_cast<std::size_t>(old - begin);
-    }
-  };
-
-  static std::size_t indexIn(const Piece& piece, const Pair* pair) {
-    return static_cast<std::size_t>(pair - piece.begin);
-  }
-
-  // The piece's pairs from `pair` on against a run. Returns the first that comes after the run.
-  const Pair* pass(const Piece& piece, const Pair* pair, const OldRun& run,
-                   PairChanges& findings) const {
-    const Pair* old = run.begin;
-    while (pair < piece.end && old < run.end) {
-      if (!old_slots_ && piece.end - pair >= step && run.end - old >= step && areSame(pair, old)) {
-        pair += step;
-        old += step;
-        continue;
-      }
-      const Pair now = inOldSlots(*pair);
-      if (now < *old) {
-        findings.begun.push_back(indexIn(piece, pair++));
-      } else if (*old < now) {
-        findings.ended.push_back(run.placeOf(old++));
-      } else {
-        ++pair;
-        ++old;
-      }
-    }
-    while (old < run.end) findings.ended.push_back(run.placeOf(old++));
-    return pair;
-  }
-
-  const ToldPairs& old_;
-  const Slot* const old_slots_;
-};
 
 void PairEvents::turn(bool on) {
   if (on == on_) return;
@@ -97,253 +33,229 @@ void PairEvents::turn(bool on) {
   on_ = on;
 }
 
-void PairEvents::forget(Slot slot) {
-  const std::size_t known = closed_ ? was_.size() : last_slots_;
-  if (slot >= known) return;
-  gone_.insert(closed_ ? was_[slot] : slot);
-  any_gone_ = true;
+void PairEvents::removeGeom(Slot slot) {
+  trackSlots();
+  if (slot < previous_slots_.size()) previous_slots_[slot] = no_slot;
 }
 
-// All that stay have lower slots than any that came since, but for those that sit in slots of geoms
-// that are gone, and are marked so. There is room: see reserve().
 void PairEvents::closeSlots(const Buffer<dxGeom*>& geoms) {
-  if (!closed_) {
-    was_.resizeDiscarding(last_slots_);
-    std::iota(was_.begin(), was_.end(), Slot{0});
+  trackSlots();
+  previous_slots_.resize(closeGaps(geoms, previous_slots_));
+}
+
+// reserve() has made room.
+void PairEvents::trackSlots() {
+  if (slots_changed_) return;
+  slots_changed_ = true;
+  previous_slots_.resizeDiscarding(last_slots_);
+  std::iota(previous_slots_.begin(), previous_slots_.end(), Slot{0});
+}
+
+bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
+                        int threads) try {
+  freeNumbers();
+  const std::size_t count_pairs = pairs.size();
+  const int team = teamFor(count_pairs + previous_.pairs.size(), grains::passed_pairs, threads);
+  nameSlots(geoms);
+  planPieces(pairs, team);
+  runChunks(comparing, team, pieces_.size(), 1,
+            [&](const Range& range, int) { count(pieces_[range.begin]); });
+  addUp();
+  reserve(count_pairs, geoms.size());
+  // All memory is there: from here on nothing fails.
+  if (begun_.size() || ended_.size() || renamed_) {
+    for (Event& event : begun_) event.number = free_.take();
+    runChunks(writing, team, pieces_.size(), 1,
+              [&](const Range& range, int) { write(pieces_[range.begin], geoms); });
+    std::swap(previous_, next_);
   }
-  was_.resize(closeGaps(geoms, was_));
-  closed_ = true;
+  last_slots_ = geoms.size();
+  slots_changed_ = false;
+  source_ = source;
+  has_events_ = true;
+  return true;
+} catch (const std::bad_alloc&) {
+  begun_.resizeDiscarding(0);
+  ended_.resizeDiscarding(0);
+  updateUnknown();
+  return false;
 }
 
-// A slot's name among the old ones; above all of these if its geom came later.
-Slot PairEvents::oldOf(Slot slot) const {
-  const std::size_t known = closed_ ? was_.size() : last_slots_;
-  if (slot < known) {
-    const Slot old = closed_ ? was_[slot] : slot;
-    if (!gone_.contains(old)) return old;
-  }
-  return static_cast<Slot>(last_slots_ + slot);
+bool PairEvents::updateSame(Source source) {
+  if (source != source_ || slots_changed_) return false;
+  freeNumbers();
+  return true;
 }
 
-// Null if it has left.
-dxGeom* PairEvents::geomOf(Slot old, const Buffer<dxGeom*>& geoms) const {
-  if (gone_.contains(old)) return nullptr;
-  if (!closed_) return geoms[old];
-  return geoms[std::lower_bound(was_.begin(), was_.end(), old) - was_.begin()];
+void PairEvents::updateUnknown() {
+  freeNumbers();
+  has_events_ = false;
+  source_ = Source::none;
 }
 
-// Null where slots are what they were, but for those of new geoms above them.
-const Slot* PairEvents::nameOldSlots(const Buffer<dxGeom*>& geoms) {
-  bool renamed = closed_;
-  if (any_gone_ && !closed_)
-    gone_.forEach([&](Slot slot) { renamed |= slot < geoms.size() && geoms[slot]; });
-  if (!renamed) return nullptr;
-  old_slots_.resizeDiscarding(geoms.size());
-  for (Slot slot = 0; slot < geoms.size(); ++slot) old_slots_[slot] = oldOf(slot);
-  return old_slots_.data();
-}
-
-// What was told of the last frame is no more, and the numbers of what ended in it are free.
-void PairEvents::retire() {
+// The events of the last frame are over, and the numbers of its ended pairs free.
+void PairEvents::freeNumbers() {
   for (const Event& event : ended_) free_.give(event.number);
   begun_.resizeDiscarding(0);
   ended_.resizeDiscarding(0);
 }
 
-void PairEvents::tellNothing() {
-  retire();
-  is_known_ = false;
-  source_ = Source::none;
+Slot PairEvents::previousSlot(Slot slot) const {
+  if (!slots_changed_) return slot;
+  if (slot < previous_slots_.size() && previous_slots_[slot] != no_slot)
+    return previous_slots_[slot];
+  return static_cast<Slot>(last_slots_ + slot);
 }
 
-bool PairEvents::tellSame(Source source) {
-  if (source != source_ || any_gone_ || closed_) return false;
-  retire();
-  return true;
+Pair PairEvents::inPreviousSlots(Pair pair) const {
+  return renamed_ ? makePair(names_[earlierOf(pair)], names_[laterOf(pair)]) : pair;
 }
 
-bool PairEvents::tellChanged(const PairList& pairs, const std::vector<ChangedPiece>& changes,
-                             const Buffer<dxGeom*>& geoms, Source source, int threads) {
-  if (!mechanisms::events_of_changes || source != source_ || any_gone_ || closed_) return false;
-  return tellFound(pairs, geoms, source, threads, [&](int) { takePieces(pairs, changes); });
-}
-
-bool PairEvents::tell(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
-                      int threads) {
-  return tellFound(pairs, geoms, source, threads, [&](int team) {
-    const Comparison comparison(told_, nameOldSlots(geoms));
-    planPieces(pairs, comparison, team);
-    findChanges(comparison, team);
-  });
-}
-
-// find(team) leaves what begins and ends in pieces_. Nothing that lasts is changed before all
-// memory is there.
-template <class Find>
-bool PairEvents::tellFound(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
-                           int threads, Find find) {
-  retire();
-  try {
-    const int team = teamFor(pairs.size() + told_.size(), grains::passed_pairs, threads);
-    find(team);
-    addUp();
-    reserve(pairs, geoms.size());
-    for (Event& event : begun_) event.number = free_.take();
-    if (begun_.size() || ended_.size() || closed_) {
-      write(geoms, team);
-      numbers_.swap(next_numbers_);
-    }
-  } catch (const std::bad_alloc&) {
-    begun_.resizeDiscarding(0);
-    ended_.resizeDiscarding(0);
-    tellNothing();
-    return false;
-  }
-  told_.see(pairs);
-  last_slots_ = geoms.size();
-  if (any_gone_) gone_.clear();
-  any_gone_ = closed_ = false;
-  source_ = source;
-  is_known_ = true;
-  return true;
-}
-
-// By parts of the new pairs.
-void PairEvents::takePieces(const PairList& pairs, const std::vector<ChangedPiece>& changes) {
-  pieces_.clear();
-  std::size_t place = 0;
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    const ChangedPiece& of = changes[i];
-    const Buffer<Pair>& part = pairs.parts[i];
-    pieces_.push_back({part.begin(), part.end(), place, of.old_begin, of.old_end, of.changes, 0,
-                       of.changes->begun.size(), 0, of.changes->ended.size(), 0, 0});
-    place += part.size();
+void PairEvents::nameSlots(const Buffer<dxGeom*>& geoms) {
+  renamed_ = false;
+  if (!slots_changed_) return;
+  for (Slot slot = 0; slot < std::min(geoms.size(), last_slots_); ++slot)
+    renamed_ |= geoms[slot] && previousSlot(slot) != slot;
+  if (!renamed_) return;
+  names_.resizeDiscarding(geoms.size());
+  previous_geoms_.resizeDiscarding(0);
+  previous_geoms_.growTo(last_slots_, nullptr);
+  for (Slot slot = 0; slot < geoms.size(); ++slot) {
+    names_[slot] = previousSlot(slot);
+    if (names_[slot] < last_slots_) previous_geoms_[names_[slot]] = geoms[slot];
   }
 }
 
-void PairEvents::planPieces(const PairList& pairs, const Comparison& comparison, int threads) {
+void PairEvents::planPieces(const PairList& pairs, int threads) {
   pieces_.clear();
+  const Pair* const previous = previous_.pairs.data();
+  const Pair* const previous_end = previous + previous_.pairs.size();
   std::size_t place = 0;
   const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
   for (const Buffer<Pair>& part : pairs.parts)
     for (const Pair* begin = part.begin(); begin < part.end();) {
-      const Pair* const end = begin + std::min<std::size_t>(wanted, part.end() - begin);
       Piece piece = {};
       piece.begin = begin;
-      piece.end = end;
+      piece.end = begin + std::min<std::size_t>(wanted, part.end() - begin);
       piece.place = place;
-      piece.old_begin = place == 0 ? 0 : comparison.oldBefore(*begin);
-      if (place > 0) pieces_.back().old_end = piece.old_begin;
+      if (place > 0) {
+        const Pair* const first = std::lower_bound(previous, previous_end, inPreviousSlots(*begin));
+        piece.previous_begin = static_cast<std::size_t>(first - previous);
+        pieces_.back().previous_end = piece.previous_begin;
+      }
+      place += static_cast<std::size_t>(piece.end - begin);
+      begin = piece.end;
       pieces_.push_back(piece);
-      place += static_cast<std::size_t>(end - begin);
-      begin = end;
     }
   if (pieces_.empty()) pieces_.push_back({});
-  pieces_.back().old_end = comparison.oldPairs();
+  pieces_.back().previous_end = previous_.pairs.size();
 }
 
-void PairEvents::findChanges(const Comparison& comparison, int threads) {
-  if (findings_.size() < static_cast<std::size_t>(threads)) findings_.resize(threads);
-  for (PairChanges& findings : findings_) findings.clear();
-  runChunks(comparing, threads, pieces_.size(), 1, [&](const Range& range, int thread) {
-    PairChanges& findings = findings_[thread];
-    Piece& piece = pieces_[range.begin];
-    piece.changes = &findings;
-    piece.first_begun = findings.begun.size();
-    piece.first_ended = findings.ended.size();
-    comparison.run(piece, findings);
-    piece.begun = findings.begun.size() - piece.first_begun;
-    piece.ended = findings.ended.size() - piece.first_ended;
-  });
+// Calls begun(new pair), ended(previous place) and same(previous place, number of pairs), in order.
+template <class Begun, class Ended, class Same>
+void PairEvents::merge(const Piece& piece, Begun begun, Ended ended, Same same) const {
+  const Pair* const previous = previous_.pairs.data();
+  const Pair* pair = piece.begin;
+  std::size_t place = piece.previous_begin;
+  while (pair < piece.end && place < piece.previous_end) {
+    if (!renamed_ && pair + step <= piece.end && place + step <= piece.previous_end &&
+        areSame(pair, previous + place)) {
+      same(place, step);
+      pair += step;
+      place += step;
+      continue;
+    }
+    const Pair now = inPreviousSlots(*pair);
+    if (now < previous[place]) {
+      begun(*pair++);
+    } else if (previous[place] < now) {
+      ended(place++);
+    } else {
+      same(place++, std::size_t{1});
+      ++pair;
+    }
+  }
+  while (pair < piece.end) begun(*pair++);
+  while (place < piece.previous_end) ended(place++);
+}
+
+void PairEvents::count(Piece& piece) const {
+  std::size_t begun = 0, ended = 0;
+  merge(
+      piece, [&](Pair) { ++begun; }, [&](std::size_t) { ++ended; },
+      [](std::size_t, std::size_t) {});
+  piece.begun = begun;
+  piece.ended = ended;
 }
 
 void PairEvents::addUp() {
   std::size_t begun = 0, ended = 0;
   for (Piece& piece : pieces_) {
-    piece.begun_before = std::exchange(begun, begun + piece.begun);
-    piece.ended_before = std::exchange(ended, ended + piece.ended);
+    piece.first_begun = std::exchange(begun, begun + piece.begun);
+    piece.first_ended = std::exchange(ended, ended + piece.ended);
   }
   begun_.resizeDiscarding(begun);
   ended_.resizeDiscarding(ended);
 }
 
-// For what is to be written now, and for what may happen to so many slots until the next frame.
-void PairEvents::reserve(const PairList& pairs, std::size_t slots) {
-  if (begun_.size() || ended_.size() || closed_) next_numbers_.resizeDiscarding(pairs.size());
-  told_.reserve(pairs.parts.size());
-  free_.reserve(told_.size() + begun_.size());
-  gone_.growTo(slots);
-  was_.reserve(slots);
+// For this update, and for trackSlots() until the next one.
+void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
+  if (begun_.size() || ended_.size() || renamed_) {
+    next_.pairs.resizeDiscarding(pairs);
+    next_.numbers.resizeDiscarding(pairs);
+  }
+  free_.reserve(previous_.pairs.size() + begun_.size());
+  previous_slots_.reserve(slots);
 }
 
-void PairEvents::write(const Buffer<dxGeom*>& geoms, int threads) {
-  runChunks(writing, threads, pieces_.size(), 1, [&](const Range& range, int) {
-    const Piece& piece = pieces_[range.begin];
-    writeEvents(piece, geoms);
-    writeNumbers(piece);
-  });
-}
-
-void PairEvents::writeEvents(const Piece& piece, const Buffer<dxGeom*>& geoms) {
-  const PairChanges& changes = *piece.changes;
-  for (std::size_t i = 0; i < piece.begun; ++i) {
-    Event& event = begun_[piece.begun_before + i];
-    const std::size_t place = changes.begun[piece.first_begun + i];
-    const Pair pair = piece.begin[place];
-    event.place = piece.place + place;
-    event.o1 = geoms[earlierOf(pair)];
-    event.o2 = geoms[laterOf(pair)];
-  }
-  for (std::size_t i = 0; i < piece.ended; ++i) {
-    Event& event = ended_[piece.ended_before + i];
-    event.place = changes.ended[piece.first_ended + i];
-    const Pair pair = told_.at(event.place);
-    event.o1 = geomOf(earlierOf(pair), geoms);
-    event.o2 = geomOf(laterOf(pair), geoms);
-    event.number = numbers_[event.place];
-  }
-}
-
-// Between two events pairs last, and their numbers move together.
-void PairEvents::writeNumbers(const Piece& piece) {
-  const Event* begun = begun_.data() + piece.begun_before;
-  const Event* const last_begun = begun + piece.begun;
-  const Event* ended = ended_.data() + piece.ended_before;
-  const Event* const last_ended = ended + piece.ended;
-  std::size_t place = piece.place, old = piece.old_begin;
-  const std::size_t end = place + static_cast<std::size_t>(piece.end - piece.begin);
-  while (place < end) {
-    const std::size_t next_begun = begun < last_begun ? begun->place : end;
-    const std::size_t next_ended = ended < last_ended ? ended->place : piece.old_end;
-    const std::size_t last = std::min(next_begun - place, next_ended - old);
-    std::copy(numbers_.data() + old, numbers_.data() + old + last, next_numbers_.data() + place);
-    place += last;
-    old += last;
-    if (begun < last_begun && place == begun->place)
-      next_numbers_[place++] = begun++->number;
-    else if (ended < last_ended && old == ended->place)
-      ++old, ++ended;
-  }
+void PairEvents::write(const Piece& piece, const Buffer<dxGeom*>& geoms) {
+  std::copy(piece.begin, piece.end, next_.pairs.data() + piece.place);
+  const Number* const numbers = previous_.numbers.data();
+  Number* number = next_.numbers.data() + piece.place;
+  Event* begun = begun_.data() + piece.first_begun;
+  Event* ended = ended_.data() + piece.first_ended;
+  const auto previousGeom = [&](Slot slot) -> dxGeom* {
+    if (renamed_) return previous_geoms_[slot];
+    return slot < geoms.size() ? geoms[slot] : nullptr;
+  };
+  merge(
+      piece,
+      [&](Pair pair) {
+        begun->o1 = geoms[earlierOf(pair)];
+        begun->o2 = geoms[laterOf(pair)];
+        begun->place = static_cast<std::size_t>(number - next_.numbers.data());
+        *number++ = begun++->number;
+      },
+      [&](std::size_t place) {
+        const Pair pair = previous_.pairs[place];
+        *ended++ = {previousGeom(earlierOf(pair)), previousGeom(laterOf(pair)), place,
+                    numbers[place]};
+      },
+      [&](std::size_t place, std::size_t count) {
+        number = std::copy_n(numbers + place, count, number);
+      });
 }
 
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {
-  const Slot p = oldOf(a), q = oldOf(b);
+  const Slot p = previousSlot(a), q = previousSlot(b);
   const Pair pair = makePair(std::min(p, q), std::max(p, q));
-  const std::size_t place = told_.before(pair);
-  return place < pairs() && told_.at(place) == pair ? place : pairs();
+  const Pair* const begin = previous_.pairs.data();
+  const Pair* const end = begin + pairs();
+  const Pair* const found = std::lower_bound(begin, end, pair);
+  return found < end && *found == pair ? static_cast<std::size_t>(found - begin) : pairs();
 }
 
 void PairEvents::release() {
-  retire();
+  freeNumbers();
   begun_.release();
   ended_.release();
-  next_numbers_.release();
-  old_slots_.release();
+  next_ = NumberedPairs();
+  names_.release();
+  previous_geoms_.release();
   pieces_ = std::vector<Piece>();
-  findings_ = std::vector<PairChanges>();
-  told_.shrink();
   try {
-    numbers_.shrink();
+    previous_.pairs.shrink();
+    previous_.numbers.shrink();
   } catch (const std::bad_alloc&) {  // they stay as they are
   }
 }

@@ -205,18 +205,15 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.candidates;
-  const bool fat =
-      plan.fat_pairs && !boxes_.wide &&
-      cache_.usesFat(boxes_, plan.threads, extraction_.finders().narrow.sweep);
   Found found;
+  const bool fat = plan.fat_pairs && !boxes_.wide &&
+                   cache_.fat().use(boxes_, plan.threads, extraction_.sweep());
   if (fat) {
-    const PairCache::Counts counts = cache_.findFat(
-        boxes_, plan.threads, extraction_.finders().narrow.sweep, candidates);
+    found.threads = cache_.fat().find(boxes_, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
-    found.threads = counts.threads;
-    frame.stats.candidates_kept = counts.kept;
+    frame.stats.candidates_kept = cache_.fat().kept();
   } else {
-    cache_.skipFat();
+    cache_.fat().skip();
     found = extraction_.find(boxes_, plan.extraction, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
@@ -294,7 +291,7 @@ SceneFacts Pipeline::factsOf(const FrameCall& call) const {
 void Pipeline::learn(const Frame& frame, bool kept, const Found& found) {
   const Settings& settings = frame.call.settings;
   if (kept) {
-    cache_.skipFat();
+    cache_.fat().skip();
     policy_.learnOfKept();
   } else {
     policy_.learn(frame.plan, frame.facts, settings,
