@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/runtime.h"
 
 namespace cub {
 

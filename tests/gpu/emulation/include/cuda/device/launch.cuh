@@ -6,8 +6,8 @@
 
 #include "cuda/device/device.h"
 #include "cuda/device/grid.h"
-#include "tests/emulation/block.h"
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/block.h"
+#include "tests/gpu/emulation/runtime.h"
 
 namespace ode_parallel_sap {
 namespace device {

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/runtime.h"
 
 namespace cub {
 

@@ -3,7 +3,7 @@
 // checks would take another stack for a mistake.
 #undef _FORTIFY_SOURCE
 
-#include "tests/emulation/block.h"
+#include "tests/gpu/emulation/block.h"
 
 #include <setjmp.h>
 #include <ucontext.h>
@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/runtime.h"
 
 #if defined(__SANITIZE_ADDRESS__)  // GCC
 #define EMULATION_BY_SWAPCONTEXT

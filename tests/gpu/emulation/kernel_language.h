@@ -10,7 +10,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "tests/emulation/block.h"
+#include "tests/gpu/emulation/block.h"
 
 #undef __shared__
 #define __shared__ static  // one block runs at a time

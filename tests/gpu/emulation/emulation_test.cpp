@@ -14,7 +14,7 @@
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/runtime.h"
 
 using namespace ode_parallel_sap;
 using sap_test::Random;

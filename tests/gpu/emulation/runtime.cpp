@@ -1,4 +1,4 @@
-#include "tests/emulation/runtime.h"
+#include "tests/gpu/emulation/runtime.h"
 
 #include <cuda_runtime_api.h>
 
