@@ -38,13 +38,6 @@ foreach(language C CXX)
 endforeach()
 add_project_test(header "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --target public-header)
 
-find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
-if(ODE_PARALLEL_SAP_PYTHON)
-  add_project_test(ablation "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/ablation_test.py")
-else()
-  add_project_test(ablation ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
-  set_property(TEST project.ablation PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
-endif()
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"
