@@ -7,16 +7,14 @@ namespace ode_parallel_sap::mechanisms {
 
 // From frame to frame.
 
-// Pairs of what did not change stay (PairKeeper).
+// Pairs of what did not change stay (PairCache).
 constexpr bool kept_pairs = true;
-// A frame of which nothing was told goes through no list of slots (PairKeeper::isPlainlySame), and
-// without a report does not run (Pipeline::repeatsLastFrame).
+// A frame of which nothing was told goes through no list of slots (PairCache::isPlainlySame), and
+// without a report does not run (Pipeline::collidePairs).
 constexpr bool plainly_same_frames = true;
-// What changed meets kept trees (Incremental). Else any change has all found anew.
+// What changed meets kept trees (ProxyTrees). Else any change has all found anew.
 constexpr bool incremental_trees = true;
-// What changed lately is in levels of trees beside the base. Else in one.
-constexpr bool tree_levels = true;
-// Pairs of boxes with room to move in are kept where all move by little (FatPairs).
+// Pairs of boxes with room to move in are kept where all move by little (FatProxies).
 constexpr bool fat_pairs = true;
 // Cells serve while their boxes stay together (CellCoherence).
 constexpr bool kept_cells = true;
