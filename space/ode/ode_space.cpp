@@ -1,8 +1,6 @@
 #include "space/ode/ode_space.h"
 
-#include <algorithm>
 #include <atomic>
-#include <cstdint>
 #include <new>
 #include <string>
 #include <utility>
@@ -25,8 +23,6 @@ namespace {
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
 std::atomic<unsigned> notified_of_all{0};
-// How often boxes of a space were made anew.
-std::atomic<std::uint64_t> sweeps{0};
 
 void reportThreadShortage(int granted, int wanted) {
   dMessage(0,
@@ -197,7 +193,10 @@ void ParallelSAPSpace::askSilent() {
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
-  if (step > 0) any_swept.store(true, std::memory_order_relaxed);
+  if (step > 0) {
+    ever_swept_ = true;
+    any_swept.store(true, std::memory_order_relaxed);
+  }
   swept_.setStep(step);
 }
 
@@ -205,66 +204,33 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
   return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
 }
 
-// Sub-spaces come first: their AABBs are those of what is in them. What this makes dirty is clean
-// again before anyone else sees it, as this space is not made dirty for it, nor are those around:
-// a stock space may be going through its list. Its own box is made at once, therefore; around it a
-// space of ours sees by times.made that it is another.
+// Sub-spaces of ours come first: their AABBs are those of what is in them. What this makes dirty is
+// clean again before anyone else sees it, as this space is not made dirty for it, nor are those
+// around: a stock space may be going through its list. So a space of ours around it takes its box
+// for another in each frame, and its own box is made at once.
 void ParallelSAPSpace::sweep() {
-  dxGeom* const* const geoms = slots_.geoms().data();
   bool any = false;
-  std::uint64_t latest = swept_.times.seen;
   silent_.slots().forEach([&](Slot slot) {
-    dxGeom* const geom = geoms[slot];
-    if (!IS_SPACE(geom)) return;
-    const std::uint64_t swept_at = sweepWithin(static_cast<dxSpace*>(geom), swept_.times.seen);
-    if (swept_at <= swept_.times.seen) return;
-    latest = std::max(latest, swept_at);
-    geom->gflags |= GEOM_DIRTY;
-    dirty(geom);
-    any = true;
+    dxGeom* const geom = slots_.geoms()[slot];
+    ParallelSAPSpace* const own =
+        IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
+    if (!own) return;
+    own->cleanGeoms();
+    if (!own->ever_swept_) return;
+    own->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+    dirty(own);
+    any = ever_swept_ = true;
   });
-  swept_.times.seen = latest;
   if (!swept_.idle()) {
     const Lock lock(*this);
-    if (swept_.sweep(*this, geoms, slots_.size())) any = true;
+    if (swept_.sweep(*this, slots_.geoms().data(), slots_.size())) any = true;
   }
   if (!any) return;
-  swept_.times.made = sweeps += 1;  // forks of ODE have a ++ that takes any type
   gflags |= GEOM_AABB_BAD;
   if (parent_space)
     recomputeAABB();
   else
     gflags |= GEOM_DIRTY;
-}
-
-// What a space around it, or one that is asked about it, does. Puts no list into another order, so
-// that lists can be gone through meanwhile.
-void ParallelSAPSpace::sweepForOthers() {
-  const std::uint64_t before = swept_.times.made;
-  sweep();
-  if (swept_.times.made == before) return;
-  dxGeom* const* const geoms = slots_.geoms().data();
-  silent_.slots().forEach([&](Slot slot) {
-    if (geoms[slot]->gflags & GEOM_DIRTY) dirty(geoms[slot]);
-  });
-  cleanNoted();
-}
-
-// When boxes of spaces of ours in it, or of itself, were last made anew. The AABBs of stock spaces
-// are made to follow where that was later than `seen`.
-std::uint64_t ParallelSAPSpace::sweepWithin(dxSpace* space, std::uint64_t seen) {
-  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
-    own->sweepForOthers();
-    return own->swept_.times.made;
-  }
-  std::uint64_t latest = 0;
-  for (dxGeom* geom = space->first; geom; geom = geom->next)
-    if (IS_SPACE(geom)) latest = std::max(latest, sweepWithin(static_cast<dxSpace*>(geom), seen));
-  if (latest > seen) {
-    space->gflags |= GEOM_AABB_BAD;
-    space->recomputeAABB();
-  }
-  return latest;
 }
 
 // A geom that is asked about by another space.
@@ -381,13 +347,10 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 
 // Has a geom that this space is asked about brought up to date by the space that it is in, or is.
 void ParallelSAPSpace::askOther(dxGeom* geom) {
-  const bool swept = any_swept.load(std::memory_order_relaxed);
   if (IS_SPACE(geom)) {
-    dxSpace* const space = static_cast<dxSpace*>(geom);
-    if (swept) sweepWithin(space, 0);
-    if (ParallelSAPSpace* const other = parallelSAPSpace(space))
-      other->silent_.ask(*other, other->slots_.geoms().data());
-  } else if (swept && geom->parent_space) {
+    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
+      other->cleanGeoms();
+  } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
   }
 }

@@ -4,7 +4,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -108,8 +107,6 @@ class ParallelSAPSpace : public dxSpace {
   static void askOther(dxGeom* geom);
   void sweep();
   void sweep(dxGeom* geom);
-  void sweepForOthers();
-  static std::uint64_t sweepWithin(dxSpace* space, std::uint64_t seen);
   void cleanNoted();
   void cleanFew();
   void query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
@@ -126,6 +123,7 @@ class ParallelSAPSpace : public dxSpace {
   unsigned notified_of_all_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
+  bool ever_swept_ = false;  // it, or a space of ours in it
   GeomQueries queries_;
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
