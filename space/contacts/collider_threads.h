@@ -8,7 +8,7 @@ namespace ode_parallel_sap {
 enum class ColliderUse {
   Light,          // any thread; about a microsecond, so many at a time
   Heavy,          // any thread; may take long, so few at a time
-  Image,          // any thread that has an image of ODE which serves it, see collider_images.h
+  Image,          // any thread that has a collider of its own for it, see thread_colliders.h
   CallingThread,  // the calling thread, when no other collides
 };
 

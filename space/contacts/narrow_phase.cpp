@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <new>
 
-#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/contacts/thread_data.h"
 #include "space/contacts/tuning.h"
 #include "space/contacts/written_numbers.h"
@@ -49,7 +49,7 @@ void clearSides(const dParallelSAPPair& pair, dContactGeom* contacts, int count)
 // Appends the contacts of a pair, by the program's ODE or an image of it, and returns how many they
 // are.
 std::uint32_t collide(const dParallelSAPPair& pair, int flags, const ContactRequest& request,
-                      Buffer<dContactGeom>& contacts, ColliderImage* image = nullptr) {
+                      Buffer<dContactGeom>& contacts, ThreadCollider* image = nullptr) {
   const std::size_t size = contacts.size();
   contacts.resize(size + (flags & most_contacts_mask));
   dContactGeom* const found = contacts.data() + size;
@@ -180,7 +180,7 @@ class NarrowPhase::Pass {
     }
   }
 
-  void collide(const Waiting& waiting, int thread, ColliderImage* image = nullptr) const {
+  void collide(const Waiting& waiting, int thread, ThreadCollider* image = nullptr) const {
     Buffer<dContactGeom>& contacts = phase_.shares_[thread].contacts;
     Found& found = phase_.found_[waiting.pair];
     found.first = contacts.size();
@@ -209,7 +209,7 @@ class NarrowPhase::Pass {
   }
 
   // Leaves it to the calling thread where the image does not serve it.
-  void collideOn(ColliderImage& image, const Waiting& waiting, int thread) const {
+  void collideOn(ThreadCollider& image, const Waiting& waiting, int thread) const {
     const dParallelSAPPair& pair = pairs_[waiting.pair];
     if (image.serves(pair.o1, pair.o2))
       collide(waiting, thread, &image);
@@ -257,8 +257,8 @@ int NarrowPhase::collideHeavy(const Pass& pass, int threads) {
 
 int NarrowPhase::collideOnImages(const Pass& pass, int threads) {
   gather(shares_, &Share::image, waiting_);
-  const ColliderImages images(teamFor(waiting_.size(), grains::heavy_pairs, threads),
-                              waiting_.size());
+  const ThreadColliders images(teamFor(waiting_.size(), grains::heavy_pairs, threads),
+                               waiting_.size());
   if (images.count() == 0) {
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
     return 1;

@@ -9,7 +9,6 @@
 #include <sstream>
 #include <string>
 
-#include "space/contacts/library_copy.h"
 #include "space/data/team.h"
 #include "space/extract/device_backend.h"
 #include "space/ode/environment_switch.h"
@@ -37,14 +36,6 @@ constexpr Name instruction_sets[] = {
 constexpr Name precompute_modes[] = {{static_cast<int>(Precompute::where_it_pays), "auto"},
                                      {static_cast<int>(Precompute::never), "off"},
                                      {static_cast<int>(Precompute::always), "on"}};
-
-constexpr Name copy_faults[] = {{static_cast<int>(CopyFault::None), "none"},
-                                {static_cast<int>(CopyFault::Static), "static"},
-                                {static_cast<int>(CopyFault::File), "file"},
-                                {static_cast<int>(CopyFault::Memory), "memory"},
-                                {static_cast<int>(CopyFault::Load), "load"},
-                                {static_cast<int>(CopyFault::Contents), "contents"},
-                                {static_cast<int>(CopyFault::Table), "table"}};
 
 enum { silent_changes, told_changes, checked_changes };
 constexpr Name notified_modes[] = {
@@ -177,10 +168,6 @@ Settings settingsFromEnvironment() {
   int grain = 0;
   readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
-  // Nor this: what is to go wrong when ODE is loaded once more, see library_copy.h.
-  int fault = static_cast<int>(CopyFault::None);
-  readName("ODE_PARALLEL_SAP_TEST_IMAGE_FAULT", copy_faults, fault);
-  if (fault) test_copy_fault.store(static_cast<CopyFault>(fault), std::memory_order_relaxed);
   // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
   // pay.
   readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);

@@ -6,8 +6,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/contacts/thread_data.h"
 #include "space/data/parallel.h"
 #include "space/data/platform.h"
@@ -71,7 +71,7 @@ class RayCaster::Pass {
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const;
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const;
   void land(Flight& flight, int thread) const;
-  void collideLate(const Waiting& waiting, int thread, ColliderImage* image);
+  void collideLate(const Waiting& waiting, int thread, ThreadCollider* image);
 
   const RayCaster& caster_;
   const Geoms& geoms_;
@@ -235,7 +235,7 @@ void RayCaster::Pass::land(Flight& flight, int thread) const {
   }
 }
 
-void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderImage* image) {
+void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
   RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
   probe.aim(request_.rays[waiting.ray]);
   if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
@@ -249,8 +249,8 @@ void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderIm
 void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
   gather(store_.shares, &Share::image, store_.waiting);
   const Buffer<Waiting>& waiting = store_.waiting;
-  const ColliderImages images(teamFor(waiting.size(), grains::heavy_pairs, threads),
-                              waiting.size());
+  const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
+                               waiting.size());
   if (images.count() == 0) {
     for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
     return;
