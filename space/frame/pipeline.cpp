@@ -10,7 +10,7 @@
 namespace ode_parallel_sap {
 
 void Pipeline::collide(const Scene& scene, FrameLists& lists, const Settings& settings, void* data,
-                       dNearCallback* callback, bool manual_cleanup) {
+                       dNearCallback* callback) {
   statistics_.beginFrame();
   if (Policy::isSmall(scene.slots.size(), settings)) {
     collideSmall(scene, settings, {data, callback}, watcher_);
@@ -18,11 +18,7 @@ void Pipeline::collide(const Scene& scene, FrameLists& lists, const Settings& se
     const SceneFacts facts = factsOf(scene, false);
     Frame frame(store_, lists, policy_.decide(facts, settings), facts, scene);
     if (findPairs(frame, settings)) {
-      if (frame.plan.precompute.watch) {
-        precompute(frame, settings, manual_cleanup);
-        reportWatched(frame, settings, data, callback);
-      } else {
-        policy_.learnOfPrecomputing(frame.plan, facts, settings, {}, false);
+      if (!reportByLastStage(frame, settings, data, callback)) {
         frame.clock.begin(Stage::report);
         report(frame, data, callback);
       }
@@ -198,6 +194,34 @@ void Pipeline::report(const Frame& frame, void* data, dNearCallback* callback) {
   for (const Buffer<Pair>& part : frame.pairs.parts)
     ahead.tell(part.begin(), part.end(),
                [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
+}
+
+// False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
+bool Pipeline::reportByLastStage(Frame& frame, const Settings& settings, void* data,
+                                 dNearCallback* callback) {
+  if (!last_stage_ || frame.scene.nested) return false;
+  FrameResult& result = frame.result;
+  frame.clock.begin(Stage::narrow);
+  const LastStage::Pairs pairs = {frame.pairs,          frame.geoms(),
+                                  frame.slots(),        frame.plan.contact_threads,
+                                  threadsFor(settings), frame.plan.leave_out};
+  LastStage::Collided collided;
+  if (!last_stage_->prepare(pairs, collided)) return false;
+  result.narrow_ms = frame.clock.lap();
+  if (collided.pairs) {
+    result.narrow_threads = collided.threads;
+    result.contacts = collided.contacts;
+    result.apart = collided.apart.apart;
+    const std::size_t all = frame.pairs.size();
+    const double part = static_cast<double>(collided.pairs) / static_cast<double>(all);
+    policy_.learnOfBatch(settings,
+                         {Batch::contacts, collided.threads, all, result.narrow_ms / part});
+    policy_.learnOfApart(frame.plan, collided.apart);
+    note(result);  // should the callback throw, or collide again
+  }
+  frame.clock.begin(Stage::report);
+  last_stage_->report(pairs, data, callback);
+  return true;
 }
 
 void Pipeline::showPairs(const Frame& frame) const {

@@ -3,16 +3,18 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <utility>
 
 #include "space/coherence/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/contacts/precomputed_contacts.h"
 #include "space/extract/extraction.h"
 #include "space/filter/pair_filter.h"
 #include "space/filter/plane_pairs.h"
 #include "space/frame/complaints.h"
 #include "space/frame/frame.h"
+#include "space/frame/last_stage.h"
 #include "space/frame/memory_watch.h"
 #include "space/frame/pair_blocks.h"
 #include "space/frame/policy.h"
@@ -28,10 +30,10 @@ class Pipeline {
   explicit Pipeline(bool sums) : statistics_(sums) {}
 
   // The scene is locked, and no other frame uses `lists`. `callback` is called for its pairs, in
-  // their order. `manual_cleanup`: threads leave no data in ODE.
+  // their order.
   void collide(const Scene& scene, FrameLists& lists, const Settings& settings, void* data,
-               dNearCallback* callback, bool manual_cleanup);
-  // The contacts of its pairs.
+               dNearCallback* callback);
+  // The contacts of its pairs. `manual_cleanup`: threads leave no data in ODE.
   void collideContacts(const Scene& scene, FrameLists& lists, const Settings& settings,
                        const ContactRequest& request, bool manual_cleanup);
   // Its pairs in blocks.
@@ -55,7 +57,7 @@ class Pipeline {
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
     store_.coherence.change(slot);
-    precomputed_.noteChange(slot);
+    if (last_stage_) last_stage_->noteChange(slot);
   }
   // What ODE tells no space of may have changed in the geom of a slot, or in all; the former from
   // many threads at once.
@@ -69,7 +71,7 @@ class Pipeline {
   void closeSlots(const Buffer<dxGeom*>& geoms) {
     store_.coherence.stop();
     plane_pairs_.forget();
-    precomputed_.noteNewSlots();
+    if (last_stage_) last_stage_->noteNewSlots();
     if (events_.on()) events_.closeSlots(geoms);
   }
   // A geom leaves its slot.
@@ -87,7 +89,8 @@ class Pipeline {
   void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
   PairEvents& events() { return events_; }
   const PairEvents& events() const { return events_; }
-  const PrecomputedContacts::Counts& precomputed() const { return precomputed_.all(); }
+  // What takes the place of the report of dSpaceCollide.
+  void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
 
@@ -107,8 +110,8 @@ class Pipeline {
   void tellEvents(Frame& frame, bool kept);
   void learn(const Frame& frame, const Settings& settings);
   void note(const FrameResult& result);
-  void precompute(Frame& frame, const Settings& settings, bool manual_cleanup);
-  void reportWatched(Frame& frame, const Settings& settings, void* data, dNearCallback* callback);
+  bool reportByLastStage(Frame& frame, const Settings& settings, void* data,
+                         dNearCallback* callback);
   void report(const Frame& frame, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   void showPairs(const Frame& frame) const;
@@ -129,7 +132,7 @@ class Pipeline {
   PairList candidates_, others_;
   bool candidates_apart_ = false;
   PairEvents events_;
-  PrecomputedContacts precomputed_;
+  std::unique_ptr<LastStage> last_stage_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;

@@ -21,10 +21,10 @@ void Pipeline::collideContacts(const Scene& scene, FrameLists& lists, const Sett
                                       {plan.contact_threads, manual_cleanup, plan.leave_out});
     result.narrow_threads = used;
     result.contacts = narrow_phase.contacts();
-    result.apart = narrow_phase.leftOut().apart;
+    result.apart = narrow_phase.apart().apart;
     result.narrow_ms = clock.lap();
     policy_.learnOfBatch(settings, {Batch::contacts, used, pairs.list().size(), result.narrow_ms});
-    policy_.learnOfApart(plan, narrow_phase.leftOut());
+    policy_.learnOfApart(plan, narrow_phase.apart());
     if (watcher_ && watcher_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place) {
         const dParallelSAPPair& pair = pairs.list()[place];

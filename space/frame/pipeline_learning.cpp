@@ -79,13 +79,13 @@ void Pipeline::release(int part, FrameLists& lists) {
       pair_filter_ = PairFilter();
       plane_pairs_ = PlanePairs();
       events_.release();
-      precomputed_.release();
+      if (last_stage_) last_stage_->release();
   }
 }
 
 std::size_t Pipeline::bytes() const {
   return bytesOf(store_.coherence, store_.fat_pairs, geom_update_, boxes_, extraction_,
-                 pair_filter_, plane_pairs_, candidates_, others_, events_, precomputed_,
+                 pair_filter_, plane_pairs_, candidates_, others_, events_, last_stage_,
                  small_scenes_);
 }
 

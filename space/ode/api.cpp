@@ -66,7 +66,7 @@ void dParallelSAPClassHasNoAABBTest(int geom_class) {
 
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
   ParallelSAPSpace& own = checked(space);
-  const bool known = ode_parallel_sap::isBackend(backend);
+  const bool known = backend >= dParallelSAPBackendAuto && backend <= dParallelSAPBackendCUDA;
   dUASSERT(known, "no such back end");
   if (!known || !ode_parallel_sap::hasBackend(backend)) return 0;
   own.changeSettings().backend = backend;
@@ -79,7 +79,7 @@ int dParallelSAPSpaceGetBackend(dSpaceID space) {
 
 int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
   ParallelSAPSpace& own = checked(space);
-  const bool known = ode_parallel_sap::isMethod(method);
+  const bool known = method >= dParallelSAPMethodAuto && method <= dParallelSAPMethodAxisLists;
   dUASSERT(known, "no such method");
   if (known) own.changeSettings().method = method;
   return known;

@@ -309,10 +309,9 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   beginFrame(call);
   const Scene all = scene(call.nested());
   if (!trace_ || !writeTrace(call))
-    return pipeline_.collide(all, call->frame, settings_, data, callback, getManualCleanup() != 0);
+    return pipeline_.collide(all, call->frame, settings_, data, callback);
   PairTally tally(*trace_, data, callback);
-  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair,
-                    getManualCleanup() != 0);
+  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair);
   tally.writeTo(*trace_);
 }
 

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "space/advice/advice.h"
@@ -88,7 +89,7 @@ class ParallelSAPSpace : public dxSpace {
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
   const Advice& advice() const { return *advice_; }
-  const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
+  void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
 

@@ -13,8 +13,8 @@
 #include <string.h>
 
 #include "space/ode/environment_switch.h"
-#include "space/ode/stand_ins.h"
 #include "space/preload/real_ode.h"
+#include "space/preload/stand_ins.h"
 
 #define PUBLIC __attribute__((visibility("default")))
 #define CALLER __builtin_return_address(0)

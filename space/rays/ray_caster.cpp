@@ -98,11 +98,11 @@ void RayCaster::Pass::castAll(int threads, bool manual_cleanup) {
   constexpr std::size_t most = grains::cast_rays.work / 4;
   const int team = teamFor(request_.count, grains::cast_rays, threads);
   const std::size_t chunk = chunkOf(request_.count, most, team);
-  runChunksWithData(casting, team, request_.count, chunk, manual_cleanup,
-                    [&](const Range& range, int thread) {
-                      for (std::size_t ray = range.begin; ray < range.end; ++ray)
-                        castOne(ray, thread, team == 1);
-                    });
+  runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
+                   [&](const Range& range, int thread) {
+                     for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                       castOne(ray, thread, team == 1);
+                   });
 }
 
 void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
@@ -187,7 +187,7 @@ void RayCaster::Pass::meet(Flight& flight, dxGeom* geom, RayTarget target) const
       hit(flight, geom, target);
       break;
     }
-    case ColliderUse::Image:
+    case ColliderUse::OwnCollider:
       flight.share.image.push_back({flight.ray, target, geom});
       ++flight.waiting;
       break;
@@ -256,7 +256,7 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
     return;
   }
   const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
-  runChunksWithData(
+  runPartsWithData(
       colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
       [&](const Range& range, int thread) {
         for (std::size_t i = range.begin; i < range.end; ++i)

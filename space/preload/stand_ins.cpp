@@ -1,19 +1,21 @@
 // What the preload library uses: spaces in the place of stock ones, and an account of them.
-#include "space/ode/stand_ins.h"
+#include "space/preload/stand_ins.h"
 
 #include <cstdio>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <typeinfo>
 #include <unordered_set>
+#include <utility>
 
-#include "space/contacts/ode_collide.h"
-#include "space/contacts/precomputed_contacts.h"
+#include "space/contacts/collider_threads.h"
 #include "space/frame/stage_clock.h"
 #include "space/geom/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
+#include "space/preload/precomputed_contacts.h"
 
 namespace ode_parallel_sap {
 
@@ -45,8 +47,14 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
-    changeSettings().precompute = precomputeFromEnvironment();
-    changeSettings().rules.notified = standInsAreTold();
+    const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
+    if (mode != 1) {
+      auto contacts = std::make_unique<PrecomputedContacts>(mode == 2);
+      precomputed_ = contacts.get();
+      setLastStage(std::move(contacts));
+    }
+    changeSettings().rules.notified =
+        nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 1) != 0;
     counted_ = settings().print_stats;
     if (!counted_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
@@ -63,13 +71,14 @@ class StandIn final : public ParallelSAPSpace {
   void addTo(Account& sums) const {
     sums.frames.add(totals());
     sums.advice.add(advice());
-    sums.precomputed.add(precomputed());
+    if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
 
   int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
 
  private:
   bool counted_;
+  const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
 dSpaceID create(dSpaceID parent, int space_class) {
