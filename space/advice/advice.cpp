@@ -32,6 +32,11 @@ __attribute__((format(printf, 2, 3))) void append(std::string& line, const char*
 
 }  // namespace
 
+Advice::~Advice() {
+  const std::string advice = space_ ? line() : "";
+  if (!advice.empty()) dMessage(0, "parallel SAP space %p: %s", space_, advice.c_str());
+}
+
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;

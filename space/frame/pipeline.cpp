@@ -52,7 +52,8 @@ bool Pipeline::findPairs(Frame& frame, const Settings& settings) try {
   store_.complete = true;
   learn(frame, settings);
   note(frame.result);
-  if (watcher_ && !frame.facts.for_contacts && watcher_->isDue()) showPairs(frame);
+  if (watcher_ && !frame.facts.for_contacts && !frame.scene.nested && watcher_->isDue())
+    showPairs(frame);
   return true;
 } catch (const std::bad_alloc&) {
   if (events_.on() && !frame.scene.nested) events_.tellNothing();
@@ -229,6 +230,7 @@ void Pipeline::showPairs(const Frame& frame) const {
     for (const Pair pair : part)
       watcher_->see(frame.geoms()[earlierOf(pair)], frame.geoms()[laterOf(pair)],
                     PairWatcher::unknown);
+  watcher_->endPairs();
 }
 
 }  // namespace ode_parallel_sap

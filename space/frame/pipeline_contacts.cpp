@@ -25,7 +25,7 @@ void Pipeline::collideContacts(const Scene& scene, FrameLists& lists, const Sett
     result.narrow_ms = clock.lap();
     policy_.learnOfBatch(settings, {Batch::contacts, used, pairs.list().size(), result.narrow_ms});
     policy_.learnOfApart(plan, narrow_phase.apart());
-    if (watcher_ && watcher_->isDue())
+    if (watcher_ && !scene.nested && watcher_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place) {
         const dParallelSAPPair& pair = pairs.list()[place];
         const int contacts = narrow_phase.contactsOf(place);

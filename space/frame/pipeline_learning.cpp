@@ -33,7 +33,7 @@ FrameCounts Pipeline::collideSmall(const Scene& scene, const Settings& settings,
                                    const SmallReport& report, PairWatcher* watcher) {
   store_.coherence.stop();
   SmallReport told = report;
-  if (watcher && watcher->isDue()) told.watcher = watcher;
+  if (watcher && !scene.nested && watcher->isDue()) told.watcher = watcher;
   if (events_.on() && scene.nested)
     events_.passOver();
   else if (events_.on())

@@ -8,7 +8,6 @@
 #include <limits>
 #include <locale>
 #include <sstream>
-#include <string>
 
 #include "space/data/team.h"
 #include "space/extract/device_backend.h"
@@ -142,29 +141,6 @@ Settings settingsFromEnvironment() {
   readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
   chooseInstructionSet();
   return settings;
-}
-
-// path[:every]. A colon that no number follows is part of the path.
-std::unique_ptr<Trace> traceFromEnvironment() {
-  const char* const text = textOf("ODE_PARALLEL_SAP_TRACE");
-  if (!text) return nullptr;
-  std::string path = text;
-  int every = 1;
-  const std::size_t colon = path.rfind(':');
-  if (colon != std::string::npos && colon + 1 < path.size() &&
-      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
-    errno = 0;
-    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
-    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
-    path.resize(colon);
-  }
-  if (every < 1 || path.empty()) {
-    dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
-    return nullptr;
-  }
-  auto trace = std::make_unique<Trace>(every);
-  trace->openLater(path);
-  return trace;
 }
 
 }  // namespace ode_parallel_sap

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <initializer_list>
-#include <memory>
 
 #include "space/frame/settings.h"
-#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -20,8 +18,5 @@ bool hasBackend(int backend);
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
 // once; complaints go to dMessage.
 Settings settingsFromEnvironment();
-
-// What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
-std::unique_ptr<Trace> traceFromEnvironment();
 
 }  // namespace ode_parallel_sap

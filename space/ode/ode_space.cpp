@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <new>
-#include <string>
 #include <utility>
 
 #include "space/data/mechanisms.h"
@@ -13,7 +12,6 @@
 #include "space/geom/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
-#include "space/trace/pair_tally.h"
 
 namespace ode_parallel_sap {
 
@@ -77,10 +75,6 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
-  trace_ = traceFromEnvironment();
-  if (!settings_.print_stats) return;
-  advice_ = std::make_unique<Advice>();
-  pipeline_.watchPairs(advice_.get());
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -112,9 +106,6 @@ void ParallelSAPSpace::printTotals() const {
              "ms, %llu rays took %.3f ms",
              static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
              sums.rays_ms);
-  const std::string advice = advice_->line();
-  if (!advice.empty())
-    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), advice.c_str());
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -154,7 +145,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   pipeline_.noteNewcomer();
   pipeline_.forget(geom, slot);
   silent_.remove(slot);
-  if (trace_) trace_->forget(slot);
+  observers_.forEach([=](SpaceObserver& observer) { observer.forget(slot); });
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
   slots_.remove(geom, [&] { dxSpace::remove(geom); });
@@ -175,7 +166,7 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
-  if (trace_) trace_->closeSlots(slots_.geoms());
+  observers_.forEach([&](SpaceObserver& observer) { observer.closeSlots(slots_.geoms()); });
   swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
@@ -283,42 +274,34 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   if (notified != notified_of_all_) notify(nullptr);
   notified_of_all_ = notified;
   askSilent();
+  observers_.forEach([&](SpaceObserver& observer) {
+    if (call.nested() || !observer.wantsScene()) return;
+    const Scene all = scene(false);
+    if (needs_clean_) pipeline_.clean(all, settings_);
+    observer.seeScene(all, settings_.rules);
+    noteSettings();  // the pairs are wanted, too
+  });
 }
 
 void ParallelSAPSpace::notifyAll() {
   notified_of_all.fetch_add(1, std::memory_order_relaxed);
 }
 
-void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
-  trace_ = std::move(trace);
-}
-
-// Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
-// up, too: with a tolerance they depend on the frames before.
-bool ParallelSAPSpace::writeTrace(const Call& call) {
-  if (call.nested() || !trace_->noteFrame()) return false;
-  const Scene all = scene(false);
-  if (needs_clean_) pipeline_.clean(all, settings_);
-  trace_->write(all, settings_.rules);
-  return settings_.rules.tolerance == 0;
+void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
+  observers_.add(std::move(observer));
+  pipeline_.watchPairs(&observers_);
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
   beginFrame(call);
-  const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collide(all, call->frame, settings_, data, callback);
-  PairTally tally(*trace_, data, callback);
-  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair);
-  tally.writeTo(*trace_);
+  pipeline_.collide(scene(call.nested()), call->frame, settings_, data, callback);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  if (trace_) writeTrace(call);
   pipeline_.collideContacts(scene(call.nested()), call->frame, settings_, request,
                             getManualCleanup() != 0);
 }
@@ -326,13 +309,7 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collidePairs(all, call->frame, settings_, request);
-  PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(all, call->frame, settings_,
-                         {&tally, request.flags, PairTally::passBlock});
-  tally.writeTo(*trace_);
+  pipeline_.collidePairs(scene(call.nested()), call->frame, settings_, request);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {

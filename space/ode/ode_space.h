@@ -8,17 +8,16 @@
 #include <utility>
 #include <vector>
 
-#include "space/advice/advice.h"
 #include "space/frame/pipeline.h"
 #include "space/frame/settings.h"
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
+#include "space/ode/space_observer.h"
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspaces.h"
 #include "space/queries/geom_queries.h"
 #include "space/rays/ray_caster.h"
-#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -73,9 +72,9 @@ class ParallelSAPSpace : public dxSpace {
   }
   const PairEvents& events() const { return pipeline_.events(); }
 
-  // Ends the trace that there is and begins this one, if any. The space is not locked.
-  void setTrace(std::unique_ptr<Trace> trace);
-  const Trace* trace() const { return trace_.get(); }
+  // Not while the space is locked.
+  void observe(std::unique_ptr<SpaceObserver> observer);
+  SpaceObservers& observers() { return observers_; }
 
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() {
@@ -88,7 +87,6 @@ class ParallelSAPSpace : public dxSpace {
  protected:
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
-  const Advice& advice() const { return *advice_; }
   void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
@@ -101,7 +99,6 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
   void beginFrame(const Call& call);
-  bool writeTrace(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
   void askSilent();
@@ -129,8 +126,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   Workspaces workspaces_;
-  std::unique_ptr<Advice> advice_;  // if settings().print_stats
-  std::unique_ptr<Trace> trace_;    // null: there is none
+  SpaceObservers observers_;
 };
 
 // The space behind an id, or null if it is not one of ours.

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "space/advice/advice.h"
 #include "space/contacts/collider_threads.h"
 #include "space/frame/stage_clock.h"
 #include "space/geom/assertions.h"
@@ -16,6 +17,7 @@
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
 #include "space/preload/precomputed_contacts.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -55,14 +57,16 @@ class StandIn final : public ParallelSAPSpace {
     }
     changeSettings().rules.notified =
         nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 1) != 0;
-    counted_ = settings().print_stats;
-    if (!counted_) return;
+    if (auto trace = Trace::fromEnvironment()) observe(std::move(trace));
+    if (!settings().print_stats) return;
+    observe(std::make_unique<Advice>());
+    advice_ = observers().find<Advice>();
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
   }
 
   ~StandIn() {
-    if (!counted_) return;
+    if (!advice_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.erase(this);
     addTo(account());
@@ -70,14 +74,14 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
-    sums.advice.add(advice());
+    sums.advice.add(*advice_);
     if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
 
   int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
 
  private:
-  bool counted_;
+  const Advice* advice_ = nullptr;                    // where it is counted
   const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
