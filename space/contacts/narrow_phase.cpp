@@ -17,8 +17,6 @@ namespace {
 // The bits of dCollide's flags that are the most contacts, as ODE documents them.
 constexpr int most_contacts_mask = 0xffff;
 
-constexpr std::size_t pairs_ahead = 4;  // fixed: lines are asked for so many pairs ahead, or twice
-
 Region colliding("contacts: pairs"), colliding_heavy("contacts: heavy pairs"),
     colliding_on_images("contacts: pairs on images");
 
@@ -27,26 +25,6 @@ std::size_t chunkFor(std::size_t pairs, int team) {
   if (team == 1) return most_apart_pairs;
   return std::clamp<std::size_t>(pairs / (tasks_a_thread * static_cast<std::size_t>(team)), 1,
                                  most_apart_pairs);
-}
-
-// The pose, and the beginning of the body, which callbacks ask whether it is awake.
-void prefetchPlace(const dxGeom* geom) {
-  prefetchPose(geom);
-  if (geom->body) prefetchObject(geom->body, 128);
-}
-
-// Asks for what comes after the i-th of `count` pairs; placeOf(i) is where in the list it is. Geoms
-// lie scattered in memory, and what other threads wrote is in their caches.
-template <class PlaceOf>
-void prefetchAfter(const Buffer<dParallelSAPPair>& pairs, std::size_t i, std::size_t count,
-                   PlaceOf placeOf) {
-  if (i + 2 * pairs_ahead >= count) return;
-  const dParallelSAPPair &later = pairs[placeOf(i + 2 * pairs_ahead)],
-                         &next = pairs[placeOf(i + pairs_ahead)];
-  prefetchGeom(later.o1);
-  prefetchGeom(later.o2);
-  prefetchPlace(next.o1);
-  prefetchPlace(next.o2);
 }
 
 // The collider of two convexes that an ODE without libccd has leaves the sides of its contacts as
@@ -98,6 +76,15 @@ void prefetchContacts(const dContactGeom* contacts) {
 
 }  // namespace
 
+void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later) {
+  prefetchGeom(later.o1);
+  prefetchGeom(later.o2);
+  for (const dxGeom* const geom : {soon.o1, soon.o2}) {
+    prefetchPose(geom);
+    if (geom->body) prefetchObject(geom->body, 128);  // callbacks ask whether it is awake
+  }
+}
+
 int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request,
                      const Way& way) {
   const Job job = {pairs, request, way};
@@ -135,7 +122,9 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const Waiting& waiting = waiting_[i];
       const dParallelSAPPair& pair = pairs[waiting.pair];
-      prefetchAfter(pairs, i, waiting_.size(), [&](std::size_t at) { return waiting_[at].pair; });
+      if (i + 2 * pairs_ahead < waiting_.size())
+        prefetchPairs(pairs[waiting_[i + pairs_ahead].pair],
+                      pairs[waiting_[i + 2 * pairs_ahead].pair]);
       if (own[thread].serves(pair.o1, pair.o2))
         collide(job, waiting, thread, &own[thread]);
       else
@@ -162,10 +151,11 @@ void NarrowPhase::lookAt(const Job& job, Range range, int thread) {
   int flags[most_apart_pairs];
   std::uint32_t wanted = 0, testable = 0;
   for (std::size_t i = 0; i < range.end - range.begin; ++i) {
-    prefetchAfter(job.pairs, range.begin + i, job.pairs.size(),
-                  [](std::size_t place) { return place; });
-    flags[i] = job.request.flagsOf(job.pairs[range.begin + i]);
-    found_[range.begin + i] = {0, 0, asksForContacts(flags[i]) ? 0 : nobody};
+    const std::size_t place = range.begin + i;
+    if (place + 2 * pairs_ahead < job.pairs.size())
+      prefetchPairs(job.pairs[place + pairs_ahead], job.pairs[place + 2 * pairs_ahead]);
+    flags[i] = job.request.flagsOf(job.pairs[place]);
+    found_[place] = {0, 0, asksForContacts(flags[i]) ? 0 : nobody};
     wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
     testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
   }

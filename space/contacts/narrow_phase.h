@@ -35,6 +35,11 @@ struct ContactRequest {
   }
 };
 
+// Asks for what a collider reads of a pair that comes soon, and of one that comes later: geoms lie
+// scattered in memory, and what other threads wrote is in their caches.
+constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
+void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
+
 // Contacts as one thread after the other would have made them: which thread collides a pair depends
 // on timing, where its contacts are found again does not.
 //

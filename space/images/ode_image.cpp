@@ -112,33 +112,25 @@ bool OdeImage::isTable(const Table& table) const {
 bool OdeImage::learnSizes() {
   const auto set_alloc = IN_IMAGE(dSetAllocHandler);
   const auto destroy = IN_IMAGE(dGeomDestroy);
-  const auto sphere = IN_IMAGE(dCreateSphere);
-  const auto box = IN_IMAGE(dCreateBox);
-  const auto capsule = IN_IMAGE(dCreateCapsule);
-  const auto cylinder = IN_IMAGE(dCreateCylinder);
-  const auto ray = IN_IMAGE(dCreateRay);
-  const auto convex = IN_IMAGE(dCreateConvex);
-  const auto mesh = IN_IMAGE(dCreateTriMesh);
-  if (!set_alloc || !destroy || !sphere || !box || !capsule || !cylinder || !ray || !convex ||
-      !mesh)
-    return false;
-  const auto learn = [&](int geom_class, auto create) {
+  if (!set_alloc || !destroy) return false;
+  const auto learn = [&](int geom_class, auto create, auto... arguments) {
+    if (!create) return;
     first_size = 0;
-    dxGeom* const geom = create();
+    dxGeom* const geom = create(nullptr, arguments...);
     sizes_[geom_class] = first_size;
     destroy(geom);
   };
   static dReal numbers[4] = {};  // not const, for forks
   static unsigned none[1] = {};
   set_alloc(noteAllocation);
-  learn(dSphereClass, [&] { return sphere(nullptr, 1); });
-  learn(dBoxClass, [&] { return box(nullptr, 1, 1, 1); });
-  learn(dCapsuleClass, [&] { return capsule(nullptr, 1, 1); });
-  learn(dCylinderClass, [&] { return cylinder(nullptr, 1, 1); });
-  learn(dRayClass, [&] { return ray(nullptr, 1); });
-  learn(dConvexClass, [&] { return convex(nullptr, numbers, 0, numbers, 1, none); });
+  learn(dSphereClass, IN_IMAGE(dCreateSphere), 1);
+  learn(dBoxClass, IN_IMAGE(dCreateBox), 1, 1, 1);
+  learn(dCapsuleClass, IN_IMAGE(dCreateCapsule), 1, 1);
+  learn(dCylinderClass, IN_IMAGE(dCreateCylinder), 1, 1);
+  learn(dRayClass, IN_IMAGE(dCreateRay), 1);
+  learn(dConvexClass, IN_IMAGE(dCreateConvex), numbers, 0, numbers, 1, none);
   if (dCheckConfiguration("ODE_EXT_trimesh"))
-    learn(dTriMeshClass, [&] { return mesh(nullptr, nullptr, nullptr, nullptr, nullptr); });
+    learn(dTriMeshClass, IN_IMAGE(dCreateTriMesh), nullptr, nullptr, nullptr, nullptr);
   set_alloc(nullptr);
   return sizes_[dSphereClass] > sizeof(dxGeom) && sizes_[dBoxClass] > sizes_[dSphereClass];
 }

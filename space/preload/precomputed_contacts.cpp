@@ -10,7 +10,6 @@
 #include "space/data/parallel.h"
 #include "space/data/platform.h"
 #include "space/frame/geoms_ahead.h"
-#include "space/geom/geom_prefetch.h"
 
 namespace ode_parallel_sap {
 
@@ -26,7 +25,6 @@ constexpr int needs_update = GEOM_DIRTY | GEOM_POSR_BAD;
 // fixed: a pair with more contacts is not answered, since room for so many is marked for every
 // pair. Boxes have eight, few others more.
 constexpr std::uint32_t most_contacts = 16;
-constexpr std::size_t pairs_ahead = 4;  // fixed: as in the narrow phase
 
 // ODE's colliders leave the fourth number of a contact's position or normal as the caller had it,
 // or write it, as it comes. Contacts that are copied to the caller must do the same. So those
@@ -156,14 +154,8 @@ void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int t
   int flags[most_apart_pairs];
   std::uint32_t wanted = 0;
   for (std::size_t place = begin; place < end; ++place) {
-    if (place + 2 * pairs_ahead < list_.size()) {
-      const dParallelSAPPair &later = list_[place + 2 * pairs_ahead],
-                             &next = list_[place + pairs_ahead];
-      prefetchGeom(later.o1);
-      prefetchGeom(later.o2);
-      prefetchPose(next.o1);
-      prefetchPose(next.o2);
-    }
+    if (place + 2 * pairs_ahead < list_.size())
+      prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
     const dParallelSAPPair& pair = list_[place];
     flags[place - begin] = habits_.wantedFlags(CollideHabits::kindOf(pair.o1, pair.o2));
     found_[place] = {};

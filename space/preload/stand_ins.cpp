@@ -23,10 +23,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-double secondsSince(Clock::time_point begin) {
-  return milliseconds(begin, Clock::now()) / 1000;
-}
-
 class StandIn;
 
 // The sums over spaces that are gone, and those that are not.
@@ -125,8 +121,9 @@ void report() {
   std::fprintf(stderr,
                "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
                "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
-               secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
-               all.narrow_ms / 1000, all.report_ms / 1000, all.queries, all.queries_ms / 1000);
+               milliseconds(sums.begin, Clock::now()) / 1000,
+               (all.total_ms - all.narrow_ms - all.report_ms) / 1000, all.narrow_ms / 1000,
+               all.report_ms / 1000, all.queries, all.queries_ms / 1000);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <new>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -270,9 +271,8 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
 void RayCaster::Pass::collideRest() {
   gather(store_.shares, &Share::calling_thread, store_.waiting);
   std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
-    if (a.ray != b.ray) return a.ray < b.ray;
-    if (a.target.slot != b.target.slot) return a.target.slot < b.target.slot;
-    return a.target.within < b.target.within;
+    return std::tie(a.ray, a.target.slot, a.target.within) <
+           std::tie(b.ray, b.target.slot, b.target.within);
   });
   for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
 }
