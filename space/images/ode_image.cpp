@@ -120,14 +120,15 @@ bool OdeImage::learnSizes() {
     sizes_[geom_class] = first_size;
     destroy(geom);
   };
+  constexpr dReal one = 1;
   static dReal numbers[4] = {};  // not const, for forks
   static unsigned none[1] = {};
   set_alloc(noteAllocation);
-  learn(dSphereClass, IN_IMAGE(dCreateSphere), 1);
-  learn(dBoxClass, IN_IMAGE(dCreateBox), 1, 1, 1);
-  learn(dCapsuleClass, IN_IMAGE(dCreateCapsule), 1, 1);
-  learn(dCylinderClass, IN_IMAGE(dCreateCylinder), 1, 1);
-  learn(dRayClass, IN_IMAGE(dCreateRay), 1);
+  learn(dSphereClass, IN_IMAGE(dCreateSphere), one);
+  learn(dBoxClass, IN_IMAGE(dCreateBox), one, one, one);
+  learn(dCapsuleClass, IN_IMAGE(dCreateCapsule), one, one);
+  learn(dCylinderClass, IN_IMAGE(dCreateCylinder), one, one);
+  learn(dRayClass, IN_IMAGE(dCreateRay), one);
   learn(dConvexClass, IN_IMAGE(dCreateConvex), numbers, 0, numbers, 1, none);
   if (dCheckConfiguration("ODE_EXT_trimesh"))
     learn(dTriMeshClass, IN_IMAGE(dCreateTriMesh), nullptr, nullptr, nullptr, nullptr);
