@@ -10,9 +10,9 @@ add_library(
   ode-parallel-sap-core OBJECT
   ${core}/axes/axis_parts.cpp
   ${core}/axes/endpoint_lists.cpp
-  ${core}/coherence/fat_pairs.cpp
-  ${core}/coherence/incremental.cpp
-  ${core}/coherence/kept_pairs.cpp
+  ${core}/cache/fat_proxies.cpp
+  ${core}/cache/pair_merge.cpp
+  ${core}/cache/proxy_trees.cpp
   ${core}/data/platform.cpp
   ${core}/cells/cell_coherence.cpp
   ${core}/cells/cell_order.cpp

@@ -12,8 +12,6 @@ constexpr bool kept_pairs = true;
 // A frame of which nothing was told goes through no list of slots (PairKeeper::isPlainlySame), and
 // without a report does not run (Pipeline::repeatsLastFrame).
 constexpr bool plainly_same_frames = true;
-// What began and ended comes from their merging (PairEvents::tellChanged). Else by comparing all.
-constexpr bool events_of_changes = true;
 // What changed meets kept trees (Incremental). Else any change has all found anew.
 constexpr bool incremental_trees = true;
 // What changed lately is in levels of trees beside the base. Else in one.

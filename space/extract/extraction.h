@@ -35,6 +35,7 @@ class Extraction {
 
   // Made when a frame first needs them: about 25 KB before the first box.
   CPUFinders& finders();
+  Sweep<float>& sweep() { return finders().narrow.sweep; }
   DeviceBackend& devices() { return devices_; }
   const DeviceBackend& devices() const { return devices_; }
 

@@ -1,66 +1,147 @@
-// One frame on its way through the stages, with all that one stage leaves to the next.
+// dSpaceCollide, dParallelSAPSpaceCollideContacts and dParallelSAPSpaceCollidePairs: a frame and
+// its stages. Sees ODE's private headers.
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <utility>
 
+#include "space/cache/pair_cache.h"
+#include "space/cache/pair_events.h"
+#include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/data/buffer.h"
-#include "space/data/pair_list.h"
-#include "space/frame/frame_result.h"
-#include "space/frame/plan.h"
-#include "space/frame/stage_clock.h"
-#include "space/geom/scene.h"
+#include "space/extract/extraction.h"
+#include "space/filter/pair_filter.h"
+#include "space/filter/plane_pairs.h"
+#include "space/frame/complaints.h"
+#include "space/frame/last_stage.h"
+#include "space/frame/pair_blocks.h"
+#include "space/frame/policy.h"
+#include "space/frame/small_scenes.h"
+#include "space/frame/statistics.h"
+#include "space/geom/pair_watcher.h"
 #include "space/update/geom_update.h"
 
 namespace ode_parallel_sap {
 
-// The lists of a frame, which outlast it. Those of frames within no callback are the same.
+// The lists of a frame. A frame within a callback has others. Those of all other frames are the
+// same from frame to frame.
 struct FrameLists {
-  PairList pairs;  // of the last frame, then of this one
+  PairList candidates;  // the pairs by boxes; kept for the next frame
+  PairList pairs;       // those of them that are reported, if not all are
+  PairList verified;    // those of them that planes are not in, if planes are found apart
   Buffer<dParallelSAPPair> contact_pairs;
   NarrowPhase narrow_phase;
 
-  void release() {
-    pairs = PairList();
-    contact_pairs.release();
-    narrow_phase = NarrowPhase();
+  std::size_t bytes() const {
+    return bytesOf(candidates, pairs, verified, contact_pairs, narrow_phase);
   }
-  std::size_t bytes() const { return bytesOf(pairs, contact_pairs, narrow_phase); }
 };
 
-// What frames of one space leave to the next one.
-struct FrameStore {
-  bool complete = false;  // the last frame came to its report: what is kept is of its pairs
-  bool repeats = false;   // it found all as it was, and reported nothing
-  PairKeeper coherence;
-  FatPairs fat_pairs;
-
-  // Of use to a frame that begins; null where nothing is.
-  const SlotSet* changed() const { return complete ? coherence.changed() : nullptr; }
-};
-
-// A callback may collide the space again: what is kept is of no use to that frame nor to the next.
-// A callback may be left in any way, so nothing is left to a destructor.
-struct Frame {
-  Frame(FrameStore& store, FrameLists& lists, const Plan& plan, const SceneFacts& facts,
-        const Scene& scene)
-      : plan(plan), facts(facts), scene(scene), pairs(lists.pairs) {
-    result.geoms = scene.count;
-    if (!store.complete || scene.nested) store.coherence.stop();
-    store.complete = store.repeats = false;
-  }
+// A call for the pairs of a scene, which is locked. No other frame uses `lists`.
+struct FrameCall {
+  const Scene scene;
+  FrameLists& lists;
+  const Settings& settings;
+  bool manual_cleanup;  // threads leave no data in ODE
 
   dxGeom* const* geoms() const { return scene.slots.data(); }
   std::size_t slots() const { return scene.slots.size(); }
+};
 
-  const Plan plan;
+// One frame. A callback may leave it in any way, so nothing is left to its destructor.
+struct Frame {
+  const FrameCall& call;
   const SceneFacts facts;
-  const Scene scene;
-  PairList& pairs;                       // of the last frame, then of this one
-  const UpdateFacts* updated = nullptr;  // of the geoms, until the report
-  bool same = false;                     // as in the last frame: no event
-  FrameResult result;
-  StageClock clock;
+  const Plan plan;
+  dParallelSAPStats stats = {};
+  bool same = false;  // all pairs are those of the last frame
+  StageClock clock = {};
+};
+
+// What a space keeps from frame to frame, and the stages that use it.
+class Pipeline {
+ public:
+  explicit Pipeline(bool sums) : statistics_(sums) {}
+
+  // Calls `callback` for the pairs, in their order.
+  void collide(const FrameCall& call, void* data, dNearCallback* callback);
+  // Finds their contacts and reports these.
+  void collideContacts(const FrameCall& call, const ContactRequest& request);
+  // Hands the pairs out in blocks.
+  void collidePairs(const FrameCall& call, const PairsRequest& request);
+
+  // Brings the AABBs of all geoms up to date, as for a frame.
+  void clean(const Scene& scene, const Settings& settings);
+  // The geom of a slot is new, gone or has moved.
+  void noteChange(Slot slot) {
+    small_scenes_.noteChange();
+    cache_.note(slot);
+    if (last_stage_) last_stage_->noteChange(slot);
+  }
+  // A geom of a slot, or any geom, may be another in a way that ODE reports to no space. The former
+  // from many threads at once.
+  void noteUnreported(Slot slot) { cache_.noteShared(slot); }
+  void noteAllUnreported() { cache_.noteAll(); }
+  // A setting changes, or what is asked of frames.
+  void noteSettings() { repeats_ = false; }
+  // A geom comes to a slot or leaves it.
+  void noteArrival() { plane_pairs_.forget(); }
+  void noteDeparture(const dxGeom* geom, Slot slot) {
+    plane_pairs_.forget();
+    complaints_.forget(geom);
+    if (events_.on()) events_.removeGeom(slot);
+  }
+  // The slots of these geoms are about to be closed up.
+  void closeSlots(const Buffer<dxGeom*>& geoms);
+
+  Policy& policy() { return policy_; }
+  PairEvents& events() { return events_; }
+  const PairEvents& events() const { return events_; }
+  Complaints& complaints() { return complaints_; }
+  Statistics& statistics() { return statistics_; }
+  const Statistics& statistics() const { return statistics_; }
+  // What takes the place of the report of dSpaceCollide.
+  void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
+  // Sees the pairs of some frames; may be null.
+  void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
+  std::size_t lastPairs() const { return last_pairs_; }
+  // Gives back a part of what is held, but for the devices. No frame uses `lists`.
+  static constexpr int parts = 4;
+  void release(int part, FrameLists& lists);
+  std::size_t bytes() const;
+
+ private:
+  SceneFacts factsOf(const FrameCall& call) const;
+  FrameCounts collideSmall(const FrameCall& call, SmallReport report, PairWatcher* watcher);
+  const PairList* findPairs(Frame& frame);
+  void renew(Frame& frame, const PairCache::Update& update);
+  Found findAnew(Frame& frame);
+  void noteUpdate(Frame& frame);
+  const PairList& select(Frame& frame);
+  void updateEvents(Frame& frame, const PairList& pairs);
+  void learn(const Frame& frame, bool kept, const Found& found);
+  void note(const Frame& frame);
+  void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
+  void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
+  bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
+
+  Policy policy_;
+  GeomUpdate geom_update_;
+  BoxSet boxes_;
+  Extraction extraction_;
+  PairCache cache_;
+  PairFilter pair_filter_;
+  PlanePairs plane_pairs_;
+  PairEvents events_;
+  std::unique_ptr<LastStage> last_stage_;
+  SmallScenes small_scenes_;
+  Complaints complaints_;
+  Statistics statistics_;
+  PairWatcher* watcher_ = nullptr;
+  std::size_t last_pairs_ = 0;
+  bool reported_all_ = false;  // of the candidates, in the last frame
+  bool repeats_ = false;       // the last frame found all as it was, and reported nothing
 };
 
 }  // namespace ode_parallel_sap

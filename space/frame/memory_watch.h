@@ -15,7 +15,7 @@ namespace ode_parallel_sap {
 class MemoryWatch {
  public:
   static constexpr int none = -1;  // fixed: no part
-  static constexpr int parts = 6;  // fixed: those of Pipeline::release(), and what the space has
+  static constexpr int parts = 5;  // fixed: those of Pipeline::release(), and what the space has
 
   // A frame had so many geoms and pairs. The part of what is kept that is better given back, and
   // grown again by the next frame to the size of the last ones.

@@ -77,7 +77,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
   // Not within a tolerance, which has room for boxes already.
-  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && !fat_pairs_.waits() &&
+  plan.fat_pairs = mechanisms::fat_pairs && plan.keep &&
                    settings.rules.tolerance == 0 && extraction.devices == 0 &&
                    extraction.method == dParallelSAPMethodSweep;
   return plan;
@@ -117,35 +117,17 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
   extraction.devices = plan.device_decision.devices;
 }
 
-void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                   const FrameResult& result) {
-  if (!result.anew()) {
-    team_.learnOfOther(team_times.stalled());
-    return;
-  }
-  learnOfFatPairs(result);
-  const Found& found = result.found;
-  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
-    team_.learn(result.threads, facts.slots, result.found_ms(), team_times.stalled());
-  if (plan.weighs_devices && !result.wide)
-    device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
-                         facts.slots, result.candidates, result.extract_ms);
+void Policy::learnOfKept() {
+  team_.learnOfOther(team_times.stalled());
 }
 
-void Policy::learnOfFatPairs(const FrameResult& result) {
-  switch (result.fat_pairs) {
-    case FatPairs::Outcome::not_tried:
-      fat_pairs_.pass();
-      break;
-    case FatPairs::Outcome::in_vain:
-      fat_pairs_.failed();
-      break;
-    case FatPairs::Outcome::served:
-      fat_pairs_.paid();
-      break;
-    default:
-      break;
-  }
+void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                   const FoundAnew& frame) {
+  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
+    team_.learn(frame.threads, facts.slots, frame.found_ms, team_times.stalled());
+  if (plan.weighs_devices && !frame.wide)
+    device_choice_.learn(plan.device_decision, std::min(frame.devices, DeviceChoice::most_devices),
+                         facts.slots, frame.candidates, frame.extract_ms);
 }
 
 void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {

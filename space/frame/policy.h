@@ -7,7 +7,6 @@
 #include "space/contacts/certainly_apart.h"
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
-#include "space/frame/frame_result.h"
 #include "space/frame/plan.h"
 #include "space/frame/settings.h"
 #include "space/frame/team_choice.h"
@@ -24,6 +23,14 @@ struct Batch {
   double ms;
 };
 
+// What a frame took whose pairs were found anew.
+struct FoundAnew {
+  bool wide;  // the boxes were doubles
+  int devices, threads;
+  std::size_t candidates;
+  double found_ms, extract_ms;
+};
+
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.
 class Policy {
  public:
@@ -35,9 +42,10 @@ class Policy {
   int teamFor(std::size_t slots, const Settings& settings) const;
   int threadsForRays(std::size_t rays, const Settings& settings) const;
 
-  // Takes notice of a frame that went by `plan` to its end, its pairs at least.
+  // A frame went by `plan` at least until its pairs were found.
   void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-             const FrameResult& result);
+             const FoundAnew& frame);
+  void learnOfKept();  // pairs
   // What a batch took.
   void learnOfBatch(const Settings& settings, const Batch& batch);
   // What was tested whether it is apart, and what is.
@@ -52,12 +60,9 @@ class Policy {
   static int chosen(const TeamChoice& team, const Settings& settings, int most);
   static int methodFor(const SceneFacts& facts, const Settings& settings);
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
-  void learnOfFatPairs(const FrameResult& result);
 
   TeamChoice team_, batch_teams_[Batch::kinds];
   DeviceChoice device_choice_;
-  // Fat boxes that are left at once cost half a frame.
-  BackOff fat_pairs_{4};
   // To test boxes that touch costs a little each.
   BackOff apart_{4};
 };

@@ -245,7 +245,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.noteSmall(result);
   if (timed)
-    statistics.noteTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
+    statistics.noteSmallTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
   return result;
 }
 
@@ -262,9 +262,8 @@ void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complain
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
 bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& events) {
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.recalled && !found.counts.user_classes && events.tellSame(source)) return true;
+  if (found.recalled && !found.counts.user_classes && events.updateSame(source)) return true;
   try {
-    events.keep(event_pairs_);
     event_pairs_.clear(1);
     Buffer<Pair>& pairs = event_pairs_.parts[0];
     pairs.resizeDiscarding(found.counts.pairs);
@@ -272,10 +271,10 @@ bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& 
       pairs[i] = makePair(Slots::slotOf(found.active[found.pairs[i].earlier()]),
                           Slots::slotOf(found.active[found.pairs[i].later()]));
   } catch (const std::bad_alloc&) {
-    events.tellNothing();
+    events.updateUnknown();
     return false;
   }
-  return events.tell(event_pairs_, scene.slots, source, 1);
+  return events.update(event_pairs_, scene.slots, source, 1);
 }
 
 // Where a frame says it all: not what rules leave out by the state of bodies. Nor within a

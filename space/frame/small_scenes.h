@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "space/coherence/pair_events.h"
+#include "space/cache/pair_events.h"
 #include "space/data/tuning.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"

@@ -13,21 +13,27 @@ inline double milliseconds(Clock::time_point begin, Clock::time_point end) {
   return std::chrono::duration<double, std::milli>(end - begin).count();
 }
 
-// Hands out the time since it was last asked.
+// Adds up the time of each stage, from its begin() to the next one.
 class StageClock {
  public:
-  // The stage that runs from now on, until the next one or the end of the clock.
-  void begin(Stage stage) { range_.begin(stage); }
-  double lap() {
-    const Clock::time_point before = lap_;
-    lap_ = Clock::now();
-    return milliseconds(before, lap_);
+  void begin(Stage stage) {
+    const Clock::time_point now = Clock::now();
+    ms_[static_cast<int>(stage_)] += milliseconds(last_, now);
+    last_ = now;
+    stage_ = stage;
+    range_.begin(stage);
   }
-  // Up to the last lap.
-  double total() const { return milliseconds(begin_, lap_); }
+  // No stage runs until the next begin().
+  void pause() { begin(Stage::none); }
+  double of(Stage stage) const { return ms_[static_cast<int>(stage)]; }
+  // Up to the last begin().
+  double total() const { return milliseconds(first_, last_); }
 
  private:
-  Clock::time_point begin_ = Clock::now(), lap_ = begin_;
+  const Clock::time_point first_ = Clock::now();
+  Clock::time_point last_ = first_;
+  Stage stage_ = Stage::none;
+  double ms_[static_cast<int>(Stage::none) + 1] = {};
   StageRange range_;
 };
 

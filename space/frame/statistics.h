@@ -1,25 +1,94 @@
-// The statistics of a space: derived from what frames did, and summed, here and nowhere else. No
-// decision reads them.
+// The statistics of a space, of its last frame and summed. No decision reads them.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include "space/frame/frame_result.h"
-#include "space/frame/frame_sums.h"
+#include "space/frame/stage_clock.h"
 
 namespace ode_parallel_sap {
 
-// Of a small scene.
-inline FrameResult resultOf(const FrameCounts& small) {
-  FrameResult result;
-  static_cast<FrameCounts&>(result) = small;
-  result.found.method = dParallelSAPMethodBruteForce;
-  return result;
+// The counts of a small frame, which has no other statistics but times.
+struct FrameCounts {
+  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
+              pairs = 0;
+};
+
+inline dParallelSAPStats statsOf(const FrameCounts& counts) {
+  dParallelSAPStats stats = {};
+  stats.geoms = counts.geoms;
+  stats.moved = counts.moved;
+  stats.disabled = counts.disabled;
+  stats.invalid = counts.invalid;
+  stats.unbounded = counts.unbounded;
+  stats.candidates = counts.candidates;
+  stats.pairs = counts.pairs;
+  stats.backend = dParallelSAPBackendCPU;
+  stats.method = dParallelSAPMethodBruteForce;
+  stats.threads = stats.find_threads = 1;
+  return stats;
 }
+
+// Sums over frames, queries and rays, and over spaces.
+class FrameSums {
+ public:
+  struct Sums {
+    unsigned long long frames = 0;
+    double geoms = 0, pairs = 0, contacts = 0;
+    double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
+           report_ms = 0, total_ms = 0;
+    // Frames have no part in these.
+    unsigned long long queries = 0, rays = 0;
+    double queries_ms = 0, rays_ms = 0;
+  };
+
+  void add(const dParallelSAPStats& frame) {
+    ++sums_.frames;
+    addAll(frame, 1, sums_);
+  }
+  void add(const FrameSums& other) {
+    sums_.frames += other.sums_.frames;
+    addAll(other.sums_, 1, sums_);
+    addQueries(other.sums_.queries, other.sums_.queries_ms);
+    addRays(other.sums_.rays, other.sums_.rays_ms);
+  }
+  void addQueries(unsigned long long count, double ms) {
+    sums_.queries += count;
+    sums_.queries_ms += ms;
+  }
+  void addRays(unsigned long long count, double ms) {
+    sums_.rays += count;
+    sums_.rays_ms += ms;
+  }
+  const Sums& sums() const { return sums_; }
+  // Of a frame. `frames` is the number of all.
+  Sums average() const {
+    Sums average;
+    average.frames = sums_.frames;
+    if (sums_.frames) addAll(sums_, 1 / static_cast<double>(sums_.frames), average);
+    return average;
+  }
+
+ private:
+  template <class From>
+  static void addAll(const From& from, double share, Sums& sums) {
+    sums.geoms += static_cast<double>(from.geoms) * share;
+    sums.pairs += static_cast<double>(from.pairs) * share;
+    sums.contacts += static_cast<double>(from.contacts) * share;
+    sums.update_ms += from.update_ms * share;
+    sums.synchronise_ms += from.synchronise_ms * share;
+    sums.extract_ms += from.extract_ms * share;
+    sums.filter_ms += from.filter_ms * share;
+    sums.narrow_ms += from.narrow_ms * share;
+    sums.report_ms += from.report_ms * share;
+    sums.total_ms += from.total_ms * share;
+  }
+
+  Sums sums_;
+};
 
 class Statistics {
  public:
-  // `sums`: they are to be printed one day, so every frame is timed and added up.
+  // `sums`: they are printed in the end, so every frame is timed and added up.
   explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
 
   void beginFrame() { ++last_.frames; }
@@ -31,15 +100,20 @@ class Statistics {
     return true;
   }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
-  void note(const FrameResult& result);
-  // The same of a small scene. Few words are written: more would be a good part of a frame of two
+  void note(const dParallelSAPStats& frame, const StageClock& clock);
+  // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
   void noteSmall(const FrameCounts& counts) {
     if (!last_was_small_) beginSmall();
-    noteCounts(counts);
+    last_.geoms = counts.geoms;
+    last_.moved = counts.moved;
+    last_.disabled = counts.disabled;
+    last_.invalid = counts.invalid;
+    last_.unbounded = counts.unbounded;
+    last_.candidates = counts.candidates;
+    last_.pairs = counts.pairs;
   }
-  // The times of a small frame.
-  void noteTimes(double found_ms, double report_ms);
+  void noteSmallTimes(double found_ms, double report_ms);
   // The last noted frame came to its end.
   void endFrame() {
     if (sums_wanted_) sums_.add(last_);
@@ -68,16 +142,6 @@ class Statistics {
  private:
   static constexpr unsigned timed_interval = 16;  // fixed: frames, as the header says
 
-  void clear();
-  void noteCounts(const FrameCounts& counts) {
-    last_.geoms = counts.geoms;
-    last_.moved = counts.moved;
-    last_.disabled = counts.disabled;
-    last_.invalid = counts.invalid;
-    last_.unbounded = counts.unbounded;
-    last_.candidates = counts.candidates;
-    last_.pairs = counts.pairs;
-  }
   void beginSmall();
 
   bool sums_wanted_, times_wanted_;

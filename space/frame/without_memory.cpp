@@ -14,31 +14,30 @@ bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
 
 }  // namespace
 
-void updateWithoutMemory(const Scene& scene, FrameResult& result) {
-  const std::size_t geoms = result.geoms;
-  result = FrameResult();
-  result.geoms = geoms;
-  result.found.method = dParallelSAPMethodBruteForce;
-  result.moved = cleanOneByOne(scene.first);
+dParallelSAPStats updateWithoutMemory(const Scene& scene) {
+  FrameCounts counts;
+  counts.geoms = scene.count;
+  counts.moved = cleanOneByOne(scene.first);
   scene.needs_clean = false;
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
     const bool invalid = isEnabled(geom) && hasNaN(geom);
-    result.disabled += !isEnabled(geom);
-    result.invalid += invalid;
-    result.unbounded += isEnabled(geom) && !invalid && isUnbounded(geom);
+    counts.disabled += !isEnabled(geom);
+    counts.invalid += invalid;
+    counts.unbounded += isEnabled(geom) && !invalid && isUnbounded(geom);
   }
+  return statsOf(counts);
 }
 
-void collideWithoutMemory(const Scene& scene, const PackRules& rules, FrameResult& result,
+void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelSAPStats& stats,
                           void* data, dNearCallback* callback) {
   const PairRule rule(rules);
   for (dxGeom* a = scene.first; a; a = a->next) {
     if (!PairRule::takesPart(a)) continue;
     for (dxGeom* b = a->next; b; b = b->next) {
       if (!isPair(rule, b, a)) continue;
-      ++result.candidates;
+      ++stats.candidates;
       if (!passesAABBTests(a, b)) continue;
-      ++result.pairs;
+      ++stats.pairs;
       callback(data, a, b);
     }
   }

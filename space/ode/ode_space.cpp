@@ -121,7 +121,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   silent_.growTo(slot + std::size_t{1});
   slots_.add(geom, tail_);
   silent_.add(slot);
-  pipeline_.noteNewcomer();
+  pipeline_.noteArrival();
   geom->next = nullptr;
   *tail_ = geom;
   tail_ = &geom->next;
@@ -142,8 +142,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
-  pipeline_.noteNewcomer();
-  pipeline_.forget(geom, slot);
+  pipeline_.noteDeparture(geom, slot);
   silent_.remove(slot);
   observers_.forEach([=](SpaceObserver& observer) { observer.forget(slot); });
   swept_.remove(geom, slot);
@@ -256,7 +255,7 @@ void ParallelSAPSpace::cleanFew() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
   if (!call.nested()) {
-    const int part = pipeline_.noteMemory(count);
+    const int part = memory_watch_.noteFrame(count, pipeline_.lastPairs());
     if (part == MemoryWatch::parts - 1) {
       call->release();
       queries_.release();
@@ -292,24 +291,27 @@ void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
   pipeline_.watchPairs(&observers_);
 }
 
+FrameCall ParallelSAPSpace::frameOf(const Call& call) {
+  return {scene(call.nested()), call->frame, settings_, getManualCleanup() != 0};
+}
+
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collide(scene(call.nested()), call->frame, settings_, data, callback);
+  pipeline_.collide(frameOf(call), data, callback);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collideContacts(scene(call.nested()), call->frame, settings_, request,
-                            getManualCleanup() != 0);
+  pipeline_.collideContacts(frameOf(call), request);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collidePairs(scene(call.nested()), call->frame, settings_, request);
+  pipeline_.collidePairs(frameOf(call), request);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
@@ -346,11 +348,11 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   cleanFew();
   updateAABB(geom);
   if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
-  if (hasNaN(geom)) return pipeline_.complainOfInvalid(geom);
+  if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
     queries_.find(slots_.geoms(), geom,
-                  {settings_.rules.cull_planes, pipeline_.teamFor(slots_.size(), settings_)}, hits);
+                  {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);
@@ -368,14 +370,14 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const StageRange range(Stage::rays);
   askSilent();
   cleanFew();
-  const RayCaster::Way way = {pipeline_.threadsForRays(request.count, settings_),
+  const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
-  StageClock clock;
+  const Clock::time_point begin = Clock::now();
   const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way, call->rays)
                                  : RayCaster().cast(slots_.geoms(), request, way, call->rays);
-  const double ms = clock.lap();
-  pipeline_.learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
+  const double ms = milliseconds(begin, Clock::now());
+  pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
   pipeline_.statistics().noteRays(request.count, ms);
   return hits;
 }

@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "space/frame/pipeline.h"
+#include "space/frame/frame.h"
+#include "space/frame/memory_watch.h"
 #include "space/frame/settings.h"
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
@@ -50,9 +51,9 @@ class ParallelSAPSpace : public dxSpace {
   // another body or another enabled state. For a geom from many threads at once.
   void notify(const dxGeom* geom) {
     if (geom)
-      pipeline_.noteUntold(Slots::slotOf(geom));
+      pipeline_.noteUnreported(Slots::slotOf(geom));
     else
-      pipeline_.noteAllUntold();
+      pipeline_.noteAllUnreported();
   }
 
   // Any geom of any space may be such a one.
@@ -98,6 +99,7 @@ class ParallelSAPSpace : public dxSpace {
   Scene scene(bool nested) {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
+  FrameCall frameOf(const Call& call);
   void beginFrame(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
@@ -125,6 +127,7 @@ class ParallelSAPSpace : public dxSpace {
   GeomQueries queries_;
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
+  MemoryWatch memory_watch_;
   Workspaces workspaces_;
   SpaceObservers observers_;
 };

@@ -18,18 +18,7 @@ except ImportError as error:
         sys.exit("plot.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import LIBRARIES, ODE_SPACES, OURS, RIVALS, best, machine, on_devices, one, read, timed, values
-
-COLOURS = dict(zip(LIBRARIES + ODE_SPACES + RIVALS,
-                   ["C%d" % i for i in range(10)] + ["#003c30", "#7f3b08", "#01665e", "#35978f", "#80cdc1", "#c7eae5",
-                                                     "#8c510a", "#bf812d", "#dfc27d", "#542788"]))
-
-
-def style(peer):
-    """Ours stands out, ODE's spaces are dashed."""
-    if peer.startswith(OURS):
-        return {"color": "black", "linewidth": 2.5, "zorder": 3}
-    return {"color": COLOURS.get(peer), "linestyle": "--" if peer in ODE_SPACES else "-"}
+from results import machine, on_devices, one, read, timed, values
 
 
 def save(figure, directory, name, rows):
@@ -39,178 +28,6 @@ def save(figure, directory, name, rows):
     figure.savefig(path, dpi=110)
     plt.close(figure)
     print(path)
-
-
-def line(axes, rows, x, y, label, **look):
-    axes.plot([row[x] for row in rows], [row[y] for row in rows], marker="o", markersize=3, label=label, **look)
-
-
-def peers(directory):
-    rows = read(directory, "peers")
-    for threads in values(rows, "threads"):
-        if len(values(timed(rows, scene="dense-cube", threads=threads), "n")) < 2:
-            continue  # no lines
-        figure, axes = plt.subplots(figsize=(8, 6))
-        for peer in values(rows, "peer"):
-            some = timed(rows, scene="dense-cube", peer=peer, threads=threads)
-            if some:
-                line(axes, some, "n", "median_ms", peer, **style(peer))
-        axes.set(xscale="log", yscale="log", xlabel="boxes", ylabel="ms a frame",
-                 title="Dense cube, all moving, %d thread%s" % (threads, "s" if threads > 1 else ""))
-        axes.grid(True, which="major", alpha=0.3)
-        axes.legend(fontsize=8)
-        save(figure, directory, "peers-%d-threads" % threads, rows)
-
-
-def distributions(directory):
-    rows = read(directory, "peers")
-    threads = max(values(rows, "threads"))
-    for n in values(rows, "n"):
-        bars = []
-        for scene in values(rows, "scene"):
-            ours, other = one(rows, scene=scene, n=n, peer=OURS, threads=threads), best(rows, scene, n, threads, LIBRARIES)
-            if ours and other:
-                bars.append((scene, other["median_ms"] / ours["median_ms"], other["peer"]))
-        if not bars:
-            continue
-        figure, axes = plt.subplots(figsize=(8, 0.5 + 0.3 * len(bars) + 1))
-        axes.barh([bar[0] for bar in bars], [bar[1] for bar in bars], color=[COLOURS[bar[2]] for bar in bars])
-        for i, bar in enumerate(bars):
-            axes.text(bar[1], i, " %.1f× %s" % bar[1:], va="center", fontsize=7)
-        axes.axvline(1, color="black", linewidth=1)
-        axes.invert_yaxis()
-        axes.margins(x=0.2)
-        axes.set(xlabel="time of the best other library / ours",
-                 title="{:,.0f} boxes, {:.0f} threads".format(n, threads))
-        save(figure, directory, "distributions-%d" % n, rows)
-
-
-def small(directory):
-    rows = read(directory, "small")
-    for moving in values(rows, "moving"):
-        scenes = values([row for row in rows if row["moving"] == moving], "scene")
-        figure, grid = plt.subplots(2, (len(scenes) + 1) // 2, figsize=(14, 8), squeeze=False)
-        for axes, scene in zip(grid.flat, scenes):
-            for peer in values(rows, "peer"):
-                some = [row for row in timed(rows, scene=scene, peer=peer, moving=moving) if row["median_ms"] > 0]
-                if some:
-                    line(axes, [dict(row, us=1000 * row["median_ms"]) for row in some], "n", "us", peer, **style(peer))
-            axes.set(xscale="log", yscale="log", xlabel="geoms", ylabel="µs a collide", title=scene)
-            axes.grid(True, alpha=0.3)
-        grid.flat[0].legend(fontsize=8)
-        save(figure, directory, "small-" + ("moving" if moving else "still"), rows)
-
-
-def speed_up(axes, series, title):
-    """Each of `series` is a label, threads and milliseconds; beside them what would be ideal."""
-    most = max(max(threads) for _, threads, _ in series)
-    axes.plot([1, most], [1, most], color="gray", linestyle=":", label="ideal")
-    for label, threads, times in series:
-        axes.plot(threads, [times[0] / time for time in times], marker="o", label=label)
-    axes.set(xlabel="threads", ylabel="speed-up", title=title)
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize=8)
-
-
-def scaling(directory):
-    rows = read(directory, "scaling")
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5))
-    for axes, stage, title in ((left, "median_ms", "Whole"), (right, "extract_ms", "Extraction")):
-        series = []
-        for peer in values(rows, "peer"):
-            some = [row for row in timed(rows, peer=peer) if row[stage]]
-            if some:
-                series.append(("{}, {:,.0f} boxes".format(peer, some[0]["n"]), [row["threads"] for row in some],
-                               [row[stage] for row in some]))
-        speed_up(axes, series, title)
-    save(figure, directory, "scaling", rows)
-
-
-def cost(directory):
-    rows = read(directory, "cost")
-    threads = max(values(rows, "threads"))
-    scenes = values(rows, "scene")
-    figure, axes = plt.subplots(figsize=(9, 0.45 * len(scenes) + 1.5))
-    for i, n in enumerate(values(rows, "n")):
-        found = [one(rows, scene=scene, n=n, threads=threads) for scene in scenes]
-        axes.barh([k + 0.4 * i for k in range(len(scenes))], [row["ns_per_pair"] if row else 0 for row in found],
-                  height=0.38, label="{:,.0f} boxes".format(n))
-    axes.set_yticks([k + 0.2 for k in range(len(scenes))])
-    axes.set_yticklabels(scenes)
-    axes.invert_yaxis()
-    axes.set(xlabel="ns a pair", title="Cost of a pair, %d threads" % threads)
-    axes.legend()
-    save(figure, directory, "cost", rows)
-
-
-def memory(directory):
-    rows = [row for row in timed(read(directory, "memory")) if row["scene"] == "dense-cube"]
-    figure, axes = plt.subplots(figsize=(8, 5))
-    for peer in values(rows, "peer"):
-        some = [dict(row, each=row["held_bytes"] / row["n"]) for row in timed(rows, peer=peer)]
-        line(axes, some, "n", "each", peer, **style(peer))
-    ours = [dict(row, each=150 + 16 * row["pairs"] / row["n"]) for row in timed(rows, peer=OURS)]
-    line(axes, ours, "n", "each", "150 bytes + 16 a pair", color="gray", linestyle=":")
-    axes.set(xscale="log", yscale="log", xlabel="boxes", ylabel="resident bytes a box", title="Memory, dense cube")
-    axes.grid(True, alpha=0.3)
-    axes.legend(fontsize=8)
-    save(figure, directory, "memory", rows)
-
-
-def percent(directory, stage, figure_name, title):
-    """The paper's figures 6 and 8: percent of the time of one thread, a block of bars a scene."""
-    rows = read(directory, "paper")
-    methods, threads = values(rows, "method"), values(rows, "threads")
-    figure, grid = plt.subplots(1, len(methods), figsize=(6 * len(methods), 4.5), squeeze=False)
-    for axes, method in zip(grid.flat, methods):
-        scenes = values(timed(rows, method=method), "scene")
-        for i, number in enumerate(threads):
-            heights = []
-            for scene in scenes:
-                first, row = (one(rows, scene=scene, method=method, threads=t) for t in (1, number))
-                heights.append(100 * row[stage] / first[stage])
-            axes.bar([k + i * 0.8 / len(threads) for k in range(len(scenes))], heights, 0.75 / len(threads),
-                     label="%d thread%s" % (number, "s" if number > 1 else ""))
-        axes.set_xticks([k + 0.4 - 0.4 / len(threads) for k in range(len(scenes))])
-        axes.set_xticklabels(scenes)
-        axes.set(ylabel="% of one thread", title="%s, %s" % (title, method))
-        axes.set_ylim(0, 1.35 * axes.get_ylim()[1])
-        axes.legend(fontsize=8, ncol=(len(threads) + 1) // 2, loc="upper center")
-    save(figure, directory, figure_name, rows)
-
-
-def paper(directory):
-    percent(directory, "update_ms", "paper-figure-6", "AABB update")
-    percent(directory, "overlap_ms", "paper-figure-8", "Overlapping pairs")
-    rows = read(directory, "paper")
-    methods = values(rows, "method")
-    figure, grid = plt.subplots(1, len(methods), figsize=(6 * len(methods), 5), squeeze=False)
-    for axes, method in zip(grid.flat, methods):
-        series = []
-        for scene in values(rows, "scene"):
-            some = timed(rows, scene=scene, method=method)
-            series.append((scene, [row["threads"] for row in some], [row["total_ms"] for row in some]))
-        speed_up(axes, series, "Whole collide, " + method)
-    save(figure, directory, "paper-figure-9", rows)
-
-
-def persistent(directory):
-    rows = read(directory, "persistent")
-    scenes = values(rows, "scene")
-    figure, grid = plt.subplots(1, len(scenes), figsize=(5 * len(scenes), 4.5), squeeze=False)
-    for axes, scene in zip(grid.flat, scenes):
-        most = max(values(rows, "threads"))
-        for peer in values(rows, "peer"):
-            some = timed(rows, scene=scene, peer=peer)
-            if len(some) == 1 and most > 1:  # takes no number of threads
-                axes.axhline(some[0]["median_ms"], label=peer, **style(peer))
-            elif some:
-                look = dict(style(peer), linestyle="--" if "brute" in peer else "-")
-                line(axes, some, "threads", "median_ms", peer, **look)
-        axes.set(yscale="log", xlabel="threads", ylabel="ms a frame", title=scene)
-        axes.grid(True, alpha=0.3)
-        axes.legend(fontsize=7)
-    save(figure, directory, "persistent", rows)
 
 
 def figure14(directory):
@@ -248,37 +65,12 @@ def figure15(directory):
         for label, wanted in series:
             some = timed(rows, **wanted)
             if some:
-                line(axes, some, "step", "total_ms", label)
+                axes.plot([row["step"] for row in some], [row["total_ms"] for row in some], marker="o", markersize=3, label=label)
         axes.set(yscale="log", xlabel="step", title=title)
         axes.grid(True, alpha=0.3)
         axes.legend(fontsize=8)
     grid[0].set_ylabel("ms a collide, balls")
     save(figure, directory, "paper-figure-15", rows)
-
-
-def devices(directory):
-    """Time by size on the CPU, on GPUs and as Auto chooses; and what further GPUs bring."""
-    rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
-    figure, (left, right) = plt.subplots(1, 2, figsize=(13, 5))
-    for on in values(rows, "on"):
-        some = timed(rows, on=on)
-        label = "Auto" if on == "auto" else "CPU" if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "")
-        look = {"color": "black", "linestyle": ":", "linewidth": 2.5} if on == "auto" else {}
-        line(left, some, "n", "median_ms", label, **look)
-        if on not in (0, 1, "auto"):
-            pairs = [(row, one(rows, n=row["n"], on=1)) for row in some if row["n"] >= 1e5]
-            right.plot([row["n"] for row, single in pairs],
-                       [single["median_ms"] / row["median_ms"] for row, single in pairs], marker="o", label=label)
-    left.plot([row["n"] for row in timed(rows, on=1)], [row["floor_ms"] for row in timed(rows, on=1)],
-              color="gray", linewidth=1, label="24 n + 8 pairs bytes at 55 GB/s")
-    left.set(xscale="log", yscale="log", xlabel="boxes", ylabel="ms, boxes to pairs in host memory",
-             title="Dense cube: finding the pairs")
-    right.set(xscale="log", xlabel="boxes", ylabel="times as fast as one GPU", title="Several GPUs")
-    right.axhline(1, color="black", linewidth=0.8)
-    for axes in (left, right):
-        axes.grid(True, alpha=0.3)
-        axes.legend(fontsize=8)
-    save(figure, directory, "devices", rows)
 
 
 STEP_PARTS = (("broad_ms", "broad phase", "#d55e00"), ("narrow_ms", "narrow phase", "#e69f00"),
@@ -326,19 +118,17 @@ def step(directory):
     return figure
 
 
-FIGURES = ((peers, "peers"), (distributions, "peers"), (small, "small"), (scaling, "scaling"), (cost, "cost"),
-           (memory, "memory"), (paper, "paper"), (persistent, "persistent"), (figure14, "figure14"),
-           (figure15, "figure15"), (devices, "devices"), (step, "step"))
+FIGURES = {"figure14": figure14, "figure15": figure15, "step": step}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("directories", nargs="+", metavar="DIR")
-    parser.add_argument("--only", choices=sorted({study for _, study in FIGURES}), help="the figures of this study alone")
+    parser.add_argument("--only", choices=FIGURES, help="the figures of this study alone")
     options = parser.parse_args()
     for directory in options.directories:
         drawn = 0
-        for figure, study in FIGURES:
+        for study, figure in FIGURES.items():
             if options.only in (None, study) and read(directory, study):
                 figure(directory)
                 drawn += 1

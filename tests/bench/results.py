@@ -46,8 +46,6 @@ def one(rows, **wanted):
 # Peers that are other libraries, not ODE's.
 LIBRARIES = ("embree", "embree-default", "cgal", "cgal-parallel", "bullet-dbvt", "bullet-axis-sweep",
              "fcl-tree", "fcl-sap")
-# Those that are built from named sources; one finds no pairs of boxes at rest.
-RIVALS = ("physx-abp", "physx-pabp", "physx-mbp", "physx-sap", "jolt", "jolt-asleep", "box3d", "scalable-ccd")
 ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpace")
 OURS = "parallel-sap"
 

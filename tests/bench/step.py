@@ -19,9 +19,6 @@ import subprocess
 import sys
 import tempfile
 
-sys.dont_write_bytecode = True  # nothing is left beside the sources
-from parts import cpu_name
-
 SPACES = {"dHashSpace": ["--space", "hash"],
           "dSweepAndPruneSpace": ["--space", "sap"],
           "ours, serial contacts": ["--space", "parallel", "--narrow", "serial"],
@@ -32,6 +29,11 @@ DROPPED = 2
 PARTS = ["broad_ms", "narrow_ms", "joints_ms", "solver_ms"]
 COLUMNS = ["bodies", "space", "status", "threads", "steps", "pairs", "contacts"] + PARTS + [
     "step_ms", "cpu", "cores", "commit", "date"]
+
+
+def cpu_name():
+    with open("/proc/cpuinfo") as file:
+        return next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), "unknown")
 
 
 def commit():

@@ -71,20 +71,6 @@ def distributions(directory):
                      "dSweepAndPruneSpace"], lines, [machine(rows)])
 
 
-def not_timed(directory):
-    """What found wrong pairs or was left out, and why."""
-    rows = read(directory, "peers")
-    lines = [[row["scene"], count(row["n"]), row["peer"], row["status"]] for row in rows if row["status"] != "ok"]
-    return markdown(["scene", "boxes", "peer", "why"], lines, [machine(rows)])
-
-
-def supersets(directory):
-    rows = read(directory, "peers")
-    lines = [[row["scene"], count(row["n"]), row["peer"], count(row["pairs"]), count(row["extra_pairs"])]
-             for row in timed(rows, threads=1) if row["extra_pairs"]]
-    return markdown(["scene", "boxes", "peer", "pairs", "pairs too many"], lines, [machine(rows)])
-
-
 def small(directory):
     """Ours against the best space of ODE, all moving and none."""
     rows = read(directory, "small")
@@ -115,22 +101,6 @@ def scaling(directory):
                     [machine(rows)])
 
 
-def cost(directory):
-    rows = read(directory, "cost")
-    small_n, large_n = sorted(values(rows, "n"))
-    lines = []
-    for scene in values(rows, "scene"):
-        for threads in values(rows, "threads"):
-            few, many = (one(rows, scene=scene, threads=threads, n=n) for n in (small_n, large_n))
-            if few and many:
-                lines.append([scene, "%d" % threads, shown(few["ns_per_pair"]), shown(many["ns_per_pair"]),
-                              shown(many["ns_per_pair"] / few["ns_per_pair"]),
-                              shown(few["median_ms"] * 1e6 / (few["n"] + few["pairs"])),
-                              shown(many["median_ms"] * 1e6 / (many["n"] + many["pairs"]))])
-    return markdown(["scene", "threads", "ns a pair, " + count(small_n), count(large_n), "ratio",
-                     "ns a box or pair, " + count(small_n), count(large_n)], lines, [machine(rows)])
-
-
 def memory(directory):
     rows = read(directory, "memory")
     lines = []
@@ -143,29 +113,6 @@ def memory(directory):
                      "150 + 16 a pair"], lines, [machine(rows)])
 
 
-def stage_table(rows, stage):
-    lines = []
-    scenes = values(rows, "scene")
-    for method in values(rows, "method"):
-        for threads in values(rows, "threads"):
-            cells = [one(rows, scene=scene, method=method, threads=threads) for scene in scenes]
-            lines.append(["%s, %d thread%s" % (method, threads, "s" if threads > 1 else "")] +
-                         [shown(cell and cell[stage]) for cell in cells])
-    return [scenes, lines]
-
-
-def paper_update(directory):
-    rows = read(directory, "paper")
-    scenes, lines = stage_table(rows, "update_ms")
-    return markdown(["ms, AABB update (figure 5)"] + scenes, lines, [machine(rows)])
-
-
-def paper_overlap(directory):
-    rows = read(directory, "paper")
-    scenes, lines = stage_table(rows, "overlap_ms")
-    return markdown(["ms, overlapping pairs (figure 7)"] + scenes, lines, [machine(rows)])
-
-
 def paper_speedup(directory):
     rows = read(directory, "paper")
     lines = []
@@ -175,13 +122,6 @@ def paper_speedup(directory):
                      [shown(first[stage] / row[stage], "×") for stage in ("update_ms", "overlap_ms", "total_ms")])
     return markdown(["scene", "method", "threads", "update", "overlap", "whole collide (figure 9)"], lines,
                     [machine(rows)])
-
-
-def persistent(directory):
-    rows = read(directory, "persistent")
-    lines = [[row["scene"], row["peer"], "%d" % row["threads"], shown(row["median_ms"]), row["status"]]
-             for row in rows]
-    return markdown(["scene", "peer", "threads", "ms", "status"], lines, [machine(rows)])
 
 
 def oversubscription(directory):
@@ -472,14 +412,14 @@ def stock_spaces(directory):
                      (exact, shown(100 * touching, " %"), rows[0]["ode"], rows[0]["commit"])])
 
 
-TABLES = {"instructions": (instructions, "instructions"), "meshes": (meshes, "meshes"), "step": (step, "step"), "peers": (peers, "peers"), "distributions": (distributions, "peers"), "not-timed": (not_timed, "peers"),
-          "supersets": (supersets, "peers"), "small": (small, "small"), "scaling": (scaling, "scaling"),
-          "cost": (cost, "cost"), "memory": (memory, "memory"), "paper-update": (paper_update, "paper"),
-          "paper-overlap": (paper_overlap, "paper"), "paper-speedup": (paper_speedup, "paper"),
-          "persistent": (persistent, "persistent"), "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
-          "figure14": (figure14, "figure14"), "devices": (devices, "devices"),
-          "device-rivals": (device_rivals, "device-rivals"), "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
+# By name: the function and the file of rows.
+TABLES = {"instructions": (instructions, "instructions"), "meshes": (meshes, "meshes"), "step": (step, "step"),
+          "peers": (peers, "peers"), "distributions": (distributions, "peers"), "small": (small, "small"),
+          "scaling": (scaling, "scaling"), "memory": (memory, "memory"), "paper-speedup": (paper_speedup, "paper"),
+          "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
+          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "figure14": (figure14, "figure14"),
+          "devices": (devices, "devices"), "device-rivals": (device_rivals, "device-rivals"),
+          "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
           "many-threads": (many_threads, "nearest"), "wrong-scenes": (stock_spaces, "rows")}
 

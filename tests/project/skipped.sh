@@ -6,7 +6,7 @@ set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
-echo "set(CTEST_CUSTOM_POST_TEST [[\"$1/tests/skipped.sh\"]])" >CTestCustom.cmake
+echo "set(CTEST_CUSTOM_POST_TEST [[\"$1/tests/support/skipped.sh\"]])" >CTestCustom.cmake
 cat >CTestTestfile.cmake <<'CMAKE'
 foreach(name one two)
   add_test(${name} sh -c "echo Skipped: no emulator && exit 77")

@@ -16,8 +16,8 @@ add_project_test(
   ode-source "${CMAKE_COMMAND}" "-DMODULE=${PROJECT_SOURCE_DIR}/space/cmake/ode_source.cmake"
   "-DFOLDER=${CMAKE_CURRENT_BINARY_DIR}/project/ode-source" -P "${here}/ode_source.cmake")
 add_project_test(debian-source "${here}/debian_source.sh" "${PROJECT_SOURCE_DIR}/space/cmake/fetch_debian_source.sh")
-add_project_test(includes "${here}/includes.sh" "${PROJECT_SOURCE_DIR}")
-add_project_test(documents "${here}/documents.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(includes "${here}/../documents/includes.sh" "${PROJECT_SOURCE_DIR}")
+add_project_test(documents "${here}/../documents/documents.sh" "${PROJECT_SOURCE_DIR}")
 add_project_test(skipped "${here}/skipped.sh" "${PROJECT_SOURCE_DIR}")
 
 # The public header compiles without a warning in all languages of its users. C89 has no `long long`, but compilers do.
@@ -38,13 +38,6 @@ foreach(language C CXX)
 endforeach()
 add_project_test(header "${CMAKE_COMMAND}" --build "${PROJECT_BINARY_DIR}" --target public-header)
 
-find_program(ODE_PARALLEL_SAP_PYTHON python3 HINTS /usr/bin)
-if(ODE_PARALLEL_SAP_PYTHON)
-  add_project_test(ablation "${ODE_PARALLEL_SAP_PYTHON}" "${here}/../bench/ablation_test.py")
-else()
-  add_project_test(ablation ${CMAKE_COMMAND} -E echo "Skipped: needs python3")
-  set_property(TEST project.ablation PROPERTY SKIP_REGULAR_EXPRESSION "^Skipped")
-endif()
 if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQUAL "HEADERS")
   add_project_test(
     subproject "${here}/subproject.sh" "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_BINARY_DIR}/project/subproject"

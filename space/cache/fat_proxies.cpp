@@ -1,0 +1,246 @@
+#include "space/cache/fat_proxies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "space/cache/tuning.h"
+#include "space/data/floating_point.h"
+#include "space/data/parallel.h"
+#include "space/data/tuning.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// fixed: one box in so many is followed, which is 1 % of a frame, and no more than show whether an
+// eighth of all is fast.
+constexpr std::size_t sampled_share = 16;
+constexpr std::size_t most_sampled = 128;  // fixed: likewise
+
+Region leaving("fat proxies: boxes"), fattening("fat proxies: fat boxes"),
+    testing("fat proxies: candidates");
+
+// A share of the least extent: a long bar needs no room as if it were so thick. 0 for a box that
+// has no such extent, or is bounded on no axis.
+float marginOf(const Box& box, float share) {
+  float least = box.upper[0] - box.lower[0];
+  for (int axis = 1; axis < 3; ++axis) least = std::min(least, box.upper[axis] - box.lower[axis]);
+  return least > 0 && least <= std::numeric_limits<float>::max() ? least * share : 0;
+}
+
+// The greatest distance of a bound of one from that of the other.
+float distanceOf(const Box& a, const Box& b) {
+  float distance = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    distance = std::max(distance, std::fabs(a.lower[axis] - b.lower[axis]));
+    distance = std::max(distance, std::fabs(a.upper[axis] - b.upper[axis]));
+  }
+  return distance;
+}
+
+void resizeTo(std::size_t slots, BoxSet& fat) {
+  fat.size = slots;
+  fat.boxes.resize(slots);
+  fat.bits.resize(slots);
+  fat.bodies.resize(slots);
+}
+
+}  // namespace
+
+// Whether nearly all of a sample of the boxes have moved so little since the last one that they
+// would stay in fat ones for a while. Takes the next sample.
+bool FatProxies::isSlow(const BoxSet& boxes) {
+  const std::size_t count = std::min(most_sampled, boxes.size / sampled_share);
+  const bool known = sampled_ == boxes.size;
+  sampled_ = boxes.size;
+  if (count == 0) return false;
+  const std::size_t step = boxes.size / count;
+  sample_.resizeDiscarding(count);
+  std::size_t compared = 0, fast = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Box& box = boxes.boxes[i * step];
+    Box& before = sample_[i];
+    if (known && isActive(box) && isActive(before)) {
+      ++compared;
+      fast += !(distanceOf(before, box) * least_service <= marginOf(box, fat_share));
+    }
+    before = box;
+  }
+  return compared > 0 && fast * changing_share <= compared;
+}
+
+bool FatProxies::filtersChanged(const BoxSet& boxes, Slot slot) const {
+  const FilterBits &now = boxes.bits[slot], &then = fat_.bits[slot];
+  return (boxes.filter_bits && (now.category != then.category || now.collide != then.collide)) ||
+         (boxes.filter_bodies && boxes.bodies[slot] != fat_.bodies[slot]);
+}
+
+// Finds what belongs into left_.
+void FatProxies::listLeft(const BoxSet& boxes, int threads) {
+  constexpr std::size_t word_slots = SlotSet::word_slots;
+  const std::size_t both = std::min(boxes.size, fat_.size);
+  const std::size_t any = std::max(boxes.size, fat_.size);
+  const std::size_t words = (both + word_slots - 1) / word_slots;
+  left_.growTo(any);
+  for (std::size_t word = words; word < left_.words(); ++word) left_.setWord(word, 0);
+  const KernelSet& kernel = kernelSet();
+  const bool filters = boxes.filter_bits || boxes.filter_bodies;
+  runTeam(leaving, teamFor(words, grains::box_rows, threads), [&](int thread, int team) {
+    const Range own = ownPart(words, thread, team);
+    for (std::size_t word = own.begin; word < own.end; ++word) {
+      const std::size_t first = word * word_slots, count = std::min(both - first, word_slots);
+      std::uint64_t bits = kernel.boxesOutside(&boxes.boxes[first], &fat_.boxes[first], count);
+      for (std::size_t i = 0; filters && i < count; ++i)
+        bits |= std::uint64_t{filtersChanged(boxes, static_cast<Slot>(first + i))} << i;
+      left_.setWord(word, bits);
+    }
+  });
+  for (std::size_t slot = both; slot < any; ++slot) left_.insert(static_cast<Slot>(slot));
+}
+
+FatProxies::Use FatProxies::judge(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+  const ScopedMode mode(exactMode());
+  skipped_ = 0;
+  const bool slow = isSlow(boxes);
+  if (running_ && fat_.filter_bits == boxes.filter_bits &&
+      fat_.filter_bodies == boxes.filter_bodies) {
+    listLeft(boxes, threads);
+    const std::size_t count = left_.count();
+    // Half of what is found anew as quickly without fat boxes. Others may have made trees of boxes
+    // that are not these.
+    if (count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds()))
+      return Use::served;
+  }
+  const bool in_vain = running_ && frames_ == 0;
+  stop();
+  if (in_vain) return Use::in_vain;
+  return slow ? Use::started : Use::off;
+}
+
+bool FatProxies::use(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+  if (back_off_.waits()) {
+    skip();
+    back_off_.pass();
+    return false;
+  }
+  const Use use = judge(boxes, threads, sweep);
+  if (use == Use::in_vain) back_off_.failed();
+  if (use == Use::served) back_off_.paid();
+  return use == Use::started || use == Use::served;
+}
+
+void FatProxies::skip() {
+  // fixed: a second of a program's. To make all anew costs half a frame.
+  constexpr int held_frames = 64;
+  if (running_ && ++skipped_ > held_frames) stop();
+}
+
+void FatProxies::stop() {
+  if (!running_) return;
+  running_ = false;
+  fat_ = BoxSet();
+  candidates_ = PairList();
+  found_ = PairList();
+  merge_ = PairMerge();
+  trees_ = ProxyTrees<float>();
+  trees_started_ = false;
+}
+
+// Also takes over the filters.
+void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
+  const Box& box = boxes.boxes[slot];
+  Box& fat = fat_.boxes[slot];
+  const float margin = marginOf(box, share);
+  for (int axis = 0; axis < 3; ++axis) {
+    fat.lower[axis] = box.lower[axis] - margin;
+    fat.upper[axis] = box.upper[axis] + margin;
+  }
+  fat_.bits[slot] = boxes.bits[slot];
+  fat_.bodies[slot] = boxes.bodies[slot];
+}
+
+int FatProxies::start(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
+  running_ = true;
+  frames_ = 0;
+  fat_.filter_bits = boxes.filter_bits;
+  fat_.filter_bodies = boxes.filter_bodies;
+  fat_.exact = true;  // of candidates none is borderline
+  resizeTo(boxes.size, fat_);
+  const int most = teamFor(boxes.size, grains::packed_slots, threads);
+  runTeam(fattening, most, [&](int thread, int team) {
+    const Range own = ownPart(boxes.size, thread, team);
+    for (std::size_t slot = own.begin; slot < own.end; ++slot)
+      fatten(boxes, static_cast<Slot>(slot), fat_share);
+  });
+  const int used = sweep.find(fat_, threads, candidates_);
+  builds_ = sweep.builds();
+  return used;
+}
+
+// Boxes that have left get fat ones with more room: they may be on their way.
+int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
+  ++frames_;
+  leaving_.resizeDiscarding(0);
+  left_.forEach([&](Slot slot) {
+    if (slot < boxes.size) leaving_.push_back(slot);
+  });
+  kept_ = candidates_.size();
+  if (leaving_.size() == 0 && fat_.size == boxes.size) return 1;
+  if (!trees_started_) trees_.start(sweep, fat_.size, fat_);
+  trees_started_ = true;
+  resizeTo(boxes.size, fat_);
+  for (const Slot slot : leaving_) fatten(boxes, slot, 2 * fat_share);
+  const int used = trees_.find(fat_, leaving_, threads, found_);
+  builds_ = sweep.builds();
+  kept_ = merge_.replace(left_, found_, threads, candidates_);
+  return used;
+}
+
+// Each thread tests a part of the candidates, and notes what is borderline while it is in the
+// cache.
+int FatProxies::test(const BoxSet& boxes, int threads, PairList& pairs) {
+  const std::size_t count = candidates_.size();
+  const int most = teamFor(count, grains::tested_candidates, threads);
+  const KernelSet& kernel = kernelSet();
+  pairs.clear(static_cast<std::size_t>(most));
+  if (borderline_.size() < static_cast<std::size_t>(most)) borderline_.resize(most);
+  for (auto& list : borderline_) list.clear();
+  const int used = runTeam(testing, most, [&](int thread, int team) {
+    const std::size_t number = static_cast<std::size_t>(thread);
+    const Range own = ownPart(count, thread, team);
+    Buffer<Pair>& part = pairs.parts[number];
+    part.resizeDiscarding(own.end - own.begin);
+    std::size_t written = 0;
+    PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
+      while (run < run_end) {
+        const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
+        const std::size_t first = written;
+        written += kernel.keptPairs(boxes.boxes.data(), run, chunk, boxes.exact, &part[first]);
+        run += chunk;
+        if (!boxes.exact)
+          noteBorderline(part.data(), {number, first, written}, borderline_[number]);
+      }
+    });
+    part.resize(written);
+  });
+  for (const auto& list : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), list.begin(), list.end());
+  return used;
+}
+
+int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs) {
+  const ScopedMode mode(exactMode());
+  try {
+    kept_ = 0;
+    const int used =
+        running_ ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
+    return std::max(used, test(boxes, threads, pairs));
+  } catch (...) {
+    stop();
+    throw;
+  }
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,103 @@
+#include "space/cache/pair_cache.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "space/cache/tuning.h"
+#include "space/data/mechanisms.h"
+#include "space/data/tuning.h"
+
+namespace ode_parallel_sap {
+
+void PairCache::beginFrame(bool nested) {
+  if (!complete_ || nested) running_ = false;
+  complete_ = false;
+}
+
+void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
+  running_ = true;
+  all_may_have_changed_ = false;
+  changed_.growTo(slots);
+  source_ = on_device ? Source::device : in_trees ? Source::trees : Source::no_trees;
+  trees_started_ = false;
+}
+
+// Sees without going through the slots that nothing was noted, and that there is nothing to look
+// at.
+bool PairCache::isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
+  return mechanisms::plainly_same_frames && !any_changed_ && !all_may_have_changed_ &&
+         !rules.checked && source_ != Source::device && geom_update.watchesNone();
+}
+
+// Small scenes are found anew faster than changes in trees that would have to be built.
+bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
+  const bool may_build =
+      mechanisms::incremental_trees && (source_ != Source::no_trees || slots > smallest_scene);
+  return changes * changing_share > slots || (changes > 0 && !may_build);
+}
+
+PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
+                                    int threads, GeomUpdate& geom_update, BoxSet& boxes) {
+  Update update;
+  was_plainly_same_ = false;
+  const bool same_rules = rules == rules_;
+  rules_ = rules;
+  if (!running_ || !same_rules || !geom_update.canRepack()) return update;
+  if (isPlainlySame(rules, geom_update)) {
+    was_plainly_same_ = update.kept = true;
+    geom_update.keepAll();
+    return update;
+  }
+  // Within a tolerance most of what moved may turn out to stay.
+  const bool some_may_stay = rules.tolerance > 0;
+  if (!some_may_stay && tooMany(changed_.count(), slots)) return update;
+  changed_.growTo(slots);
+  bool all = std::exchange(all_may_have_changed_, false);
+  if (rules.notified && rules.checked && !all) {
+    update.untold = geom_update.findUntold(geoms, boxes, changed_);
+    all = update.untold.count > 0;
+  }
+  update.threads = geom_update.notice(geoms, slots, threads, boxes, all, changed_);
+  // Slots that are gone are in none of the boxes, but in pairs.
+  update.changes = changed_.count();
+  if (!some_may_stay && tooMany(update.changes, slots)) return update;
+  const bool fits =
+      geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
+  if (some_may_stay) update.changes = changed_.count();
+  update.kept = fits && !tooMany(update.changes, slots);
+  if (update.kept)
+    any_changed_ = update.changes > 0;
+  else
+    update.moved_in_vain = geom_update.facts().moved;
+  return update;
+}
+
+template <class Real>
+int PairCache::findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
+                           const BoxSet& boxes, int threads) {
+  if (!trees_started_) {
+    if (source_ != Source::trees) base.build(boxes, threads);
+    trees.start(base, changed_.words() * SlotSet::word_slots, boxes);
+    trees_started_ = true;
+  }
+  return trees.find(boxes, changed, threads, found_);
+}
+
+PairCache::Counts PairCache::renew(dxGeom* const* geoms, const Update& update,
+                                   const GeomUpdate& geom_update, const BoxSet& boxes, int threads,
+                                   CPUFinders& finders, PairFilter& filter, PairList& pairs) {
+  Counts counts = {update.threads, 0, pairs.size()};
+  if (update.changes == 0) return counts;
+  const Buffer<Slot>& changed = geom_update.repacked();
+  const int used =
+      boxes.wide ? findChanged(wide_trees_, finders.wide.sweep, changed, boxes, threads)
+                 : findChanged(trees_, finders.narrow.sweep, changed, boxes, threads);
+  counts.threads = std::max(counts.threads, used);
+  counts.found = found_.size();
+  filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
+  counts.kept = merge_.replace(changed_, found_, threads, pairs);
+  forgetChanges();
+  return counts;
+}
+
+}  // namespace ode_parallel_sap

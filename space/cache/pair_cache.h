@@ -1,0 +1,123 @@
+// The pairs of the last frame, made those of this one. Sees ODE's private headers.
+#pragma once
+
+#include <cstddef>
+
+#include "space/cache/fat_proxies.h"
+#include "space/cache/pair_merge.h"
+#include "space/cache/proxy_trees.h"
+#include "space/data/box_set.h"
+#include "space/data/buffer.h"
+#include "space/data/platform.h"
+#include "space/data/slot_set.h"
+#include "space/extract/cpu_finders.h"
+#include "space/filter/pair_filter.h"
+#include "space/update/geom_update.h"
+
+namespace ode_parallel_sap {
+
+// A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
+// among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
+// that are out of date are found anew in trees and merged in.
+//
+//   margin   if                                      out of date           of candidates, pairs are
+//   0        at most one geom in changing_share      geoms that changed    all
+//            changed
+//   a share  all geoms move by little                boxes that left       those whose boxes overlap
+//   of size  (FatProxies)                            their fat box
+//
+// Other frames are found anew by a PairFinder. The pairs are the same in either way.
+class PairCache {
+ public:
+  // The geom of a slot is new, gone or has moved.
+  void note(Slot slot) {
+    if (!running_) return;
+    changed_.growTo(slot + std::size_t{1});
+    changed_.insert(slot);
+    any_changed_ = true;
+  }
+  // Its geom has other bits, another body, or is enabled or disabled. From many threads at once.
+  void noteShared(Slot slot) {
+    if (!running_) return;
+    changed_.insertShared(slot);
+    storeShared(any_changed_, true);
+  }
+  // Any of the geoms may be such a one.
+  void noteAll() { all_may_have_changed_ = true; }
+  // The slots that changed since the last frame; null where that is not known.
+  const SlotSet* changed() const { return complete_ && running_ ? &changed_ : nullptr; }
+  // All boxes were packed.
+  void forgetChanges() {
+    changed_.clear();
+    any_changed_ = false;
+  }
+
+  // Frames within a callback use the boxes, too, and one that throws leaves them as they are: then
+  // nothing is kept.
+  void beginFrame(bool nested);
+  void endFrame() { complete_ = true; }
+  // The pairs of a frame that was found anew are complete. `on_device`: devices found them.
+  // `in_trees`: the sweep's trees hold its boxes.
+  void start(std::size_t slots, bool on_device, bool in_trees);
+  void stop() { running_ = false; }
+
+  // Margin 0.
+  struct Update {
+    bool kept = false;              // boxes and pairs of the last frame serve
+    std::size_t changes = 0;        // slots, if so
+    int threads = 1;                // used
+    std::size_t moved_in_vain = 0;  // geoms brought up to date, if not
+    GeomUpdate::Untold untold;      // changes against dParallelSAPSpaceSetNotified's promise
+
+    bool isSame() const { return kept && changes == 0; }
+  };
+  // Brings the boxes up to date with the changes, unless the frame is to be found anew.
+  Update update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                GeomUpdate& geom_update, BoxSet& boxes);
+  // Whether the last update() had nothing to look at, and another one would have nothing either.
+  bool wouldRepeat(const GeomUpdate& geom_update) const {
+    return running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
+  }
+  struct Counts {
+    int threads = 1;
+    std::size_t found = 0, kept = 0;  // pairs
+  };
+  // After an update() that kept: makes `pairs` those of this frame. `finders` found them first.
+  Counts renew(dxGeom* const* geoms, const Update& update, const GeomUpdate& geom_update,
+               const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
+               PairList& pairs);
+
+  // A margin: see fat_proxies.h.
+  FatProxies& fat() { return fat_; }
+
+  std::size_t bytes() const {
+    return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_);
+  }
+
+ private:
+  // Who left the pairs of the last frame, and with them what renew() can go on from.
+  enum class Source { trees, no_trees, device };
+
+  bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const;
+  bool tooMany(std::size_t changes, std::size_t slots) const;
+  template <class Real>
+  int findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
+                  const BoxSet& boxes, int threads);
+
+  SlotSet changed_;
+  bool any_changed_ = false;  // if not, changed_ is empty
+  bool all_may_have_changed_ = false;
+  bool complete_ = false;  // the last frame came to its report
+  bool running_ = false;   // its boxes and pairs are known
+  bool was_plainly_same_ = false;  // at the last update()
+  PackRules rules_;                // of the last update()
+  Source source_ = Source::no_trees;
+  bool trees_started_ = false;  // since the last start()
+  ProxyTrees<float> trees_;
+  ProxyTrees<double> wide_trees_;
+  PairList found_;
+  PairMerge merge_;
+  FatProxies fat_;
+};
+
+}  // namespace ode_parallel_sap

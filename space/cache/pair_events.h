@@ -1,0 +1,112 @@
+// Which pairs of a space began and ended since the previous frame. Sees ODE's private headers.
+#pragma once
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "space/cache/pair_numbers.h"
+#include "space/data/buffer.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
+// with the pairs of the next frame. Threads share the merge piece by piece. It runs once to count
+// events, and again, if there are any, to write them and the next copy.
+//
+// Between two frames geoms leave their slots and slots are closed up. So new pairs are compared by
+// the slots of the previous frame. Geoms that came later have names above all of these. Geoms keep
+// their order when slots are closed up, so new pairs are ascending by these names, too.
+class PairEvents {
+ public:
+  using Event = dParallelSAPPairEvent;
+  using Number = PairNumbers::Number;
+  // Which pipeline found the pairs of a frame.
+  enum class Source { none, frame, small_scene };
+
+  bool on() const { return on_; }
+  // Begins without pairs, or drops all.
+  void turn(bool on);
+
+  // The geom of a slot leaves.
+  void removeGeom(Slot slot);
+  // The slots are about to be closed up; null: no geom.
+  void closeSlots(const Buffer<dxGeom*>& geoms);
+
+  // Compares the pairs of a frame with the previous pairs, and replaces these. Without memory it
+  // returns false: the frame has no events, and the previous pairs stay for the next one.
+  bool update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source, int threads);
+  // The same for a frame whose pairs are those of the last frame of this source. Returns false, and
+  // changes nothing, if the previous pairs are not of that frame or slots changed since.
+  bool updateSame(Source source);
+  // The frame has no list of pairs, and so no events.
+  void updateUnknown();
+  // A frame of either source ran without events.
+  void skip() { source_ = Source::none; }
+
+  // Of the last frame with events, in the order of its pairs and in that of the previous pairs.
+  const Buffer<Event>& begun() const { return begun_; }
+  const Buffer<Event>& ended() const { return ended_; }
+  // By place; of no pair if the last frame had no events.
+  const Number* numbers() const { return previous_.numbers.data(); }
+  std::size_t pairs() const { return has_events_ ? previous_.pairs.size() : 0; }
+  // The place in the last frame of a pair of slots of now; pairs() if there is none.
+  std::size_t placeOf(Slot a, Slot b) const;
+
+  // Gives back the events, and storage that the next frame can do without.
+  void release();
+  std::size_t bytes() const {
+    return bytesOf(previous_, next_, previous_slots_, free_, begun_, ended_, names_,
+                   previous_geoms_, pieces_);
+  }
+
+ private:
+  struct NumberedPairs {
+    Buffer<Pair> pairs;
+    Buffer<Number> numbers;
+    std::size_t bytes() const { return bytesOf(pairs, numbers); }
+  };
+  // New pairs [begin, end), the first at `place`, and the previous pairs that belong to them.
+  struct Piece {
+    const Pair *begin, *end;
+    std::size_t place, previous_begin, previous_end;
+    std::size_t begun, ended;              // their number
+    std::size_t first_begun, first_ended;  // in all pieces before
+  };
+
+  void trackSlots();
+  void freeNumbers();
+  void nameSlots(const Buffer<dxGeom*>& geoms);
+  Slot previousSlot(Slot slot) const;
+  Pair inPreviousSlots(Pair pair) const;
+  void planPieces(const PairList& pairs, int threads);
+  template <class Begun, class Ended, class Same>
+  void merge(const Piece& piece, Begun begun, Ended ended, Same same) const;
+  void count(Piece& piece) const;
+  void addUp();
+  void reserve(std::size_t pairs, std::size_t slots);
+  void write(const Piece& piece, const Buffer<dxGeom*>& geoms);
+
+  bool on_ = false;
+  bool has_events_ = false;  // the last frame
+  Source source_ = Source::none;
+  NumberedPairs previous_, next_;
+  PairNumbers free_;
+  Buffer<Event> begun_, ended_;
+
+  // If slots changed since the previous pairs: by slot of now its geom's slot then, or no_slot.
+  static constexpr Slot no_slot = ~Slot{0};
+  Buffer<Slot> previous_slots_;
+  bool slots_changed_ = false;
+  std::size_t last_slots_ = 0;
+
+  // During an update. The next two are filled if a geom has another slot than then, or another's.
+  bool renamed_ = false;
+  Buffer<Slot> names_;              // by slot
+  Buffer<dxGeom*> previous_geoms_;  // by previous slot
+  std::vector<Piece> pieces_;
+};
+
+}  // namespace ode_parallel_sap

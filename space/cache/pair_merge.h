@@ -1,0 +1,29 @@
+// The pairs of the last frame, made those of the next one.
+#pragma once
+
+#include <vector>
+
+#include "space/data/pair_list.h"
+#include "space/data/slot_set.h"
+
+namespace ode_parallel_sap {
+
+class PairMerge {
+ public:
+  // Takes all pairs that a slot of `changed` is in out of `pairs`, and puts `found`, all pairs of
+  // these slots, in. Both are ascending, as is the result. Returns how many pairs stayed.
+  std::size_t replace(const SlotSet& changed, const PairList& found, int threads, PairList& pairs);
+  std::size_t bytes() const { return bytesOf(tasks_, merged_); }
+
+ private:
+  struct Task {
+    const Pair *begin, *end, *found_begin, *found_end;
+  };
+  static std::size_t run(const Task& task, const SlotSet::View& changed, Buffer<Pair>& merged);
+  void planTasks(const PairList& pairs, const PairList& found, int threads);
+
+  std::vector<Task> tasks_;
+  PairList merged_;
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,417 @@
+#include "space/frame/frame.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "space/frame/geoms_ahead.h"
+#include "space/frame/without_memory.h"
+#include "space/geom/user_classes.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+template <class Use>
+void forPairs(const PairList& pairs, dxGeom* const* geoms, Use use) {
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part) use(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+}
+
+void showContacts(const Buffer<dParallelSAPPair>& pairs, const NarrowPhase& narrow_phase,
+                  PairWatcher& watcher) {
+  for (std::size_t place = 0; place < pairs.size(); ++place) {
+    const int contacts = narrow_phase.contactsOf(place);
+    watcher.see(pairs[place].o1, pairs[place].o2, contacts < 0 ? PairWatcher::unwanted : contacts);
+  }
+}
+
+}  // namespace
+
+void Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
+  statistics_.beginFrame();
+  if (Policy::isSmall(call.slots(), call.settings)) {
+    collideSmall(call, {data, callback}, watcher_);
+    return statistics_.endFrame();
+  }
+  const SceneFacts facts = factsOf(call);
+  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  if (const PairList* const pairs = findPairs(frame)) {
+    if (!reportByLastStage(frame, *pairs, data, callback)) report(frame, *pairs, data, callback);
+  } else {
+    reportWithoutMemory(frame, data, callback);
+  }
+  frame.clock.pause();
+  note(frame);
+  statistics_.endFrame();
+}
+
+void Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
+  // Where settings and geoms are the same, neither they nor the plan need be looked at.
+  if (!request.callback && repeats_ && cache_.wouldRepeat(geom_update_) &&
+      statistics_.repeatFrame())
+    return;
+  statistics_.beginFrame();
+  PairBlock block(request);
+  if (Policy::isSmall(call.slots(), call.settings)) {
+    const auto finish = [](void* own) { static_cast<PairBlock*>(own)->finish(); };
+    collideSmall(call, {&block, &PairBlock::add, finish}, watcher_);
+    return statistics_.endFrame();
+  }
+  SceneFacts facts = factsOf(call);
+  facts.for_blocks = request.concurrent();
+  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  if (const PairList* const pairs = findPairs(frame)) {
+    frame.clock.begin(Stage::report);
+    const int used = handOutBlocks(*pairs, call.geoms(), request, frame.plan.block_threads);
+    frame.clock.pause();
+    frame.stats.threads = used;
+    repeats_ = frame.same && !request.callback;
+    if (request.concurrent())
+      policy_.learnOfBatch(call.settings,
+                           {Batch::blocks, used, pairs->size(), frame.clock.of(Stage::report)});
+  } else {
+    reportWithoutMemory(frame, &block, &PairBlock::add);
+    block.finish();
+    frame.clock.pause();
+  }
+  note(frame);
+  statistics_.endFrame();
+}
+
+void Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
+  statistics_.beginFrame();
+  SceneFacts facts = factsOf(call);
+  facts.for_contacts = true;
+  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  ContactPairs pairs(request, call.lists.contact_pairs);
+  if (Policy::isSmall(call.slots(), call.settings)) {
+    frame.clock.begin(Stage::extract);
+    frame.stats = statsOf(collideSmall(call, {&pairs, &dParallelSAPAddPair}, nullptr));
+  } else if (const PairList* const found = findPairs(frame)) {
+    pairs.add(*found, call.geoms(), geom_update_.facts().spaces, frame.plan.threads);
+  } else {
+    reportWithoutMemory(frame, &pairs, &dParallelSAPAddPair);
+  }
+
+  NarrowPhase& narrow_phase = call.lists.narrow_phase;
+  frame.clock.begin(Stage::narrow);
+  bool found = true;
+  try {
+    const int used = narrow_phase.run(
+        pairs.list(), request,
+        {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_out});
+    frame.clock.begin(Stage::report);
+    frame.stats.narrow_threads = used;
+    frame.stats.contacts = narrow_phase.contacts();
+    frame.stats.apart = narrow_phase.apart().apart;
+    policy_.learnOfBatch(call.settings, {Batch::contacts, used, pairs.list().size(),
+                                         frame.clock.of(Stage::narrow)});
+    policy_.learnOfApart(frame.plan, narrow_phase.apart());
+    if (watcher_ && !call.scene.nested && watcher_->isDue())
+      showContacts(pairs.list(), narrow_phase, *watcher_);
+  } catch (const std::bad_alloc&) {
+    narrow_phase = NarrowPhase();  // going on one by one needs memory, too
+    found = false;
+    frame.clock.begin(Stage::report);
+    frame.stats.narrow_threads = 1;
+  }
+  note(frame);  // should a contact callback throw, or collide again
+  if (found)
+    narrow_phase.report(pairs.list(), request);
+  else
+    NarrowPhase::collideOneByOne(pairs.list(), request);
+  frame.clock.pause();
+  note(frame);
+  statistics_.endFrame();
+}
+
+// All stages up to the report. Null where there is no memory for them.
+const PairList* Pipeline::findPairs(Frame& frame) try {
+  const FrameCall& call = frame.call;
+  const Plan& plan = frame.plan;
+  repeats_ = false;
+  frame.stats.geoms = call.scene.count;
+  frame.stats.backend = dParallelSAPBackendCPU;
+  cache_.beginFrame(call.scene.nested);
+
+  frame.clock.begin(Stage::update);
+  PairCache::Update update;
+  if (plan.keep)
+    update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_,
+                           boxes_);
+  if (update.untold.count)
+    complaints_.ofUntold(call.geoms()[update.untold.first], update.untold.count);
+  Found found;
+  if (update.kept) {
+    renew(frame, update);
+  } else {
+    found = findAnew(frame);
+    frame.stats.moved += update.moved_in_vain;
+  }
+  const PairList& pairs = select(frame);
+  const bool all = &pairs == &call.lists.candidates;
+  frame.same = std::exchange(reported_all_, all) && all && update.isSame();
+  updateEvents(frame, pairs);
+  frame.clock.pause();
+  frame.stats.pairs = pairs.size();
+  cache_.endFrame();
+  learn(frame, update.kept, found);
+  note(frame);
+  if (watcher_ && !frame.facts.for_contacts && !call.scene.nested && watcher_->isDue()) {
+    forPairs(pairs, call.geoms(),
+             [&](dxGeom* a, dxGeom* b) { watcher_->see(a, b, PairWatcher::unknown); });
+    watcher_->endPairs();
+  }
+  return &pairs;
+} catch (const std::bad_alloc&) {
+  if (events_.on() && !frame.call.scene.nested) events_.updateUnknown();
+  return nullptr;
+}
+
+// The last frame's pairs, but for those of geoms that changed since.
+void Pipeline::renew(Frame& frame, const PairCache::Update& update) {
+  const FrameCall& call = frame.call;
+  call.scene.needs_clean = false;
+  // Where nothing changed these stages are shorter than reading the clock.
+  if (!update.isSame()) frame.clock.begin(Stage::synchronise);
+  noteUpdate(frame);
+  if (!update.isSame()) frame.clock.begin(Stage::extract);
+  const PairCache::Counts counts =
+      cache_.renew(call.geoms(), update, geom_update_, boxes_, frame.plan.threads,
+                   extraction_.finders(), pair_filter_, call.lists.candidates);
+  frame.stats.method = dParallelSAPMethodSweep;
+  frame.stats.find_threads = counts.threads;
+  frame.stats.candidates = counts.found;
+  frame.stats.kept = counts.kept;
+}
+
+// update -> synchronise -> extract -> filter, for all geoms.
+Found Pipeline::findAnew(Frame& frame) {
+  const FrameCall& call = frame.call;
+  const Plan& plan = frame.plan;
+  cache_.stop();
+  const int update_threads =
+      geom_update_.pack(call.geoms(), call.slots(), plan.rules, plan.threads, boxes_);
+  cache_.forgetChanges();
+  call.scene.needs_clean = false;
+
+  frame.clock.begin(Stage::synchronise);
+  geom_update_.synchronise(call.geoms(), boxes_);
+  noteUpdate(frame);
+
+  frame.clock.begin(Stage::extract);
+  PairList& candidates = call.lists.candidates;
+  Found found;
+  const bool fat = plan.fat_pairs && !boxes_.wide &&
+                   cache_.fat().use(boxes_, plan.threads, extraction_.sweep());
+  if (fat) {
+    found.threads = cache_.fat().find(boxes_, plan.threads, extraction_.sweep(), candidates);
+    found.method = dParallelSAPMethodSweep;
+    frame.stats.candidates_kept = cache_.fat().kept();
+  } else {
+    cache_.fat().skip();
+    found = extraction_.find(boxes_, plan.extraction, candidates);
+  }
+  if (found.too_long) complaints_.ofTooLong(*found.too_long);
+  frame.stats.method = found.method;
+  frame.stats.devices = found.devices;
+  if (found.devices > 0) frame.stats.backend = dParallelSAPBackendCUDA;
+  frame.stats.find_threads = std::max(update_threads, found.threads);
+  frame.stats.candidates = candidates.size();
+
+  frame.clock.begin(Stage::filter);
+  pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes_, plan.threads,
+                   candidates);
+  if (plan.keep)
+    cache_.start(call.slots(), found.devices > 0,
+                 found.method == dParallelSAPMethodSweep && !fat);
+  return found;
+}
+
+// Counts the geoms, whose boxes are up to date, and takes planes out of these.
+void Pipeline::noteUpdate(Frame& frame) {
+  const UpdateFacts& facts = geom_update_.facts();
+  dxGeom* const* const geoms = frame.call.geoms();
+  for (const Slot slot : facts.newly_invalid) complaints_.ofInvalid(geoms[slot]);
+  frame.stats.moved += facts.moved;
+  frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
+  frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
+  frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
+  if (frame.plan.rules.cull_planes) plane_pairs_.take(geoms, boxes_);
+}
+
+// The pairs to be reported: all candidates, or a list of its own where geoms decide in each frame
+// anew, or planes are found apart.
+const PairList& Pipeline::select(Frame& frame) {
+  FrameLists& lists = frame.call.lists;
+  dxGeom* const* const geoms = frame.call.geoms();
+  const UpdateFacts& facts = geom_update_.facts();
+  const PackRules& rules = frame.plan.rules;
+  const int threads = frame.plan.threads;
+  const bool planes_apart = rules.cull_planes && plane_pairs_.any();
+  const bool verifying = PairFilter::needsVerifying(facts, rules);
+  if (!planes_apart && !verifying) return lists.candidates;
+  frame.clock.begin(Stage::filter);
+  const PairList* others = &lists.candidates;
+  if (verifying) {
+    PairList& verified = planes_apart ? lists.verified : lists.pairs;
+    pair_filter_.verify(geoms, {rules.skip(), facts.user_classes, rules.tested_classes}, threads,
+                        lists.candidates, verified);
+    others = &verified;
+  }
+  if (planes_apart)
+    frame.stats.candidates += plane_pairs_.addTo(
+        *others, {geoms, boxes_, rules, facts.user_classes}, threads, lists.pairs);
+  return lists.pairs;
+}
+
+// The pairs of a frame within a callback are no events.
+void Pipeline::updateEvents(Frame& frame, const PairList& pairs) {
+  if (!events_.on()) return;
+  if (frame.call.scene.nested) return events_.skip();
+  constexpr PairEvents::Source source = PairEvents::Source::frame;
+  if (frame.same && events_.updateSame(source)) return;
+  frame.same = false;
+  frame.clock.begin(Stage::events);
+  if (!events_.update(pairs, frame.call.scene.slots, source, frame.plan.threads))
+    complaints_.ofUnreportedEvents();
+}
+
+SceneFacts Pipeline::factsOf(const FrameCall& call) const {
+  SceneFacts facts = {call.slots(),      last_pairs_, boxes_.wide,
+                      call.scene.nested, false,       extraction_.devices().devices()};
+  facts.tested_classes = testedClasses();
+  return facts;
+}
+
+void Pipeline::learn(const Frame& frame, bool kept, const Found& found) {
+  const Settings& settings = frame.call.settings;
+  if (kept) {
+    cache_.fat().skip();
+    policy_.learnOfKept();
+  } else {
+    policy_.learn(frame.plan, frame.facts, settings,
+                  {boxes_.wide, found.devices, frame.stats.find_threads, frame.stats.candidates,
+                   frame.clock.of(Stage::update) + frame.clock.of(Stage::synchronise) +
+                       frame.clock.of(Stage::extract) + frame.clock.of(Stage::filter),
+                   frame.clock.of(Stage::extract)});
+  }
+  if (!frame.plan.weighs_devices) return;
+  DeviceBackend& devices = extraction_.devices();
+  devices.reportLeftOut();
+  if (devices.takeLoss()) policy_.learnOfLoss(devices.devices().usable);
+  const int wanted = policy_.learnMissedDevices(frame.plan, factsOf(frame.call), settings);
+  if (wanted > 0) devices.prepare(wanted);
+}
+
+void Pipeline::note(const Frame& frame) {
+  statistics_.note(frame.stats, frame.clock);
+  last_pairs_ = frame.stats.pairs;
+}
+
+void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
+  frame.clock.begin(Stage::report);
+  dxGeom* const* const geoms = frame.call.geoms();
+  const GeomsAhead ahead(geoms);
+  for (const Buffer<Pair>& part : pairs.parts)
+    ahead.tell(part.begin(), part.end(),
+               [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
+}
+
+// False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
+bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data,
+                                 dNearCallback* callback) {
+  const FrameCall& call = frame.call;
+  if (!last_stage_ || call.scene.nested) return false;
+  frame.clock.begin(Stage::narrow);
+  const LastStage::Pairs of_frame = {pairs,
+                                     call.geoms(),
+                                     call.slots(),
+                                     frame.plan.contact_threads,
+                                     threadsFor(call.settings),
+                                     frame.plan.leave_out};
+  LastStage::Collided collided;
+  if (!last_stage_->prepare(of_frame, collided)) return false;
+  frame.clock.pause();
+  if (collided.pairs) {
+    frame.stats.narrow_threads = collided.threads;
+    frame.stats.contacts = collided.contacts;
+    frame.stats.apart = collided.apart.apart;
+    const double part = static_cast<double>(collided.pairs) / static_cast<double>(pairs.size());
+    policy_.learnOfBatch(call.settings, {Batch::contacts, collided.threads, pairs.size(),
+                                         frame.clock.of(Stage::narrow) / part});
+    policy_.learnOfApart(frame.plan, collided.apart);
+    note(frame);  // should the callback throw, or collide again
+  }
+  frame.clock.begin(Stage::report);
+  last_stage_->report(of_frame, data, callback);
+  return true;
+}
+
+// The last resort: finds and reports at once.
+void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback) {
+  frame.clock.begin(Stage::report);
+  complaints_.ofNoMemory();
+  frame.stats = updateWithoutMemory(frame.call.scene);
+  note(frame);
+  collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, data, callback);
+}
+
+FrameCounts Pipeline::collideSmall(const FrameCall& call, SmallReport report,
+                                   PairWatcher* watcher) {
+  cache_.stop();
+  if (watcher && !call.scene.nested && watcher->isDue()) report.watcher = watcher;
+  if (events_.on() && call.scene.nested) events_.skip();
+  if (events_.on() && !call.scene.nested) report.events = &events_;
+  const FrameCounts counts =
+      small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_, report);
+  last_pairs_ = counts.pairs;
+  return counts;
+}
+
+void Pipeline::clean(const Scene& scene, const Settings& settings) {
+  try {
+    geom_update_.clean(scene.slots.data(), scene.slots.size(),
+                       policy_.teamFor(scene.slots.size(), settings), cache_.changed());
+  } catch (const std::bad_alloc&) {
+    cleanOneByOne(scene.first);
+  }
+  scene.needs_clean = false;
+}
+
+void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
+  cache_.stop();
+  plane_pairs_.forget();
+  if (last_stage_) last_stage_->noteNewSlots();
+  if (events_.on()) events_.closeSlots(geoms);
+}
+
+void Pipeline::release(int part, FrameLists& lists) {
+  cache_.stop();
+  switch (part) {
+    case 0:
+      lists = FrameLists();
+      break;
+    case 1:
+      extraction_.release();
+      cache_ = PairCache();  // which goes on from its trees
+      break;
+    case 2:
+      geom_update_ = GeomUpdate();
+      boxes_ = BoxSet();
+      break;
+    default:
+      pair_filter_ = PairFilter();
+      plane_pairs_ = PlanePairs();
+      events_.release();
+      if (last_stage_) last_stage_->release();
+  }
+}
+
+std::size_t Pipeline::bytes() const {
+  return bytesOf(cache_, geom_update_, boxes_, extraction_, pair_filter_, plane_pairs_, events_,
+                 last_stage_, small_scenes_);
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,269 @@
+// The parts that find pairs in plain arrays, with every instruction set this processor has: what
+// the tests through the public interface cannot choose.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "space/cells/cell_trees.h"
+#include "space/data/parallel.h"
+#include "space/data/round_outward.h"
+#include "space/extract/paper/axis_lists.h"
+#include "space/extract/paper/brute_force.h"
+#include "space/extract/sweep.h"
+#include "space/simd/kernels.h"
+#include "space/sort/radix_sort.h"
+#include "support/case.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+
+using namespace ode_parallel_sap;
+
+namespace {
+
+// Calls visit(case, wide) for the scene in floats and in doubles, filtered and not, with every
+// instruction set.
+template <class Visit>
+void withAllSets(const std::vector<sap_test::Box>& scene, Visit visit) {
+  const KernelSet& best = kernelSet();
+  for (const bool wide : {false, true})
+    for (const bool filtered : {false, true}) {
+      const Case wanted = makeCase(scene, wide, filtered);
+      for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+        INFO((*set)->name << (wide ? ", doubles" : ", floats") << (filtered ? ", filtered" : ""));
+        chooseKernelSet(**set);
+        visit(wanted, wide);
+      }
+    }
+  chooseKernelSet(best);
+}
+
+}  // namespace
+
+TEST_CASE("Every instruction set finds the same pairs, in floats and in doubles") {
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  const KernelSet& best = kernelSet();
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    for (const sap_test::BoxScene& scene : sap_test::boxScenes())
+      for (const bool wide : {false, true})
+        for (const bool filtered : {false, true}) {
+          INFO((*set)->name << ", " << scene.name << (wide ? ", doubles" : ", floats")
+                            << (filtered ? ", filtered" : ""));
+          const Case wanted = makeCase(scene.make(701, seed), wide, filtered);
+          Sweep<float> sweep;
+          Sweep<double> wide_sweep;
+          BruteForce<float> brute_force;
+          BruteForce<double> wide_brute_force;
+          PairFinder& first = wide ? static_cast<PairFinder&>(wide_sweep) : sweep;
+          PairFinder& second = wide ? static_cast<PairFinder&>(wide_brute_force) : brute_force;
+          PairList swept, tested;
+          const std::vector<Pair> pairs = found(first, wanted.boxes, 2, swept);
+          check(pairs, wanted);
+          checkBorderlineSegments(swept);
+          check(found(second, wanted.boxes, 3, tested), wanted);
+          checkBorderlineSegments(tested);
+          AxisLists<float> axis_lists;
+          AxisLists<double> wide_axis_lists;
+          PairFinder& third = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
+          REQUIRE(found(third, wanted.boxes, 3, tested) == pairs);
+          checkBorderlineSegments(tested);
+        }
+  }
+  chooseKernelSet(best);
+}
+
+TEST_CASE("Cells that are more than are gathered at a time are met once each") {
+  const std::uint64_t seed = sap_test::seedOr(5);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  // Cubes of two sizes and bars through all of them: hundreds of cells reach any other.
+  std::vector<sap_test::Box> scene(9000);
+  for (std::size_t i = 0; i < scene.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double size = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.02 : i / 3 % 3 == axis ? 3 : 0.003;
+      scene[i].low[axis] = random.between(0, 1);
+      scene[i].high[axis] = scene[i].low[axis] + size * random.between(0.5, 1);
+    }
+  withAllSets(scene, [](const Case& wanted, bool wide) {
+    Sweep<float> sweep;
+    Sweep<double> wide_sweep;
+    PairList list;
+    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
+          wanted);
+  });
+}
+
+TEST_CASE("A row without columns asks for no room and writes nothing") {
+  constexpr std::size_t places = 400;
+  const Box box = {{0, 0, 0}, {1, 1, 1}};
+  BoxSet boxes;
+  boxes.size = places;
+  boxes.boxes.resize(places);
+  std::fill(boxes.boxes.begin(), boxes.boxes.end(), box);
+  std::vector<std::uint32_t> starts;
+  for (std::uint32_t start = 0; start <= places; start += group_size) starts.push_back(start);
+  CellTrees<float> cells;
+  const CellClass all = {0, starts.size() - 1};
+  cells.build(boxes, {nullptr, starts.data()}, {&all, 1}, 1, CellTrees<float>::Levels::cells_only);
+  const std::uint64_t untouched = ~std::uint64_t{0};
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
+    for (const std::size_t row : {5, 15, 16, 399}) {
+      INFO((*set)->name << ", row " << row);
+      std::vector<std::uint64_t> words(group_size, untouched);
+      PairSink sink = {words.data(), words.data(),
+                       [](PairSink&, std::size_t) { FAIL("room was asked for"); }};
+      (*set)->narrow.trianglePairs(cells.views()[0], {places, row, row + 1, row, row + 1}, true,
+                                   sink);
+      CHECK(sink.next == words.data());
+      CHECK(words == std::vector<std::uint64_t>(group_size, untouched));
+    }
+}
+
+TEST_CASE("The instruction set that is chosen is the one that runs, and each has its name") {
+  const KernelSet& best = kernelSet();
+  CHECK(&best == allKernelSets()[0]);
+  std::vector<std::string> names;
+  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
+    chooseKernelSet(**set);
+    CHECK(&kernelSet() == *set);
+    CHECK(&kernels<float>() == &(*set)->narrow);
+    CHECK(&kernels<double>() == &(*set)->wide);
+    CHECK(kernelSetNamed((*set)->name) == *set);
+    names.push_back((*set)->name);
+  }
+  chooseKernelSet(best);
+  CHECK(names.back() == "portable");
+  for (const char* const name : {"", "mmx", "sse", "portable "})
+    CHECK(kernelSetNamed(name) == nullptr);
+}
+
+TEST_CASE("Clusters that no key tells apart are still cut into cells") {
+  // Exponentially nested clusters: each a millionth of the last one's size.
+  const std::uint64_t seed = sap_test::seedOr(1);
+  INFO("seed " << seed);
+  sap_test::Random random(seed);
+  std::vector<sap_test::Box> scene;
+  double size = 1;
+  for (int level = 0; level < 5; ++level, size *= 1e-6)
+    for (int i = 0; i < 700; ++i) {
+      sap_test::Box box;
+      for (int axis = 0; axis < 3; ++axis) {
+        box.low[axis] = size * random.unit();
+        box.high[axis] = box.low[axis] + size * 0.05;
+      }
+      scene.push_back(box);
+    }
+  for (const bool wide : {false, true}) {
+    const Case wanted = makeCase(scene, wide, false);
+    PairList list;
+    Sweep<float> sweep;
+    Sweep<double> wide_sweep;
+    check(found(wide ? static_cast<PairFinder&>(wide_sweep) : sweep, wanted.boxes, 2, list),
+          wanted);
+  }
+}
+
+TEST_CASE("Radix sort agrees with a stable sort, for any count, digits and threads") {
+  sap_test::Random random(sap_test::seedOr(1));
+  for (const std::size_t count : {0, 1, 2, 31, 257, 5000, 40000})
+    for (const int bits : {1, 5, 8, 9, 17, 24})
+      for (const int threads : {1, 3}) {
+        INFO(count << " records, " << bits << " bits, " << threads << " threads");
+        std::vector<std::uint64_t> records(count), scratch(count);
+        for (std::uint64_t& record : records) record = random.bits();
+        std::vector<std::uint64_t> wanted = records;
+        const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
+        std::stable_sort(wanted.begin(), wanted.end(), [=](std::uint64_t a, std::uint64_t b) {
+          return (a >> 32 & mask) < (b >> 32 & mask);
+        });
+        radixSort(records.data(), scratch.data(), count, 32, bits, threads);
+        REQUIRE(records == wanted);
+      }
+}
+
+TEST_CASE("Rounding outward is the nearest float that is not inside, for any bits") {
+  sap_test::Random random(sap_test::seedOr(1));
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, 3.4028234e38, 3.5e38,
+                            1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
+  const float highest = std::numeric_limits<float>::infinity();
+  for (int round = 0; round < sap_test::scaled(200000); ++round) {
+    double bounds[6];
+    for (double& bound : bounds) {
+      const std::uint64_t bits = random.bits();
+      if (bits % 4 == 0)
+        bound = special[bits / 4 % (sizeof special / sizeof *special)];
+      else
+        std::memcpy(&bound, &bits, sizeof bound);
+      if (bound != bound) bound = 1;
+    }
+    Box box;
+    const BoundsFacts facts = roundOutward<double>(bounds, box);
+    REQUIRE(!facts.nan);
+    bool exact = true;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
+      CAPTURE(lower, upper, box.lower[axis], box.upper[axis]);
+      REQUIRE(static_cast<double>(box.lower[axis]) <= lower);
+      REQUIRE(static_cast<double>(box.upper[axis]) >= upper);
+      if (box.lower[axis] < highest)
+        REQUIRE((box.lower[axis] == lower || std::nextafter(box.lower[axis], highest) > lower));
+      if (box.upper[axis] > -highest)
+        REQUIRE((box.upper[axis] == upper || std::nextafter(box.upper[axis], -highest) < upper));
+      exact = exact && box.lower[axis] == lower && box.upper[axis] == upper;
+    }
+    REQUIRE(facts.exact == exact);
+  }
+}
+
+TEST_CASE("Rounding outward in vectors gives what it gives one by one, for boxes of every kind") {
+  sap_test::Random random(sap_test::seedOr(1));
+  const double special[] = {0.0, -0.0, NAN, HUGE_VAL, -HUGE_VAL, 1e-310, 3.5e38, 1.7e308, -1.7e308};
+  for (int round = 0; round < sap_test::scaled(200000); ++round) {
+    const double size = std::pow(10, random.between(-60, 60));
+    double bounds[6];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds[2 * axis] = size * random.gauss() * std::pow(10, random.between(0, 12));
+      bounds[2 * axis + 1] = bounds[2 * axis] + size * random.between(0, 1);
+    }
+    if (random.chance(0.2)) bounds[random.below(6)] = special[random.below(9)];
+    if (random.chance(0.1)) std::swap(bounds[0], bounds[1]);
+    CAPTURE(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]);
+    Box box, wanted;
+    const BoundsFacts facts = roundOutward<double>(bounds, box);
+    const BoundsFacts truth = roundOutwardOneByOne<double>(bounds, wanted);
+    REQUIRE(facts.nan == truth.nan);
+    if (truth.nan) continue;  // the box is of no use
+    REQUIRE(std::memcmp(&box, &wanted, sizeof box) == 0);
+    REQUIRE(facts.exact == truth.exact);
+    REQUIRE(facts.unbounded == truth.unbounded);
+    REQUIRE(facts.coarse == truth.coarse);
+  }
+}
+
+TEST_CASE("Threads that take from one another's parts take every index once") {
+  static Region region("parts");
+  std::vector<std::atomic<int>> taken(100003);
+  for (const int threads : {1, 2, 7, 16}) {
+    for (auto& times : taken) times = 0;
+    runParts(region, threads, taken.size(), 3, [&](Range range, int thread) {
+      if (thread == 0) std::this_thread::yield();
+      for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
+    });
+    CHECK(std::all_of(taken.begin(), taken.end(), [](const auto& times) { return times == 1; }));
+  }
+}
+
+TEST_CASE("An exception of any thread reaches the caller, once all are done") {
+  static Region region("exceptions");
+  for (const int threads : {1, 4})
+    REQUIRE_THROWS_AS(runTeam(region, threads, [](int, int) { throw std::bad_alloc(); }),
+                      std::bad_alloc);
+}

@@ -1,0 +1,241 @@
+// The kernels and all that drives them, on emulated devices: any number of devices finds the pairs
+// of the CPU's sweep in its order, whatever is done before what, and leaves nothing behind.
+#define CATCH_CONFIG_RUNNER
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cuda/check/scenes.h"
+#include "cuda/device/devices.h"
+#include "cuda/several/device_group.h"
+#include "space/extract/sweep.h"
+#include "support/catch.hpp"
+#include "support/knobs.h"
+#include "support/random.h"
+#include "tests/gpu/emulation/runtime.h"
+
+using namespace ode_parallel_sap;
+using sap_test::Random;
+
+namespace {
+
+std::vector<Pair> joined(const PairList& pairs) {
+  std::vector<Pair> all;
+  for (const Buffer<Pair>& part : pairs.parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+// Borderline pairs that are in a segment, counted with those that are in several.
+std::size_t borderlineInSegments(const PairList& pairs) {
+  std::size_t count = 0;
+  for (const PairList::Segment& segment : pairs.borderline)
+    count += static_cast<std::size_t>(
+        std::count_if(pairs.parts[segment.part].begin() + segment.begin,
+                      pairs.parts[segment.part].begin() + segment.end, isMarkedBorderline));
+  return count;
+}
+
+// Scenes that change from frame to frame: another one, one in which some boxes have moved, or the
+// same boxes nearer to or further from each other, which changes the length of lists.
+class ChangingScene {
+ public:
+  explicit ChangingScene(Random& random) : random_(random) { begin(); }
+
+  const BoxSet& boxes() const { return boxes_; }
+  const std::string& name() const { return name_; }
+
+  void fill(const std::string& name, std::size_t size) {
+    name_ = name;
+    cuda_check::sceneOf(name).fill(size, random_.bits(), boxes_);
+  }
+
+  void change() {
+    const std::size_t what = random_.below(4);
+    if (what == 0) begin();
+    if (what == 1) move();
+    if (what == 2) stretch();
+  }
+
+ private:
+  void begin() {
+    const std::vector<cuda_check::Scene>& all = cuda_check::scenes();
+    const cuda_check::Scene& scene = all[random_.below(all.size())];
+    // Around the sizes of warps and of blocks of lists; few enough for scenes in which all meet.
+    const std::size_t sizes[] = {2, 3, 31, 33, 64, 255, 256, 257, 300, 511, 513, 700};
+    std::size_t size = sizes[random_.below(sizeof sizes / sizeof *sizes)];
+    if (random_.chance(0.3)) size = 2 + random_.below(900);
+    fill(scene.name, std::min(size, scene.most));
+  }
+  void move() {
+    for (std::size_t i = 0; i < boxes_.size; ++i) {
+      const auto by = static_cast<float>(random_.between(-0.05, 0.05));
+      if (random_.chance(0.5)) shift(boxes_.boxes[i], [=](float centre) { return centre + by; });
+    }
+  }
+  void stretch() {
+    const float factors[] = {0.3f, 0.5f, 0.7f, 1.5f, 3, 10};
+    const float factor = factors[random_.below(6)];
+    for (std::size_t i = 0; i < boxes_.size; ++i)
+      shift(boxes_.boxes[i], [=](float centre) { return centre * factor; });
+  }
+  template <class Place>
+  static void shift(Box& box, Place place) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float centre = 0.5f * (box.lower[axis] + box.upper[axis]);
+      const float half = 0.5f * (box.upper[axis] - box.lower[axis]), now = place(centre);
+      box.lower[axis] = now - half;
+      box.upper[axis] = now + half;
+    }
+  }
+
+  Random& random_;
+  BoxSet boxes_;
+  std::string name_;
+};
+
+// What has happened in a test, which would show nothing otherwise.
+struct Seen {
+  int frames = 0, shared = 0, failures = 0, with_rows = 0, without_rows = 0, beyond_rows = 0;
+  int read = 0, copied = 0;  // frames in which rows of other devices were
+};
+
+// Some members, each a device of its own or not, and a scene, for some frames. Which devices can
+// read each other goes by the number of the run, so that a few have all there is.
+class Run {
+ public:
+  Run(std::uint64_t seed, int number, double failing, Seen& seen)
+      : random_(seed), scene_(random_), failing_(failing), seen_(seen) {
+    emulation::seed(random_.bits());
+    emulation::Machine& machine = emulation::machine();
+    machine.peers_readable = number % 3 == 0;
+    machine.some_peers = number % 3 == 2;
+    machine.locked = random_.chance(0.3) ? 1 : 0.5;
+    const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
+    const std::size_t members_a_device = 1 + number / 3 % 3;
+    for (std::size_t i = 0; i < most; ++i)
+      members_.push_back(std::make_unique<DeviceSweep>(static_cast<int>(i / members_a_device)));
+    used_ = most;
+  }
+
+  void frame() {
+    if (random_.chance(0.25)) used_ = 1 + random_.below(members_.size());
+    show();
+    scene_.change();
+  }
+
+  // On all devices, a scene for rows, which are as long as it needs in its second frame, and one
+  // whose lists are too long for them. Then gives all back.
+  void end() {
+    used_ = members_.size();
+    scene_.fill("cube", 600);
+    show();
+    show();
+    scene_.fill("same spot", 64);
+    show();
+    members_.clear();
+    REQUIRE(emulation::pending() == 0);
+    REQUIRE(emulation::machine().held == 0);
+  }
+
+ private:
+  void show() {
+    std::vector<DeviceSweep*> used;
+    for (std::size_t i = 0; i < used_; ++i) used.push_back(members_[i].get());
+    emulation::shuffleStreams();
+    INFO(scene_.name() << ", " << scene_.boxes().size << " boxes, " << used_ << " of "
+                       << members_.size() << " devices");
+    if (find(used)) check(used);
+  }
+
+  bool find(const std::vector<DeviceSweep*>& used) {
+    const int threads = random_.chance(0.3) ? 1 : 12;
+    const bool failing = random_.chance(failing_);
+    if (failing) emulation::machine().fail_call = 1 + static_cast<int>(random_.below(120 * used_));
+    DeviceGroup group(used);
+    try {
+      group.find(scene_.boxes(), threads, pairs_);
+    } catch (const DeviceFailure&) {
+      REQUIRE(failing);
+      ++seen_.failures;
+      for (const DeviceSweep* member : used) REQUIRE_FALSE(member->context());
+      return false;
+    }
+    emulation::machine().fail_call = 0;
+    return true;
+  }
+
+  void check(const std::vector<DeviceSweep*>& used) {
+    PairList expected;
+    cpu_.find(scene_.boxes(), 1, expected);
+    const std::vector<Pair> pairs = joined(pairs_);
+    REQUIRE((pairs == joined(expected)));
+    REQUIRE(borderlineInSegments(pairs_) == static_cast<std::size_t>(std::count_if(
+                                                pairs.begin(), pairs.end(), isMarkedBorderline)));
+    std::size_t bytes = 0;
+    for (const auto& member : members_)
+      if (member->context()) bytes += member->context()->deviceBytes();
+    REQUIRE(bytes == emulation::machine().held);
+    ++seen_.frames;
+    if (used.size() == 1) return;
+    ++seen_.shared;
+    const bool in_rows = used[0]->wantedRow() > 0;
+    ++(in_rows ? seen_.with_rows : seen_.without_rows);
+    if (!in_rows) return;
+    const auto any = [&](auto holds) { return std::any_of(used.begin(), used.end(), holds); };
+    seen_.beyond_rows += any([](const DeviceSweep* member) { return member->found() > 0; });
+    seen_.copied +=
+        any([](const DeviceSweep* member) { return member->context()->copied_rows.bytes() > 0; });
+    seen_.read +=
+        any([](const DeviceSweep* member) { return !member->context()->readable.empty(); });
+  }
+
+  Random random_;
+  ChangingScene scene_;
+  const double failing_;
+  Seen& seen_;
+  std::vector<std::unique_ptr<DeviceSweep>> members_;
+  std::size_t used_ = 0;
+  Sweep<float> cpu_;
+  PairList pairs_;
+};
+
+Seen runAll(int runs, std::uint64_t usual_seed, double failing) {
+  Seen seen;
+  constexpr int least_runs = 4;
+  for (int run = 0; run < std::max(least_runs, sap_test::scaled(runs)); ++run) {
+    const std::uint64_t seed = sap_test::seedOr(usual_seed, run);
+    INFO("seed " << seed);
+    Run frames(seed, run, failing, seen);
+    for (int frame = 0; frame < 8; ++frame) frames.frame();
+    frames.end();
+  }
+  return seen;
+}
+
+}  // namespace
+
+TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "[emulation]") {
+  emulation::machine().replays = 0;
+  const Seen seen = runAll(40, 1, 0);
+  CHECK(seen.frames > 0);
+  CHECK(seen.shared > 0);
+  CHECK(seen.with_rows > 0);
+  CHECK(seen.without_rows > 0);
+  CHECK(seen.beyond_rows > 0);
+  CHECK(seen.read > 0);
+  CHECK(seen.copied > 0);
+  CHECK(emulation::machine().replays > 0);
+}
+
+TEST_CASE("A call that fails leaves nothing under way, and the next frame is right",
+          "[emulation]") {
+  const Seen seen = runAll(20, 1000, 0.5);
+  CHECK(seen.failures > 0);
+  CHECK(seen.frames > 0);
+}
+
+int main(int argc, char** argv) {
+  return Catch::Session().run(argc, argv) == 0 ? 0 : 1;
+}
