@@ -1,7 +1,6 @@
 #include "space/advice/advice.h"
 
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 
 #include "space/geom/pair_rule.h"
@@ -20,17 +19,12 @@ PackRules skipping(bool of_static) {
   return rules;
 }
 
-__attribute__((format(printf, 2, 3))) void append(std::string& line, const char* format, ...) {
-  char text[256];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  line += line.empty() ? "" : ", ";
-  line += text;
-}
-
 }  // namespace
+
+Advice::~Advice() {
+  const std::string advice = space_ ? line() : "";
+  if (!advice.empty()) dMessage(0, "parallel SAP space %p: %s", space_, advice.c_str());
+}
 
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
@@ -66,9 +60,11 @@ void Advice::add(const Advice& other) {
 std::string Advice::line() const {
   std::string line;
   const auto name = [&](unsigned long long pairs, const char* option, const char* which) {
-    if (shareOf(pairs) >= least_share)
-      append(line, "%s would leave out %.0f %% of the pairs (%s)", option, 100 * shareOf(pairs),
-             which);
+    if (shareOf(pairs) < least_share) return;
+    char text[256];
+    std::snprintf(text, sizeof text, "%s%s would leave out %.0f %% of the pairs (%s)",
+                  line.empty() ? "" : ", ", option, 100 * shareOf(pairs), which);
+    line += text;
   };
   name(static_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
   name(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");

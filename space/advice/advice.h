@@ -5,13 +5,17 @@
 #include <cstddef>
 #include <string>
 
-#include "space/geom/pair_watcher.h"
+#include "space/ode/space_observer.h"
 
 namespace ode_parallel_sap {
 
 // Counts all pairs of one frame in `interval`. Nothing but the line depends on it.
-class Advice : public PairWatcher {
+class Advice final : public SpaceObserver {
  public:
+  // Of a space, for which it prints the line in the end; or for an account of several.
+  explicit Advice(const void* space = nullptr) : space_(space) {}
+  ~Advice() override;
+
   bool isDue() override { return frames_++ % interval == 0; }
   void see(dGeomID a, dGeomID b, int contacts) override;
 
@@ -35,6 +39,7 @@ class Advice : public PairWatcher {
     return all_ ? static_cast<double>(pairs) / static_cast<double>(all_) : 0;
   }
 
+  const void* const space_;
   unsigned frames_ = 0;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
   std::array<Layers, 16> layers_;  // what finds no room are few pairs, or no layers

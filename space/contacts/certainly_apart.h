@@ -18,6 +18,20 @@ struct ApartBoxes {
   std::uint32_t apart;  // of those, pairs of which dCollide returns 0
 };
 
+// How many those were.
+struct ApartCounts {
+  std::size_t tested = 0, apart = 0;
+
+  void add(const ApartBoxes& boxes) {
+    tested += static_cast<std::size_t>(__builtin_popcount(boxes.tested));
+    apart += static_cast<std::size_t>(__builtin_popcount(boxes.apart));
+  }
+  void add(const ApartCounts& more) {
+    tested += more.tested;
+    apart += more.apart;
+  }
+};
+
 // Tests those pairs [0, count) of two boxes that are in `wanted`, for which dCollide is called
 // without CONTACTS_UNIMPORTANT: with it ODE's collider of boxes does not look along all axes. A
 // pose that dCollide would have to bring up to date first leaves its pair untested.

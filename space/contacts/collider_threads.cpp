@@ -3,8 +3,8 @@
 #include <mutex>
 #include <new>
 
-#include "space/contacts/ode_collide.h"
 #include "space/data/platform.h"
+#include "space/geom/ode_private.h"
 
 namespace ode_parallel_sap {
 
@@ -114,11 +114,11 @@ ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
   const Shape p = shapeOf(a), q = shapeOf(b);
   const auto either = [=](Shape shape) { return p == shape || q == shape; };
   if (either(Shape::Other)) return ColliderUse::CallingThread;
-  // An image has stand-ins for heightfields, and another cache for meshes, but only one.
+  // A thread's own collider has another cache for meshes, but only one.
   if (either(Shape::Heightfield))
     return either(Shape::Mesh) && !meshesShareACache() ? ColliderUse::CallingThread
-                                                       : ColliderUse::Image;
-  if (either(Shape::Mesh) && meshesShareACache()) return ColliderUse::Image;
+                                                       : ColliderUse::OwnCollider;
+  if (either(Shape::Mesh) && meshesShareACache()) return ColliderUse::OwnCollider;
   if (either(Shape::Solid)) return ColliderUse::Heavy;
   // A primitive meets a few triangles of a mesh; a plane all, and another mesh perhaps many.
   if (either(Shape::Mesh) && !either(Shape::Primitive)) return ColliderUse::Heavy;

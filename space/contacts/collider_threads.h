@@ -1,21 +1,27 @@
 // Which of ODE's colliders may run in several threads at once.
 #pragma once
 
-#include "space/geom/ode_private.h"
+#include <ode/ode.h>
+
+#include <atomic>
 
 namespace ode_parallel_sap {
 
 enum class ColliderUse {
   Light,          // any thread; about a microsecond, so many at a time
   Heavy,          // any thread; may take long, so few at a time
-  Image,          // any thread that has an image of ODE which serves it, see collider_images.h
+  OwnCollider,    // any thread that has one of its own which serves it, see thread_colliders.h
   CallingThread,  // the calling thread, when no other collides
 };
 
 // How dCollide (a, b) may be called; neither is a space. Only reads the geoms.
 ColliderUse colliderUse(dxGeom* a, dxGeom* b);
 
-// The program's dCollide, for a calling thread, while others may collide geoms of their own. Where
+// The program's dCollide. The preload library, which stands in front of it, sets this to the
+// function behind itself before it makes a space.
+inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};
+
+// It, for a calling thread, while others may collide geoms of their own. Where
 // the colliders of meshes share a cache, threads take turns at them. Meshes with callbacks do not:
 // the program's code is not to run while another thread waits for it.
 int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip);

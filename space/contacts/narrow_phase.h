@@ -9,10 +9,9 @@
 #include <vector>
 
 #include "space/contacts/certainly_apart.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
 #include "space/geom/assertions.h"
 
 namespace ode_parallel_sap {
@@ -36,66 +35,52 @@ struct ContactRequest {
   }
 };
 
+// Asks for what a collider reads of a pair that comes soon, and of one that comes later: geoms lie
+// scattered in memory, and what other threads wrote is in their caches.
+constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
+void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
+
 // Contacts as one thread after the other would have made them: which thread collides a pair depends
 // on timing, where its contacts are found again does not.
 //
-// Pairs are taken in four passes: first all are looked at, those that are certainly apart left out
-// (see certainly_apart.h), and the light ones collided on the spot; then the heavy ones, a few at a
-// time to whoever is free; then those that want an image of ODE, by threads that have one; at last,
-// alone, those that only the calling thread may collide (see collider_threads.h). Each thread
-// appends contacts to storage of its own, which is kept for the next frame. In all passes a thread
-// begins with a part of the list of its own: neighbours there share geoms, the triangles of a mesh
-// for instance, and what is found of them lies side by side for the report.
+// Pairs are taken in four passes: first all, of which those that are certainly apart are left out
+// (certainly_apart.h) and the light ones collided on the spot; then the heavy ones, a few at a time
+// to whoever is free; then those for threads with a collider of their own; at last, alone, those
+// that only the calling thread may collide (collider_threads.h). Each thread appends contacts to
+// storage of its own, which is kept for the next frame. In all passes a thread begins with a part
+// of the list of its own: neighbours there share geoms, the triangles of a mesh for instance, and
+// what is found of them lies side by side for the report.
 class NarrowPhase {
  public:
   struct Way {
     int threads;          // the most
     bool manual_cleanup;  // the threads leave no data in ODE
     bool leave_out;       // boxes that are certainly apart
-    // Contacts are not reported, but told pair by pair, as dCollide would have left them. What only
-    // the calling thread may collide is left out.
-    bool tells = false;
-    std::size_t one_in = 1;  // of so many chunks of pairs is looked at, in a run that tells
-  };
-  // Pairs of boxes that were tested whether they are apart, and those that are.
-  struct LeftOut {
-    std::size_t tested, apart;
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
   int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, const Way& way);
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request) const;
-  // After a run that tells: what dCollide returned for the pair at this place of the list, which is
-  // this, and its contacts, every `skip` bytes. -1 where that is not known, or where one of the
-  // geoms has come to a body or lost it since.
-  int tell(std::size_t place, const dParallelSAPPair& pair, dContactGeom* contacts, int skip) const;
-  // Asks for the memory of what is told soon after this place.
-  void prefetch(std::size_t place) const {
-    place += prefetch_distance;
-    if (place >= found_.size() || found_[place].thread == nobody) return;
-    const Found& found = found_[place];
-    const dContactGeom* const told = shares_[found.thread].contacts.data() + found.first;
-    if (found.count) ode_parallel_sap::prefetch(told);
-  }
-  // Of how many pairs it is known.
-  std::size_t precomputed() const;
-  void precomputeNothing();
-  // How many contacts the pair at this place has, or -1 where that is not known.
-  int contactsOf(std::size_t place) const {
-    if (place >= found_.size() || found_[place].thread == nobody) return -1;
-    return static_cast<int>(found_[place].count);
-  }
 
-  // Of the last run.
+  // Of the last run. The contacts of the pair at this place, -1 where nobody wanted them.
+  int contactsOf(std::size_t place) const {
+    const Found& found = found_[place];
+    return found.thread == nobody ? -1 : static_cast<int>(found.count);
+  }
   std::size_t contacts() const;
-  LeftOut leftOut() const;
+  ApartCounts apart() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
   static void collideOneByOne(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request);
 
  private:
+  struct Job {
+    const Buffer<dParallelSAPPair>& pairs;
+    const ContactRequest& request;
+    const Way& way;
+  };
   // A pair that had to wait, and its flags.
   struct Waiting {
     std::size_t pair;
@@ -103,35 +88,21 @@ class NarrowPhase {
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
-    Buffer<Waiting> heavy, image, calling_thread;
-    LeftOut left_out = {};
+    Buffer<Waiting> heavy, own_collider, calling_thread;
+    ApartCounts apart;
 
-    void clear() {
-      contacts.resizeDiscarding(0);
-      for (Buffer<Waiting>* const waiting : {&heavy, &image, &calling_thread})
-        waiting->resizeDiscarding(0);
-      left_out = {};
-    }
-    std::size_t bytes() const { return bytesOf(contacts, heavy, image, calling_thread); }
+    std::size_t bytes() const { return bytesOf(contacts, heavy, own_collider, calling_thread); }
   };
   // Contacts [first, first + count) of a thread's share.
   struct Found {
     std::size_t first;
-    std::uint32_t count;
-    std::uint16_t thread;
-    std::uint16_t bodies;  // see bodiesOf(), of a run that tells
+    std::uint32_t count, thread;
   };
-  static constexpr std::uint16_t nobody = 0xffff;  // collided it
-  // Which geoms of a pair have a body, and an offset from it: either comes without a notice.
-  static std::uint16_t bodiesOf(const dParallelSAPPair& pair);
-  class Pass;
+  static constexpr std::uint32_t nobody = ~0u;  // collided it
 
-  int lookAtAll(const Pass& pass, int threads);
-  int collideHeavy(const Pass& pass, int threads);
-  int collideOnImages(const Pass& pass, int threads);
-  void collideRest(const Pass& pass);
-  void reportBlock(Range block, const Buffer<dParallelSAPPair>& pairs,
-                   const ContactRequest& request) const;
+  void lookAt(const Job& job, Range range, int thread);
+  void handOut(const Job& job, const Waiting& waiting, int thread);
+  void collide(const Job& job, const Waiting& waiting, int thread, ThreadCollider* own = nullptr);
 
   std::vector<Share> shares_;  // by thread
   Buffer<Found> found_;        // by pair

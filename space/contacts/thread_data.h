@@ -28,33 +28,15 @@ class ThreadData {
   bool ready_;
 };
 
-// Calls work(range, thread) by threads that have such data for all ranges that next(range, thread)
-// gives them.
-template <class Next, class Work>
-int runWithData(Region& region, int threads, bool manual_cleanup, Next next, Work& work) {
-  return runTeam(region, threads, [&](int thread, int) {
-    const ThreadData data(thread, manual_cleanup);
-    for (Range range; data.ready() && next(range, thread);) work(range, thread);
-  });
-}
-
-// runChunks() by such threads.
-template <class Work>
-int runChunksWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
-                      bool manual_cleanup, Work&& work) {
-  ChunkQueue queue(count, chunk);
-  return runWithData(
-      region, threads, manual_cleanup, [&](Range& range, int) { return queue.next(range); }, work);
-}
-
-// runParts() by such threads.
+// runParts() by threads that have such data.
 template <class Work>
 int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
                      bool manual_cleanup, Work&& work) {
   PartQueue queue(count, chunk, threads);
-  return runWithData(
-      region, threads, manual_cleanup,
-      [&](Range& range, int thread) { return queue.next(range, thread); }, work);
+  return runTeam(region, threads, [&](int thread, int) {
+    const ThreadData data(thread, manual_cleanup);
+    for (Range range; data.ready() && queue.next(range, thread);) work(range, thread);
+  });
 }
 
 }  // namespace ode_parallel_sap

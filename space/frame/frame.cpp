@@ -37,13 +37,7 @@ void Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callbac
   const SceneFacts facts = factsOf(call);
   Frame frame = {call, facts, policy_.decide(facts, call.settings)};
   if (const PairList* const pairs = findPairs(frame)) {
-    if (frame.plan.precompute.watch) {
-      precompute(frame, *pairs);
-      reportWatched(frame, *pairs, data, callback);
-    } else {
-      policy_.learnOfPrecomputing(frame.plan, facts, call.settings, {}, false);
-      report(frame, *pairs, data, callback);
-    }
+    if (!reportByLastStage(frame, *pairs, data, callback)) report(frame, *pairs, data, callback);
   } else {
     reportWithoutMemory(frame, data, callback);
   }
@@ -110,11 +104,12 @@ void Pipeline::collideContacts(const FrameCall& call, const ContactRequest& requ
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
-    frame.stats.apart = narrow_phase.leftOut().apart;
+    frame.stats.apart = narrow_phase.apart().apart;
     policy_.learnOfBatch(call.settings, {Batch::contacts, used, pairs.list().size(),
                                          frame.clock.of(Stage::narrow)});
-    policy_.learnOfApart(frame.plan, narrow_phase.leftOut());
-    if (watcher_ && watcher_->isDue()) showContacts(pairs.list(), narrow_phase, *watcher_);
+    policy_.learnOfApart(frame.plan, narrow_phase.apart());
+    if (watcher_ && !call.scene.nested && watcher_->isDue())
+      showContacts(pairs.list(), narrow_phase, *watcher_);
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -163,9 +158,11 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   cache_.endFrame();
   learn(frame, update.kept, found);
   note(frame);
-  if (watcher_ && !frame.facts.for_contacts && watcher_->isDue())
+  if (watcher_ && !frame.facts.for_contacts && !call.scene.nested && watcher_->isDue()) {
     forPairs(pairs, call.geoms(),
              [&](dxGeom* a, dxGeom* b) { watcher_->see(a, b, PairWatcher::unknown); });
+    watcher_->endPairs();
+  }
   return &pairs;
 } catch (const std::bad_alloc&) {
   if (events_.on() && !frame.call.scene.nested) events_.updateUnknown();
@@ -322,6 +319,36 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
                [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
 }
 
+// False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
+bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data,
+                                 dNearCallback* callback) {
+  const FrameCall& call = frame.call;
+  if (!last_stage_ || call.scene.nested) return false;
+  frame.clock.begin(Stage::narrow);
+  const LastStage::Pairs of_frame = {pairs,
+                                     call.geoms(),
+                                     call.slots(),
+                                     frame.plan.contact_threads,
+                                     threadsFor(call.settings),
+                                     frame.plan.leave_out};
+  LastStage::Collided collided;
+  if (!last_stage_->prepare(of_frame, collided)) return false;
+  frame.clock.pause();
+  if (collided.pairs) {
+    frame.stats.narrow_threads = collided.threads;
+    frame.stats.contacts = collided.contacts;
+    frame.stats.apart = collided.apart.apart;
+    const double part = static_cast<double>(collided.pairs) / static_cast<double>(pairs.size());
+    policy_.learnOfBatch(call.settings, {Batch::contacts, collided.threads, pairs.size(),
+                                         frame.clock.of(Stage::narrow) / part});
+    policy_.learnOfApart(frame.plan, collided.apart);
+    note(frame);  // should the callback throw, or collide again
+  }
+  frame.clock.begin(Stage::report);
+  last_stage_->report(of_frame, data, callback);
+  return true;
+}
+
 // The last resort: finds and reports at once.
 void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback) {
   frame.clock.begin(Stage::report);
@@ -334,7 +361,7 @@ void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* call
 FrameCounts Pipeline::collideSmall(const FrameCall& call, SmallReport report,
                                    PairWatcher* watcher) {
   cache_.stop();
-  if (watcher && watcher->isDue()) report.watcher = watcher;
+  if (watcher && !call.scene.nested && watcher->isDue()) report.watcher = watcher;
   if (events_.on() && call.scene.nested) events_.skip();
   if (events_.on() && !call.scene.nested) report.events = &events_;
   const FrameCounts counts =
@@ -356,7 +383,7 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   cache_.stop();
   plane_pairs_.forget();
-  precomputed_.noteNewSlots();
+  if (last_stage_) last_stage_->noteNewSlots();
   if (events_.on()) events_.closeSlots(geoms);
 }
 
@@ -378,13 +405,13 @@ void Pipeline::release(int part, FrameLists& lists) {
       pair_filter_ = PairFilter();
       plane_pairs_ = PlanePairs();
       events_.release();
-      precomputed_.release();
+      if (last_stage_) last_stage_->release();
   }
 }
 
 std::size_t Pipeline::bytes() const {
   return bytesOf(cache_, geom_update_, boxes_, extraction_, pair_filter_, plane_pairs_, events_,
-                 precomputed_, small_scenes_);
+                 last_stage_, small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

@@ -3,16 +3,18 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
+#include <utility>
 
 #include "space/cache/pair_cache.h"
 #include "space/cache/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/contacts/precomputed_contacts.h"
 #include "space/extract/extraction.h"
 #include "space/filter/pair_filter.h"
 #include "space/filter/plane_pairs.h"
 #include "space/frame/complaints.h"
+#include "space/frame/last_stage.h"
 #include "space/frame/pair_blocks.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
@@ -75,7 +77,7 @@ class Pipeline {
   void noteChange(Slot slot) {
     small_scenes_.noteChange();
     cache_.note(slot);
-    precomputed_.noteChange(slot);
+    if (last_stage_) last_stage_->noteChange(slot);
   }
   // A geom of a slot, or any geom, may be another in a way that ODE reports to no space. The former
   // from many threads at once.
@@ -99,7 +101,8 @@ class Pipeline {
   Complaints& complaints() { return complaints_; }
   Statistics& statistics() { return statistics_; }
   const Statistics& statistics() const { return statistics_; }
-  const PrecomputedContacts::Counts& precomputed() const { return precomputed_.all(); }
+  // What takes the place of the report of dSpaceCollide.
+  void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
   // Sees the pairs of some frames; may be null.
   void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
   std::size_t lastPairs() const { return last_pairs_; }
@@ -121,8 +124,7 @@ class Pipeline {
   void note(const Frame& frame);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
-  void precompute(Frame& frame, const PairList& pairs);
-  void reportWatched(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
+  bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
 
   Policy policy_;
   GeomUpdate geom_update_;
@@ -132,7 +134,7 @@ class Pipeline {
   PairFilter pair_filter_;
   PlanePairs plane_pairs_;
   PairEvents events_;
-  PrecomputedContacts precomputed_;
+  std::unique_ptr<LastStage> last_stage_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 
-#include "space/contacts/certainly_apart.h"
 #include "space/extract/extraction.h"
 #include "space/frame/device_choice.h"
 #include "space/geom/pack_rules.h"
@@ -22,22 +21,14 @@ struct SceneFacts {
   UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
-// What is done about the contacts for which a near callback will ask dCollide.
-struct PrecomputePlan {
-  bool watch = false;      // take notice of those calls, for the frames to come
-  bool in_full = false;    // collide all pairs of kinds that pay, not a sample of them
-  double least_share = 0;  // of the pairs, that must be asked for to make it pay
-};
-
 struct Plan {
   PackRules rules;          // those that the user set
   int threads = 1;          // of all stages up to the report
   int contact_threads = 1;  // of the narrow phase
   int block_threads = 1;    // of a report in blocks on all threads
-  PrecomputePlan precompute;
-  bool leave_out = false;  // boxes that are certainly apart are not collided
-  bool fat_pairs = false;  // kept pairs of larger boxes may serve, if those hold the boxes
-  bool keep = false;       // boxes and pairs of the last frame serve where little has changed
+  bool leave_out = false;   // boxes that are certainly apart are not collided
+  bool fat_pairs = false;   // kept pairs of larger boxes may serve, if those hold the boxes
+  bool keep = false;        // boxes and pairs of the last frame serve where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "space/contacts/tuning.h"
 #include "space/data/mechanisms.h"
 #include "space/data/tuning.h"
 #include "space/frame/small_scenes.h"
@@ -81,27 +80,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   plan.fat_pairs = mechanisms::fat_pairs && plan.keep &&
                    settings.rules.tolerance == 0 && extraction.devices == 0 &&
                    extraction.method == dParallelSAPMethodSweep;
-  if (settings.precompute != Precompute::never && !facts.nested && !facts.for_contacts &&
-      !facts.for_blocks)
-    planPrecomputing(facts, settings, plan);
   return plan;
-}
-
-// One thread gains nothing. A team that does not pay just now gets a sample of the pairs, from
-// which is learnt what they take one thread.
-void Policy::planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
-  PrecomputePlan& precompute = plan.precompute;
-  if (settings.precompute == Precompute::always) {
-    precompute.watch = precompute.in_full = true;
-    return;
-  }
-  const int most = mostThreadsFor(Batch::contacts, facts.last_pairs, settings);
-  if (most == 1 || precompute_.waits()) return;
-  precompute.watch = true;
-  precompute.in_full = plan.contact_threads > 1;
-  // More than one thread's part of the pairs: contacts are stored and copied, and threads started.
-  constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
-  precompute.least_share = 1.0 / most + margin;
 }
 
 int Policy::methodFor(const SceneFacts& facts, const Settings& settings) {
@@ -158,32 +137,13 @@ void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
 // saves 460 of dCollide's where they are apart.
-void Policy::learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out) {
+void Policy::learnOfApart(const Plan& plan, const ApartCounts& boxes) {
   if (!plan.leave_out)
     apart_.pass();
-  else if (static_cast<double>(left_out.apart) <
-           least_apart_boxes * static_cast<double>(left_out.tested))
+  else if (static_cast<double>(boxes.apart) < least_apart_boxes * static_cast<double>(boxes.tested))
     apart_.failed();
-  else if (left_out.tested > 0)
+  else if (boxes.tested > 0)
     apart_.paid();
-}
-
-bool Policy::learnOfPrecomputing(const Plan& plan, const SceneFacts& facts,
-                                 const Settings& settings,
-                                 const PrecomputedContacts::Counts& counts, bool more) {
-  if (settings.precompute != Precompute::where_it_pays) return true;
-  if (!plan.precompute.watch) {
-    if (mostThreadsFor(Batch::contacts, facts.last_pairs, settings) > 1) precompute_.pass();
-    return true;
-  }
-  const bool enough = static_cast<double>(counts.used) >=
-                      plan.precompute.least_share * static_cast<double>(counts.precomputed);
-  if (more && enough) {
-    if (counts.precomputed) precompute_.paid();
-    return true;
-  }
-  precompute_.failed();
-  return false;
 }
 
 int Policy::learnMissedDevices(const Plan& plan, const SceneFacts& facts,

@@ -4,8 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "space/contacts/narrow_phase.h"
-#include "space/contacts/precomputed_contacts.h"
+#include "space/contacts/certainly_apart.h"
 #include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/plan.h"
@@ -50,12 +49,7 @@ class Policy {
   // What a batch took.
   void learnOfBatch(const Settings& settings, const Batch& batch);
   // What was tested whether it is apart, and what is.
-  void learnOfApart(const Plan& plan, const NarrowPhase::LeftOut& left_out);
-  // A near callback's calls of dCollide: of `told` pairs that were collided beforehand it asked for
-  // `used`. `more`: from what was seen in this frame some would be collided in the next.
-  // Returns false where what was seen is to be forgotten.
-  bool learnOfPrecomputing(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                           const PrecomputedContacts::Counts& counts, bool more);
+  void learnOfApart(const Plan& plan, const ApartCounts& boxes);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
@@ -65,15 +59,12 @@ class Policy {
   static int mostThreads(std::size_t slots, const Settings& settings);
   static int chosen(const TeamChoice& team, const Settings& settings, int most);
   static int methodFor(const SceneFacts& facts, const Settings& settings);
-  void planPrecomputing(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
 
   TeamChoice team_, batch_teams_[Batch::kinds];
   DeviceChoice device_choice_;
   // To test boxes that touch costs a little each.
   BackOff apart_{4};
-  // What is collided in vain takes about as long as the rest of a frame.
-  BackOff precompute_{2 * retry_frames};
 };
 
 }  // namespace ode_parallel_sap

@@ -15,9 +15,6 @@ namespace ode_parallel_sap {
 
 constexpr int most_threads = 256;  // fixed: a promise of the header
 
-// Whether contacts are found before the near callback asks dCollide for them.
-enum class Precompute { never, where_it_pays, always };
-
 struct Settings {
   int backend = dParallelSAPBackendAuto;
   int method = dParallelSAPMethodAuto;
@@ -27,7 +24,6 @@ struct Settings {
   PackRules rules;
   static constexpr int by_what_pays = -1;  // fixed: neither of them
   int apart = by_what_pays;  // 0: what is certainly apart is collided all the same; 1: never
-  Precompute precompute = Precompute::never;
   std::uint64_t axis_lists_bytes = 0;  // the most the method AxisLists may take; 0: its own choice
 };
 

@@ -236,8 +236,10 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
     for (const PlacePair* pair = found.pairs; pair < found.pairs + result.pairs; ++pair)
       use(found.active[pair->earlier()], found.active[pair->later()]);
   };
-  if (report.watcher)
+  if (report.watcher) {
     forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b, PairWatcher::unknown); });
+    report.watcher->endPairs();
+  }
   forPairs([&](dxGeom* a, dxGeom* b) { report.callback(report.data, a, b); });
   if (report.end) report.end(report.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own

@@ -1,31 +1,22 @@
 // The environment that stands in where a program sets nothing.
 #pragma once
 
-#include <memory>
+#include <initializer_list>
 
 #include "space/frame/settings.h"
-#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
-// Whether the number is one of the header's.
-bool isBackend(int number);
-bool isMethod(int number);
-// Whether this build on this machine has it. All methods are to be had.
+// The names that a variable may have, by their numbers; `value` where it is not set. Complains to
+// dMessage of others.
+int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value);
+constexpr std::initializer_list<const char*> notified_modes = {"0", "1", "check"};
+
+// Whether this build on this machine has a back end. All methods are to be had.
 bool hasBackend(int backend);
 
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
 // once; complaints go to dMessage.
 Settings settingsFromEnvironment();
-
-// ODE_PARALLEL_SAP_CONTACTS, for spaces under the preload library, which answers dCollide.
-Precompute precomputeFromEnvironment();
-
-// Whether spaces under the preload library rely on being told what it intercepts; by
-// ODE_PARALLEL_SAP_NOTIFIED.
-bool standInsAreTold();
-
-// What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
-std::unique_ptr<Trace> traceFromEnvironment();
 
 }  // namespace ode_parallel_sap

@@ -1,10 +1,7 @@
 #include "space/ode/ode_space.h"
 
-#include <algorithm>
 #include <atomic>
-#include <cstdint>
 #include <new>
-#include <string>
 #include <utility>
 
 #include "space/data/mechanisms.h"
@@ -15,7 +12,6 @@
 #include "space/geom/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
-#include "space/trace/pair_tally.h"
 
 namespace ode_parallel_sap {
 
@@ -25,8 +21,6 @@ namespace {
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
 std::atomic<unsigned> notified_of_all{0};
-// How often boxes of a space were made anew.
-std::atomic<std::uint64_t> sweeps{0};
 
 void reportThreadShortage(int granted, int wanted) {
   dMessage(0,
@@ -81,10 +75,6 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
     : dxSpace(parent), settings_(settingsFromEnvironment()), pipeline_(settings_.print_stats) {
   type = space_class;
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
-  trace_ = traceFromEnvironment();
-  if (!settings_.print_stats) return;
-  advice_ = std::make_unique<Advice>();
-  pipeline_.watchPairs(advice_.get());
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -116,9 +106,6 @@ void ParallelSAPSpace::printTotals() const {
              "ms, %llu rays took %.3f ms",
              static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
              sums.rays_ms);
-  const std::string advice = advice_->line();
-  if (!advice.empty())
-    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), advice.c_str());
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -157,7 +144,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
   silent_.remove(slot);
-  if (trace_) trace_->forget(slot);
+  observers_.forEach([=](SpaceObserver& observer) { observer.forget(slot); });
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
   slots_.remove(geom, [&] { dxSpace::remove(geom); });
@@ -178,7 +165,7 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
-  if (trace_) trace_->closeSlots(slots_.geoms());
+  observers_.forEach([&](SpaceObserver& observer) { observer.closeSlots(slots_.geoms()); });
   swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
@@ -196,7 +183,10 @@ void ParallelSAPSpace::askSilent() {
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
-  if (step > 0) any_swept.store(true, std::memory_order_relaxed);
+  if (step > 0) {
+    ever_swept_ = true;
+    any_swept.store(true, std::memory_order_relaxed);
+  }
   swept_.setStep(step);
 }
 
@@ -204,66 +194,33 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
   return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
 }
 
-// Sub-spaces come first: their AABBs are those of what is in them. What this makes dirty is clean
-// again before anyone else sees it, as this space is not made dirty for it, nor are those around:
-// a stock space may be going through its list. Its own box is made at once, therefore; around it a
-// space of ours sees by times.made that it is another.
+// Sub-spaces of ours come first: their AABBs are those of what is in them. What this makes dirty is
+// clean again before anyone else sees it, as this space is not made dirty for it, nor are those
+// around: a stock space may be going through its list. So a space of ours around it takes its box
+// for another in each frame, and its own box is made at once.
 void ParallelSAPSpace::sweep() {
-  dxGeom* const* const geoms = slots_.geoms().data();
   bool any = false;
-  std::uint64_t latest = swept_.times.seen;
   silent_.slots().forEach([&](Slot slot) {
-    dxGeom* const geom = geoms[slot];
-    if (!IS_SPACE(geom)) return;
-    const std::uint64_t swept_at = sweepWithin(static_cast<dxSpace*>(geom), swept_.times.seen);
-    if (swept_at <= swept_.times.seen) return;
-    latest = std::max(latest, swept_at);
-    geom->gflags |= GEOM_DIRTY;
-    dirty(geom);
-    any = true;
+    dxGeom* const geom = slots_.geoms()[slot];
+    ParallelSAPSpace* const own =
+        IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
+    if (!own) return;
+    own->cleanGeoms();
+    if (!own->ever_swept_) return;
+    own->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+    dirty(own);
+    any = ever_swept_ = true;
   });
-  swept_.times.seen = latest;
   if (!swept_.idle()) {
     const Lock lock(*this);
-    if (swept_.sweep(*this, geoms, slots_.size())) any = true;
+    if (swept_.sweep(*this, slots_.geoms().data(), slots_.size())) any = true;
   }
   if (!any) return;
-  swept_.times.made = sweeps += 1;  // forks of ODE have a ++ that takes any type
   gflags |= GEOM_AABB_BAD;
   if (parent_space)
     recomputeAABB();
   else
     gflags |= GEOM_DIRTY;
-}
-
-// What a space around it, or one that is asked about it, does. Puts no list into another order, so
-// that lists can be gone through meanwhile.
-void ParallelSAPSpace::sweepForOthers() {
-  const std::uint64_t before = swept_.times.made;
-  sweep();
-  if (swept_.times.made == before) return;
-  dxGeom* const* const geoms = slots_.geoms().data();
-  silent_.slots().forEach([&](Slot slot) {
-    if (geoms[slot]->gflags & GEOM_DIRTY) dirty(geoms[slot]);
-  });
-  cleanNoted();
-}
-
-// When boxes of spaces of ours in it, or of itself, were last made anew. The AABBs of stock spaces
-// are made to follow where that was later than `seen`.
-std::uint64_t ParallelSAPSpace::sweepWithin(dxSpace* space, std::uint64_t seen) {
-  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
-    own->sweepForOthers();
-    return own->swept_.times.made;
-  }
-  std::uint64_t latest = 0;
-  for (dxGeom* geom = space->first; geom; geom = geom->next)
-    if (IS_SPACE(geom)) latest = std::max(latest, sweepWithin(static_cast<dxSpace*>(geom), seen));
-  if (latest > seen) {
-    space->gflags |= GEOM_AABB_BAD;
-    space->recomputeAABB();
-  }
-  return latest;
 }
 
 // A geom that is asked about by another space.
@@ -316,24 +273,22 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   if (notified != notified_of_all_) notify(nullptr);
   notified_of_all_ = notified;
   askSilent();
+  observers_.forEach([&](SpaceObserver& observer) {
+    if (call.nested() || !observer.wantsScene()) return;
+    const Scene all = scene(false);
+    if (needs_clean_) pipeline_.clean(all, settings_);
+    observer.seeScene(all, settings_.rules);
+    noteSettings();  // the pairs are wanted, too
+  });
 }
 
 void ParallelSAPSpace::notifyAll() {
   notified_of_all.fetch_add(1, std::memory_order_relaxed);
 }
 
-void ParallelSAPSpace::setTrace(std::unique_ptr<Trace> trace) {
-  trace_ = std::move(trace);
-}
-
-// Writes the frame that begins, if it is one for the trace. True where its pairs are to be summed
-// up, too: with a tolerance they depend on the frames before.
-bool ParallelSAPSpace::writeTrace(const Call& call) {
-  if (call.nested() || !trace_->noteFrame()) return false;
-  const Scene all = scene(false);
-  if (needs_clean_) pipeline_.clean(all, settings_);
-  trace_->write(all, settings_.rules);
-  return settings_.rules.tolerance == 0;
+void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
+  observers_.add(std::move(observer));
+  pipeline_.watchPairs(&observers_);
 }
 
 FrameCall ParallelSAPSpace::frameOf(const Call& call) {
@@ -344,26 +299,19 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
   beginFrame(call);
-  if (!trace_ || !writeTrace(call)) return pipeline_.collide(frameOf(call), data, callback);
-  PairTally tally(*trace_, data, callback);
-  pipeline_.collide(frameOf(call), &tally, PairTally::passPair);
-  tally.writeTo(*trace_);
+  pipeline_.collide(frameOf(call), data, callback);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  if (trace_) writeTrace(call);
   pipeline_.collideContacts(frameOf(call), request);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  if (!trace_ || !writeTrace(call)) return pipeline_.collidePairs(frameOf(call), request);
-  PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(frameOf(call), {&tally, request.flags, PairTally::passBlock});
-  tally.writeTo(*trace_);
+  pipeline_.collidePairs(frameOf(call), request);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
@@ -377,13 +325,10 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 
 // Has a geom that this space is asked about brought up to date by the space that it is in, or is.
 void ParallelSAPSpace::askOther(dxGeom* geom) {
-  const bool swept = any_swept.load(std::memory_order_relaxed);
   if (IS_SPACE(geom)) {
-    dxSpace* const space = static_cast<dxSpace*>(geom);
-    if (swept) sweepWithin(space, 0);
-    if (ParallelSAPSpace* const other = parallelSAPSpace(space))
-      other->silent_.ask(*other, other->slots_.geoms().data());
-  } else if (swept && geom->parent_space) {
+    if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
+      other->cleanGeoms();
+  } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
   }
 }

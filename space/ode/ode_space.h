@@ -4,22 +4,21 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <atomic>
-#include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
-#include "space/advice/advice.h"
 #include "space/frame/frame.h"
 #include "space/frame/memory_watch.h"
 #include "space/frame/settings.h"
 #include "space/geom/ode_private.h"
 #include "space/geom/slots.h"
 #include "space/ode/silent_geoms.h"
+#include "space/ode/space_observer.h"
 #include "space/ode/swept_bounds.h"
 #include "space/ode/workspaces.h"
 #include "space/queries/geom_queries.h"
 #include "space/rays/ray_caster.h"
-#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
@@ -74,9 +73,9 @@ class ParallelSAPSpace : public dxSpace {
   }
   const PairEvents& events() const { return pipeline_.events(); }
 
-  // Ends the trace that there is and begins this one, if any. The space is not locked.
-  void setTrace(std::unique_ptr<Trace> trace);
-  const Trace* trace() const { return trace_.get(); }
+  // Not while the space is locked.
+  void observe(std::unique_ptr<SpaceObserver> observer);
+  SpaceObservers& observers() { return observers_; }
 
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() {
@@ -89,8 +88,7 @@ class ParallelSAPSpace : public dxSpace {
  protected:
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
-  const Advice& advice() const { return *advice_; }
-  const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
+  void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
 
@@ -103,15 +101,12 @@ class ParallelSAPSpace : public dxSpace {
   }
   FrameCall frameOf(const Call& call);
   void beginFrame(const Call& call);
-  bool writeTrace(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
   void askSilent();
   static void askOther(dxGeom* geom);
   void sweep();
   void sweep(dxGeom* geom);
-  void sweepForOthers();
-  static std::uint64_t sweepWithin(dxSpace* space, std::uint64_t seen);
   void cleanNoted();
   void cleanFew();
   void query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
@@ -128,13 +123,13 @@ class ParallelSAPSpace : public dxSpace {
   unsigned notified_of_all_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
+  bool ever_swept_ = false;  // it, or a space of ours in it
   GeomQueries queries_;
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   Workspaces workspaces_;
-  std::unique_ptr<Advice> advice_;  // if settings().print_stats
-  std::unique_ptr<Trace> trace_;    // null: there is none
+  SpaceObservers observers_;
 };
 
 // The space behind an id, or null if it is not one of ours.

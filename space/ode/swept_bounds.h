@@ -4,7 +4,6 @@
 #include <ode/ode.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "space/data/box_set.h"
@@ -23,13 +22,6 @@ namespace ode_parallel_sap {
 // where it moves otherwise than when its AABB was made.
 class SweptBounds {
  public:
-  // When boxes in the space were last made anew, and up to when it knows that of its sub-spaces, by
-  // a count of such sweeps of all spaces.
-  struct Times {
-    std::uint64_t made = 0, seen = 0;
-  };
-  Times times;
-
   // How long a step is that boxes cover; 0: they are as geoms lie.
   void setStep(dReal step) { step_ = step; }
   dReal step() const { return step_; }

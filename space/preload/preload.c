@@ -6,6 +6,7 @@
  * a program makes its first space, which proves that the program has an ODE. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <link.h>
 #include <ode/ode.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -13,8 +14,7 @@
 #include <string.h>
 
 #include "space/ode/environment_switch.h"
-#include "space/ode/stand_ins.h"
-#include "space/preload/real_ode.h"
+#include "space/preload/stand_ins.h"
 
 #define PUBLIC __attribute__((visibility("default")))
 #define CALLER __builtin_return_address(0)
@@ -41,6 +41,29 @@ static const void* fitting_ode = NULL;
 static const void* refused_ode = NULL;
 static const dParallelSAPStandIns* stand_ins = NULL; /* other threads read it atomically */
 static int own_colliders = 0;                        /* dSetColliderOverride was called; likewise */
+
+/* The symbol `name` as the code at `caller` would get it without the preload library: from the
+ * objects that every object sees, or else from those that the caller's own object was linked with,
+ * which is where a plug-in's ODE is. Null if there is none. `own` is never the answer. */
+static void* realSymbol(const char* name, const void* caller, const void* own) {
+  void* symbol = dlsym(RTLD_NEXT, name);
+  if (symbol) return symbol;
+
+  Dl_info info;
+  struct link_map* object = NULL;
+  if (!dladdr1(caller, &info, (void**)&object, RTLD_DL_LINKMAP) || !object) return NULL;
+  void* const scope = dlopen(object->l_name, RTLD_LAZY | RTLD_NOLOAD);
+  if (!scope) return NULL;
+  symbol = dlsym(scope, name);
+  dlclose(scope);
+  return symbol == own ? NULL : symbol;
+}
+
+/* The file that an address belongs to. */
+static const char* fileOf(const void* address) {
+  Dl_info info;
+  return dladdr(address, &info) && info.dli_fname ? info.dli_fname : "unknown file";
+}
 
 static void report(void) {
   for (int kind = 0; kind < KINDS; ++kind)

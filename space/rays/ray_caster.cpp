@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <deque>
 #include <new>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
-#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/contacts/thread_data.h"
 #include "space/data/parallel.h"
 #include "space/data/platform.h"
@@ -71,7 +72,7 @@ class RayCaster::Pass {
   void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const;
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const;
   void land(Flight& flight, int thread) const;
-  void collideLate(const Waiting& waiting, int thread, ColliderImage* image);
+  void collideLate(const Waiting& waiting, int thread, ThreadCollider* image);
 
   const RayCaster& caster_;
   const Geoms& geoms_;
@@ -98,11 +99,11 @@ void RayCaster::Pass::castAll(int threads, bool manual_cleanup) {
   constexpr std::size_t most = grains::cast_rays.work / 4;
   const int team = teamFor(request_.count, grains::cast_rays, threads);
   const std::size_t chunk = chunkOf(request_.count, most, team);
-  runChunksWithData(casting, team, request_.count, chunk, manual_cleanup,
-                    [&](const Range& range, int thread) {
-                      for (std::size_t ray = range.begin; ray < range.end; ++ray)
-                        castOne(ray, thread, team == 1);
-                    });
+  runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
+                   [&](const Range& range, int thread) {
+                     for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                       castOne(ray, thread, team == 1);
+                   });
 }
 
 void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
@@ -187,7 +188,7 @@ void RayCaster::Pass::meet(Flight& flight, dxGeom* geom, RayTarget target) const
       hit(flight, geom, target);
       break;
     }
-    case ColliderUse::Image:
+    case ColliderUse::OwnCollider:
       flight.share.image.push_back({flight.ray, target, geom});
       ++flight.waiting;
       break;
@@ -235,7 +236,7 @@ void RayCaster::Pass::land(Flight& flight, int thread) const {
   }
 }
 
-void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderImage* image) {
+void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
   RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
   probe.aim(request_.rays[waiting.ray]);
   if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
@@ -249,14 +250,14 @@ void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ColliderIm
 void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
   gather(store_.shares, &Share::image, store_.waiting);
   const Buffer<Waiting>& waiting = store_.waiting;
-  const ColliderImages images(teamFor(waiting.size(), grains::heavy_pairs, threads),
-                              waiting.size());
+  const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
+                               waiting.size());
   if (images.count() == 0) {
     for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
     return;
   }
   const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
-  runChunksWithData(
+  runPartsWithData(
       colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
       [&](const Range& range, int thread) {
         for (std::size_t i = range.begin; i < range.end; ++i)
@@ -270,9 +271,8 @@ void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
 void RayCaster::Pass::collideRest() {
   gather(store_.shares, &Share::calling_thread, store_.waiting);
   std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
-    if (a.ray != b.ray) return a.ray < b.ray;
-    if (a.target.slot != b.target.slot) return a.target.slot < b.target.slot;
-    return a.target.within < b.target.within;
+    return std::tie(a.ray, a.target.slot, a.target.within) <
+           std::tie(b.ray, b.target.slot, b.target.within);
   });
   for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
 }

@@ -9,7 +9,6 @@
 #include "space/data/buffer.h"
 #include "space/queries/geom_tree.h"
 #include "space/rays/ray_bounds.h"
-#include "space/rays/ray_hits.h"
 #include "space/rays/ray_lists.h"
 
 namespace ode_parallel_sap {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "space/contacts/collider_images.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/data/buffer.h"
 #include "space/geom/geom_tests.h"
 
@@ -48,7 +48,7 @@ class RayProbe {
   }
 
   // dCollide of the ray and a geom: the number of contacts.
-  int collide(dxGeom* geom, ColliderImage* image) {
+  int collide(dxGeom* geom, ThreadCollider* image) {
     constexpr int skip = sizeof(dContactGeom);
     contacts_.resizeDiscarding(static_cast<std::size_t>(most_contacts_));
     dContactGeom* const found = contacts_.data();

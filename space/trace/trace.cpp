@@ -1,7 +1,12 @@
 #include "space/trace/trace.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <limits>
 #include <new>
+#include <utility>
 
 #include "space/data/platform.h"
 
@@ -54,12 +59,13 @@ bool Trace::openNamed() {
   return open(nameOfNext());
 }
 
-bool Trace::noteFrame() {
+bool Trace::wantsScene() {
+  wants_pairs_ = false;
   const bool due = frames_++ % static_cast<std::uint64_t>(every_) == 0;
   return due && every() != 0;
 }
 
-void Trace::write(const Scene& scene, const PackRules& rules) try {
+void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   if (!later_.empty() && !openNamed()) return;
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;
@@ -71,20 +77,55 @@ void Trace::write(const Scene& scene, const PackRules& rules) try {
   bytes_.putReals(&tolerance, 1);
   changes_.write(scene, bytes_);
   file_.write(trace_format::frame_tag, bytes_);
+  wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before
 } catch (const std::bad_alloc&) {
   later_.clear();
   file_.giveUp("out of memory");
 }
 
-void Trace::writePairs(std::uint64_t pairs, std::uint64_t sum) try {
+bool Trace::isDue() {
+  pairs_ = sum_ = 0;
+  return std::exchange(wants_pairs_, false);
+}
+
+void Trace::see(dGeomID a, dGeomID b, int) {
+  const auto numberOf = [this](dGeomID geom) { return changes_.numberIn(Slots::slotOf(geom)); };
+  ++pairs_;
+  sum_ += trace_format::pairSum(numberOf(a), numberOf(b));
+}
+
+void Trace::endPairs() try {
   if (process_ != processNumber()) return;
   bytes_.clear();
   bytes_.put64(frames_);
-  bytes_.put64(pairs);
-  bytes_.put64(sum);
+  bytes_.put64(pairs_);
+  bytes_.put64(sum_);
   file_.write(trace_format::pairs_tag, bytes_);
 } catch (const std::bad_alloc&) {
   file_.giveUp("out of memory");
+}
+
+// path[:every]. A colon that no number follows is part of the path.
+std::unique_ptr<Trace> Trace::fromEnvironment() {
+  const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
+  if (!text || !*text) return nullptr;
+  std::string path = text;
+  int every = 1;
+  const std::size_t colon = path.rfind(':');
+  if (colon != std::string::npos && colon + 1 < path.size() &&
+      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
+    errno = 0;
+    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
+    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
+    path.resize(colon);
+  }
+  if (every < 1 || path.empty()) {
+    dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
+    return nullptr;
+  }
+  auto trace = std::make_unique<Trace>(every);
+  trace->openLater(path);
+  return trace;
 }
 
 }  // namespace ode_parallel_sap

@@ -3,17 +3,19 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
-#include "space/geom/pack_rules.h"
-#include "space/geom/scene.h"
+#include "space/ode/space_observer.h"
 #include "space/trace/trace_changes.h"
 #include "space/trace/trace_file.h"
 
 namespace ode_parallel_sap {
 
-class Trace {
+class Trace final : public SpaceObserver {
  public:
+  // What ODE_PARALLEL_SAP_TRACE asks for; null if nothing.
+  static std::unique_ptr<Trace> fromEnvironment();
   // Every `every`-th frame.
   explicit Trace(int every) : every_(every) {}
 
@@ -25,20 +27,17 @@ class Trace {
   // Every how many-th frame is written; 0 once the file is closed.
   int every() const { return file_.isOpen() || !later_.empty() ? every_ : 0; }
 
-  // A geom comes to a slot, or leaves it. `geoms`: before their slots are closed up.
-  void forget(Slot slot) { changes_.forget(slot); }
-  void closeSlots(const Buffer<dxGeom*>& geoms) { changes_.closeSlots(geoms); }
+  void forget(Slot slot) override { changes_.forget(slot); }
+  void closeSlots(const Buffer<dxGeom*>& geoms) override { changes_.closeSlots(geoms); }
 
   // Counts a frame. True: it is one to be written.
-  bool noteFrame();
-  // Writes the frame; all geoms are up to date. Where that fails, dMessage says so and the trace
-  // ends.
-  void write(const Scene& scene, const PackRules& rules);
-  // How many pairs the frame had and the sum of their sums (trace_format::pairSum).
-  void writePairs(std::uint64_t pairs, std::uint64_t sum);
-  std::uint32_t numberOf(const dxGeom* geom) const {
-    return changes_.numberIn(Slots::slotOf(geom));
-  }
+  bool wantsScene() override;
+  // Writes the frame. Where that fails, dMessage says so and the trace ends.
+  void seeScene(const Scene& scene, const PackRules& rules) override;
+  // Writes how many pairs the frame had and the sum of their sums (trace_format::pairSum).
+  bool isDue() override;
+  void see(dGeomID a, dGeomID b, int contacts) override;
+  void endPairs() override;
 
  private:
   // False in the child of a fork, which would write over the files of its parent, unless the name
@@ -52,7 +51,9 @@ class Trace {
   TraceChanges changes_;
   TraceBytes bytes_;
   std::uint64_t frames_ = 0;  // of the space since the trace began
-  long process_ = 0;          // that opened the file
+  bool wants_pairs_ = false;  // of the frame that was written
+  std::uint64_t pairs_ = 0, sum_ = 0;
+  long process_ = 0;  // that opened the file
 };
 
 }  // namespace ode_parallel_sap

@@ -4,6 +4,104 @@
 
 namespace ode_parallel_sap {
 
+namespace {
+
+// Three rows of three: ODE's have a fourth number, which says nothing.
+void copyPose(const dReal* position, const dReal* rotation, dReal (&pose)[trace_format::pose]) {
+  for (int i = 0; i < 3; ++i) pose[i] = position[i];
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column)
+      pose[3 + 3 * row + column] = rotation[4 * row + column];
+}
+
+// Forks of ODE have other functions for these.
+int rayFlags(const dxGeom* ray) {
+  return (ray->gflags & RAY_FIRSTCONTACT ? 1 : 0) | (ray->gflags & RAY_BACKFACECULL ? 2 : 0) |
+         (ray->gflags & RAY_CLOSEST_HIT ? 4 : 0);
+}
+
+// The numbers that make a shape, of the classes that can be made again.
+void copyParams(dGeomID geom, dReal (&params)[trace_format::params]) {
+  switch (geom->type) {
+    case dSphereClass:
+      params[0] = dGeomSphereGetRadius(geom);
+      break;
+    case dBoxClass:
+      dGeomBoxGetLengths(geom, params);
+      params[3] = 0;
+      break;
+    case dCapsuleClass:
+      dGeomCapsuleGetParams(geom, params, params + 1);
+      break;
+    case dCylinderClass:
+      dGeomCylinderGetParams(geom, params, params + 1);
+      break;
+    case dPlaneClass:
+      dGeomPlaneGetParams(geom, params);
+      break;
+    case dRayClass:
+      params[0] = dGeomRayGetLength(geom);
+      params[1] = static_cast<dReal>(rayFlags(geom));
+      break;
+    default:
+      break;
+  }
+}
+
+std::uint32_t flagsOf(const dxGeom* geom) {
+  std::uint32_t flags = 0;
+  if (geom->gflags & GEOM_ENABLED) flags |= trace_format::enabled;
+  if (geom->gflags & GEOM_ZERO_SIZED) flags |= trace_format::zero_sized;
+  if (geom->gflags & GEOM_PLACEABLE) flags |= trace_format::placeable;
+  if (geom->offset_posr) flags |= trace_format::offset;
+  if (IS_SPACE(geom)) flags |= trace_format::space;
+  return flags;
+}
+
+// Of a geom that is up to date; its number, its parent's and its body's are the caller's.
+GeomRecord recordOf(const dxGeom* geom) {
+  GeomRecord record = {};
+  record.traits.geom_class = static_cast<std::uint32_t>(geom->type);
+  record.traits.flags = flagsOf(geom);
+  record.traits.category_bits = geom->category_bits;
+  record.traits.collide_bits = geom->collide_bits;
+  copyParams(const_cast<dGeomID>(geom), record.traits.params);
+  // That of a geom without an offset, on a body, is the body's.
+  if (geom->offset_posr)
+    copyPose(geom->offset_posr->pos, geom->offset_posr->R, record.pose);
+  else if ((geom->gflags & GEOM_PLACEABLE) && !geom->body)
+    copyPose(geom->final_posr->pos, geom->final_posr->R, record.pose);
+  for (int i = 0; i < trace_format::bounds; ++i) record.bounds[i] = geom->aabb[i];
+  return record;
+}
+
+BodyRecord recordOf(dBodyID body) {
+  BodyRecord record = {};
+  record.flags = (dBodyIsEnabled(body) ? trace_format::awake : 0u) |
+                 (dBodyIsKinematic(body) ? trace_format::kinematic : 0u);
+  copyPose(dBodyGetPosition(body), dBodyGetRotation(body), record.pose);
+  return record;
+}
+
+}  // namespace
+
+void GeomRecord::put(TraceBytes& bytes) const {
+  for (const std::uint32_t word :
+       {traits.number, traits.parent, traits.geom_class, traits.flags, traits.body, traits.none})
+    bytes.put32(word);
+  bytes.put64(traits.category_bits);
+  bytes.put64(traits.collide_bits);
+  bytes.putReals(traits.params, trace_format::params);
+  bytes.putReals(pose, trace_format::pose);
+  bytes.putReals(bounds, trace_format::bounds);
+}
+
+void BodyRecord::put(TraceBytes& bytes) const {
+  bytes.put32(number);
+  bytes.put32(flags);
+  bytes.putReals(pose, trace_format::pose);
+}
+
 // `geoms` as they are before it: null where a slot is free.
 void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
   for (std::size_t slot = closeGaps(geoms, slots_); slot < slots_.size(); ++slot)
@@ -40,7 +138,7 @@ void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& l
 
 void TraceChanges::visitInner(const dxSpace* space, std::uint32_t number) {
   for (const dxGeom* geom = space->first; geom; geom = geom->next) {
-    Inner& inner = inner_[geom];
+    Seen<GeomRecord>& inner = inner_[geom];
     inner.frame = frame_;
     visit(geom, number, inner.record);
   }
@@ -49,12 +147,12 @@ void TraceChanges::visitInner(const dxSpace* space, std::uint32_t number) {
 // Writes a body that is new or has changed; 0 for none.
 std::uint32_t TraceChanges::numberOf(dBodyID body) {
   if (!body) return 0;
-  Body& known = bodies_[body];
+  Seen<BodyRecord>& known = bodies_[body];
   if (known.frame == frame_) return known.record.number;
   known.frame = frame_;
   BodyRecord now = recordOf(body);
   now.number = known.record.number ? known.record.number : ++last_body_;
-  if (!(now == known.record)) {
+  if (!same(now, known.record)) {
     ++body_list_.count;
     now.put(body_list_.bytes);
     known.record = now;
@@ -68,14 +166,14 @@ void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
     list.bytes.put32(now.traits.number);
     list.bytes.put32(0);
   };
-  if (!(now.traits == last.traits)) {
+  if (!same(now.traits, last.traits)) {
     ++geom_list_.count;
     now.put(geom_list_.bytes);
-  } else if (!sameReals(now.pose, last.pose)) {
+  } else if (!same(now.pose, last.pose)) {
     putNumber(poses_);
     poses_.bytes.putReals(now.pose, trace_format::pose);
     poses_.bytes.putReals(now.bounds, trace_format::bounds);
-  } else if (!sameReals(now.bounds, last.bounds)) {
+  } else if (!same(now.bounds, last.bounds)) {
     putNumber(bounds_);
     bounds_.bytes.putReals(now.bounds, trace_format::bounds);
   } else {

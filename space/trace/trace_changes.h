@@ -2,14 +2,42 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <unordered_map>
 #include <vector>
 
 #include "space/geom/scene.h"
 #include "space/geom/slots.h"
-#include "space/trace/geom_record.h"
+#include "space/trace/trace_file.h"
+#include "space/trace/trace_format.h"
 
 namespace ode_parallel_sap {
+
+// Records have no gaps, so that their bytes can be compared: a NaN is what it is.
+template <class Record>
+bool same(const Record& a, const Record& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+struct GeomRecord {
+  // What seldom changes.
+  struct Traits {
+    std::uint32_t number, parent, geom_class, flags, body, none;
+    std::uint64_t category_bits, collide_bits;
+    dReal params[trace_format::params];
+  } traits;
+  dReal pose[trace_format::pose];
+  dReal bounds[trace_format::bounds];
+
+  void put(TraceBytes& bytes) const;
+};
+
+struct BodyRecord {
+  std::uint32_t number, flags;
+  dReal pose[trace_format::pose];
+
+  void put(TraceBytes& bytes) const;
+};
 
 // Geoms get numbers from 1 on when they are first written. Those of the space keep theirs until
 // they leave it, so numbers ascend in the order of the report; those of spaces within it are known
@@ -31,13 +59,10 @@ class TraceChanges {
   }
 
  private:
-  struct Inner {
-    GeomRecord record;
+  template <class Record>
+  struct Seen {
+    Record record;
     std::uint64_t frame;  // in which it was there
-  };
-  struct Body {
-    BodyRecord record;
-    std::uint64_t frame;
   };
   struct List {
     std::uint32_t count = 0;
@@ -56,8 +81,8 @@ class TraceChanges {
   void dropUnseen();
 
   std::vector<GeomRecord> slots_;
-  std::unordered_map<const dxGeom*, Inner> inner_;
-  std::unordered_map<dBodyID, Body> bodies_;
+  std::unordered_map<const dxGeom*, Seen<GeomRecord>> inner_;
+  std::unordered_map<dBodyID, Seen<BodyRecord>> bodies_;
   std::vector<std::uint32_t> present_, present_before_;
   std::uint32_t last_geom_ = 0, last_body_ = 0;
   std::uint64_t frame_ = 0;

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace ode_parallel_sap {
@@ -19,17 +20,12 @@ class TraceBytes {
   void put64(std::uint64_t value) { put(value, sizeof value); }
   template <class Real>
   void putReals(const Real* reals, std::size_t count) {
-    static_assert(sizeof(Real) == 4 || sizeof(Real) == 8, "IEEE single or double");
+    using Bits = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+    static_assert(sizeof(Real) == sizeof(Bits), "IEEE single or double");
     for (std::size_t i = 0; i < count; ++i) {
-      std::uint64_t bits = 0;
-      if (sizeof(Real) == 4) {
-        std::uint32_t half = 0;
-        std::memcpy(&half, reals + i, 4);
-        bits = half;
-      } else {
-        std::memcpy(&bits, reals + i, 8);
-      }
-      put(bits, sizeof(Real));
+      Bits bits;
+      std::memcpy(&bits, reals + i, sizeof bits);
+      put(bits, sizeof bits);
     }
   }
   void append(const TraceBytes& other) {

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "space/contacts/collider_images.h"
+#include "space/contacts/thread_colliders.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/image_scene.h"
@@ -22,8 +22,8 @@
 #include "support/ray_oracle.h"
 
 using namespace sap_test;
-using ode_parallel_sap::ColliderImage;
-using ode_parallel_sap::ColliderImages;
+using ode_parallel_sap::ThreadCollider;
+using ode_parallel_sap::ThreadColliders;
 
 TEST_CASE("No geom is moved while its contacts with heightfields are found") {
   const ScopedGrain grain(1);
@@ -58,9 +58,9 @@ TEST_CASE("No geom is moved while its contacts with heightfields are found") {
 
 TEST_CASE("No image is lent twice at a time") {
   const ScopedGrain grain(1);
-  std::set<const ColliderImage*> lent;
+  std::set<const ThreadCollider*> lent;
   {
-    const ColliderImages first(5, 1000), second(3, 1000), alone(1, 1000);
+    const ThreadColliders first(5, 1000), second(3, 1000), alone(1, 1000);
     REQUIRE(first.count() == 5);
     REQUIRE(second.count() == 3);
     CHECK(alone.count() == 0);
@@ -68,7 +68,7 @@ TEST_CASE("No image is lent twice at a time") {
     for (int i = 0; i < 3; ++i) lent.insert(&second[i]);
     CHECK(lent.size() == 8);
   }
-  const ColliderImages again(5, 1), rest(3, 1);
+  const ThreadColliders again(5, 1), rest(3, 1);
   REQUIRE(again.count() == 5);
   REQUIRE(rest.count() == 3);
   for (int i = 0; i < 5; ++i) CHECK(lent.erase(&again[i]) == 1);
@@ -77,12 +77,12 @@ TEST_CASE("No image is lent twice at a time") {
 
 TEST_CASE("Images are loaded for pairs enough to pay for them", "[.][paid]") {
   const ScopedGrain grain(0);
-  CHECK(ColliderImages(3, 999).count() == 0);
-  CHECK(ColliderImages(3, 1000).count() == 0);
-  CHECK(ColliderImages(3, 1001).count() == 3);
-  CHECK(ColliderImages(5, 1).count() == 3);  // those that there are
-  CHECK(ColliderImages(5, 2000).count() == 5);
-  CHECK(ColliderImages(1000, 1000000).count() == 64);
+  CHECK(ThreadColliders(3, 999).count() == 0);
+  CHECK(ThreadColliders(3, 1000).count() == 0);
+  CHECK(ThreadColliders(3, 1001).count() == 3);
+  CHECK(ThreadColliders(5, 1).count() == 3);  // those that there are
+  CHECK(ThreadColliders(5, 2000).count() == 5);
+  CHECK(ThreadColliders(1000, 1000000).count() == 64);
 }
 
 TEST_CASE("Spaces in several threads collide on images at once") {
@@ -241,7 +241,7 @@ TEST_CASE("A child process finds the contacts and ends, images lent or not") {
   if (child == 0) {
     alarm(60);
     const bool same = difference(parallelContacts(space, 8), expected) == "";
-    const ColliderImages images(3, 1000);  // of no use to a thread that is alone, and to be had
+    const ThreadColliders images(3, 1000);  // of no use to a thread that is alone, and to be had
     _exit(same && images.count() == 3 ? 4 : 5);
   }
   CHECK(Fork::endOf(child) == 4);

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "space/contacts/ode_image.h"
+#include "space/images/ode_image.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/image_scene.h"

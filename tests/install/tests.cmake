@@ -29,7 +29,7 @@ if(library_type STREQUAL "SHARED_LIBRARY")
   add_install_test(
     symbols "${here}/symbols.sh" $<TARGET_FILE:ode-parallel-sap>
     "${PROJECT_SOURCE_DIR}/space/include/ode_parallel_sap/parallel_sap_space.h"
-    "${PROJECT_SOURCE_DIR}/space/ode/stand_ins.h" ${PROJECT_VERSION}
+    "${PROJECT_SOURCE_DIR}/space/preload/stand_ins.h" ${PROJECT_VERSION}
     $<TARGET_FILE:ode-parallel-sap-preload>)
   add_executable(unload-program "${here}/unload.c")
   target_include_directories(unload-program PRIVATE "${PROJECT_SOURCE_DIR}/space/include")

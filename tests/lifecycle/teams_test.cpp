@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "space/data/tuning.h"
+#include "space/preload/stand_ins.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
@@ -19,6 +20,7 @@
 #include "support/ray_oracle.h"
 #include "support/scenes.h"
 #include "support/teams.h"
+#include "support/variable.h"
 
 using namespace sap_test;
 
@@ -174,6 +176,8 @@ const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs",
                                                       "contacts: heavy pairs",
                                                       "contacts: pairs on images"};
 
+const std::vector<std::string> regions_of_preload = {"contacts: precomputed pairs"};
+
 const std::vector<std::string> regions_of_rays = {"rays: rays", "rays: geoms on images"};
 
 const std::vector<std::string> regions_of_bulk = {
@@ -312,11 +316,46 @@ TEST_CASE("With a grain of 1 two threads and more cast rays") {
   }
 }
 
+TEST_CASE("With a grain of 1 two threads and more find contacts before dCollide is called") {
+  const ScopedGrain grain(1);
+  const Variable on("ODE_PARALLEL_SAP_CONTACTS", "on");
+  const dParallelSAPStandIns& stand_ins = *dParallelSAPGetStandIns();
+  struct Call {
+    const dParallelSAPStandIns& stand_ins;
+    int found = 0;
+    static void collide(void* data, dGeomID o1, dGeomID o2) {
+      Call& own = *static_cast<Call*>(data);
+      dContactGeom found[8], expected[8];
+      const int count = own.stand_ins.collide(o1, o2, 8, found, sizeof found[0]);
+      if (count < 0) return;
+      ++own.found;
+      REQUIRE(count == dCollide(o1, o2, 8, expected, sizeof expected[0]));
+      for (int i = 0; i < count; ++i) REQUIRE(found[i].depth == expected[i].depth);
+    }
+  };
+  for (const int threads : kTeams) {
+    const dSpaceID space = stand_ins.create(nullptr, dHashSpaceClass);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    {
+      ContactScene scene(space);
+      scene.fill({Kind::Box, Kind::Sphere, Kind::Capsule}, 400, seedOr(95));
+      const auto before = timesShared();
+      Call call = {stand_ins};
+      for (int frame = 0; frame < 4; ++frame) dSpaceCollide(space, &call, Call::collide);
+      INFO(threads << " threads");
+      CHECK(call.found > 100);
+      checkShared(regions_of_preload, before);
+    }
+    dSpaceDestroy(space);
+  }
+}
+
 // Those of a device are looked at by device_test.
 TEST_CASE("There is no region that these tests leave out") {
   std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
   covered.insert(regions_of_bulk.begin(), regions_of_bulk.end());
   covered.insert(regions_of_rays.begin(), regions_of_rays.end());
+  covered.insert(regions_of_preload.begin(), regions_of_preload.end());
   for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);

@@ -31,13 +31,13 @@ expect_optimised() {
 
 unset CFLAGS CXXFLAGS
 configure "$@" -DBUILD_SHARED_LIBS=ON -DBUILD_TESTING=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-expect_optimised space/ode/api.cpp -O2
+expect_optimised space/api/api.cpp -O2
 expect_optimised space/sort/radix_sort.cpp -O2
 expect_optimised tests/install/user.c ''
 configure "$@" -DCMAKE_CXX_FLAGS=-O1 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-expect_optimised space/ode/api.cpp -O1
+expect_optimised space/api/api.cpp -O1
 configure "$@" -DCMAKE_BUILD_TYPE=Debug -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-expect_optimised space/ode/api.cpp ''
+expect_optimised space/api/api.cpp ''
 configure "$@" -DCMAKE_UNITY_BUILD=ON
 cmake --build "$build" >"$build.log" 2>&1 || { tail -30 "$build.log"; exit 1; }
 ctest --test-dir "$build" --output-on-failure

@@ -360,9 +360,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
  *
- * Forces are not covered. A sub-space has a step of its own; a stock space uses the last box, so it
- * may see fast bodies late. dGeomGetAABB returns the swept box. ODE's colliders of heightfields, of
- * convexes with meshes and of GIMPACT's meshes read it, and may find others. */
+ * Forces are not covered. A sub-space has a step of its own, which only parallel SAP spaces around
+ * it follow; to stock ones it is as without. dGeomGetAABB returns the swept box. ODE's colliders of
+ * heightfields, of convexes with meshes and of GIMPACT's meshes read it, and may find others. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 

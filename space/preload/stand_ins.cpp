@@ -1,27 +1,27 @@
 // What the preload library uses: spaces in the place of stock ones, and an account of them.
-#include "space/ode/stand_ins.h"
+#include "space/preload/stand_ins.h"
 
 #include <cstdio>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <typeinfo>
 #include <unordered_set>
+#include <utility>
 
-#include "space/contacts/ode_collide.h"
-#include "space/contacts/precomputed_contacts.h"
+#include "space/advice/advice.h"
+#include "space/contacts/collider_threads.h"
 #include "space/frame/stage_clock.h"
 #include "space/geom/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_layout.h"
 #include "space/ode/ode_space.h"
+#include "space/preload/precomputed_contacts.h"
+#include "space/trace/trace.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-double secondsSince(Clock::time_point begin) {
-  return milliseconds(begin, Clock::now()) / 1000;
-}
 
 class StandIn;
 
@@ -45,16 +45,24 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
-    changeSettings().precompute = precomputeFromEnvironment();
-    changeSettings().rules.notified = standInsAreTold();
-    counted_ = settings().print_stats;
-    if (!counted_) return;
+    const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
+    if (mode != 1) {
+      auto contacts = std::make_unique<PrecomputedContacts>(mode == 2);
+      precomputed_ = contacts.get();
+      setLastStage(std::move(contacts));
+    }
+    changeSettings().rules.notified =
+        nameFromEnvironment("ODE_PARALLEL_SAP_NOTIFIED", notified_modes, 1) != 0;
+    if (auto trace = Trace::fromEnvironment()) observe(std::move(trace));
+    if (!settings().print_stats) return;
+    observe(std::make_unique<Advice>());
+    advice_ = observers().find<Advice>();
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.insert(this);
   }
 
   ~StandIn() {
-    if (!counted_) return;
+    if (!advice_) return;
     const std::lock_guard<std::mutex> lock(account().mutex);
     account().alive.erase(this);
     addTo(account());
@@ -62,14 +70,15 @@ class StandIn final : public ParallelSAPSpace {
 
   void addTo(Account& sums) const {
     sums.frames.add(totals());
-    sums.advice.add(advice());
-    sums.precomputed.add(precomputed());
+    sums.advice.add(*advice_);
+    if (precomputed_) sums.precomputed.add(precomputed_->counts());
   }
 
   int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
 
  private:
-  bool counted_;
+  const Advice* advice_ = nullptr;                    // where it is counted
+  const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
 dSpaceID create(dSpaceID parent, int space_class) {
@@ -112,8 +121,9 @@ void report() {
   std::fprintf(stderr,
                "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
                "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
-               secondsSince(sums.begin), (all.total_ms - all.narrow_ms - all.report_ms) / 1000,
-               all.narrow_ms / 1000, all.report_ms / 1000, all.queries, all.queries_ms / 1000);
+               milliseconds(sums.begin, Clock::now()) / 1000,
+               (all.total_ms - all.narrow_ms - all.report_ms) / 1000, all.narrow_ms / 1000,
+               all.report_ms / 1000, all.queries, all.queries_ms / 1000);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",

@@ -1,5 +1,6 @@
-#include "space/contacts/collider_images.h"
-
+// The process's images of ODE, and who has them. No two lenders have one at a time. They are loaded
+// when there have been pairs enough to pay for it, and kept for the life of the process, through
+// fork and exit. The first that cannot be loaded ends that; dMessage tells why, once.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -8,19 +9,26 @@
 #include <mutex>
 #include <new>
 
-#include "space/contacts/tuning.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/data/platform.h"
 #include "space/data/tuning.h"
+#include "space/images/ode_image.h"
 
 namespace ode_parallel_sap {
 
 namespace {
+
+// Pairs that take as long as loading an image does, 1.5 ms, at 1.5 us a pair of a box and a mesh:
+// whatever comes, it has cost no more than twice what would have been best.
+constexpr std::uint64_t pairs_worth_an_image = 1000;
 
 // fixed: a bound of the process: each takes some 2 MB, most of it the file in memory.
 constexpr std::size_t most_images = 64;
 
 // How long exit() waits for collisions in other threads.
 constexpr std::chrono::seconds longest_wait(2);
+
+using Lent = std::vector<ThreadCollider*>;
 
 class Pool {
  public:
@@ -30,7 +38,7 @@ class Pool {
     return pool;
   }
 
-  void lend(std::size_t wanted, std::size_t pairs, std::vector<ColliderImage*>& lent) {
+  void lend(std::size_t wanted, std::size_t pairs, Lent& lent) {
     std::unique_lock<std::mutex> guard(lock_);
     if (closed_) return;
     take(wanted, lent);
@@ -48,14 +56,14 @@ class Pool {
     if (lent.size() == 1) giveBack(lent);
   }
 
-  void takeBack(std::vector<ColliderImage*>& lent) {
+  void takeBack(Lent& lent) {
     const std::lock_guard<std::mutex> guard(lock_);
     giveBack(lent);
   }
 
  private:
   struct Seat {
-    std::unique_ptr<ColliderImage> image;
+    std::unique_ptr<OdeImage> image;
     enum { Free, Lent, Lost } state;
   };
 
@@ -69,7 +77,7 @@ class Pool {
   }
 
   // Those of lower numbers first: a thread mostly gets the image again that is in its cache.
-  void take(std::size_t wanted, std::vector<ColliderImage*>& lent) {
+  void take(std::size_t wanted, Lent& lent) {
     for (Seat& seat : seats_) {
       if (lent.size() == wanted) return;
       if (seat.state != Seat::Free) continue;
@@ -78,18 +86,17 @@ class Pool {
     }
   }
 
-  void giveBack(std::vector<ColliderImage*>& lent) {
+  void giveBack(Lent& lent) {
     for (Seat& seat : seats_)
-      for (const ColliderImage* image : lent)
-        if (seat.image.get() == image) seat.state = Seat::Free;
+      if (std::count(lent.begin(), lent.end(), seat.image.get())) seat.state = Seat::Free;
     lent.clear();
     returned_.notify_all();
   }
 
   // Without the lock: loading takes long.
-  const char* load(std::size_t count, std::vector<ColliderImage*>& lent) try {
+  const char* load(std::size_t count, Lent& lent) try {
     for (; count; --count) {
-      auto image = std::make_unique<ColliderImage>();
+      auto image = std::make_unique<OdeImage>();
       if (const char* const why = image->load()) return why;
       const std::lock_guard<std::mutex> guard(lock_);
       lent.reserve(lent.size() + 1);
@@ -106,20 +113,12 @@ class Pool {
   void complain(std::unique_lock<std::mutex>& guard, const char* why) {
     if (failed_) return;
     failed_ = true;
-    const std::size_t images = seats_.size();
+    const std::size_t threads = seats_.size() < 2 ? 1 : seats_.size();
     guard.unlock();
-    if (images < 2)
-      dMessage(
-          0,
-          "parallel SAP space: heightfields, and meshes where ODE has no thread-local storage, "
-          "are collided by the calling thread alone: %s",
-          why);
-    else
-      dMessage(
-          0,
-          "parallel SAP space: heightfields, and meshes where ODE has no thread-local storage, "
-          "are collided by %zu threads at most: %s",
-          images, why);
+    dMessage(0,
+             "parallel SAP space: heightfields, and meshes where ODE has no thread-local storage, "
+             "are collided by at most %zu of the threads: %s",
+             threads, why);
     guard.lock();
   }
 
@@ -134,9 +133,8 @@ class Pool {
     std::unique_lock<std::mutex> guard(lock_);
     closed_ = true;
     returned_.wait_for(guard, longest_wait, [this] {
-      for (const Seat& seat : seats_)
-        if (seat.state == Seat::Lent) return false;
-      return true;
+      return std::none_of(seats_.begin(), seats_.end(),
+                          [](const Seat& seat) { return seat.state == Seat::Lent; });
     });
   }
 
@@ -150,10 +148,10 @@ class Pool {
 
 }  // namespace
 
-ColliderImages::ColliderImages(int wanted, std::size_t pairs) {
+ThreadColliders::ThreadColliders(int wanted, std::size_t pairs) {
   if (wanted < 2) return;
+  lent_.reserve(static_cast<std::size_t>(wanted));
   try {
-    lent_.reserve(static_cast<std::size_t>(wanted));
     Pool::get().lend(static_cast<std::size_t>(wanted), pairs, lent_);
   } catch (...) {
     Pool::get().takeBack(lent_);
@@ -161,7 +159,7 @@ ColliderImages::ColliderImages(int wanted, std::size_t pairs) {
   }
 }
 
-ColliderImages::~ColliderImages() {
+ThreadColliders::~ThreadColliders() {
   if (!lent_.empty()) Pool::get().takeBack(lent_);
 }
 

@@ -2,15 +2,19 @@
 // private headers.
 #pragma once
 
+#include <ode_parallel_sap/parallel_sap_space.h>
+
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
-#include "space/contacts/collide_habits.h"
-#include "space/contacts/narrow_phase.h"
+#include "space/data/back_off.h"
 #include "space/data/buffer.h"
 #include "space/data/floating_point.h"
-#include "space/data/pair_list.h"
+#include "space/data/tuning.h"
+#include "space/frame/last_stage.h"
+#include "space/preload/collide_habits.h"
 
 namespace ode_parallel_sap {
 
@@ -22,7 +26,7 @@ namespace ode_parallel_sap {
 // body since. Whatever changes what dCollide reads of a geom of the classes that are precomputed
 // makes it dirty, of which its space hears while it is clean, as all geoms are when a report
 // begins.
-class PrecomputedContacts {
+class PrecomputedContacts final : public LastStage {
  public:
   struct Counts {
     unsigned long long precomputed = 0;  // pairs that were collided beforehand
@@ -35,33 +39,17 @@ class PrecomputedContacts {
       contacts += more.contacts;
     }
   };
-  // Geoms by slot, so many.
-  struct Scope {
-    dxGeom* const* geoms;
-    std::size_t slots;
-  };
-  class Report;
 
-  PrecomputedContacts() = default;
-  ~PrecomputedContacts();
-  PrecomputedContacts(const PrecomputedContacts&) = delete;
-  PrecomputedContacts& operator=(const PrecomputedContacts&) = delete;
+  // `always`: whether it pays or not.
+  explicit PrecomputedContacts(bool always) : always_(always) {}
+  ~PrecomputedContacts() override { endReport(); }
 
-  // Collides the pairs of a report, as far as habits have them collided: kinds of which the
-  // program has collided this share at least. Returns the number of threads. Without memory nothing
-  // is precomputed.
-  int precompute(const PairList& pairs, const Scope& scope, double least_share,
-                 const NarrowPhase::Way& way);
-  void forgetHabits() { habits_.forget(); }
-  bool wouldTellAny(double least_share) const { return habits_.wouldTellAny(least_share); }
-
-  // The geom of a slot has moved, changed or gone.
-  void noteChange(Slot slot) {
-    if (reporting_) takeChange(slot);
-  }
-
-  // Geoms come to other slots.
-  void noteNewSlots() { changed_any_ = changed_all_ = true; }
+  bool prepare(const Pairs& pairs, Collided& collided) override;
+  void report(const Pairs& pairs, void* data, dNearCallback* callback) override;
+  void noteChange(Slot slot) override;
+  void noteNewSlots() override { changed_any_ = changed_all_ = true; }
+  void release() override;
+  std::size_t bytes() const override { return bytesOf(list_, found_, shares_, changed_); }
 
   // What dCollide returns, or -1: that is for dCollide to say. Of whatever this thread's callbacks
   // are being told.
@@ -71,18 +59,32 @@ class PrecomputedContacts {
   // From now on nothing is precomputed or answered: there are colliders of the program's.
   static void stop() { stopped_.store(true, std::memory_order_relaxed); }
 
-  const NarrowPhase& narrowPhase() const { return narrow_phase_; }
-  const Counts& last() const { return last_; }  // of the last report
-  const Counts& all() const { return all_; }
-  void release();
-  std::size_t bytes() const { return bytesOf(list_, narrow_phase_, changed_); }
+  const Counts& counts() const { return all_; }
 
  private:
-  void begin(double least_share, std::size_t slots);
-  void tellNothing();
+  class Report;
+  // Contacts [first, first + count) of a thread's share.
+  struct Found {
+    std::size_t first = 0;
+    std::uint32_t count = 0;
+    std::uint16_t thread = nobody;
+    std::uint16_t bodies = 0;  // see bodiesOf()
+  };
+  struct alignas(64) Share {
+    Buffer<dContactGeom> contacts;
+    ApartCounts apart;
+    std::size_t pairs = 0;
+    std::size_t bytes() const { return bytesOf(contacts); }
+  };
+  static constexpr std::uint16_t nobody = 0xffff;  // collided it
+
+  static std::uint16_t bodiesOf(const dParallelSAPPair& pair);
+  void collide(const Pairs& pairs, Collided& collided);
+  void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_out);
+  void collidePair(std::size_t place, int flags, int thread);
+  void learn();
   void endReport();
-  void takeChange(Slot slot);
-  bool isAsTold(std::size_t place) const;
+  bool isUnchanged(std::size_t place) const;
   std::size_t placeBehind(const dxGeom* o1, const dxGeom* o2) const;
   int answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
 
@@ -90,9 +92,14 @@ class PrecomputedContacts {
   static std::atomic<bool> stopped_;
   static thread_local PrecomputedContacts* reporting_now_;
 
+  const bool always_;
+  // What is collided in vain takes about as long as the rest of a frame.
+  BackOff back_off_{2 * retry_frames};
+  double least_share_ = 0;  // of the pairs, that must be asked for to make it pay
   CollideHabits habits_;
-  NarrowPhase narrow_phase_;
   Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
+  Buffer<Found> found_;            // of these
+  std::vector<Share> shares_;      // by thread
   FloatingPointMode mode_;
 
   // Of the report that runs.
@@ -101,36 +108,12 @@ class PrecomputedContacts {
   std::size_t slots_ = 0;
   std::size_t next_place_ = 0;   // of the pair after the one that is reported
   std::size_t next_answer_ = 0;  // the place after that of the last one answered
-  // That is reported.
-  Pair pair_ = 0;
+  Pair pair_ = 0;                // that is reported, and its geoms
   dParallelSAPPair geoms_ = {};
-  int kind_ = -1;  // or -1, where it is to be asked again
   bool changed_any_ = false, changed_all_ = false;
   Buffer<unsigned char> changed_;  // by slot, once there is one
 
-  Counts last_, all_;
-};
-
-// While it lives, dCollide on this thread is answered from these contacts, or watched.
-class PrecomputedContacts::Report {
- public:
-  explicit Report(PrecomputedContacts& contacts);
-  ~Report();
-  Report(const Report&) = delete;
-  Report& operator=(const Report&) = delete;
-
-  // The callback is about to be told of this pair, which is the next one.
-  void next(Pair pair, dxGeom* o1, dxGeom* o2) {
-    contacts_.pair_ = pair;
-    contacts_.narrow_phase_.prefetch(contacts_.next_place_++);
-    // A geom that was destroyed in this report must not be looked at.
-    contacts_.kind_ = contacts_.changed_any_ ? -1 : CollideHabits::kindOf(o1, o2);
-    contacts_.geoms_ = {o1, o2};
-    contacts_.habits_.notePair(contacts_.kind_);
-  }
-
- private:
-  PrecomputedContacts& contacts_;
+  Counts last_, all_;  // of the last report, and of all
 };
 
 }  // namespace ode_parallel_sap

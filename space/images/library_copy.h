@@ -1,25 +1,11 @@
 // A second copy of a shared library of this process, with variables of its own.
 #pragma once
 
-#include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace ode_parallel_sap {
-
-// Where tests set it, the part of that name fails as it may elsewhere. One for the process.
-enum class CopyFault {
-  None,
-  Static,    // the library is part of the program's file
-  File,      // its file is gone
-  Memory,    // no file in memory is to be had
-  Load,      // the dynamic linker refuses the copy
-  Contents,  // the file is not what was loaded from it
-  Table      // ODE's table of colliders is not found
-};
-inline std::atomic<CopyFault> test_copy_fault{CopyFault::None};
 
 // A part of a loaded library, in memory.
 struct Segment {
@@ -56,5 +42,9 @@ class LibraryCopy {
   void* handle_ = nullptr;
   LoadedLibrary library_;
 };
+
+// Whether a test has this part of loading a copy fail: "static", "file", "memory", "load",
+// "contents" or "table" in ODE_PARALLEL_SAP_TEST_IMAGE_FAULT.
+bool copyFails(const char* part);
 
 }  // namespace ode_parallel_sap

@@ -9,10 +9,12 @@
 #include <new>
 #include <utility>
 
+#include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
 #include "space/geom/assertions.h"
 #include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
+#include "space/trace/trace.h"
 
 using ode_parallel_sap::parallelSAPSpace;
 using ode_parallel_sap::ParallelSAPSpace;
@@ -50,7 +52,11 @@ void checkContacts(const dContactGeom* contacts, int count, int most,
 }  // namespace
 
 dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
-  return new ParallelSAPSpace(parent);
+  auto* const space = new ParallelSAPSpace(parent);
+  if (auto trace = ode_parallel_sap::Trace::fromEnvironment()) space->observe(std::move(trace));
+  if (space->settings().print_stats)
+    space->observe(std::make_unique<ode_parallel_sap::Advice>(space));
+  return space;
 }
 
 int dSpaceIsParallelSAP(dSpaceID space) {
@@ -66,7 +72,7 @@ void dParallelSAPClassHasNoAABBTest(int geom_class) {
 
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
   ParallelSAPSpace& own = checked(space);
-  const bool known = ode_parallel_sap::isBackend(backend);
+  const bool known = backend >= dParallelSAPBackendAuto && backend <= dParallelSAPBackendCUDA;
   dUASSERT(known, "no such back end");
   if (!known || !ode_parallel_sap::hasBackend(backend)) return 0;
   own.changeSettings().backend = backend;
@@ -79,7 +85,7 @@ int dParallelSAPSpaceGetBackend(dSpaceID space) {
 
 int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
   ParallelSAPSpace& own = checked(space);
-  const bool known = ode_parallel_sap::isMethod(method);
+  const bool known = method >= dParallelSAPMethodAuto && method <= dParallelSAPMethodAxisLists;
   dUASSERT(known, "no such method");
   if (known) own.changeSettings().method = method;
   return known;
@@ -161,18 +167,18 @@ int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
   dUASSERT(own.lock_count == 0, "invalid operation for locked space");
-  own.setTrace(nullptr);
+  own.observers().remove(own.observers().find<ode_parallel_sap::Trace>());
   if (!path || every < 1) return !path;
   auto trace = std::make_unique<ode_parallel_sap::Trace>(every);
   if (!trace->open(path)) return 0;
-  own.setTrace(std::move(trace));
+  own.observe(std::move(trace));
   return 1;
 } catch (const std::bad_alloc&) {
   return 0;
 }
 
 int dParallelSAPSpaceGetTrace(dSpaceID space) {
-  const ode_parallel_sap::Trace* const trace = checked(space).trace();
+  const auto* const trace = checked(space).observers().find<ode_parallel_sap::Trace>();
   return trace ? trace->every() : 0;
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
-#include "space/contacts/library_copy.h"
+#include "space/contacts/thread_colliders.h"
 #include "space/geom/ode_private.h"
+#include "space/images/library_copy.h"
 
 namespace ode_parallel_sap {
 
@@ -26,15 +28,22 @@ namespace ode_parallel_sap {
 // - the count of dInitODE2, thread-local storage, OPCODE's and OU's handlers, default threading:
 //   the image's own, made ready when it is loaded and never closed;
 // - random numbers, clocks, worlds' tags: no collider reads them. libccd has none.
-class OdeImage {
+//
+// ODE's collider of heightfields keeps its triangles in the heightfield and its contacts with a
+// plane in the heightfield's data, and puts the other geom, or its body, into the heightfield's
+// frame for a while. Here it does all that to copies: the heightfield and the data are the image's,
+// which takes on the values of the program's; of the other geom, bytes and pose are copied into
+// storage that is reused. None of it is left in the contacts. Whatever the collider reads it has
+// written before, for the same pair, so contacts do not depend on what the buffers held.
+class OdeImage final : public ThreadCollider {
  public:
   // Loads one, for the life of the process. Null, or why it could not.
   const char* load();
 
-  // dCollide of the image.
-  int collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) const {
-    return collide_(a, b, flags, contacts, skip);
-  }
+  // Of heightfields, those whose heights are no callback's, with a class of known size.
+  bool serves(const dxGeom* a, const dxGeom* b) const override;
+  int collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) override;
+
   // Whether the program's ODE has a collider for these classes, and the image the same.
   bool hasProgramsCollider(int class_a, int class_b) const {
     const Entry &own = own_table_->entries[class_a][class_b],
@@ -42,27 +51,7 @@ class OdeImage {
     return own.collider && program.collider && own.reverse == program.reverse &&
            address(own) - copy_.library().base == address(program) - program_base_;
   }
-  // Bytes of a geom of this class, 0 where it is not known.
-  std::size_t sizeOf(int geom_class) const { return sizes_[geom_class]; }
-  // A heightfield without place and its data, which belong to the image.
-  dxGeom* heightfield() const { return heightfield_; }
-  dHeightfieldDataID heightfieldData() const { return heightfield_data_; }
-
   void* symbol(const char* name) const { return copy_.symbol(name); }
-  const LoadedLibrary& library() const { return copy_.library(); }
-  std::uintptr_t programBase() const { return program_base_; }
-  // The first place among the variables that `is` takes for a T, or null.
-  template <class T, class Is>
-  const T* findVariable(Is is) const {
-    for (const Segment& segment : copy_.library().segments) {
-      if (!segment.writable) continue;
-      constexpr std::uintptr_t step = alignof(T);
-      std::uintptr_t at = (segment.begin + step - 1) / step * step;
-      for (; at + sizeof(T) <= segment.end; at += step)
-        if (const T& variable = *reinterpret_cast<const T*>(at); is(variable)) return &variable;
-    }
-    return nullptr;
-  }
 
  private:
   // As in ODE's collision_kernel.cpp.
@@ -77,21 +66,24 @@ class OdeImage {
   static std::uintptr_t address(const Entry& entry) {
     return reinterpret_cast<std::uintptr_t>(entry.collider);
   }
-  const char* loadCopy();
   bool initialise();
   const Table* findTable() const;
   bool isTable(const Table& table) const;
   bool learnSizes();
   bool makeHeightfield();
+  dxGeom* heightfieldLike(const dxGeom* original);
+  dxGeom* copyOf(const dxGeom* geom);
 
   LibraryCopy copy_;
   std::uintptr_t program_base_ = 0;
   decltype(&dCollide) collide_ = nullptr;
   const Table* own_table_ = nullptr;
   const Table* programs_table_ = nullptr;
-  std::size_t sizes_[dGeomNumClasses] = {};
-  dxGeom* heightfield_ = nullptr;
+  std::size_t sizes_[dGeomNumClasses] = {};  // bytes of a geom of a class, 0 where not known
+  dxGeom* heightfield_ = nullptr;            // without place
   dHeightfieldDataID heightfield_data_ = nullptr;
+  std::vector<double> bytes_;  // of the geom that meets a heightfield
+  dxPosR pose_;                // likewise
 };
 
 }  // namespace ode_parallel_sap

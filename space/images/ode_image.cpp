@@ -1,8 +1,9 @@
-#include "space/contacts/ode_image.h"
+#include "space/images/ode_image.h"
 
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 #include "space/geom/ode_heightfield.h"
 
@@ -39,29 +40,28 @@ int otherMark(dGeomID, dGeomID, int, dContactGeom*, int) {
   return 1;
 }
 
+bool isHeightfield(const dxGeom* geom) {
+  return geom->type == dHeightfieldClass;
+}
+
 // A function of an image by its name in ODE's headers.
 #define IN_IMAGE(function) reinterpret_cast<decltype(&(function))>(symbol(#function))
 
 }  // namespace
 
+// The text of its configuration lies in ODE's library itself, where the address of a function may
+// be that of a stub in the program or of what a preloaded library has in its place.
 const char* OdeImage::load() {
-  if (const char* const why = loadCopy()) return why;
+  const LoadedLibrary original = libraryAt(dGetConfiguration());
+  program_base_ = original.base;
+  if (const char* const why = copy_.load(original, "libode.so")) return why;
   if (!initialise()) return "a copy of ODE does not begin to work";
   own_table_ = findTable();
-  if (!own_table_ || test_copy_fault.load(std::memory_order_relaxed) == CopyFault::Table)
-    return "ODE's table of colliders is not where it was";
+  if (!own_table_ || copyFails("table")) return "ODE's table of colliders is not where it was";
   const std::uintptr_t place = reinterpret_cast<std::uintptr_t>(own_table_) - copy_.library().base;
   programs_table_ = reinterpret_cast<const Table*>(program_base_ + place);
   if (!learnSizes() || !makeHeightfield()) return "ODE's geoms are not laid out as expected";
   return nullptr;
-}
-
-// The text of its configuration lies in ODE's library itself, where the address of a function may
-// be that of a stub in the program or of what a preloaded library has in its place.
-const char* OdeImage::loadCopy() {
-  const LoadedLibrary original = libraryAt(dGetConfiguration());
-  program_base_ = original.base;
-  return copy_.load(original, "libode.so");
 }
 
 bool OdeImage::initialise() {
@@ -84,8 +84,13 @@ const OdeImage::Table* OdeImage::findTable() const {
   if (!set_collider) return nullptr;
   set_collider(dFirstUserClass, dFirstUserClass, mark);
   set_collider(dLastUserClass, dLastUserClass, otherMark);
-  const Table* const found =
-      findVariable<Table>([this](const Table& table) { return isTable(table); });
+  const Table* found = nullptr;
+  for (const Segment& segment : copy_.library().segments) {
+    constexpr std::uintptr_t step = alignof(Table);
+    std::uintptr_t at = (segment.begin + step - 1) / step * step;
+    for (; segment.writable && !found && at + sizeof(Table) <= segment.end; at += step)
+      if (isTable(*reinterpret_cast<const Table*>(at))) found = reinterpret_cast<const Table*>(at);
+  }
   set_collider(dFirstUserClass, dFirstUserClass, nullptr);
   set_collider(dLastUserClass, dLastUserClass, nullptr);
   return found;
@@ -107,33 +112,26 @@ bool OdeImage::isTable(const Table& table) const {
 bool OdeImage::learnSizes() {
   const auto set_alloc = IN_IMAGE(dSetAllocHandler);
   const auto destroy = IN_IMAGE(dGeomDestroy);
-  const auto sphere = IN_IMAGE(dCreateSphere);
-  const auto box = IN_IMAGE(dCreateBox);
-  const auto capsule = IN_IMAGE(dCreateCapsule);
-  const auto cylinder = IN_IMAGE(dCreateCylinder);
-  const auto ray = IN_IMAGE(dCreateRay);
-  const auto convex = IN_IMAGE(dCreateConvex);
-  const auto mesh = IN_IMAGE(dCreateTriMesh);
-  if (!set_alloc || !destroy || !sphere || !box || !capsule || !cylinder || !ray || !convex ||
-      !mesh)
-    return false;
-  const auto learn = [&](int geom_class, auto create) {
+  if (!set_alloc || !destroy) return false;
+  const auto learn = [&](int geom_class, auto create, auto... arguments) {
+    if (!create) return;
     first_size = 0;
-    dxGeom* const geom = create();
+    dxGeom* const geom = create(nullptr, arguments...);
     sizes_[geom_class] = first_size;
     destroy(geom);
   };
+  constexpr dReal one = 1;
   static dReal numbers[4] = {};  // not const, for forks
   static unsigned none[1] = {};
   set_alloc(noteAllocation);
-  learn(dSphereClass, [&] { return sphere(nullptr, 1); });
-  learn(dBoxClass, [&] { return box(nullptr, 1, 1, 1); });
-  learn(dCapsuleClass, [&] { return capsule(nullptr, 1, 1); });
-  learn(dCylinderClass, [&] { return cylinder(nullptr, 1, 1); });
-  learn(dRayClass, [&] { return ray(nullptr, 1); });
-  learn(dConvexClass, [&] { return convex(nullptr, numbers, 0, numbers, 1, none); });
+  learn(dSphereClass, IN_IMAGE(dCreateSphere), one);
+  learn(dBoxClass, IN_IMAGE(dCreateBox), one, one, one);
+  learn(dCapsuleClass, IN_IMAGE(dCreateCapsule), one, one);
+  learn(dCylinderClass, IN_IMAGE(dCreateCylinder), one, one);
+  learn(dRayClass, IN_IMAGE(dCreateRay), one);
+  learn(dConvexClass, IN_IMAGE(dCreateConvex), numbers, 0, numbers, 1, none);
   if (dCheckConfiguration("ODE_EXT_trimesh"))
-    learn(dTriMeshClass, [&] { return mesh(nullptr, nullptr, nullptr, nullptr, nullptr); });
+    learn(dTriMeshClass, IN_IMAGE(dCreateTriMesh), nullptr, nullptr, nullptr, nullptr);
   set_alloc(nullptr);
   return sizes_[dSphereClass] > sizeof(dxGeom) && sizes_[dBoxClass] > sizes_[dSphereClass];
 }
@@ -157,5 +155,54 @@ bool OdeImage::makeHeightfield() {
 }
 
 #undef IN_IMAGE
+
+bool OdeImage::serves(const dxGeom* a, const dxGeom* b) const {
+  if (!hasProgramsCollider(a->type, b->type)) return false;
+  const dxGeom *const field = isHeightfield(a) ? a : b, *const other = field == a ? b : a;
+  return !isHeightfield(field) ||
+         (sizes_[other->type] != 0 && other->final_posr &&
+          !static_cast<const dxHeightfield*>(field)->m_p_data->m_pGetHeightCallback);
+}
+
+int OdeImage::collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
+  const bool field_first = isHeightfield(a);
+  if (!field_first && !isHeightfield(b)) return collide_(a, b, flags, contacts, skip);
+  dxGeom *const field = heightfieldLike(field_first ? a : b), *const other =
+                                                                  copyOf(field_first ? b : a);
+  const int count =
+      collide_(field_first ? field : other, field_first ? other : field, flags, contacts, skip);
+  const auto original = [&](dxGeom* geom) { return (geom == field) == field_first ? a : b; };
+  for (int i = 0; i < count; ++i) {
+    dContactGeom& contact =
+        *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
+    contact.g1 = original(contact.g1);
+    contact.g2 = original(contact.g2);
+  }
+  return count;
+}
+
+// Makes the image's heightfield one like `original`. It keeps its buffers, and reads the pose where
+// it is. What is copied of a geom begins after the pointer to its virtual functions.
+dxGeom* OdeImage::heightfieldLike(const dxGeom* original) {
+  constexpr std::size_t from = sizeof(void*);
+  std::memcpy(reinterpret_cast<char*>(heightfield_) + from,
+              reinterpret_cast<const char*>(original) + from, sizeof(dxGeom) - from);
+  const dxHeightfieldData& data = *static_cast<const dxHeightfield*>(original)->m_p_data;
+  const std::size_t before_scratch = static_cast<std::size_t>(
+      reinterpret_cast<const char*>(&data.m_contacts) - reinterpret_cast<const char*>(&data));
+  std::memcpy(static_cast<void*>(heightfield_data_), &data, before_scratch);
+  heightfield_data_->m_pGetHeightCallback = data.m_pGetHeightCallback;
+  return heightfield_;
+}
+
+dxGeom* OdeImage::copyOf(const dxGeom* geom) {
+  const std::size_t size = sizes_[geom->type];
+  bytes_.resize((size + sizeof(double) - 1) / sizeof(double));
+  std::memcpy(bytes_.data(), static_cast<const void*>(geom), size);
+  dxGeom* const copy = reinterpret_cast<dxGeom*>(bytes_.data());
+  pose_ = *geom->final_posr;
+  copy->final_posr = &pose_;
+  return copy;
+}
 
 }  // namespace ode_parallel_sap

@@ -1,0 +1,9 @@
+#include "space/contacts/thread_colliders.h"
+
+namespace ode_parallel_sap {
+
+ThreadColliders::ThreadColliders(int, std::size_t) {}
+
+ThreadColliders::~ThreadColliders() = default;
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,44 @@
+// What an add-on may put in the place of the report of dSpaceCollide.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <cstddef>
+
+#include "space/contacts/certainly_apart.h"
+#include "space/data/box_set.h"
+#include "space/data/pair_list.h"
+
+namespace ode_parallel_sap {
+
+class LastStage {
+ public:
+  // The pairs of a frame, and how they may be collided.
+  struct Pairs {
+    const PairList& list;
+    dxGeom* const* geoms;  // by slot
+    std::size_t slots;
+    int threads, most_threads;  // that pay just now; that the space may use
+    bool leave_out;             // boxes that are certainly apart are not collided
+  };
+  // Pairs that were collided.
+  struct Collided {
+    std::size_t pairs = 0, contacts = 0;
+    int threads = 1;
+    ApartCounts apart;
+  };
+
+  virtual ~LastStage() = default;
+  // What is to be done before the report. False: the frame reports its pairs itself.
+  virtual bool prepare(const Pairs& pairs, Collided& collided) = 0;
+  // Calls the callback for each of the pairs, in their order.
+  virtual void report(const Pairs& pairs, void* data, dNearCallback* callback) = 0;
+  // The geom of a slot has moved, changed or gone; all slots are others.
+  virtual void noteChange(Slot slot) = 0;
+  virtual void noteNewSlots() = 0;
+
+  virtual void release() = 0;
+  virtual std::size_t bytes() const = 0;
+};
+
+}  // namespace ode_parallel_sap

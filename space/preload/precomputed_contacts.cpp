@@ -1,0 +1,296 @@
+#include "space/preload/precomputed_contacts.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+#include "space/contacts/collider_threads.h"
+#include "space/contacts/contact_pairs.h"
+#include "space/data/parallel.h"
+#include "space/data/platform.h"
+#include "space/frame/geoms_ahead.h"
+
+namespace ode_parallel_sap {
+
+std::atomic<int> PrecomputedContacts::reports_{0};
+std::atomic<bool> PrecomputedContacts::stopped_{false};
+thread_local PrecomputedContacts* PrecomputedContacts::reporting_now_ = nullptr;
+
+namespace {
+
+Region precomputing("contacts: precomputed pairs");
+
+constexpr int needs_update = GEOM_DIRTY | GEOM_POSR_BAD;
+// fixed: a pair with more contacts is not answered, since room for so many is marked for every
+// pair. Boxes have eight, few others more.
+constexpr std::uint32_t most_contacts = 16;
+
+// ODE's colliders leave the fourth number of a contact's position or normal as the caller had it,
+// or write it, as it comes. Contacts that are copied to the caller must do the same. So those
+// numbers are made signalling NaNs first, which no arithmetic returns.
+using NumberBits =
+    std::conditional<sizeof(dReal) == sizeof(double), std::uint64_t, std::uint32_t>::type;
+constexpr NumberBits unwritten =
+    static_cast<NumberBits>(sizeof(dReal) == sizeof(double) ? 0x7ff4a5c35a3ca5c3 : 0x7fa5a5c3);
+
+void copyWritten(const dReal* from, dReal* to) {
+  const bool fourth = std::memcmp(&from[3], &unwritten, sizeof unwritten) != 0;
+  std::memcpy(to, from, (fourth ? 4 : 3) * sizeof *to);
+}
+
+void copyWritten(const dContactGeom& from, dContactGeom& to) {
+  copyWritten(from.pos, to.pos);
+  copyWritten(from.normal, to.normal);
+  to.depth = from.depth;
+  to.g1 = from.g1;
+  to.g2 = from.g2;
+  to.side1 = from.side1;
+  to.side2 = from.side2;
+}
+
+}  // namespace
+
+// While it lives, dCollide on this thread is answered from these contacts, or watched.
+class PrecomputedContacts::Report {
+ public:
+  explicit Report(PrecomputedContacts& contacts) : contacts_(contacts) {
+    contacts.endReport();
+    contacts.outer_ = reporting_now_;
+    contacts.reporting_ = true;
+    reporting_now_ = &contacts;
+    reports_.fetch_add(1, std::memory_order_relaxed);
+  }
+  ~Report() {
+    contacts_.endReport();
+    contacts_.learn();
+  }
+  Report(const Report&) = delete;
+  Report& operator=(const Report&) = delete;
+
+ private:
+  PrecomputedContacts& contacts_;
+};
+
+// If there is one: a callback that was left by longjmp has left its report standing.
+void PrecomputedContacts::endReport() {
+  reporting_ = false;
+  for (PrecomputedContacts** report = &reporting_now_; *report; report = &(*report)->outer_) {
+    if (*report != this) continue;
+    *report = outer_;
+    reports_.fetch_sub(1, std::memory_order_relaxed);
+    return;
+  }
+}
+
+// One thread gains nothing.
+bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
+  const std::size_t count = pairs.list.size();
+  const int most = teamFor(count, grains::collided_pairs, pairs.most_threads);
+  if (!always_) {
+    if (most == 1) return false;
+    if (back_off_.waits()) {
+      back_off_.pass();
+      return false;
+    }
+    // More than one thread's part of the pairs: contacts are stored and copied, and threads
+    // started.
+    constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
+    least_share_ = 1.0 / most + margin;
+  }
+  habits_.beginReport(least_share_);
+  slots_ = pairs.slots;
+  next_place_ = next_answer_ = 0;
+  geoms_ = {};
+  changed_any_ = changed_all_ = false;
+  mode_ = currentMode();
+  last_ = {};
+  list_.resizeDiscarding(0);
+  // Where modes cannot be compared nothing would be answered.
+  if (habits_.wantsAny() && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
+    collide(pairs, collided);
+  return true;
+} catch (const std::bad_alloc&) {
+  release();
+  return true;
+}
+
+void PrecomputedContacts::release() {
+  list_ = Buffer<dParallelSAPPair>();
+  found_ = Buffer<Found>();
+  shares_.clear();
+  changed_ = Buffer<unsigned char>();
+}
+
+// A team that does not pay just now gets a part of the pairs, from which is learnt what they take
+// one thread.
+void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
+  constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
+  listPairs(pairs.list, pairs.geoms, pairs.threads, list_);
+  if (!always_ && pairs.threads == 1) list_.resize(list_.size() / sample);
+  found_.resizeDiscarding(list_.size());
+  const int team = teamFor(list_.size(), grains::collided_pairs, pairs.threads);
+  shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));
+  for (Share& share : shares_) {
+    share.contacts.resizeDiscarding(0);
+    share.apart = {};
+    share.pairs = 0;
+  }
+  collided.threads =
+      runParts(precomputing, team, list_.size(), most_apart_pairs, [&](Range range, int thread) {
+        collideChunk(range.begin, range.end, thread, pairs.leave_out);
+      });
+  for (const Share& share : shares_) {
+    collided.contacts += share.contacts.size();
+    collided.pairs += share.pairs;
+    collided.apart.add(share.apart);
+  }
+  last_.precomputed = collided.pairs;
+}
+
+void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread,
+                                       bool leave_out) {
+  Share& share = shares_[static_cast<std::size_t>(thread)];
+  int flags[most_apart_pairs];
+  std::uint32_t wanted = 0;
+  for (std::size_t place = begin; place < end; ++place) {
+    if (place + 2 * pairs_ahead < list_.size())
+      prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
+    const dParallelSAPPair& pair = list_[place];
+    flags[place - begin] = habits_.wantedFlags(CollideHabits::kindOf(pair.o1, pair.o2));
+    found_[place] = {};
+    if (flags[place - begin]) {
+      found_[place] = {0, 0, static_cast<std::uint16_t>(thread), bodiesOf(pair)};
+      wanted |= std::uint32_t{1} << (place - begin);
+      ++share.pairs;
+    }
+  }
+  if (leave_out) {
+    const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
+    share.apart.add(boxes);
+    wanted &= ~boxes.apart;
+  }
+  for (; wanted; wanted &= wanted - 1) {
+    const int i = __builtin_ctz(wanted);
+    collidePair(begin + static_cast<std::size_t>(i), flags[i], thread);
+  }
+}
+
+void PrecomputedContacts::collidePair(std::size_t place, int flags, int thread) {
+  Buffer<dContactGeom>& contacts = shares_[static_cast<std::size_t>(thread)].contacts;
+  Found& found = found_[place];
+  found.first = contacts.size();
+  contacts.resize(found.first + static_cast<std::size_t>(flags));
+  dContactGeom* const own = contacts.data() + found.first;
+  for (int i = 0; i < std::min<int>(flags, most_contacts); ++i)
+    for (dReal* const fourth : {&own[i].pos[3], &own[i].normal[3]})
+      std::memcpy(fourth, &unwritten, sizeof unwritten);
+  const auto collide = ode_collide.load(std::memory_order_relaxed);
+  const int count = collide(list_[place].o1, list_[place].o2, flags, own, sizeof *own);
+  found.count = static_cast<std::uint32_t>(count);
+  if (found.count > most_contacts) found.thread = nobody;
+  contacts.resize(found.first + found.count);
+}
+
+// Which geoms of a pair have a body, and an offset from it: ODE takes the quaternion of a body as
+// it is, and makes a geom's own from its matrix. It takes a body from a geom without a trace, as
+// that stays where it is.
+std::uint16_t PrecomputedContacts::bodiesOf(const dParallelSAPPair& pair) {
+  return static_cast<std::uint16_t>((pair.o1->body ? 1 : 0) | (pair.o2->body ? 2 : 0) |
+                                    (pair.o1->offset_posr ? 4 : 0) |
+                                    (pair.o2->offset_posr ? 8 : 0));
+}
+
+void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* callback) {
+  const Report report(*this);
+  const auto call = [&](Pair pair) {
+    dxGeom *const a = pairs.geoms[earlierOf(pair)], *const b = pairs.geoms[laterOf(pair)];
+    pair_ = pair;
+    geoms_ = {a, b};
+    const std::size_t later = next_place_++ + prefetch_distance;
+    if (later < list_.size() && found_[later].count && found_[later].thread != nobody)
+      prefetch(shares_[found_[later].thread].contacts.data() + found_[later].first);
+    // A geom that was destroyed in this report must not be looked at.
+    if (!changed_any_) habits_.notePair(CollideHabits::kindOf(a, b));
+    callback(data, a, b);
+  };
+  const GeomsAhead ahead(pairs.geoms);
+  for (const Buffer<Pair>& part : pairs.list.parts) ahead.tell(part.begin(), part.end(), call);
+}
+
+void PrecomputedContacts::learn() {
+  all_.add(last_);
+  if (always_) return;
+  const bool enough =
+      static_cast<double>(last_.used) >= least_share_ * static_cast<double>(last_.precomputed);
+  if (!enough || !habits_.wouldWantAny(least_share_)) {
+    back_off_.failed();
+    habits_.forget();
+  } else if (last_.precomputed) {
+    back_off_.paid();
+  }
+}
+
+void PrecomputedContacts::noteChange(Slot slot) {
+  if (!reporting_ || changed_all_) return;
+  if (!changed_any_) {
+    changed_any_ = true;
+    try {
+      changed_.resizeDiscarding(slots_);
+      std::fill(changed_.begin(), changed_.end(), 0);
+    } catch (const std::bad_alloc&) {
+      changed_all_ = true;
+      return;
+    }
+  }
+  if (slot < slots_) changed_[slot] = 1;
+}
+
+// Once something has changed, of the pair that is reported only: whose slots are known.
+bool PrecomputedContacts::isUnchanged(std::size_t place) const {
+  if (!changed_any_) return true;
+  return !changed_all_ && place + 1 == next_place_ && !changed_[earlierOf(pair_)] &&
+         !changed_[laterOf(pair_)];
+}
+
+// Some programs gather a few pairs before they collide them.
+std::size_t PrecomputedContacts::placeBehind(const dxGeom* o1, const dxGeom* o2) const {
+  constexpr std::size_t places = 8;  // fixed: some may have been left out, and looking is cheap
+  const std::size_t end = std::min(next_answer_ + places, list_.size());
+  for (std::size_t place = next_answer_; place < end; ++place)
+    if (list_[place].o1 == o1 && list_[place].o2 == o2) return place;
+  return list_.size();
+}
+
+// Most programs collide the pair that is reported.
+int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
+                                   int skip) {
+  const int kind = CollideHabits::kindOf(o1, o2);
+  habits_.noteCall(kind, flags);
+  if (habits_.wantedFlags(kind) != flags || flags == 0) return -1;
+  const bool reported = o1 == geoms_.o1 && o2 == geoms_.o2;
+  const std::size_t place = reported ? next_place_ - 1 : placeBehind(o1, o2);
+  if (place >= list_.size() || !isUnchanged(place)) return -1;
+  if (skip < static_cast<int>(sizeof(dContactGeom)) || !contacts) return -1;
+  if ((o1->gflags | o2->gflags) & needs_update) return -1;
+  if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
+  const Found& found = found_[place];
+  if (found.thread == nobody || found.bodies != bodiesOf({o1, o2})) return -1;
+  const dContactGeom* const own = shares_[found.thread].contacts.data() + found.first;
+  for (std::uint32_t i = 0; i < found.count; ++i)
+    copyWritten(own[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
+                                                         static_cast<std::ptrdiff_t>(i) * skip));
+  if (place >= next_answer_) {
+    ++last_.used;
+    last_.contacts += found.count;
+    next_answer_ = place + 1;
+  }
+  return static_cast<int>(found.count);
+}
+
+int PrecomputedContacts::answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
+                                int skip) {
+  return reporting_now_ && o1 && o2 ? reporting_now_->answerOwn(o1, o2, flags, contacts, skip) : -1;
+}
+
+}  // namespace ode_parallel_sap
