@@ -2,6 +2,7 @@
 #
 # Runs a test in one environment after the other; @name@ in an argument stands for the environment's name. Fails, with the
 # names, if the test fails in any; says SKIPPED in every environment if the test ends with 77 in each.
+cmake_minimum_required(VERSION 3.22)
 set(failed)
 set(ran FALSE)
 foreach(environment IN LISTS ENVIRONMENTS)
