@@ -113,9 +113,8 @@ const struct {
        const dSpaceID space = scene.space();
        if (frame % 6 != 5) return;
        const dReal tolerances[] = {0, 0, dReal(0.05)};
-       const int methods[] = {dParallelSAPMethodAuto, dParallelSAPMethodBruteForce};
        dParallelSAPSpaceSetTolerance(space, tolerances[random.below(3)]);
-       dParallelSAPSpaceSetMethod(space, methods[random.below(2)]);
+       configure(space, configurations()[random.below(configurations().size())]);
        dParallelSAPSpaceSetNumThreads(space, random.chance(0.5) ? 3 : 1);
        dParallelSAPSpaceSetCullPlanes(space, random.chance(0.3));
        skip(space, random.chance(0.3), random.chance(0.3));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "configurations.h"
@@ -27,12 +28,14 @@ class MovingScene {
         random_(seed),
         seed_(seed),
         offset_(offset),
+        most_(n + n / 2),
         reach_(std::cbrt(static_cast<double>(n))) {
     add(dCreatePlane(space_, 0, 0, 1, 0));
     add(dCreatePlane(space_, 0.6, 0, 0.8, 0));
     while (order_.size() < n) addAny();
   }
   ~MovingScene() {
+    if (outside_) dGeomDestroy(outside_);
     for (const dGeomID geom : order_) dGeomDestroy(geom);
     dWorldDestroy(world_);
   }
@@ -77,7 +80,7 @@ class MovingScene {
   void edit() {
     dGeomID geom = any();
     const dBodyID body = dGeomGetBody(geom);
-    switch (random_.below(13)) {
+    switch (random_.below(14)) {
       case 0:
         dGeomIsEnabled(geom) ? dGeomDisable(geom) : dGeomEnable(geom);
         break;
@@ -99,8 +102,15 @@ class MovingScene {
       case 6:
         if (body) dBodyEnable(body);
         break;
-      case 7:
-        reAdd(geom);
+      case 7:  // at once, or with another edit
+        if (outside_) geom = addAgain(std::exchange(outside_, nullptr));
+        if (order_.size() < kPlanes + 3) break;
+        take(geom);
+        if (random_.chance(0.5)) {
+          outside_ = geom;
+          return;
+        }
+        addAgain(geom);
         break;
       case 8:
         if (dGeomGetClass(geom) != dSphereClass) break;
@@ -119,6 +129,10 @@ class MovingScene {
         break;
       case 12:
         (void)collide2(space_, geom);
+        break;
+      case 13:
+        replaceAny(geom);
+        geom = order_.back();
         break;
     }
     if (telling_) tell(geom);
@@ -194,12 +208,23 @@ class MovingScene {
     dMultiply0_333(turned, rotation, dGeomGetRotation(geom));
     dGeomSetRotation(geom, turned);
   }
-  void reAdd(dGeomID geom) {
+  void take(dGeomID geom) {
     dSpaceRemove(space_, geom);
     order_.erase(std::find(order_.begin(), order_.end(), geom));
-    if (random_.chance(0.5)) (void)collide(space_);
+  }
+  // Has another number then: pairs are told apart by when their geoms were added.
+  dGeomID addAgain(dGeomID geom) {
     dSpaceAdd(space_, geom);
-    order_.push_back(geom);
+    add(geom);
+    return geom;
+  }
+  // One goes, and often others come.
+  void replaceAny(dGeomID geom) {
+    if (geom == ill_) ill_ = nullptr;
+    dGeomDestroy(geom);
+    order_.erase(std::find(order_.begin(), order_.end(), geom));
+    while (order_.size() < most_ && random_.chance(0.55)) addAny();
+    if (order_.size() < kPlanes + 3) addAny();
   }
   // The last one goes; often another comes into its slot, which may be a plane.
   void replaceLast() {
@@ -233,18 +258,20 @@ class MovingScene {
     dParallelSAPSpaceNotify(space_, geom);
     const dBodyID body = dGeomGetBody(geom);
     for (dGeomID on = body ? dBodyGetFirstGeom(body) : nullptr; on; on = dBodyGetNextGeom(on))
-      dParallelSAPSpaceNotify(space_, on);
+      if (on != outside_) dParallelSAPSpaceNotify(space_, on);
   }
 
   const Space space_;
   const dWorldID world_ = dWorldCreate();
   Random random_;
   const std::uint64_t seed_;
-  const double offset_, reach_;
+  const double offset_;
+  const std::size_t most_;
+  const double reach_;
   double sense_ = 1;
   std::vector<dGeomID> order_;
   std::size_t next_ = 0;
-  dGeomID ill_ = nullptr;
+  dGeomID outside_ = nullptr, ill_ = nullptr;
   dReal was_ = 0;
   bool telling_ = false;
 };
