@@ -18,6 +18,7 @@
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
+#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/variable.h"
 
@@ -124,7 +125,7 @@ const struct {
 void play(const Configuration& configuration, std::size_t motion, std::size_t setting,
           std::size_t n) {
   const std::uint64_t seed = seedOr(61 + 10 * setting + motion);
-  MovingScene scene(configuration, n, seed, kSettings[setting].offset);
+  MovingScene scene(configuration, n, seed, {kSettings[setting].offset, true});
   Random random(seed);
   for (int frame = 0; frame < std::max(8, scaled(20)); ++frame) {
     INFO(configuration.name << ", " << kSettings[setting].name << ", " << n << " geoms, all "
