@@ -64,26 +64,6 @@ std::vector<Pair> pairsOf(const AxisPart& part, const AxisChoice& axes) {
 
 }  // namespace
 
-TEST_CASE("Lists kept from frame to frame give what new ones give, whatever changes") {
-  const std::uint64_t seed = sap_test::seedOr(2);
-  INFO("seed " << seed);
-  for (const bool wide : {false, true}) {
-    sap_test::Random random(seed);
-    std::vector<sap_test::Box> scene = sap_test::denseCube(600, seed);
-    AxisLists<float> axis_lists;
-    AxisLists<double> wide_axis_lists;
-    PairFinder& finder = wide ? static_cast<PairFinder&>(wide_axis_lists) : axis_lists;
-    PairList list;
-    for (int frame = 0; frame < sap_test::scaled(60); ++frame) {
-      CAPTURE(wide, frame);
-      const Case wanted = makeCase(scene, wide, frame % 2);
-      check(found(finder, wanted.boxes, 1 + frame % 4, list), wanted);
-      checkBorderlineSegments(list);
-      changeScene(scene, frame, random);
-    }
-  }
-}
-
 TEST_CASE("The pairs of each axis are counted as they are, before any are listed") {
   const std::uint64_t seed = sap_test::seedOr(3);
   INFO("seed " << seed);
@@ -111,18 +91,6 @@ TEST_CASE("The pairs of each axis are counted as they are, before any are listed
     finder.limit(5 * all);
     check(found(finder, wanted.boxes, 2, list), wanted);
   }
-}
-
-TEST_CASE("The fullest axis is taken first, the emptiest next") {
-  for (std::uint64_t x = 0; x < 3; ++x)
-    for (std::uint64_t y = 0; y < 3; ++y)
-      for (std::uint64_t z = 0; z < 3; ++z) {
-        const std::uint64_t pairs[3] = {x, y, z};
-        const AxisChoice axes = chooseAxes({x, y, z});
-        REQUIRE((1 << axes.fullest | 1 << axes.second | 1 << axes.third) == 7);
-        REQUIRE(pairs[axes.second] <= pairs[axes.third]);
-        REQUIRE(pairs[axes.third] <= pairs[axes.fullest]);
-      }
 }
 
 TEST_CASE("Parts of a scene hold each pair once between them, in equal stretches") {

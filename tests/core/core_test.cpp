@@ -100,50 +100,6 @@ TEST_CASE("Cells that are more than are gathered at a time are met once each") {
   });
 }
 
-TEST_CASE("A row without columns asks for no room and writes nothing") {
-  constexpr std::size_t places = 400;
-  const Box box = {{0, 0, 0}, {1, 1, 1}};
-  BoxSet boxes;
-  boxes.size = places;
-  boxes.boxes.resize(places);
-  std::fill(boxes.boxes.begin(), boxes.boxes.end(), box);
-  std::vector<std::uint32_t> starts;
-  for (std::uint32_t start = 0; start <= places; start += group_size) starts.push_back(start);
-  CellTrees<float> cells;
-  const CellClass all = {0, starts.size() - 1};
-  cells.build(boxes, {nullptr, starts.data()}, {&all, 1}, 1, CellTrees<float>::Levels::cells_only);
-  const std::uint64_t untouched = ~std::uint64_t{0};
-  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
-    for (const std::size_t row : {5, 15, 16, 399}) {
-      INFO((*set)->name << ", row " << row);
-      std::vector<std::uint64_t> words(group_size, untouched);
-      PairSink sink = {words.data(), words.data(),
-                       [](PairSink&, std::size_t) { FAIL("room was asked for"); }};
-      (*set)->narrow.trianglePairs(cells.views()[0], {places, row, row + 1, row, row + 1}, true,
-                                   sink);
-      CHECK(sink.next == words.data());
-      CHECK(words == std::vector<std::uint64_t>(group_size, untouched));
-    }
-}
-
-TEST_CASE("The instruction set that is chosen is the one that runs, and each has its name") {
-  const KernelSet& best = kernelSet();
-  CHECK(&best == allKernelSets()[0]);
-  std::vector<std::string> names;
-  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-    chooseKernelSet(**set);
-    CHECK(&kernelSet() == *set);
-    CHECK(&kernels<float>() == &(*set)->narrow);
-    CHECK(&kernels<double>() == &(*set)->wide);
-    CHECK(kernelSetNamed((*set)->name) == *set);
-    names.push_back((*set)->name);
-  }
-  chooseKernelSet(best);
-  CHECK(names.back() == "portable");
-  for (const char* const name : {"", "mmx", "sse", "portable "})
-    CHECK(kernelSetNamed(name) == nullptr);
-}
-
 TEST_CASE("Clusters that no key tells apart are still cut into cells") {
   // Exponentially nested clusters: each a millionth of the last one's size.
   const std::uint64_t seed = sap_test::seedOr(1);

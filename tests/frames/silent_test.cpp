@@ -83,37 +83,6 @@ std::vector<std::size_t> numbersAt(dSpaceID space, std::size_t place) {
 
 }  // namespace
 
-TEST_CASE("A mesh with other triangles is found where these are, in whatever space it is",
-          "[silent]") {
-  const Triangles triangles;
-  for (const Holder& holder : kHolders)
-    for (const std::size_t n : {0, 20, 300, 1500}) {
-      const Space space;
-      World world(space);
-      world.addBoxes(denseCube(n, 1));
-      const dSpaceID outermost = holder.outermost ? holder.outermost(space) : dSpaceID(space);
-      const dSpaceID innermost = holder.innermost ? holder.innermost(outermost) : outermost;
-      const dGeomID mesh = triangles.create(innermost, 0);
-      const dGeomID beside = dCreateSphere(innermost, dReal(0.1));  // ahead of it in stock lists
-      dGeomSetPosition(beside, static_cast<dReal>(xOf(0) - 5), 0, 0);
-      const dGeomID reported = outermost == space ? mesh : asGeom(outermost);
-      setNumber(reported, n);
-      (void)collide(space);
-      // As often as it takes for a tree to be kept.
-      for (int query = 0; query < 40; ++query) REQUIRE(numbersAt(space, kPlaces - 1).empty());
-      for (std::size_t round = 1; round < 3 * kPlaces; ++round) {
-        const std::size_t place = round * 3 % kPlaces, before = (round - 1) * 3 % kPlaces;
-        INFO("in " << holder.name << ", " << n << " boxes, round " << round);
-        dGeomTriMeshSetData(mesh, triangles.at(place));
-        if (round % 3 == 1) dSpaceClean(space);
-        if (round % 4 == 3) (void)collide(space);
-        if (round % 5 == 4 && dSpaceIsParallelSAP(innermost)) dSpaceClean(innermost);
-        CHECK(numbersAt(space, place) == std::vector<std::size_t>{n});
-        if (before > place) CHECK(numbersAt(space, before).empty());
-      }
-    }
-}
-
 TEST_CASE("A mesh with other triangles pairs where these are, in whatever space it is",
           "[silent]") {
   const Triangles triangles;

@@ -42,13 +42,6 @@ class Driver {
   static constexpr int kNone = -1;
   enum Kind { kBox, kSphere, kCapsule, kUser, kRay, kPlane, kLeafKinds, kSpace };
 
-  struct Rules {
-    bool skip_static = false, skip_asleep = false, cull_planes = false;
-    dReal tolerance = 0;
-    bool any() const;
-  };
-  enum class Owed { must, may, must_not };
-
   // A geom or a space; its place in objects_ is its number.
   struct Object {
     Kind kind;
@@ -59,8 +52,7 @@ class Driver {
     bool ours = false;
     bool cleans_up = true;
     std::vector<int> members;  // in the order of adding
-    Rules rules;
-    std::size_t added = 0;  // the number of the call that added it last
+    std::size_t added = 0;     // the number of the call that added it last
   };
 
   // Objects, in driver_objects.cpp.
@@ -107,6 +99,7 @@ class Driver {
   void collideWithMany();
   void collideAnyhow();
   void compare(int space, const Pairs& got);
+  std::vector<dGeomID> membersOf(int space) const;
   void compareTwo(int first, int second);
   Pairs expectedOf(int space) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
@@ -129,13 +122,6 @@ class Driver {
   void collideContacts();
   Pairs ownPairs(int space, const Pairs& pairs, const Pairs& with_spaces) const;
   Contacts expectedContacts(const Pairs& pairs, const SerialLoop& how, bool descends) const;
-
-  // Rules of spaces, in driver_rules.cpp.
-  void compareByRules(int space, const Pairs& got, bool beginning_only);
-  void failPair(int space, const char* what, int a, int b);
-  Owed owed(const Rules& rules, int first, int second, long double gap) const;
-  Owed owedByPlanes(const Rules& rules, int first, int second) const;
-  Pairs withoutCulled(int space, const Pairs& expected, const Pairs& got) const;
 
   dSpaceID spaceOf(int object) const { return reinterpret_cast<dSpaceID>(objects_[object].geom); }
   int pickSpace();

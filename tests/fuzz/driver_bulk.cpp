@@ -67,7 +67,7 @@ std::string Driver::problemOfNumbers(int space, const Pairs& got) const {
   const dSpaceID id = spaceOf(space);
   if (!objects_[space].ours || !dParallelSAPSpaceGetEvents(id)) return "";
   // Of two frames within a tolerance one may have reported more.
-  if (objects_[space].rules.tolerance > 0) return "";
+  if (dParallelSAPSpaceGetTolerance(spaceOf(space)) > 0) return "";
   std::vector<unsigned> numbers = numbersOf(id);
   if (numbers.size() != got.size()) return "not a number for each pair";
   std::sort(numbers.begin(), numbers.end());

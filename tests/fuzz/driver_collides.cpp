@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "../support/oracle.h"
+#include "../support/rules_oracle.h"
 #include "driver.h"
 
 namespace sap_test {
@@ -45,18 +46,23 @@ unsigned Driver::mode() {
   return decisions_.chance(230) ? modes[0] : modes[decisions_.below(std::size(modes))];
 }
 
-Pairs Driver::expectedOf(int space) const {
+std::vector<dGeomID> Driver::membersOf(int space) const {
   std::vector<dGeomID> geoms;
   for (const int member : objects_[space].members) geoms.push_back(objects_[member].geom);
-  return expectedPairs(geoms);
+  return geoms;
+}
+
+Pairs Driver::expectedOf(int space) const {
+  return expectedPairs(membersOf(space));
 }
 
 void Driver::compare(int space, const Pairs& got) {
   const Object& o = objects_[space];
   ++collides_;
   std::string problem;
-  if (o.rules.any()) {
-    compareByRules(space, got, false);
+  const Rules rules = Rules::of(spaceOf(space));
+  if (rules.any()) {
+    problem = wrongByRules(rules, membersOf(space), got);
   } else if (o.ours) {
     problem = difference(got, expectedOf(space));
   } else {
@@ -151,13 +157,15 @@ void Driver::collideThrowing(int space) {
   log("collide " + std::to_string(space) + ", throwing at call " + std::to_string(at));
   const Pairs got = collideUntil(spaceOf(space), at);
   ++collides_;
-  if (objects_[space].rules.any()) {
-    compareByRules(space, got, got.size() == at);
-    return;
+  std::string problem;
+  const Rules rules = Rules::of(spaceOf(space));
+  if (rules.any()) {
+    problem = wrongByRules(rules, membersOf(space), got, got.size() == at);
+  } else {
+    Pairs expected = expectedOf(space);
+    if (expected.size() > at) expected.resize(at);
+    problem = difference(got, expected);
   }
-  Pairs expected = expectedOf(space);
-  if (expected.size() > at) expected.resize(at);
-  const std::string problem = difference(got, expected);
   if (!problem.empty()) fail("space " + std::to_string(space) + ", throwing: " + problem);
 }
 
@@ -253,7 +261,8 @@ void Driver::compareTwo(int first, int second) {
   bool ordered = false;
   int asked = kNone;
   Pairs expected = expectedOfTwo(first, second, ordered, asked);
-  expected = withoutCulled(asked, expected, got);
+  if (Rules::of(spaceOf(asked)).cull_planes)
+    expected = withoutCulled(expected, got, [&](std::size_t i) { return objects_[i].geom; });
   ++collides_;
   std::string problem;
   if (ordered) {

@@ -201,7 +201,8 @@ void Driver::collideContacts() {
   if (problem.empty() && !inner_pairs.empty()) {
     compare(space, inner_pairs);
     // Two frames may find different pairs beyond those owed.
-    if (objects_[space].rules.tolerance == 0) problem = problemOf(inner, true, expected);
+    if (dParallelSAPSpaceGetTolerance(spaceOf(space)) == 0)
+      problem = problemOf(inner, true, expected);
   }
   if (!problem.empty()) fail("contacts of space " + std::to_string(space) + ": " + problem);
 }

@@ -267,19 +267,14 @@ void Driver::changeSettings() {
   if (what == 1) dParallelSAPSpaceSetMethod(id, methods[value]);
   if (what == 2) dParallelSAPSpaceSetNumThreads(id, static_cast<int>(value));
   if (what == 3) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
-  Rules& rules = objects_[space].rules;
   const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
-  if (what == 4) rules.skip_static = value % 2;
-  if (what == 5) rules.skip_asleep = value % 2;
-  if (what == 6) rules.cull_planes = value % 2;
-  if (what == 7) rules.tolerance = tolerances[value];
+  if (what == 4) dParallelSAPSpaceSetSkipStatic(id, value % 2);
+  if (what == 5) dParallelSAPSpaceSetSkipAsleep(id, value % 2);
+  if (what == 6) dParallelSAPSpaceSetCullPlanes(id, value % 2);
+  if (what == 7) dParallelSAPSpaceSetTolerance(id, tolerances[value]);
   // The oracle asks geoms for their bounds, which are the swept ones then.
   const dReal steps[] = {0, dReal(0.01), dReal(0.1), 1, 0, 100};
   if (what == 8) dParallelSAPSpaceSetSweptBounds(id, steps[value]);
-  dParallelSAPSpaceSetSkipStatic(id, rules.skip_static);
-  dParallelSAPSpaceSetSkipAsleep(id, rules.skip_asleep);
-  dParallelSAPSpaceSetCullPlanes(id, rules.cull_planes);
-  dParallelSAPSpaceSetTolerance(id, rules.tolerance);
 }
 
 // Bodies fall and cross the world by themselves.

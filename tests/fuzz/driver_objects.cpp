@@ -119,7 +119,7 @@ int Driver::createLeaf(Kind kind, Random& random) {
   }
   const int id = static_cast<int>(objects_.size());
   setNumber(geom, static_cast<std::size_t>(id));
-  objects_.push_back({kind, geom, kNone, kNone, false, true, {}, {}});
+  objects_.push_back({kind, geom, kNone, kNone, false, true, {}});
   alive_.push_back(id);
   return id;
 }
@@ -200,7 +200,7 @@ void Driver::createSpace() {
   log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
       (nested ? " in " + std::to_string(parent) : ""));
   setNumber(asGeom(space), static_cast<std::size_t>(id));
-  objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}, {}});
+  objects_.push_back({kSpace, asGeom(space), kNone, kNone, ours, true, {}});
   spaces_.push_back(id);
   if (nested) add(id, parent);
 }

@@ -78,7 +78,7 @@ void Driver::collideTrembling() {
       std::to_string(share) + ", leaving " + std::to_string(leaving) + ", changing " +
       std::to_string(changing));
   const int method = dParallelSAPSpaceGetMethod(id);
-  const dReal tolerance = std::exchange(objects_[space].rules.tolerance, 0);
+  const dReal tolerance = dParallelSAPSpaceGetTolerance(id);
   dParallelSAPSpaceSetMethod(id, dParallelSAPMethodSweep);
   dParallelSAPSpaceSetTolerance(id, 0);
   for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
@@ -95,7 +95,6 @@ void Driver::collideTrembling() {
   }
   dParallelSAPSpaceSetMethod(id, method);
   dParallelSAPSpaceSetTolerance(id, tolerance);
-  objects_[space].rules.tolerance = tolerance;
 }
 
 }  // namespace sap_test

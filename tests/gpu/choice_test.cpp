@@ -1,14 +1,10 @@
 // Where a scene is sent, with made-up machines whose times are known.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
-#include <thread>
 #include <vector>
 
-#include "space/data/parallel.h"
 #include "space/frame/device_choice.h"
-#include "space/frame/team_choice.h"
 #include "support/catch.hpp"
 #include "support/random.h"
 
@@ -217,40 +213,4 @@ TEST_CASE("A number of devices that is set is the only one but the processor", "
         std::vector<int>{DeviceChoice::most_devices});
   DeviceChoice choice;
   CHECK(choice.decide(1000, Candidates::only(false, 3)).devices == 3);
-}
-
-TEST_CASE("After a region that waits long for a thread all is done alone", "[choice]") {
-  using namespace ode_parallel_sap;
-  static Region region("test: stalls");
-  const auto team = [](int ms) {
-    return runTeam(region, 2, [&](int thread, int) {
-      if (thread == 1) std::this_thread::sleep_for(std::chrono::milliseconds(ms));
-    });
-  };
-  team(0);
-  for (const bool watched : {false, true}) {
-    team_times = TeamTimes(watched);
-    if (team(20) < 2) WARN("OpenMP grants no team here");
-    CHECK(team_times.stalled() == (watched && team_times.waited_ms > 10));
-    if (team_times.waited_ms > 10) CHECK(team(0) == (watched ? 1 : 2));
-  }
-  team_times = TeamTimes();
-}
-
-TEST_CASE("A team that stalls once is left out of the next frames", "[choice]") {
-  ode_parallel_sap::TeamChoice choice;
-  int alone = 0, stalls = 0;
-  for (int frame = 0; frame < 1000; ++frame) {
-    const int threads = choice.threads(2);
-    threads == 1 ? ++alone : ++stalls;
-    // Every other frame goes on from the pairs of the one before.
-    if (frame % 2)
-      choice.learnOfOther(threads > 1);
-    else
-      choice.learn(threads, 5000, threads == 1 ? 1 : 0.6, threads > 1);
-  }
-  CHECK(stalls < 10);
-  // Where nothing stalls any more the team comes back.
-  for (int frame = 0; frame < 1100; ++frame) choice.learn(choice.threads(2), 5000, 0.6, false);
-  CHECK(choice.threads(2) == 2);
 }

@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "space/data/tuning.h"
-#include "space/preload/stand_ins.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
@@ -25,8 +23,6 @@
 using namespace sap_test;
 
 namespace {
-
-namespace grains = ode_parallel_sap::grains;
 
 const int kTeams[] = {2, 3, 7, 16};
 
@@ -378,28 +374,4 @@ TEST_CASE("The environment sets the grain of all spaces of the process") {
   CHECK(ode_parallel_sap::test_grain == 5);
   const Space other;
   CHECK(ode_parallel_sap::test_grain == 5);
-}
-
-TEST_CASE("A team grows with its work as its grain says") {
-  using ode_parallel_sap::Grain;
-  using ode_parallel_sap::teamFor;
-  const auto teams = [](const Grain& grain, int most) {
-    std::vector<int> teams;
-    for (const std::uint64_t work : {0, 9, 10, 19, 20, 39, 40, 50, 1000})
-      teams.push_back(teamFor(work, grain, most));
-    return teams;
-  };
-  using Teams = std::vector<int>;
-  const ScopedGrain none(0);
-  CHECK(teams({10, Grain::further}, 6) == Teams{1, 1, 2, 2, 3, 4, 5, 6, 6});
-  CHECK(teams({10, Grain::every}, 6) == Teams{1, 1, 1, 1, 2, 3, 4, 5, 6});
-  CHECK(teams({10, Grain::every, 40}, 6) == Teams{1, 1, 1, 1, 1, 1, 4, 5, 6});
-  CHECK(teams({10, Grain::whole}, 6) == Teams{1, 1, 6, 6, 6, 6, 6, 6, 6});
-  for (const auto team : {Grain::further, Grain::every, Grain::whole})
-    CHECK(teams({10, team, 40}, 1) == Teams(9, 1));
-  CHECK(teamFor(std::uint64_t{1} << 62, grains::box_tests, 16) == 16);
-  const ScopedGrain one(1);
-  CHECK(teams({10, Grain::further, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
-  CHECK(teams({10, Grain::every, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
-  CHECK(teams({10, Grain::whole, 40}, 6) == Teams{1, 6, 6, 6, 6, 6, 6, 6, 6});
 }

@@ -313,60 +313,6 @@ TEST_CASE("AABBTest is asked about overlapping geoms only, with matching bits", 
   }
 }
 
-TEST_CASE("Many geoms of user classes give exactly the expected pairs", "[classes]") {
-  const auto parity = [](dGeomID self, dGeomID other, dReal[6]) {
-    return static_cast<int>((number(self) ^ number(other)) & 1);
-  };
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    Random random(seedOr(52));
-    for (std::size_t i = 0; i < 900; ++i) {
-      const dReal half = dReal(0.5);
-      const dGeomID geom =
-          i % 3 ? world.take(createUserBox(space, {-half, half, -half, half, -half, half}, true,
-                                           i % 5 ? nullptr : +parity))
-                : world.take(dCreateSphere(space, half));
-      place(geom, random.between(0, 9), random.between(0, 9), random.between(0, 9));
-    }
-    INFO(configuration.name);
-    const Pairs got = collide(space);
-    CHECK(got.size() > 900);
-    CHECK(difference(got, expectedPairs(world.geoms())) == "");
-  }
-}
-
-TEST_CASE("Rays through a space report what dSimpleSpace reports", "[classes]") {
-  const std::uint64_t seed = seedOr(53);
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const dSpaceID simple = dSimpleSpaceCreate(nullptr);
-    {
-      World world(space), twin(simple);
-      world.addBoxes(denseCube(1000, seed));
-      twin.addBoxes(denseCube(1000, seed));
-      Random random(seed);
-      const dGeomID ray = dCreateRay(nullptr, 20);
-      setNumber(ray, 5000);
-      std::size_t hits = 0;
-      INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      for (int i = 0; i < 50; ++i) {
-        dGeomRaySet(ray, static_cast<dReal>(random.between(-5, 15)),
-                    static_cast<dReal>(random.between(-5, 15)), -5,
-                    static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()), 5);
-        const Pairs got = collide2(space, ray);
-        hits += got.size();
-        REQUIRE(difference(got, sorted(collide2(simple, ray))) == "");
-        REQUIRE(difference(sorted(collide2(ray, space.geom())),
-                           sorted(collide2(ray, asGeom(simple)))) == "");
-      }
-      CHECK(hits > 50);
-      dGeomDestroy(ray);
-    }
-    dSpaceDestroy(simple);
-  }
-}
-
 namespace {
 
 unsigned long tests_asked = 0, test_that_drops = 0;

@@ -9,7 +9,6 @@
 #include "support/configurations.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -91,40 +90,6 @@ TEST_CASE("A geom that is added again comes last, moved or not", "[order]") {
   }
 }
 
-TEST_CASE("Moving, disabling, enabling and cleaning leave the order alone", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const std::vector<dGeomID> geoms = looseSpheres(4);
-    for (const dGeomID geom : geoms) dSpaceAdd(space, geom);
-    const Pairs expected = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
-    INFO(configuration.name);
-    CHECK(difference(collide(space), expected) == "");
-    for (const int i : {2, 0, 3, 1}) dGeomSetPosition(geoms[i], dReal(0.1) * i, 0, 0);
-    CHECK(difference(collide(space), expected) == "");
-    dGeomSetPosition(geoms[1], 0, dReal(0.1), 0);
-    dSpaceClean(space);
-    CHECK(difference(collide(space), expected) == "");
-    dGeomDisable(geoms[0]);
-    CHECK(difference(collide(space), {{1, 2}, {1, 3}, {2, 3}}) == "");
-    dGeomEnable(geoms[0]);
-    CHECK(difference(collide(space), expected) == "");
-  }
-}
-
-TEST_CASE("Removing a geom leaves the order of the others alone", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const std::vector<dGeomID> geoms = looseSpheres(5);
-    for (const dGeomID geom : geoms) dSpaceAdd(space, geom);
-    REQUIRE(collide(space).size() == 10);
-    dSpaceRemove(space, geoms[1]);
-    dGeomDestroy(geoms[3]);
-    INFO(configuration.name);
-    CHECK(difference(collide(space), {{0, 2}, {0, 4}, {2, 4}}) == "");
-    dGeomDestroy(geoms[1]);
-  }
-}
-
 TEST_CASE("A sub-space counts by when it was added, like any geom", "[order]") {
   for (const Configuration& configuration : configurations()) {
     const Space space(configuration);
@@ -139,31 +104,6 @@ TEST_CASE("A sub-space counts by when it was added, like any geom", "[order]") {
     CHECK(difference(collide(space), {{0, 9}, {0, 1}, {9, 1}}) == "");
     dGeomSetPosition(geoms[2], dReal(0.5), 0, 0);
     CHECK(difference(collide(space), {{0, 9}, {0, 1}, {9, 1}}) == "");
-  }
-}
-
-TEST_CASE("The order survives any number of additions and removals", "[order]") {
-  const std::uint64_t seed = seedOr(21);
-  for (const Configuration& configuration : configurations()) {
-    Random random(seed);
-    const Space space(configuration);
-    dSpaceSetCleanup(space, 0);
-    World world(space);
-    world.addBoxes(denseCube(400, seed));
-    std::vector<dGeomID> in_order = world.geoms();
-    INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    for (int round = 0; round < scaled(60); ++round) {
-      for (std::size_t i = random.below(30); i > 0; --i) {
-        const std::size_t at = random.below(in_order.size());
-        const dGeomID geom = in_order[at];
-        dSpaceRemove(space, geom);
-        dSpaceAdd(space, geom);
-        in_order.erase(in_order.begin() + static_cast<std::ptrdiff_t>(at));
-        in_order.push_back(geom);
-      }
-      CAPTURE(round);
-      REQUIRE(difference(collide(space), expectedPairs(in_order)) == "");
-    }
   }
 }
 
@@ -193,37 +133,5 @@ TEST_CASE("dSpaceCollide2 of a space with itself is dSpaceCollide", "[order]") {
     CHECK(inside.size() > 500);
     CHECK(difference(inside, collide(space)) == "");
     CHECK(difference(inside, expectedPairs(world.geoms())) == "");
-  }
-}
-
-TEST_CASE("dSpaceCollide2 agrees with dSimpleSpace for many geoms", "[order]") {
-  const std::uint64_t seed = seedOr(23);
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(twoDecades(800, seed));
-    const dSpaceID simple = dSimpleSpaceCreate(nullptr);
-    INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    {
-      World twin(simple);
-      twin.addBoxes(twoDecades(800, seed));
-      for (const std::size_t n : {1, 5, 60}) {
-        CAPTURE(n);
-        const dSpaceID probes = dHashSpaceCreate(nullptr);
-        {
-          World others(probes);
-          others.addBoxes(denseCube(n, seed + 1));
-          for (const dGeomID probe : others.geoms()) setNumber(probe, 10000 + number(probe));
-          dGeomDisable(others.geoms()[0]);
-          const dGeomID p = asGeom(probes);
-          const Pairs got = collide2(space, p), other_way = collide2(p, space.geom());
-          CHECK(!got.empty());
-          CHECK(difference(sorted(got), sorted(collide2(simple, p))) == "");
-          CHECK(difference(sorted(other_way), sorted(collide2(p, asGeom(simple)))) == "");
-        }
-        dSpaceDestroy(probes);
-      }
-    }
-    dSpaceDestroy(simple);
   }
 }

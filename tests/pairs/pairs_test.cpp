@@ -11,7 +11,6 @@
 #include "support/configurations.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
-#include "support/random.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
 
@@ -31,26 +30,6 @@ TEST_CASE("Every scene gives exactly the expected pairs, at first and after move
         REQUIRE(!got.empty());
         REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
         world.jitter(0.3, seed + static_cast<std::uint64_t>(frame));
-      }
-    }
-  }
-}
-
-TEST_CASE("Scenes with one geom in ten moving keep giving the expected pairs", "[pairs]") {
-  const std::uint64_t seed = seedOr(12);
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(denseCube(1500, seed));
-    Random random(seed);
-    INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    for (int frame = 0; frame < 8; ++frame) {
-      CAPTURE(frame);
-      REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-      for (int i = 0; i < 150; ++i) {
-        dGeomSetPosition(
-            world.geoms()[random.below(1500)], static_cast<dReal>(random.between(0, 11)),
-            static_cast<dReal>(random.between(0, 11)), static_cast<dReal>(random.between(0, 11)));
       }
     }
   }
@@ -111,20 +90,6 @@ TEST_CASE("One step of dReal apart is no pair, on any axis", "[pairs]") {
         CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
       }
     }
-  }
-}
-
-TEST_CASE("Changing the method between frames does not change the pairs", "[pairs]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(twoDecades(1200, seedOr(14)));
-  Random random(seedOr(14));
-  for (int frame = 0; frame < 20; ++frame) {
-    const Configuration& configuration = configurations()[random.below(configurations().size())];
-    configure(space, configuration);
-    INFO("frame " << frame << ", " << configuration.name);
-    REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-    if (frame % 2) world.jitter(0.2, random.bits());
   }
 }
 

@@ -13,6 +13,7 @@
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
+#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
 
@@ -23,60 +24,8 @@ namespace {
 constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
 constexpr std::size_t kProbeNumber = 1000000;
 
-enum class Verdict { kKeep, kDrop, kEither };
-
-// By the definition in the public header, with eleven bits more than a double: the deepest corner
-// is in the half-space, or further from it than ten times what the header calls rounding, or
-// between.
-Verdict verdictOf(dGeomID plane_geom, dGeomID other) {
-  dVector4 plane;
-  dGeomPlaneGetParams(plane_geom, plane);
-  Bounds bounds;
-  dGeomGetAABB(other, bounds.data());
-  long double depth = -static_cast<long double>(plane[3]), size = std::fabs(plane[3]);
-  bool infinitely_far = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const long double normal = plane[axis];
-    if (normal == 0) continue;
-    const long double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
-    const long double nearest = normal > 0 ? lower : upper;
-    if (std::isinf(nearest) && (nearest > 0) != (normal > 0)) return Verdict::kKeep;
-    infinitely_far = infinitely_far || std::isinf(nearest);
-    depth += normal * nearest;
-    for (const long double bound : {lower, upper})
-      if (!std::isinf(bound)) size += std::fabs(normal) * std::fabs(bound);
-  }
-  // Sums may be infinite in dReal.
-  if (size > std::numeric_limits<dReal>::max() / 4) return Verdict::kEither;
-  if (infinitely_far) return Verdict::kDrop;
-  const long double epsilon = std::numeric_limits<dReal>::epsilon();
-  if (depth <= 0.01L * epsilon * size) return Verdict::kKeep;
-  return depth > 320 * epsilon * size + 1e-300L ? Verdict::kDrop : Verdict::kEither;
-}
-
-Verdict verdictOnPair(dGeomID a, dGeomID b) {
-  const bool plane_a = dGeomGetClass(a) == dPlaneClass, plane_b = dGeomGetClass(b) == dPlaneClass;
-  if (plane_a == plane_b) return Verdict::kKeep;
-  return plane_a ? verdictOf(a, b) : verdictOf(b, a);
-}
-
-// `got` are the pairs of `all` in their order, without any that must be dropped and with all that
-// must be kept. `geomOf` tells the geom of a number.
-template <class GeomOf>
-std::string wrongCulling(const Pairs& got, const Pairs& all, GeomOf geomOf) {
-  Pairs least, most;
-  for (const Pair& pair : all) {
-    const Verdict verdict = verdictOnPair(geomOf(pair.first), geomOf(pair.second));
-    const bool reported = std::binary_search(got.begin(), got.end(), pair);
-    if (verdict == Verdict::kKeep || (verdict == Verdict::kEither && reported))
-      least.push_back(pair);
-  }
-  return difference(got, least);
-}
-
 std::string wrongCulling(const Pairs& got, const World& world) {
-  return wrongCulling(got, expectedPairs(world.geoms()),
-                      [&](std::size_t i) { return world.geoms()[i]; });
+  return wrongByRules(Rules::of(world.space()), world.geoms(), got);
 }
 
 dGeomID obliquePlane(dSpaceID space, Random& random, dReal distance) {
@@ -242,10 +191,10 @@ TEST_CASE("Queries cull planes on both sides", "[planes]") {
       Pairs all;
       for (const dGeomID geom : world.geoms())
         if (takesPart(geom) && mayTouch(geom, probe)) all.emplace_back(number(geom), kProbeNumber);
-      const std::string wrong = wrongCulling(
-          got, all, [&](std::size_t of) { return of == kProbeNumber ? probe : world.geoms()[of]; });
+      const Pairs expected = withoutCulled(
+          all, got, [&](std::size_t of) { return of == kProbeNumber ? probe : world.geoms()[of]; });
       dGeomDestroy(probe);
-      REQUIRE(wrong == "");
+      REQUIRE(difference(got, expected) == "");
     }
   }
 }

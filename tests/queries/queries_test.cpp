@@ -11,6 +11,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
+#include "support/moving_scene.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -95,123 +96,23 @@ TEST_CASE("Queries report what the oracle expects, in order, in every scene and 
     }
 }
 
-namespace {
-
-// A space of spheres that everything happens to that a program may do to it.
-class Spheres {
- public:
-  explicit Spheres(std::uint64_t seed)
-      : random_(seed), dynamics_(dWorldCreate()), body_(dBodyCreate(dynamics_)) {
-    for (int i = 0; i < 150; ++i) create();
-  }
-  ~Spheres() {
-    for (const dGeomID geom : outside_) dGeomDestroy(geom);
-    while (!geoms_.empty()) dGeomDestroy(takeOut(geoms_.size() - 1));
-    dWorldDestroy(dynamics_);
-  }
-  Spheres(const Spheres&) = delete;
-  Spheres& operator=(const Spheres&) = delete;
-
-  dSpaceID space() const { return space_; }
-  // In the order in which they were last added.
-  const std::vector<dGeomID>& geoms() const { return geoms_; }
-  Random& random() { return random_; }
-
-  void edit() {
-    const std::size_t i = random_.below(geoms_.size());
-    const std::size_t what = random_.below(12);
-    if (what < 4)
-      editMembers(what, i);
-    else
-      editGeoms(what, i);
-  }
-  void placeAnywhere(dGeomID geom) {
-    const dReal x = between(0, 8), y = between(0, 8), z = between(0, 8);
-    dGeomSetPosition(geom, x, y, z);
-  }
-
- private:
-  dReal between(double low, double high) { return static_cast<dReal>(random_.between(low, high)); }
-  void create() {
-    const dGeomID geom = dCreateSphere(space_, between(0.2, 1));
-    setNumber(geom, next_number_++);
-    geoms_.push_back(geom);
-    placeAnywhere(geom);
-  }
-  dGeomID takeOut(std::size_t i) {
-    const dGeomID geom = geoms_[i];
-    geoms_.erase(geoms_.begin() + static_cast<std::ptrdiff_t>(i));
-    return geom;
-  }
-
-  void editMembers(std::size_t what, std::size_t i) {
-    if (what == 1) dGeomDestroy(takeOut(i));
-    if (what <= 1) create();
-    if (what == 2) {
-      outside_.push_back(takeOut(i));
-      dSpaceRemove(space_, outside_.back());
-    }
-    if (what == 3 && !outside_.empty()) {
-      dSpaceAdd(space_, outside_.back());
-      geoms_.push_back(outside_.back());
-      outside_.pop_back();
-    }
-  }
-  void editGeoms(std::size_t what, std::size_t i) {
-    switch (what) {
-      case 4:
-        (dGeomIsEnabled(geoms_[i]) ? dGeomDisable : dGeomEnable)(geoms_[i]);
-        break;
-      case 5:
-        dGeomSetCategoryBits(geoms_[i], random_.chance(0.5) ? 0 : ~0ul);
-        dGeomSetCollideBits(geoms_[i], random_.chance(0.5) ? 0 : ~0ul);
-        break;
-      case 6:
-        dGeomSetBody(geoms_[i], random_.chance(0.5) ? body_ : nullptr);
-        break;
-      case 7:
-        dGeomSphereSetRadius(geoms_[i], random_.chance(0.2) ? 0 : dReal(0.7));
-        break;
-      case 8:
-        for (const dGeomID geom : geoms_)
-          if (random_.chance(0.5) && !dGeomGetBody(geom)) placeAnywhere(geom);
-        break;
-      case 9:
-        dBodySetPosition(body_, between(0, 8), 4, 4);
-        break;
-      case 10:
-        dSpaceCollide(space_, nullptr, ignore);
-        break;
-      default:
-        dGeomSetPosition(geoms_[i], between(-2, 12), 4, 4);
-    }
-  }
-
-  Random random_;
-  const Space space_;
-  const dWorldID dynamics_;
-  const dBodyID body_;
-  std::vector<dGeomID> geoms_, outside_;
-  std::size_t next_number_ = 0;
-};
-
-}  // namespace
-
 TEST_CASE("Queries see every change to a space, whatever came before", "[queries]") {
   const int runs = scaled(12);
   for (int run = 0; run < runs; ++run) {
     const std::uint64_t seed = seedOr(110, run);
     INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    Spheres spheres(seed);
-    Random& random = spheres.random();
+    MovingScene scene(configurations()[0], 150, seed);
+    Random random(seed);
     const Probe probe(dCreateSphere(nullptr, 1));
     for (int step = 0; step < 400; ++step) {
       CAPTURE(step);
-      spheres.edit();
+      scene.edit();
+      if (random.chance(0.1)) scene.moveSome(0.5);
+      if (random.chance(0.1)) (void)collide(scene.space());
       for (std::size_t queries = random.below(4) == 0 ? 25 : random.below(3); queries > 0;
            --queries) {
-        spheres.placeAnywhere(probe);
-        REQUIRE(wrongAnswer(spheres.space(), spheres.geoms(), probe) == "");
+        putNear(probe, scene.order(), random);
+        REQUIRE(wrongAnswer(scene.space(), scene.order(), probe) == "");
       }
     }
   }

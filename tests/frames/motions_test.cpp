@@ -1,0 +1,305 @@
+// What a space keeps from frame to frame must not show: whatever moves, and however the space is
+// set, the pairs of every frame are those that its rules owe.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/events_oracle.h"
+#include "support/knobs.h"
+#include "support/moving_scene.h"
+#include "support/ode_errors.h"
+#include "support/oracle.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/rules_oracle.h"
+#include "support/scenes.h"
+#include "support/variable.h"
+
+using namespace sap_test;
+
+namespace {
+
+const char* const kNotified = "ODE_PARALLEL_SAP_NOTIFIED";
+constexpr double kSlow = 0.001;  // of a width in a frame: little for the thin bars, too
+
+const struct {
+  const char* name;
+  void (*between)(MovingScene& scene, Random& random, int frame);
+} kMotions[] = {
+    {"rests but for single changes",
+     [](MovingScene& scene, Random&, int frame) {
+       if (frame % 4 == 3) scene.edit();
+     }},
+    {"moves in part",
+     [](MovingScene& scene, Random& random, int) {
+       constexpr double parts[] = {0, 0, 0.001, 0.01, 0.01, 0.1, 0.5};
+       scene.moveSome(parts[random.below(7)]);
+       for (int i = 0; i < 3 && random.chance(0.6); ++i) scene.edit();
+     }},
+    {"drifts",
+     [](MovingScene& scene, Random& random, int frame) {
+       if (frame % 16 == 15) scene.turnBack();
+       if (random.chance(0.8)) scene.drift(random.chance(0.1) ? 0.2 : kSlow);
+       while (frame > 3 && random.chance(0.7)) scene.edit();
+     }},
+    {"trembles",
+     [](MovingScene& scene, Random& random, int frame) {
+       scene.tremble(random.chance(0.03) ? 0.3 : kSlow);
+       while (frame > 2 && random.chance(0.7)) scene.edit();
+     }},
+    {"rests, trembles and is stirred in turn",
+     [](MovingScene& scene, Random& random, int frame) {
+       const int phase = frame / 4 % 4;
+       if (phase == 1) scene.tremble(kSlow);
+       if (phase == 2)
+         for (std::size_t i = random.below(20); i > 0; --i) scene.edit();
+       if (phase == 3) scene.tremble(random.chance(0.5) ? kSlow : 0.3);
+     }},
+    {"moves far", [](MovingScene& scene, Random&, int) { scene.tremble(0.4); }},
+};
+
+void skip(dSpaceID space, bool of_static, bool asleep) {
+  dParallelSAPSpaceSetSkipStatic(space, of_static);
+  dParallelSAPSpaceSetSkipAsleep(space, asleep);
+}
+
+template <int micrometres>
+void tolerate(MovingScene& scene, Random&, int frame) {
+  if (frame == 0) dParallelSAPSpaceSetTolerance(scene.space(), micrometres * dReal(1e-6));
+}
+
+// Set before the first frame, or on the way.
+const struct {
+  const char* name;
+  double offset;
+  void (*set)(MovingScene& scene, Random& random, int frame);
+} kSettings[] = {
+    {"nothing set", 0, [](MovingScene&, Random&, int) {}},
+    {"far from the origin", 3e4, [](MovingScene&, Random&, int) {}},
+    {"static pairs left out", 0,
+     [](MovingScene& scene, Random&, int) { skip(scene.space(), true, false); }},
+    {"pairs asleep left out", 0,
+     [](MovingScene& scene, Random&, int) { skip(scene.space(), false, true); }},
+    {"pairs at rest left out", 0,
+     [](MovingScene& scene, Random&, int) { skip(scene.space(), true, true); }},
+    {"planes culled", 0,
+     [](MovingScene& scene, Random&, int) { dParallelSAPSpaceSetCullPlanes(scene.space(), 1); }},
+    {"a tolerance next to nothing", 0, tolerate<1>},
+    {"a tolerance that slow motion keeps within", 0, tolerate<10000>},
+    {"a tolerance as large as a box", 0, tolerate<1000000>},
+    {"a tolerance, planes culled and pairs at rest left out", 0,
+     [](MovingScene& scene, Random& random, int frame) {
+       tolerate<100000>(scene, random, frame);
+       skip(scene.space(), true, true);
+       dParallelSAPSpaceSetCullPlanes(scene.space(), 1);
+     }},
+    {"the space is told", 0,
+     [](MovingScene& scene, Random&, int frame) {
+       if (frame == 3) scene.promise();
+     }},
+    {"the space is told, and pairs at rest left out", 0,
+     [](MovingScene& scene, Random&, int frame) {
+       skip(scene.space(), true, true);
+       if (frame == 3) scene.promise();
+     }},
+    {"settings change", 0,
+     [](MovingScene& scene, Random& random, int frame) {
+       const dSpaceID space = scene.space();
+       if (frame % 6 != 5) return;
+       const dReal tolerances[] = {0, 0, dReal(0.05)};
+       dParallelSAPSpaceSetTolerance(space, tolerances[random.below(3)]);
+       configure(space, configurations()[random.below(configurations().size())]);
+       dParallelSAPSpaceSetNumThreads(space, random.chance(0.5) ? 3 : 1);
+       dParallelSAPSpaceSetCullPlanes(space, random.chance(0.3));
+       skip(space, random.chance(0.3), random.chance(0.3));
+     }},
+};
+
+void play(const Configuration& configuration, std::size_t motion, std::size_t setting,
+          std::size_t n) {
+  const std::uint64_t seed = seedOr(61 + 10 * setting + motion);
+  MovingScene scene(configuration, n, seed, {kSettings[setting].offset, true});
+  Random random(seed);
+  for (int frame = 0; frame < std::max(8, scaled(20)); ++frame) {
+    INFO(configuration.name << ", " << kSettings[setting].name << ", " << n << " geoms, all "
+                            << kMotions[motion].name << ", frame " << frame
+                            << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    kSettings[setting].set(scene, random, frame);
+    const Pairs pairs = collide(scene.space());
+    REQUIRE(scene.wrong(pairs) == "");
+    REQUIRE(statsOf(scene.space()).pairs == pairs.size());
+    kMotions[motion].between(scene, random, frame);
+  }
+}
+
+const Configuration on_cpu = {dParallelSAPBackendCPU, dParallelSAPMethodAuto, "auto"};
+
+}  // namespace
+
+TEST_CASE("However all moves and the space is set, the pairs are those that its rules owe",
+          "[motions]") {
+  const Variable not_notified(kNotified, nullptr);
+  constexpr std::size_t sizes[] = {12, 60, 300, 900};
+  for (std::size_t setting = 0; setting < std::size(kSettings); ++setting)
+    for (std::size_t motion = 0; motion < std::size(kMotions); ++motion) {
+      for (const std::size_t n : sizes) play(configurations()[0], motion, setting, n);
+      for (std::size_t i = 1; i < configurations().size(); ++i)
+        play(configurations()[i], motion, setting, sizes[(setting + motion + i) % 4]);
+    }
+}
+
+TEST_CASE("Statistics say what moved, what was kept and what was found anew", "[motions]") {
+  for (const double tolerance : {0.0, 0.4}) {
+    Space space(on_cpu);
+    World world(space);
+    world.addBoxes(denseCube(3000, 64));
+    dParallelSAPSpaceSetTolerance(space, tolerance);
+    const auto check = [&](std::size_t moved, bool kept) {
+      const Pairs pairs = collide(space);
+      INFO("tolerance " << tolerance << ", moved " << moved);
+      CHECK(statsOf(space).moved == moved);
+      CHECK(statsOf(space).kept == (kept ? pairs.size() : 0));
+      return pairs;
+    };
+    const Pairs first = check(3000, false);
+    CHECK(difference(check(0, true), first) == "");
+    world.jitter(0.02, 1);
+    CHECK((check(3000, tolerance > 0) == first) == (tolerance > 0));
+    dGeomSetPosition(world.geoms()[7], 1e6, 0, 0);
+    check(1, true);
+    world.jitter(2, 2);
+    check(3000, false);
+  }
+}
+
+TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
+  MovingScene scene(on_cpu, 1500, 122);
+  const auto frames = [&](int count, double distance) {
+    std::size_t kept = 0;
+    for (int frame = 0; frame < count; ++frame) {
+      if (distance > 0) scene.tremble(distance);
+      const Pairs pairs = collide(scene.space());
+      const std::size_t candidates = statsOf(scene.space()).candidates_kept;
+      if (candidates > 0) CHECK(candidates < 2 * pairs.size());
+      kept += candidates >= pairs.size() * 9 / 10;
+    }
+    return kept;
+  };
+  CHECK(frames(40, 0.4) == 0);
+  CHECK(frames(40, kSlow) > 30);
+  (void)frames(20, 0);
+  const std::size_t held = statsOf(scene.space()).memory_bytes;
+  (void)frames(80, 0);
+  CHECK(statsOf(scene.space()).memory_bytes + 36 * 1500 < held);
+  CHECK(frames(10, kSlow) > 5);
+}
+
+TEST_CASE("A callback that throws or collides its own space costs the kept pairs only",
+          "[motions]") {
+  Space space;
+  World world(space);
+  world.addBoxes(denseCube(1000, 66));
+  const Pairs pairs = collide(space);
+  CHECK_THROWS(dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { throw 1; }));
+  CHECK(difference(collide(space), pairs) == "");
+  static dSpaceID own;
+  own = space;
+  Pairs nested;
+  dSpaceCollide(space, &nested, [](void* data, dGeomID, dGeomID) {
+    Pairs& inner = *static_cast<Pairs*>(data);
+    if (inner.empty()) inner = collide(own);
+  });
+  CHECK(difference(nested, pairs) == "");
+  CHECK(difference(collide(space), pairs) == "");
+}
+
+TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {20, 300, 1500}) {
+      INFO(configuration.name << ", " << n << " geoms");
+      Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 69));
+      for (const dGeomID geom : world.geoms()) dBodyDisable(world.giveBody(geom));
+      dBodyEnable(world.bodies()[0]);
+      dParallelSAPSpaceSetSkipAsleep(space, 1);
+      const auto disabled = [&] {
+        (void)collide(space);
+        return statsOf(space).disabled;
+      };
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 0);
+      dGeomDisable(world.geoms()[1]);
+      dGeomDisable(world.geoms()[2]);
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 2);
+      dBodyEnable(world.bodies()[1]);
+      CHECK(disabled() == 2);
+      dGeomEnable(world.geoms()[1]);
+      dGeomEnable(world.geoms()[2]);
+      CHECK(disabled() == 0);
+    }
+}
+
+TEST_CASE("With a tolerance near pairs are let through, the same on any number of threads",
+          "[motions]") {
+  Space spaces[2];
+  World one(spaces[0]), two(spaces[1]);
+  World* const worlds[] = {&one, &two};
+  for (int i = 0; i < 2; ++i) {
+    worlds[i]->addBoxes(denseCube(3000, 67));
+    dParallelSAPSpaceSetTolerance(spaces[i], 0.1);
+    dParallelSAPSpaceSetNumThreads(spaces[i], i + 1);
+  }
+  for (int frame = 0; frame < 40; ++frame) {
+    INFO("frame " << frame);
+    // Further than the tolerance, then within it.
+    for (World* const world : worlds) world->jitter(frame < 20 ? 0.5 : 0.0005, frame);
+    const Pairs pairs = collide(spaces[0]);
+    REQUIRE(pairs == collide(spaces[1]));
+    if (frame % 8 == 3) CHECK(pairs.size() > expectedPairs(one.geoms()).size());
+  }
+}
+
+TEST_CASE("With a tolerance frames that report nothing have the pairs of those that do",
+          "[motions]") {
+  const BareEnvironment bare;
+  // Told of what changes and asked for events alone, and neither.
+  Space spaces[2];
+  World told(spaces[0]), untold(spaces[1]);
+  World* const worlds[] = {&told, &untold};
+  for (int i = 0; i < 2; ++i) {
+    worlds[i]->addBoxes(denseCube(600, 68));
+    dParallelSAPSpaceSetTolerance(spaces[i], 0.2);
+  }
+  dParallelSAPSpaceSetNotified(spaces[0], 1);
+  for (int frame = 0; frame < 60; ++frame) {
+    INFO("frame " << frame);
+    for (World* const world : worlds)
+      if (frame < 15) world->jitter(2, frame);
+    dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
+    REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
+  }
+}
+
+TEST_CASE("A culled plane's pairs are exact within a tolerance too", "[motions]") {
+  Space space;
+  World world(space);
+  world.addBoxes(denseCube(300, 69));
+  world.take(dCreatePlane(space, 1, 1, 0, -0.1));
+  dGeomSetPosition(world.geoms()[0], 0.5, 0.5, 0);
+  dParallelSAPSpaceSetCullPlanes(space, 1);
+  const auto ofPlane = [&] {
+    const Pairs pairs = collide(space);
+    return std::count_if(pairs.begin(), pairs.end(), [](Pair p) { return p.second == 300; });
+  };
+  const auto exact = ofPlane();
+  dParallelSAPSpaceSetTolerance(space, 1);
+  CHECK(ofPlane() == exact);
+  CHECK(ofPlane() == exact);
+}

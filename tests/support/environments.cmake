@@ -1,0 +1,27 @@
+# cmake -DENVIRONMENTS="<name> <variable>=<value>...;..." -DCOMMAND="<program>;<argument>..." -P environments.cmake
+#
+# Runs a test in one environment after the other; @name@ in an argument stands for the environment's name. Fails, with the
+# names, if the test fails in any; says SKIPPED in every environment if the test ends with 77 in each.
+cmake_minimum_required(VERSION 3.22)
+set(failed)
+set(ran FALSE)
+foreach(environment IN LISTS ENVIRONMENTS)
+  separate_arguments(variables UNIX_COMMAND "${environment}")
+  list(POP_FRONT variables name)
+  string(REPLACE "@name@" "${name}" command "${COMMAND}")
+  message("--- ${environment}")
+  execute_process(COMMAND "${CMAKE_COMMAND}" -E env ${variables} ${command} RESULT_VARIABLE result)
+  if(NOT result STREQUAL "77")
+    set(ran TRUE)
+    if(NOT result STREQUAL "0")
+      message("--- failed in the environment ${name}: ${result}")
+      list(APPEND failed "${name}")
+    endif()
+  endif()
+endforeach()
+if(failed)
+  list(JOIN failed ", " failed)
+  message(FATAL_ERROR "failed in: ${failed}")
+elseif(NOT ran)
+  message("SKIPPED in every environment")
+endif()

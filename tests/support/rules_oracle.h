@@ -1,0 +1,33 @@
+// Spaces that leave pairs out, or let some more through: skip static, skip asleep, cull planes,
+// tolerance. Which pairs they owe, which they may report, and which they must not.
+#pragma once
+
+#include <ode/ode.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "recorder.h"
+
+namespace sap_test {
+
+struct Rules {
+  bool skip_static = false, skip_asleep = false, cull_planes = false;
+  dReal tolerance = 0;
+
+  // Those of a space; none of one that is not ours.
+  static Rules of(dSpaceID space);
+  bool any() const { return skip_static || skip_asleep || cull_planes || tolerance > 0; }
+};
+
+// "" or what is wrong first with pairs that were reported by a space with these rules, to which
+// geoms were added in this order. With `beginning_only` the report ended early.
+std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
+                         const Pairs& got, bool beginning_only = false);
+
+// Of `all` pairs those that culled planes owe, or did report where rounding decides.
+Pairs withoutCulled(const Pairs& all, const Pairs& got,
+                    const std::function<dGeomID(std::size_t)>& geomOf);
+
+}  // namespace sap_test
