@@ -13,8 +13,8 @@
 namespace ode_parallel_sap {
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
-// with the pairs of the next frame. Threads share the merge piece by piece. It runs once to count
-// events, and again, if there are any, to write them and the next copy.
+// with the pairs of the next frame piece by piece. A pair of both keeps its number, one of either
+// is an event. The same loop writes the next copy.
 //
 // Between two frames geoms leave their slots and slots are closed up. So new pairs are compared by
 // the slots of the previous frame. Geoms that came later have names above all of these. Geoms keep
@@ -66,14 +66,18 @@ class PairEvents {
   struct NumberedPairs {
     Buffer<Pair> pairs;
     Buffer<Number> numbers;
+    void resize(std::size_t size) {
+      pairs.resizeDiscarding(size);
+      numbers.resizeDiscarding(size);
+    }
     std::size_t bytes() const { return bytesOf(pairs, numbers); }
   };
-  // New pairs [begin, end), the first at `place`, and the previous pairs that belong to them.
+  // New pairs, the first at `place`, and the previous pairs that belong to them.
   struct Piece {
     const Pair *begin, *end;
-    std::size_t place, previous_begin, previous_end;
-    std::size_t begun, ended;              // their number
-    std::size_t first_begun, first_ended;  // in all pieces before
+    std::size_t place, previous_place, previous_end;
+    Buffer<std::size_t> begun, ended;  // places
+    std::size_t bytes() const { return bytesOf(begun, ended); }
   };
 
   void trackSlots();
@@ -82,12 +86,10 @@ class PairEvents {
   Slot previousSlot(Slot slot) const;
   Pair inPreviousSlots(Pair pair) const;
   void planPieces(const PairList& pairs, int threads);
-  template <class Begun, class Ended, class Same>
-  void merge(const Piece& piece, Begun begun, Ended ended, Same same) const;
-  void count(Piece& piece) const;
-  void addUp();
-  void reserve(std::size_t pairs, std::size_t slots);
-  void write(const Piece& piece, const Buffer<dxGeom*>& geoms);
+  dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const;
+  void compare(Piece& piece);
+  std::size_t countSame(std::size_t place, std::size_t previous_place, std::size_t most) const;
+  void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool on_ = false;
   bool has_events_ = false;  // the last frame
