@@ -154,7 +154,7 @@ void PairEvents::planPieces(const PairList& pairs, int threads) {
   pieces_.resize(count);
 }
 
-// Copies new pairs, and the numbers of those that last.
+// Copies the new pairs, and the numbers of pairs that are in both frames.
 void PairEvents::compare(Piece& piece) {
   piece.begun.resizeDiscarding(0);
   piece.ended.resizeDiscarding(0);
@@ -188,7 +188,7 @@ std::size_t PairEvents::countSame(std::size_t place, std::size_t previous_place,
   return count;
 }
 
-// All memory is taken before the first number is.
+// Allocates all memory before it takes the first number.
 void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
   std::size_t count_begun = 0, count_ended = 0;
   for (const Piece& piece : pieces_) {

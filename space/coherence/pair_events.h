@@ -13,12 +13,12 @@
 namespace ode_parallel_sap {
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
-// with the pairs of the next frame piece by piece. A pair of both keeps its number, one of either
-// is an event. The same loop writes the next copy.
+// with the pairs of the next frame. A pair of both frames keeps its number; each other pair is an
+// event. The same loop writes the next copy. Threads share its pieces.
 //
-// Between two frames geoms leave their slots and slots are closed up. So new pairs are compared by
-// the slots of the previous frame. Geoms that came later have names above all of these. Geoms keep
-// their order when slots are closed up, so new pairs are ascending by these names, too.
+// Between two frames geoms leave their slots, and slots are closed up. So new pairs are compared by
+// the slots of the previous frame. Geoms that came since get names above all of these slots. Geoms
+// keep their order when slots are closed up, so new pairs ascend by these names, too.
 class PairEvents {
  public:
   using Event = dParallelSAPPairEvent;
@@ -73,7 +73,7 @@ class PairEvents {
     std::size_t bytes() const { return bytesOf(pairs, numbers); }
   };
   // New pairs, the first at `place`, and the previous pairs that belong to them.
-  struct Piece {
+  struct alignas(64) Piece {
     const Pair *begin, *end;
     std::size_t place, previous_place, previous_end;
     Buffer<std::size_t> begun, ended;  // places
@@ -104,7 +104,8 @@ class PairEvents {
   bool slots_changed_ = false;
   std::size_t last_slots_ = 0;
 
-  // During an update. The next two are filled if a geom has another slot than then, or another's.
+  // During an update: whether a geom has another slot than in the previous frame, or a slot that
+  // was another geom's. The next two are filled if so.
   bool renamed_ = false;
   Buffer<Slot> names_;              // by slot
   Buffer<dxGeom*> previous_geoms_;  // by previous slot
