@@ -17,7 +17,7 @@ namespace {
 // Pairs that are compared at once.
 constexpr std::size_t step = 8;  // fixed: a line of the cache
 
-Region comparing("pair events: comparison"), writing("pair events: pairs and numbers");
+Region comparing("pair events: comparison");
 
 bool areSame(const Pair* a, const Pair* b) {
   Pair differing = 0;
@@ -54,21 +54,15 @@ void PairEvents::trackSlots() {
 bool PairEvents::update(const PairList& pairs, const Buffer<dxGeom*>& geoms, Source source,
                         int threads) try {
   freeNumbers();
-  const std::size_t count_pairs = pairs.size();
-  const int team = teamFor(count_pairs + previous_.pairs.size(), grains::passed_pairs, threads);
+  const int team = teamFor(pairs.size() + previous_.pairs.size(), grains::passed_pairs, threads);
   nameSlots(geoms);
   planPieces(pairs, team);
+  next_.resize(pairs.size());
   runChunks(comparing, team, pieces_.size(), 1,
-            [&](const Range& range, int) { count(pieces_[range.begin]); });
-  addUp();
-  reserve(count_pairs, geoms.size());
-  // All memory is there: from here on nothing fails.
-  if (begun_.size() || ended_.size() || renamed_) {
-    for (Event& event : begun_) event.number = free_.take();
-    runChunks(writing, team, pieces_.size(), 1,
-              [&](const Range& range, int) { write(pieces_[range.begin], geoms); });
-    std::swap(previous_, next_);
-  }
+            [&](const Range& range, int) { compare(pieces_[range.begin]); });
+  previous_slots_.reserve(geoms.size());  // for trackSlots()
+  writeEvents(geoms);
+  std::swap(previous_, next_);
   last_slots_ = geoms.size();
   slots_changed_ = false;
   source_ = source;
@@ -126,114 +120,97 @@ void PairEvents::nameSlots(const Buffer<dxGeom*>& geoms) {
   }
 }
 
+// Null if it has left.
+dxGeom* PairEvents::previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const {
+  if (renamed_) return previous_geoms_[slot];
+  return slot < geoms.size() ? geoms[slot] : nullptr;
+}
+
 void PairEvents::planPieces(const PairList& pairs, int threads) {
-  pieces_.clear();
   const Pair* const previous = previous_.pairs.data();
-  const Pair* const previous_end = previous + previous_.pairs.size();
-  std::size_t place = 0;
+  const std::size_t previous_end = previous_.pairs.size();
   const std::size_t wanted = chunkOf(pairs.size(), chunk_pairs, threads);
-  for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair* begin = part.begin(); begin < part.end();) {
-      Piece piece = {};
-      piece.begin = begin;
-      piece.end = begin + std::min<std::size_t>(wanted, part.end() - begin);
-      piece.place = place;
-      if (place > 0) {
-        const Pair* const first = std::lower_bound(previous, previous_end, inPreviousSlots(*begin));
-        piece.previous_begin = static_cast<std::size_t>(first - previous);
-        pieces_.back().previous_end = piece.previous_begin;
-      }
-      place += static_cast<std::size_t>(piece.end - begin);
-      begin = piece.end;
-      pieces_.push_back(piece);
+  std::size_t count = 0, place = 0, previous_place = 0;
+  const auto add = [&](const Pair* begin, const Pair* end) {
+    if (pieces_.size() == count) pieces_.emplace_back();
+    if (count > 0) {
+      const Pair first = inPreviousSlots(*begin);
+      previous_place = static_cast<std::size_t>(
+          std::lower_bound(previous + previous_place, previous + previous_end, first) - previous);
+      pieces_[count - 1].previous_end = previous_place;
     }
-  if (pieces_.empty()) pieces_.push_back({});
-  pieces_.back().previous_end = previous_.pairs.size();
-}
-
-// Calls begun(new pair), ended(previous place) and same(previous place, number of pairs), in order.
-template <class Begun, class Ended, class Same>
-void PairEvents::merge(const Piece& piece, Begun begun, Ended ended, Same same) const {
-  const Pair* const previous = previous_.pairs.data();
-  const Pair* pair = piece.begin;
-  std::size_t place = piece.previous_begin;
-  while (pair < piece.end && place < piece.previous_end) {
-    if (!renamed_ && pair + step <= piece.end && place + step <= piece.previous_end &&
-        areSame(pair, previous + place)) {
-      same(place, step);
-      pair += step;
-      place += step;
-      continue;
-    }
-    const Pair now = inPreviousSlots(*pair);
-    if (now < previous[place]) {
-      begun(*pair++);
-    } else if (previous[place] < now) {
-      ended(place++);
-    } else {
-      same(place++, std::size_t{1});
-      ++pair;
-    }
-  }
-  while (pair < piece.end) begun(*pair++);
-  while (place < piece.previous_end) ended(place++);
-}
-
-void PairEvents::count(Piece& piece) const {
-  std::size_t begun = 0, ended = 0;
-  merge(
-      piece, [&](Pair) { ++begun; }, [&](std::size_t) { ++ended; },
-      [](std::size_t, std::size_t) {});
-  piece.begun = begun;
-  piece.ended = ended;
-}
-
-void PairEvents::addUp() {
-  std::size_t begun = 0, ended = 0;
-  for (Piece& piece : pieces_) {
-    piece.first_begun = std::exchange(begun, begun + piece.begun);
-    piece.first_ended = std::exchange(ended, ended + piece.ended);
-  }
-  begun_.resizeDiscarding(begun);
-  ended_.resizeDiscarding(ended);
-}
-
-// For this update, and for trackSlots() until the next one.
-void PairEvents::reserve(std::size_t pairs, std::size_t slots) {
-  if (begun_.size() || ended_.size() || renamed_) {
-    next_.pairs.resizeDiscarding(pairs);
-    next_.numbers.resizeDiscarding(pairs);
-  }
-  free_.reserve(previous_.pairs.size() + begun_.size());
-  previous_slots_.reserve(slots);
-}
-
-void PairEvents::write(const Piece& piece, const Buffer<dxGeom*>& geoms) {
-  std::copy(piece.begin, piece.end, next_.pairs.data() + piece.place);
-  const Number* const numbers = previous_.numbers.data();
-  Number* number = next_.numbers.data() + piece.place;
-  Event* begun = begun_.data() + piece.first_begun;
-  Event* ended = ended_.data() + piece.first_ended;
-  const auto previousGeom = [&](Slot slot) -> dxGeom* {
-    if (renamed_) return previous_geoms_[slot];
-    return slot < geoms.size() ? geoms[slot] : nullptr;
+    Piece& piece = pieces_[count++];
+    piece.begin = begin;
+    piece.end = end;
+    piece.place = place;
+    piece.previous_place = previous_place;
+    piece.previous_end = previous_end;
+    place += static_cast<std::size_t>(end - begin);
   };
-  merge(
-      piece,
-      [&](Pair pair) {
-        begun->o1 = geoms[earlierOf(pair)];
-        begun->o2 = geoms[laterOf(pair)];
-        begun->place = static_cast<std::size_t>(number - next_.numbers.data());
-        *number++ = begun++->number;
-      },
-      [&](std::size_t place) {
-        const Pair pair = previous_.pairs[place];
-        *ended++ = {previousGeom(earlierOf(pair)), previousGeom(laterOf(pair)), place,
-                    numbers[place]};
-      },
-      [&](std::size_t place, std::size_t count) {
-        number = std::copy_n(numbers + place, count, number);
-      });
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (std::size_t i = 0; i < part.size(); i += wanted)
+      add(part.data() + i, part.data() + std::min(i + wanted, part.size()));
+  if (count == 0) add(nullptr, nullptr);
+  pieces_.resize(count);
+}
+
+// Copies the new pairs, and the numbers of pairs that are in both frames.
+void PairEvents::compare(Piece& piece) {
+  piece.begun.resizeDiscarding(0);
+  piece.ended.resizeDiscarding(0);
+  std::copy(piece.begin, piece.end, next_.pairs.data() + piece.place);
+  std::size_t place = piece.place, previous = piece.previous_place;
+  const std::size_t end = place + static_cast<std::size_t>(piece.end - piece.begin);
+  for (;;) {
+    const std::size_t common =
+        countSame(place, previous, std::min(end - place, piece.previous_end - previous));
+    std::copy_n(previous_.numbers.data() + previous, common, next_.numbers.data() + place);
+    place += common;
+    previous += common;
+    if (place == end && previous == piece.previous_end) return;
+    if (previous == piece.previous_end ||
+        (place < end && inPreviousSlots(next_.pairs[place]) < previous_.pairs[previous]))
+      piece.begun.push_back(place++);
+    else
+      piece.ended.push_back(previous++);
+  }
+}
+
+// How many pairs from these places on are the same, `most` at most.
+std::size_t PairEvents::countSame(std::size_t place, std::size_t previous_place,
+                                  std::size_t most) const {
+  const Pair* const next = next_.pairs.data() + place;
+  const Pair* const previous = previous_.pairs.data() + previous_place;
+  std::size_t count = 0;
+  if (!renamed_)
+    while (most - count >= step && areSame(next + count, previous + count)) count += step;
+  while (count < most && inPreviousSlots(next[count]) == previous[count]) ++count;
+  return count;
+}
+
+// Allocates all memory before it takes the first number.
+void PairEvents::writeEvents(const Buffer<dxGeom*>& geoms) {
+  std::size_t count_begun = 0, count_ended = 0;
+  for (const Piece& piece : pieces_) {
+    count_begun += piece.begun.size();
+    count_ended += piece.ended.size();
+  }
+  begun_.resizeDiscarding(count_begun);
+  ended_.resizeDiscarding(count_ended);
+  free_.reserve(previous_.pairs.size() + count_begun);
+  Event *begun = begun_.data(), *ended = ended_.data();
+  for (const Piece& piece : pieces_) {
+    for (const std::size_t place : piece.begun) {
+      const Pair pair = next_.pairs[place];
+      const Number number = next_.numbers[place] = free_.take();
+      *begun++ = {geoms[earlierOf(pair)], geoms[laterOf(pair)], place, number};
+    }
+    for (const std::size_t place : piece.ended) {
+      const Pair pair = previous_.pairs[place];
+      *ended++ = {previousGeom(earlierOf(pair), geoms), previousGeom(laterOf(pair), geoms), place,
+                  previous_.numbers[place]};
+    }
+  }
 }
 
 std::size_t PairEvents::placeOf(Slot a, Slot b) const {

@@ -13,12 +13,12 @@
 namespace ode_parallel_sap {
 
 // Keeps a copy of the pairs of the previous frame, ascending, with their numbers, and merges it
-// with the pairs of the next frame. Threads share the merge piece by piece. It runs once to count
-// events, and again, if there are any, to write them and the next copy.
+// with the pairs of the next frame. A pair of both frames keeps its number; each other pair is an
+// event. The same loop writes the next copy. Threads share its pieces.
 //
-// Between two frames geoms leave their slots and slots are closed up. So new pairs are compared by
-// the slots of the previous frame. Geoms that came later have names above all of these. Geoms keep
-// their order when slots are closed up, so new pairs are ascending by these names, too.
+// Between two frames geoms leave their slots, and slots are closed up. So new pairs are compared by
+// the slots of the previous frame. Geoms that came since get names above all of these slots. Geoms
+// keep their order when slots are closed up, so new pairs ascend by these names, too.
 class PairEvents {
  public:
   using Event = dParallelSAPPairEvent;
@@ -66,14 +66,18 @@ class PairEvents {
   struct NumberedPairs {
     Buffer<Pair> pairs;
     Buffer<Number> numbers;
+    void resize(std::size_t size) {
+      pairs.resizeDiscarding(size);
+      numbers.resizeDiscarding(size);
+    }
     std::size_t bytes() const { return bytesOf(pairs, numbers); }
   };
-  // New pairs [begin, end), the first at `place`, and the previous pairs that belong to them.
-  struct Piece {
+  // New pairs, the first at `place`, and the previous pairs that belong to them.
+  struct alignas(64) Piece {
     const Pair *begin, *end;
-    std::size_t place, previous_begin, previous_end;
-    std::size_t begun, ended;              // their number
-    std::size_t first_begun, first_ended;  // in all pieces before
+    std::size_t place, previous_place, previous_end;
+    Buffer<std::size_t> begun, ended;  // places
+    std::size_t bytes() const { return bytesOf(begun, ended); }
   };
 
   void trackSlots();
@@ -82,12 +86,10 @@ class PairEvents {
   Slot previousSlot(Slot slot) const;
   Pair inPreviousSlots(Pair pair) const;
   void planPieces(const PairList& pairs, int threads);
-  template <class Begun, class Ended, class Same>
-  void merge(const Piece& piece, Begun begun, Ended ended, Same same) const;
-  void count(Piece& piece) const;
-  void addUp();
-  void reserve(std::size_t pairs, std::size_t slots);
-  void write(const Piece& piece, const Buffer<dxGeom*>& geoms);
+  dxGeom* previousGeom(Slot slot, const Buffer<dxGeom*>& geoms) const;
+  void compare(Piece& piece);
+  std::size_t countSame(std::size_t place, std::size_t previous_place, std::size_t most) const;
+  void writeEvents(const Buffer<dxGeom*>& geoms);
 
   bool on_ = false;
   bool has_events_ = false;  // the last frame
@@ -102,7 +104,8 @@ class PairEvents {
   bool slots_changed_ = false;
   std::size_t last_slots_ = 0;
 
-  // During an update. The next two are filled if a geom has another slot than then, or another's.
+  // During an update: whether a geom has another slot than in the previous frame, or a slot that
+  // was another geom's. The next two are filled if so.
   bool renamed_ = false;
   Buffer<Slot> names_;              // by slot
   Buffer<dxGeom*> previous_geoms_;  // by previous slot

@@ -176,8 +176,8 @@ const std::vector<std::string> regions_of_preload = {"contacts: precomputed pair
 
 const std::vector<std::string> regions_of_rays = {"rays: rays", "rays: geoms on images"};
 
-const std::vector<std::string> regions_of_bulk = {
-    "pairs in blocks: blocks", "pair events: comparison", "pair events: pairs and numbers"};
+const std::vector<std::string> regions_of_bulk = {"pairs in blocks: blocks",
+                                                  "pair events: comparison"};
 
 // The pairs of each frame, held against the oracle.
 std::vector<Pairs> framesOf(const Play& play, int threads) {

@@ -396,7 +396,7 @@ TEST_CASE("Only spaces that tell events hold memory for them, and give it back",
     const std::size_t held = statsOf(each).memory_bytes;
     CHECK((each == space) == (numbersOf(each).size() == pairs));
     if (each == space) {
-      // 16 bytes a pair and what begins and ends.
+      // 24 bytes a pair, and events.
       dParallelSAPSpaceSetEvents(each, 0);
       CHECK(held - statsOf(each).memory_bytes > 12 * pairs);
       CHECK(held - statsOf(each).memory_bytes < 100 * pairs);
