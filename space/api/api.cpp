@@ -11,14 +11,12 @@
 
 #include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
+#include "space/extract/device_backend.h"
 #include "space/geom/assertions.h"
-#include "space/ode/environment.h"
 #include "space/ode/ode_space.h"
 #include "space/trace/trace.h"
 
-using ode_parallel_sap::parallelSAPSpace;
-using ode_parallel_sap::ParallelSAPSpace;
-using ode_parallel_sap::require;
+using namespace ode_parallel_sap;
 
 namespace {
 
@@ -29,18 +27,24 @@ ParallelSAPSpace& checked(dSpaceID space, const char* caller = __builtin_FUNCTIO
   return *own;
 }
 
-std::size_t give(const ode_parallel_sap::Buffer<dParallelSAPPairEvent>& events,
-                 const dParallelSAPPairEvent** pairs) {
+bool isLength(dReal value) {
+  return value >= 0 && value <= std::numeric_limits<dReal>::max();
+}
+
+std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAPPairEvent** pairs) {
   *pairs = events.size() ? events.data() : nullptr;
   return events.size();
 }
 
-void checkRays(const dParallelSAPRay* rays, std::size_t count, int flags,
-               const char* caller = __builtin_FUNCTION()) {
+std::size_t castRays(dSpaceID space, const RayRequest& request,
+                     const char* caller = __builtin_FUNCTION()) {
+  ParallelSAPSpace& own = checked(space, caller);
   constexpr int known = 0xffff | dParallelSAPRayFirstContact | dParallelSAPRayBackfaceCull |
                         dParallelSAPRayClosestHit;
-  require(rays || count == 0, "no rays", caller);
-  require((flags & ~known) == 0, "unknown flags for rays", caller);
+  require(request.rays || request.count == 0, "no rays", caller);
+  require((request.flags & ~known) == 0, "unknown flags for rays", caller);
+  require(request.nearest || request.all || request.count == 0, "no place for hits", caller);
+  return own.castRays(request);
 }
 
 void checkContacts(const dContactGeom* contacts, int count, int most,
@@ -67,20 +71,16 @@ int dSpaceIsParallelSAP(dSpaceID space) {
 void dParallelSAPClassHasNoAABBTest(int geom_class) {
   const bool known = geom_class >= dFirstUserClass && geom_class <= dLastUserClass;
   dUASSERT(known, "dParallelSAPClassHasNoAABBTest: not a class of dCreateGeomClass");
-  if (known) ode_parallel_sap::untested_classes |= 1u << (geom_class - dFirstUserClass);
+  if (known) untested_classes |= 1u << (geom_class - dFirstUserClass);
 }
 
 int dParallelSAPSpaceSetBackend(dSpaceID space, int backend) {
   ParallelSAPSpace& own = checked(space);
   const bool known = backend >= dParallelSAPBackendAuto && backend <= dParallelSAPBackendCUDA;
   dUASSERT(known, "no such back end");
-  if (!known || !ode_parallel_sap::hasBackend(backend)) return 0;
+  if (!known || (backend == dParallelSAPBackendCUDA && !deviceAvailable())) return 0;
   own.changeSettings().backend = backend;
   return 1;
-}
-
-int dParallelSAPSpaceGetBackend(dSpaceID space) {
-  return checked(space).settings().backend;
 }
 
 int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
@@ -91,28 +91,16 @@ int dParallelSAPSpaceSetMethod(dSpaceID space, int method) {
   return known;
 }
 
-int dParallelSAPSpaceGetMethod(dSpaceID space) {
-  return checked(space).settings().method;
-}
-
 void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of threads");
-  own.changeSettings().threads = std::min(n, ode_parallel_sap::most_threads);
-}
-
-int dParallelSAPSpaceGetNumThreads(dSpaceID space) {
-  return checked(space).settings().threads;
+  own.changeSettings().threads = std::min(n, most_threads);
 }
 
 void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n) {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(n >= 0, "negative number of devices");
   own.changeSettings().devices = n;
-}
-
-int dParallelSAPSpaceGetNumDevices(dSpaceID space) {
-  return checked(space).settings().devices;
 }
 
 void dParallelSAPSpaceCollideContactsSized(size_t size, dSpaceID space, void* data, int flags,
@@ -149,27 +137,21 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
 
 size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays, size_t count, int flags,
                              dParallelSAPRayHit* nearest) {
-  ParallelSAPSpace& own = checked(space);
-  checkRays(rays, count, flags);
-  dAASSERT(nearest || count == 0);
-  return own.castRays({rays, count, flags, nearest, nullptr, nullptr});
+  return castRays(space, {rays, count, flags, nearest, nullptr, nullptr});
 }
 
 size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays, size_t count,
                                 int flags, void* data, dParallelSAPRayCallback* callback) {
-  ParallelSAPSpace& own = checked(space);
-  checkRays(rays, count, flags);
-  dAASSERT(callback);
-  return own.castRays({rays, count, flags, nullptr, data, callback});
+  return castRays(space, {rays, count, flags, nullptr, data, callback});
 }
 
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
   dUASSERT(own.lock_count == 0, "invalid operation for locked space");
-  own.observers().remove(own.observers().find<ode_parallel_sap::Trace>());
+  own.observers().remove(own.observers().find<Trace>());
   if (!path || every < 1) return !path;
-  auto trace = std::make_unique<ode_parallel_sap::Trace>(every);
+  auto trace = std::make_unique<Trace>(every);
   if (!trace->open(path)) return 0;
   own.observe(std::move(trace));
   return 1;
@@ -202,7 +184,7 @@ size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space, const dParallelSAPPairEven
 
 size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space, const unsigned** numbers) {
   dAASSERT(numbers);
-  const ode_parallel_sap::PairEvents& events = checked(space).events();
+  const PairEvents& events = checked(space).events();
   *numbers = events.pairs() ? events.numbers() : nullptr;
   return events.pairs();
 }
@@ -215,49 +197,17 @@ int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2, unsigned* 
 
 int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most) {
   checkContacts(contacts, count, most);
-  return ode_parallel_sap::keepDeepest(contacts, count, most);
+  return keepDeepest(contacts, count, most);
 }
 
 int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most) {
   checkContacts(contacts, count, most);
-  return ode_parallel_sap::keepSpread(contacts, count, most);
+  return keepSpread(contacts, count, most);
 }
 
 void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2) {
   dAASSERT(pairs && o1 && o2);
-  static_cast<ode_parallel_sap::ContactPairs*>(pairs)->add(o1, o2);
-}
-
-void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull) {
-  checked(space).changeSettings().rules.cull_planes = cull != 0;
-}
-
-int dParallelSAPSpaceGetCullPlanes(dSpaceID space) {
-  return checked(space).settings().rules.cull_planes;
-}
-
-void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip) {
-  checked(space).changeSettings().rules.skip_static = skip != 0;
-}
-
-int dParallelSAPSpaceGetSkipStatic(dSpaceID space) {
-  return checked(space).settings().rules.skip_static;
-}
-
-void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip) {
-  checked(space).changeSettings().rules.skip_asleep = skip != 0;
-}
-
-int dParallelSAPSpaceGetSkipAsleep(dSpaceID space) {
-  return checked(space).settings().rules.skip_asleep;
-}
-
-void dParallelSAPSpaceSetNotified(dSpaceID space, int notified) {
-  checked(space).changeSettings().rules.notified = notified != 0;
-}
-
-int dParallelSAPSpaceGetNotified(dSpaceID space) {
-  return checked(space).settings().rules.notified;
+  static_cast<ContactPairs*>(pairs)->add(o1, o2);
 }
 
 void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
@@ -266,20 +216,35 @@ void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom) {
   own.notify(geom);
 }
 
+#define GETTER(type, get, setting)            \
+  type get(dSpaceID space) {                  \
+    return checked(space).settings().setting; \
+  }
+#define SWITCH(set, get, setting)                      \
+  void set(dSpaceID space, int on) {                   \
+    checked(space).changeSettings().setting = on != 0; \
+  }                                                    \
+  GETTER(int, get, setting)
+
+GETTER(int, dParallelSAPSpaceGetBackend, backend)
+GETTER(int, dParallelSAPSpaceGetMethod, method)
+GETTER(int, dParallelSAPSpaceGetNumThreads, threads)
+GETTER(int, dParallelSAPSpaceGetNumDevices, devices)
+GETTER(dReal, dParallelSAPSpaceGetTolerance, rules.tolerance)
+SWITCH(dParallelSAPSpaceSetSkipStatic, dParallelSAPSpaceGetSkipStatic, rules.skip_static)
+SWITCH(dParallelSAPSpaceSetSkipAsleep, dParallelSAPSpaceGetSkipAsleep, rules.skip_asleep)
+SWITCH(dParallelSAPSpaceSetCullPlanes, dParallelSAPSpaceGetCullPlanes, rules.cull_planes)
+SWITCH(dParallelSAPSpaceSetNotified, dParallelSAPSpaceGetNotified, rules.notified)
+
 void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance) {
   ParallelSAPSpace& own = checked(space);
-  dUASSERT(distance >= 0 && distance <= std::numeric_limits<dReal>::max(),
-           "tolerance is not a length");
+  dUASSERT(isLength(distance), "tolerance is not a length");
   own.changeSettings().rules.tolerance = distance;
-}
-
-dReal dParallelSAPSpaceGetTolerance(dSpaceID space) {
-  return checked(space).settings().rules.tolerance;
 }
 
 void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step) {
   ParallelSAPSpace& own = checked(space);
-  dUASSERT(step >= 0 && step <= std::numeric_limits<dReal>::max(), "step is not a time");
+  dUASSERT(isLength(step), "step is not a time");
   own.setSweptBounds(step);
 }
 
