@@ -170,15 +170,13 @@ void ParallelSAPSpace::closeSlots() {
   slots_.close();
   queries_.reset();
   if (rays_) rays_->reset();
-  silent_.clear();
-  for (Slot slot = 0; slot < slots_.size(); ++slot)
-    if (mayBeSilent(slots_.geoms()[slot])) silent_.add(slot);
+  silent_.renumber(slots_.geoms());
 }
 
-// Asks the geoms that may be dirty without having said so, before the sweep makes some dirty of
+// Checks the geoms that may be dirty without having said so, before the sweep makes some dirty of
 // which spaces around this one are not to know.
-void ParallelSAPSpace::askSilent() {
-  silent_.ask(*this, slots_.geoms().data());
+void ParallelSAPSpace::checkSilent() {
+  silent_.check(*this, slots_.geoms().data());
   if (any_swept.load(std::memory_order_relaxed)) sweep();
 }
 
@@ -230,12 +228,8 @@ void ParallelSAPSpace::sweep(dxGeom* geom) {
   swept_.sweepOne(geom, Slots::slotOf(geom), slots_.size());
 }
 
-void ParallelSAPSpace::addMeshes(std::vector<dxGeom*>& meshes) {
-  silent_.addMeshes(slots_.geoms().data(), meshes);
-}
-
 void ParallelSAPSpace::cleanGeoms() {
-  askSilent();
+  checkSilent();
   cleanNoted();
 }
 
@@ -272,7 +266,7 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   const unsigned notified = notified_of_all.load(std::memory_order_relaxed);
   if (notified != notified_of_all_) notify(nullptr);
   notified_of_all_ = notified;
-  askSilent();
+  checkSilent();
   observers_.forEach([&](SpaceObserver& observer) {
     if (call.nested() || !observer.wantsScene()) return;
     const Scene all = scene(false);
@@ -324,7 +318,7 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
 }
 
 // Has a geom that this space is asked about brought up to date by the space that it is in, or is.
-void ParallelSAPSpace::askOther(dxGeom* geom) {
+void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->cleanGeoms();
@@ -343,8 +337,8 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 }
 
 void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback) {
-  askSilent();
-  askOther(geom);
+  checkSilent();
+  updateOther(geom);
   cleanFew();
   updateAABB(geom);
   if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
@@ -368,7 +362,7 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Call call(*this);
   const StageRange range(Stage::rays);
-  askSilent();
+  checkSilent();
   cleanFew();
   const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
                               getManualCleanup() != 0};

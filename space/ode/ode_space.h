@@ -44,8 +44,11 @@ class ParallelSAPSpace : public dxSpace {
   std::size_t castRays(const RayRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
-  // Adds all meshes in it, at any depth.
-  void addMeshes(std::vector<dxGeom*>& meshes);
+  // Calls visit(geom) for its meshes and sub-spaces, and perhaps for others.
+  template <class Visit>
+  void forMayBeSilent(Visit visit) const {
+    silent_.slots().forEach([&](Slot slot) { visit(slots_.geoms()[slot]); });
+  }
 
   // The program tells what ODE does not: that a geom, or with null any, may have other bits,
   // another body or another enabled state. For a geom from many threads at once.
@@ -103,8 +106,8 @@ class ParallelSAPSpace : public dxSpace {
   void beginFrame(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
-  void askSilent();
-  static void askOther(dxGeom* geom);
+  void checkSilent();
+  static void updateOther(dxGeom* geom);
   void sweep();
   void sweep(dxGeom* geom);
   void cleanNoted();

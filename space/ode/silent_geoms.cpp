@@ -1,7 +1,7 @@
 #include "space/ode/silent_geoms.h"
 
+#include <algorithm>
 #include <new>
-#include <utility>
 
 #include "space/ode/ode_space.h"
 
@@ -13,20 +13,13 @@ bool isDirty(const dxGeom* geom) {
   return (geom->gflags & GEOM_DIRTY) != 0;
 }
 
-// A stock space that is going through its list must not be told to put it into another order.
-void tell(dxSpace* space, dxGeom* geom) {
-  if (space->lock_count == 0 || dynamic_cast<ParallelSAPSpace*>(space)) space->dirty(geom);
+bool mayBeSilent(const dxGeom* geom) {
+  return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-void addMeshesOf(dxSpace* space, std::vector<dxGeom*>& meshes) {
-  if (ParallelSAPSpace* const own = dynamic_cast<ParallelSAPSpace*>(space)) {
-    own->addMeshes(meshes);
-    return;
-  }
-  for (dxGeom* geom = space->first; geom; geom = geom->next) {
-    if (geom->type == dTriMeshClass) meshes.push_back(geom);
-    if (IS_SPACE(geom)) addMeshesOf(static_cast<dxSpace*>(geom), meshes);
-  }
+// A stock space that is going through its list must not be told to put it into another order.
+void tell(dxSpace* space, dxGeom* geom) {
+  if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
 }
 
 // Where there is no memory to list them. No list is put into another order while it is gone
@@ -53,93 +46,79 @@ void makeDirty(dxSpace* space, bool telling) {
   }
 }
 
-bool mayBeSilent(const dxGeom* geom) {
-  return geom->type == dTriMeshClass || IS_SPACE(geom);
+void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
+  slots_.clear();
+  listed_ = within_listed_ = false;
+  for (Slot slot = 0; slot < geoms.size(); ++slot)
+    if (mayBeSilent(geoms[slot])) slots_.insert(slot);
 }
 
-// A sub-space that stays where it is keeps its list. A geom that is new is dirty.
-void SilentGeoms::list(dxGeom* const* geoms) {
-  slots_.forEach([&](Slot slot) {
-    if (!mayBeSilent(geoms[slot])) slots_.erase(slot);
-  });
-  std::vector<Watched> watched;
-  watched.reserve(slots_.count());
-  auto before = watched_.begin();
-  slots_.forEach([&](Slot slot) {
-    while (before != watched_.end() && before->slot < slot) ++before;
-    const bool same =
-        before != watched_.end() && before->slot == slot && before->geom == geoms[slot];
-    watched.push_back(same ? std::move(*before) : Watched{slot, geoms[slot], {}});
-  });
-  watched_ = std::move(watched);
-}
-
-// What a dirty one holds may be other geoms than before. It is told of them when it is clean again:
-// its own list may have them in front already.
-void SilentGeoms::askSubspace(Watched& subspace) {
-  const bool was_dirty = isDirty(subspace.geom);
-  if (was_dirty || !subspace.listed) {
-    subspace.listed = false;  // should memory end
-    subspace.meshes.clear();
-    addMeshesOf(static_cast<dxSpace*>(subspace.geom), subspace.meshes);
-    subspace.listed = true;
-  }
-  for (dxGeom* const mesh : subspace.meshes) {
-    if (!isDirty(mesh)) continue;
-    if (!was_dirty) tell(mesh->parent_space, mesh);
-    makeDirty(mesh->parent_space, true);
-  }
-}
-
-// As most of the time none is, the flags are looked at without a branch. What a dirty sub-space
-// held when it was listed may be gone.
+// As most of the time none is, the flags are read without a branch. The meshes of a dirty sub-space
+// may be gone.
 bool SilentGeoms::anyDirty() const {
-  const dxGeom* const* geom = asked_.data();
-  const dxGeom* const* const spaces_end = geom + asked_spaces_;
-  const dxGeom* const* const end = geom + asked_.size();
   int flags = 0;
-  for (; geom < spaces_end; ++geom) flags |= (*geom)->gflags;
+  for (const dxGeom* geom : direct_) flags |= geom->gflags;
   if (flags & GEOM_DIRTY) return true;
-  for (; geom < end; ++geom) flags |= (*geom)->gflags;
+  for (const Within& within : within_) flags |= within.mesh->gflags;
   return (flags & GEOM_DIRTY) != 0;
 }
 
-void SilentGeoms::listAsked() {
-  asked_.clear();
-  for (const Watched& watched : watched_)
-    if (IS_SPACE(watched.geom)) asked_.push_back(watched.geom);
-  asked_spaces_ = asked_.size();
-  for (const Watched& watched : watched_) {
-    if (!IS_SPACE(watched.geom)) asked_.push_back(watched.geom);
-    asked_.insert(asked_.end(), watched.meshes.begin(), watched.meshes.end());
-  }
+void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
+  const auto add = [&](dxGeom* geom) {
+    if (geom->type == dTriMeshClass) within_.push_back({slot, geom});
+    if (IS_SPACE(geom)) listMeshes(static_cast<dxSpace*>(geom), slot);
+  };
+  if (const ParallelSAPSpace* const own = parallelSAPSpace(space))
+    own->forMayBeSilent(add);
+  else
+    for (dxGeom* geom = space->first; geom; geom = geom->next) add(geom);
 }
 
-void SilentGeoms::askAll(dxSpace& space, dxGeom* const* geoms) try {
-  if (!listed_) list(geoms);
-  listed_ = false;  // should memory end
-  bool any = false;
-  for (Watched& watched : watched_) {
-    if (IS_SPACE(watched.geom)) askSubspace(watched);
-    if (!isDirty(watched.geom)) continue;
-    space.dirty(watched.geom);
-    any = true;
-  }
-  if (any) makeDirty(&space, true);
-  listAsked();
-  listed_ = true;
-} catch (const std::bad_alloc&) {
-  makeDirtyAround(&space);
-  for (dxGeom* geom = space.first; geom; geom = geom->next)
-    if (mayBeSilent(geom) && isDirty(geom)) space.dirty(geom);
-}
-
-void SilentGeoms::addMeshes(dxGeom* const* geoms, std::vector<dxGeom*>& meshes) {
+// Of the sub-spaces only the dirty ones are gone through, if the others are listed. A geom that is
+// new in a slot is dirty.
+void SilentGeoms::list(dxGeom* const* geoms) {
+  const bool all = !within_listed_;
+  listed_ = within_listed_ = false;  // should memory end
+  const auto isOld = [&](const Within& within) {
+    return all || !slots_.contains(within.slot) || isDirty(geoms[within.slot]);
+  };
+  within_.erase(std::remove_if(within_.begin(), within_.end(), isOld), within_.end());
+  direct_.clear();
   slots_.forEach([&](Slot slot) {
     dxGeom* const geom = geoms[slot];
-    if (geom->type == dTriMeshClass) meshes.push_back(geom);
-    if (IS_SPACE(geom)) addMeshesOf(static_cast<dxSpace*>(geom), meshes);
+    if (!mayBeSilent(geom)) return slots_.erase(slot);
+    direct_.push_back(geom);
+    if (IS_SPACE(geom) && (all || isDirty(geom))) listMeshes(static_cast<dxSpace*>(geom), slot);
   });
+  listed_ = within_listed_ = true;
+}
+
+// A sub-space that is dirty is told of its meshes when it is clean again: its own list may have
+// them in front already.
+void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
+  try {
+    list(geoms);
+    Slot slot = 0;
+    bool was_dirty = false;
+    for (auto within = within_.begin(); within != within_.end(); ++within) {
+      if (within == within_.begin() || within->slot != slot) {
+        slot = within->slot;
+        was_dirty = isDirty(geoms[slot]);
+      }
+      if (!isDirty(within->mesh)) continue;
+      if (!was_dirty) tell(within->mesh->parent_space, within->mesh);
+      makeDirty(within->mesh->parent_space, true);
+    }
+  } catch (const std::bad_alloc&) {
+    makeDirtyAround(&space);
+  }
+  bool any = false;
+  slots_.forEach([&](Slot slot) {
+    if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot])) return;
+    space.dirty(geoms[slot]);
+    any = true;
+  });
+  if (any) makeDirty(&space, true);
 }
 
 }  // namespace ode_parallel_sap
