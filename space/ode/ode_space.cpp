@@ -63,9 +63,9 @@ class ParallelSAPSpace::Lock {
 };
 
 // One that calls back. A longjmp leaves the lock counted.
-class ParallelSAPSpace::Call : Lock, public Workspaces::Use {
+class ParallelSAPSpace::Call : Lock, public WorkspaceUse {
  public:
-  explicit Call(ParallelSAPSpace& space) : Lock(space), Use(space.workspaces_) {
+  explicit Call(ParallelSAPSpace& space) : Lock(space), WorkspaceUse(space.workspace_) {
     team_times =
         TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
   }
@@ -378,7 +378,7 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {
   return pipeline_.statistics().onRequest(
-      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspaces_));
+      sizeof *this + bytesOf(slots_, silent_, swept_, queries_, rays_, pipeline_, workspace_));
 }
 
 ParallelSAPSpace* parallelSAPSpace(dSpaceID space) {

@@ -16,7 +16,7 @@
 #include "space/ode/silent_geoms.h"
 #include "space/ode/space_observer.h"
 #include "space/ode/swept_bounds.h"
-#include "space/ode/workspaces.h"
+#include "space/ode/workspace.h"
 #include "space/queries/geom_queries.h"
 #include "space/rays/ray_caster.h"
 
@@ -131,7 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
-  Workspaces workspaces_;
+  Workspace workspace_;
   SpaceObservers observers_;
 };
 

@@ -1,4 +1,4 @@
-#include "space/ode/workspaces.h"
+#include "space/ode/workspace.h"
 
 #include <new>
 
@@ -42,13 +42,13 @@ bool hasEnded(const Workspace& workspace, const char* now) {
 }  // namespace
 
 // Not inline, so that the compiler leaves no part of the object out.
-Workspaces::Use::Use(Workspaces& all) : workspace_(&all.outermost_) {
+WorkspaceUse::WorkspaceUse(Workspace& outermost) : workspace_(&outermost) {
   const char *const begin = reinterpret_cast<const char*>(this), *const end = begin + sizeof *this;
   while (workspace_->taken_at && !hasEnded(*workspace_, end)) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
     workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_.emplace();
   }
-  nested_ = workspace_ != &all.outermost_;
+  nested_ = workspace_ != &outermost;
   for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;
   workspace_->taken_at = begin;
   workspace_->taken_by = std::this_thread::get_id();

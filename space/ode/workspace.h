@@ -1,4 +1,4 @@
-// What calls of one space hold while they call back, owned by the space.
+// What a call of a space holds while it calls back, owned by the space.
 #pragma once
 
 #include <ode/ode.h>
@@ -31,33 +31,21 @@ struct Workspace {
   std::size_t bytes() const { return bytesOf(frame, hits, rays, inner); }
 };
 
-// A callback may leave a call by longjmp, which runs no destructor. So a call owns nothing and
-// leaves no pointer to its stack in the space: it uses a workspace, and the next call finds out
-// whether that one has ended. A call at the same or a shallower depth of the same stack proves it,
-// as does one of another thread, since one thread at a time uses a space.
-// A call that is deeper, or on another stack of the thread (a fiber), counts as one within a
-// callback: its pairs are right, but it keeps nothing for the next frame and reports no events.
-class Workspaces {
+// One call, from its begin to its end. A callback may leave it by longjmp, which runs no
+// destructor. So a call owns nothing and leaves no pointer to its stack in the space: it uses a
+// workspace, and the next call finds out whether that one has ended. A call at the same or a
+// shallower depth of the same stack proves it, as does one of another thread, since one thread at a
+// time uses a space. A call that is deeper, or on another stack of the thread (a fiber), counts as
+// one within a callback: its pairs are right, but it keeps nothing for the next frame and reports
+// no events.
+class WorkspaceUse {
  public:
-  class Use;
+  // `outermost`: of calls that are within no callback.
+  explicit WorkspaceUse(Workspace& outermost);
+  ~WorkspaceUse() { workspace_->taken_at = nullptr; }
+  WorkspaceUse(const WorkspaceUse&) = delete;
+  WorkspaceUse& operator=(const WorkspaceUse&) = delete;
 
-  // Of calls that are within no callback.
-  Workspace& outermost() { return outermost_; }
-  std::size_t bytes() const { return outermost_.bytes(); }
-
- private:
-  Workspace outermost_;
-};
-
-// One call, from its begin to its end.
-class Workspaces::Use {
- public:
-  explicit Use(Workspaces& all);
-  ~Use() { workspace_->taken_at = nullptr; }
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
-
-  Workspace& operator*() const { return *workspace_; }
   Workspace* operator->() const { return workspace_; }
   // Whether it is within a callback of this space.
   bool nested() const { return nested_; }
