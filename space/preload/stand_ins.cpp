@@ -14,7 +14,7 @@
 #include "space/frame/stage_clock.h"
 #include "space/geom/assertions.h"
 #include "space/ode/environment.h"
-#include "space/ode/ode_layout.h"
+#include "space/preload/ode_layout.h"
 #include "space/ode/ode_space.h"
 #include "space/preload/precomputed_contacts.h"
 #include "space/trace/trace.h"
