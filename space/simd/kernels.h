@@ -178,13 +178,11 @@ struct KernelSet {
   const char* name;
   Kernels<float> narrow;
   Kernels<double> wide;
-  // Null in a set that has to look at one word after the other. Writes lists of pairs, ascending in
-  // each, to `sorted`. A word is a pair's later slot, below 2^30 and none twice in a list, above
-  // its borderline mark; up to fifteen words beyond the last are read. `sortLong` sorts a long list
-  // in place.
+  // Writes lists of pairs, ascending in each, to `sorted`. A word is a pair's later slot, below
+  // 2^30 and none twice in a list, above its borderline mark; up to fifteen words beyond the last
+  // are read. `sortLong` sorts a long list in place.
   void (*sortLists)(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
                     void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
-  std::size_t longest_sorted;  // pairs of a list that it sorts in registers
   // Bit i, i < count <= 64: box i is active and not within room[i].
   std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
                                 std::size_t count);

@@ -12,8 +12,10 @@
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
-#include "space/simd/list_words.h"
 #include "space/simd/tuning.h"
+#if defined(__AVX2__)
+#include "space/simd/sort_eight.h"
+#endif
 
 namespace {
 
@@ -168,6 +170,11 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
     }
 }
 
+// The later slot is above the borderline mark, so that ascending words are pairs in their order.
+inline std::uint64_t pairOfListWord(std::uint32_t word, std::uint32_t earlier) {
+  return std::uint64_t{word} << 63 | std::uint64_t{earlier} << 32 | word >> 1;
+}
+
 // A word's place in its list is the number of words below it: no comparison decides where to go
 // next, so none can be guessed wrong by the processor.
 template <std::size_t most>
@@ -190,22 +197,22 @@ inline void sortList(const std::uint32_t* words, std::size_t count, std::uint32_
 // The longest list that is sorted so; of shorter ones the rows stay in registers.
 constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
 
-template <class Set>
-void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
-                 void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
-  const std::size_t all = lists.count ? lists.ends[lists.count - 1] : 0;
-  for (std::size_t list = 0, begin = 0; list < lists.count; ++list) {
+void sortLists(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
+               void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
+  for (std::size_t list = 0, begin = 0; list < lists.count; begin = lists.ends[list++]) {
     const std::uint32_t earlier = lists.first_slot + static_cast<std::uint32_t>(list);
     const std::size_t end = lists.ends[list], count = end - begin;
     const std::uint32_t* const from = words + begin;
     std::uint64_t* const to = sorted + begin;
-    // Sets write eight places at a time.
-    const bool has_room = begin + (count + 7) / 8 * 8 <= all;
-    begin = end;
-    if (count && count <= Set::longest_sorted && has_room) {
-      // The next lists overwrite what it leaves behind this one.
-      Set::sortShort(from, count, earlier, to);
-    } else if (count > longest_counted) {
+#if defined(__AVX2__)
+    // It writes eight places at a time; the next lists overwrite what it leaves behind this one.
+    const bool has_room = begin + (count + 7) / 8 * 8 <= lists.ends[lists.count - 1];
+    if (count && count <= EightSorter::longest && has_room) {
+      EightSorter::sortShort(from, count, earlier, to);
+      continue;
+    }
+#endif
+    if (count > longest_counted) {
       for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
       sortLong(to, to + count);
     } else if (count > 2 * group_size) {
@@ -218,14 +225,6 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
   }
 }
 
-template <class Set>
-constexpr auto sortListsOf() -> decltype(KernelSet::sortLists) {
-  if constexpr (Set::longest_sorted > 0)
-    return sortListsBy<Set>;
-  else
-    return nullptr;
-}
-
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
   return {packCells<Real>,     packBounds<Real>, cellPairs<Real>,   boxPairs<Real>,
@@ -233,12 +232,7 @@ constexpr Kernels<Real> kernelsFor() {
           boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {Lanes::name,
-                                  kernelsFor<float>(),
-                                  kernelsFor<double>(),
-                                  sortListsOf<Lanes>(),
-                                  Lanes::longest_sorted,
-                                  boxesOutside,
-                                  keptPairs};
+constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
+                                  sortLists,   boxesOutside,        keptPairs};
 
 }  // namespace

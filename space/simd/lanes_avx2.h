@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
-#include "space/simd/sort_eight.h"
 
 namespace {
 
@@ -26,9 +25,8 @@ constexpr LaneTable compress_order({0, 1, 2, 3, 4, 5, 6, 7});
 // For words that are interleaved afterwards: those of a register come to lie in one register.
 constexpr LaneTable pair_order({0, 1, 4, 5, 2, 3, 6, 7});
 
-struct Lanes : RegisterLanes<Lanes>, EightSorter {
+struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "avx2";
-  using EightSorter::longest_sorted;
   template <class Real>
   struct Row;
 
