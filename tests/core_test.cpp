@@ -115,8 +115,8 @@ TEST_CASE("Trees of several classes hold each class's boxes, whoever packs them"
       REQUIRE(trees.cells(of) == cells_of_class[of]);
       REQUIRE(view.first_cell == classes[of].first_cell);
       if (cells_of_class[of] == 0) continue;
-      CHECK(trees.filters(of).some_category == std::uint32_t{1} << of);
-      CHECK(trees.filters(of).all_collide == std::uint32_t{1} << of);
+      CHECK(trees.filters(of).category == std::uint32_t{1} << of);
+      CHECK(trees.filters(of).collide == std::uint32_t{1} << of);
       for (std::size_t cell = 0; cell < trees.cells(of); ++cell) {
         const float low = static_cast<float>(3 * (view.first_cell + cell));
         const BasicBox<float> bounds = trees.boundsOf(view.first_cell + cell);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <vector>
 
 #include "cuda/one/cell_cut.h"
@@ -12,7 +11,7 @@
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
 #include "cuda/one/row_length.h"
-#include "space/cells/size_classes.h"
+#include "cuda/one/size_rules.h"
 #include "space/data/packed_pair_rule.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -167,31 +166,6 @@ TEST_CASE("Nine bits tell most boxes of a cell apart", "[elements]") {
   }
   CHECK(overlapping > 10000);
   CHECK(possible < 1.03 * overlapping);
-}
-
-TEST_CASE("A device never divides what the CPU puts into one bin of sizes", "[elements]") {
-  Random random(sap_test::seedOr(93));
-  BoxSet boxes;
-  boxes.size = 4000;
-  boxes.boxes.resize(boxes.size);
-  for (Box& box : boxes.boxes)
-    for (int axis = 0; axis < 3; ++axis) {
-      box.lower[axis] = static_cast<float>(random.between(-10, 10));
-      box.upper[axis] =
-          box.lower[axis] + static_cast<float>(std::exp2(random.between(-9, random.below(9))));
-      if (random.chance(0.001)) box.upper[axis] = std::numeric_limits<float>::infinity();
-    }
-  SizeClasses<float> classes;
-  classes.choose(boxes, 1);
-  REQUIRE(classes.count() > 3);
-  std::map<int, int> class_of_bin;
-  for (const Box& box : boxes.boxes) {
-    const int bin = device::binOf(recordOf(box));
-    REQUIRE(bin >= 0);
-    REQUIRE(bin < device::bins);
-    REQUIRE(class_of_bin.insert({bin, classes.of(box)}).first->second == classes.of(box));
-  }
-  CHECK(class_of_bin.size() > 20);
 }
 
 TEST_CASE("An octave is the exponent of an extent, and that of infinity the last", "[elements]") {

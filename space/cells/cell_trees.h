@@ -7,12 +7,21 @@
 #include <vector>
 
 #include "space/cells/cell_classes.h"
-#include "space/cells/filter_groups.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
+
+// The bits that a number of boxes have.
+struct FilterSummary {
+  std::uint32_t category = 0, collide = 0;
+
+  void add(const FilterSummary& other) {
+    category |= other.category;
+    collide |= other.collide;
+  }
+};
 
 template <class Real>
 class CellTrees {

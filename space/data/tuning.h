@@ -41,21 +41,6 @@ constexpr int back_off_range = 64;
 // given back: a scene that breathes keeps what it has.
 constexpr int idle_frames = 128;
 
-// Sizes within a factor of two to the power of this share a class: cells of mixed sizes are then at
-// most as wide as their largest boxes, and boxes of one size rarely straddle two classes.
-constexpr int class_octaves = 4;
-
-// A class of sizes ends where there are this many times fewer larger boxes. Among many larger ones
-// small boxes do no harm, and each class more is a tree more to walk, though all in one go.
-constexpr std::uint32_t fewer_larger = 8;
-
-// A box is short along an axis where it is shorter there by a factor of two to the power of this
-// than along its longest one.
-constexpr int shape_octaves = 3;
-
-// A shape (long in some axes, short in others) gets a class from this share of its window on.
-constexpr std::uint32_t least_shape_share = 16;
-
 // A box is coarse if rounding to floats lets it grow by more than this part of its largest extent:
 // far from the origin for its size, beyond the range of floats or below their smallest steps.
 // Unit: 1. From: peers, far from the origin.

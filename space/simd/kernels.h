@@ -53,8 +53,7 @@ struct CellMeeting {
   std::size_t begin, end;       // cells of it
   const std::uint32_t* others;  // trees: `own` first, if that is one of them, and ones after it
   std::size_t other_count;
-  bool filtered;  // for which all trees have filters; else no pair is
-  bool exact;     // no bound of a box was rounded
+  bool exact;  // no bound of a box was rounded
 };
 
 // Set beside a slot where floats cannot decide.
