@@ -19,24 +19,12 @@
 
 namespace {
 
-// Pairs of box `lane` of the query with the boxes at places [begin, end).
+// Pairs of box `lane` of the query with the boxes at places [begin, end). A processor cannot
+// predict which cells have hits, so many of them are met before any are written, and it is wrong
+// once a row instead of once a hit.
 template <class Real>
-inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
-                          std::size_t begin, std::size_t end, PairSink& sink) {
-  for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
-    const std::size_t base = cell * group_size;
-    unsigned mask = all_lanes;
-    if (base < begin) mask = mask << (begin - base) & all_lanes;
-    if (end - base < group_size) mask &= (1u << (end - base)) - 1;
-    boxAgainstRow(query, lane, mask, rowOf(cells.levels[0][cell]), idsOf(cells, cell), sink);
-  }
-}
-
-// The same where there are more: a processor cannot predict which cells have hits, so many of
-// them are met before any are written, and it is wrong once a row instead of once a hit.
-template <class Real>
-inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
-                           std::size_t begin, std::size_t end, PairSink& sink) {
+inline void rowAgainstCells(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
+                            std::size_t begin, std::size_t end, PairSink& sink) {
   constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
   unsigned masks[most_cells];
   const std::size_t last = (end + group_size - 1) / group_size;
@@ -62,7 +50,6 @@ inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeVi
 template <class Real>
 void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                    PairSink& sink) {
-  constexpr std::size_t few = 12 * group_size;  // boxes; pair-benchmark, study small
   for (std::size_t row = part.first_row; row <= part.last_row;) {
     const std::size_t query_cell = row / group_size;
     const Query<Real> query(cells, query_cell, exact);
@@ -71,10 +58,7 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
       if (end <= begin) continue;
       makeRoom(sink, end - begin + group_size);
-      if (part.places <= few)
-        rowAgainstFew(query, row % group_size, cells, begin, end, sink);
-      else
-        rowAgainstMany(query, row % group_size, cells, begin, end, sink);
+      rowAgainstCells(query, row % group_size, cells, begin, end, sink);
     }
   }
 }
