@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "space/cells/box_classes.h"
-#include "space/cells/cell_classes.h"
+#include "space/cells/cell_trees.h"
 #include "space/cells/quantizer.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
