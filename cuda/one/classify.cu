@@ -64,8 +64,8 @@ struct Choice {
     if (t == 0) window_count = 0;
     __syncthreads();
   }
-  // Takes windows of consecutive octaves, fullest first, as SizeClasses::chooseWindows does on one
-  // thread. At most 255 can be taken: each has an octave of its own.
+  // Takes windows of consecutive octaves, fullest first. At most 255 can be taken: each has an
+  // octave of its own.
   __device__ void takeWindows() {
     const int t = threadIdx.x;
     for (;;) {

@@ -5,9 +5,9 @@
 #include <math.h>
 
 #include "cuda/one/scene_plan.h"
+#include "cuda/one/size_rules.h"
 #include "space/data/both_sides.h"
 #include "space/data/float_steps.h"
-#include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
 namespace device {

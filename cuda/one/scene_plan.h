@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "cuda/device/tuning.h"
+#include "cuda/one/size_rules.h"
 #include "cuda/one/tuning.h"
-#include "space/data/size_rules.h"
 
 namespace ode_parallel_sap {
 namespace device {

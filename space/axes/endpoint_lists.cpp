@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "space/axes/tuning.h"
 #include "space/data/float_steps.h"
 #include "space/data/parallel.h"
 #include "space/data/tuning.h"
@@ -12,6 +11,10 @@
 namespace ode_parallel_sap {
 
 namespace {
+
+// A newcomer passes half of all end points: more than one in so many boxes, and all are sorted
+// anew.
+constexpr std::size_t least_members_a_newcomer = 1024;
 
 constexpr std::uint32_t upper_flag = std::uint32_t{1} << 31;
 constexpr std::uint32_t slot_mask = upper_flag - 1;

@@ -1,7 +1,6 @@
 #include "space/cells/cell_order.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "space/cells/tuning.h"
@@ -109,42 +108,14 @@ struct CellOrder<Real>::Cutter {
   }
 };
 
-// Makes a list of the classes of sizes of all groups.
-template <class Real>
-void CellOrder<Real>::chooseClasses(const BoxSet& boxes, int threads) {
-  groups_.choose<Real>(boxes, threads);
-  if (size_classes_.size() < groups_.count()) size_classes_.resize(groups_.count());
-  members_.clear();
-  for (std::size_t group = 0; group < groups_.count(); ++group) {
-    size_classes_[group].choose(boxes, threads, groups_.ofSlots(),
-                                static_cast<std::uint8_t>(group));
-    for (int i = 0; i < size_classes_[group].count(); ++i) members_.push_back({group, i});
-  }
-  // Those of one group are in order already.
-  const auto extentOf = [this](const Member& member) {
-    const SizeClasses<Real>& sizes = size_classes_[member.group];
-    if (sizes.isUnbounded(member.index)) return std::numeric_limits<double>::infinity();
-    const ClassSummary<Real>& summary = sizes.summary(member.index);
-    return (summary.extent[0] + summary.extent[1] + summary.extent[2]) /
-           static_cast<double>(summary.count + 1);
-  };
-  if (groups_.count() > 1)
-    std::stable_sort(members_.begin(), members_.end(),
-                     [&](const Member& a, const Member& b) { return extentOf(a) < extentOf(b); });
-  for (std::size_t number = 0; number < members_.size(); ++number)
-    numbers_[members_[number].group][members_[number].index] = static_cast<std::uint8_t>(number);
-}
-
 // Gives each class its curve, and its keys after those of the class before.
 template <class Real>
 void CellOrder<Real>::layCurves(int threads) {
   quantizers_.clear();
   std::uint64_t all = 0;
-  for (const Member& member : members_) {
-    const SizeClasses<Real>& sizes = size_classes_[member.group];
-    const ClassSummary<Real>& summary = sizes.summary(member.index);
-    quantizers_.emplace_back(summary,
-                             sizes.isUnbounded(member.index) ? 0 : digitsFor(summary.count));
+  for (std::size_t i = 0; i < box_classes_.count(); ++i) {
+    const ClassSummary<Real>& summary = box_classes_.summary(i);
+    quantizers_.emplace_back(summary, box_classes_.isUnbounded(i) ? 0 : digitsFor(summary.count));
     all += std::uint64_t{1} << quantizers_.back().digits();
   }
   for (bucket_shift_ = 0; all >> bucket_shift_ > std::uint64_t{1} << most_digits;) ++bucket_shift_;
@@ -165,7 +136,6 @@ template <class Real>
 void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
   order_.resizeDiscarding(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  const std::uint8_t* const group_of_slot = groups_.ofSlots();
   runTeam(keying, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const counts = positions_.data() + buckets_ * part;
@@ -176,8 +146,7 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
           order_[slot] = no_key;
           continue;
         }
-        const std::size_t group = group_of_slot ? group_of_slot[slot] : 0;
-        const int of = numbers_[group][size_classes_[group].of(box[slot])];
+        const std::size_t of = box_classes_.of(boxes, static_cast<Slot>(slot));
         const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
         order_[slot] = key;
         ++counts[key >> bucket_shift_];
@@ -201,7 +170,7 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
   workspace.resizeDiscarding(2 * count_);
   records_ = workspace.data();
   scratch_ = records_ + count_;
-  const int classes = static_cast<int>(members_.size());
+  const std::size_t classes = box_classes_.count();
   runTeam(dealing, threads, [&](int thread, int team) {
     for (int part = thread; part < threads; part += team) {
       std::uint32_t* const next = positions_.data() + buckets_ * part;
@@ -210,7 +179,8 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
         const std::uint32_t key = order_[slot];
         if (key == no_key) continue;
         std::uint32_t first_key = 0;
-        for (int of = 1; of < classes && first_keys_[of] <= key; ++of) first_key = first_keys_[of];
+        for (std::size_t of = 1; of < classes && first_keys_[of] <= key; ++of)
+          first_key = first_keys_[of];
         records_[next[key >> bucket_shift_]++] = std::uint64_t{key - first_key} << 32 | slot;
       }
     }
@@ -256,7 +226,7 @@ void CellOrder<Real>::cutPieces(const BoxSet& boxes, int threads) {
 
 template <class Real>
 void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace) {
-  chooseClasses(boxes, threads);
+  box_classes_.choose(boxes, threads);
   layCurves(threads);
   assignKeys(boxes, threads);
   dealIntoBuckets(boxes, threads, workspace);
@@ -268,7 +238,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
       std::max<std::size_t>(chunkOf(count_, least_piece_boxes, threads), group_size);
   const std::size_t most =
       std::max(std::min(count_ / (tasks_a_thread * threads), most_piece_boxes), least);
-  for (std::size_t i = 0; i < members_.size(); ++i) {
+  for (std::size_t i = 0; i < box_classes_.count(); ++i) {
     first_pieces.push_back(pieces_.size());
     const std::size_t first_bucket = first_keys_[i] >> bucket_shift_;
     const std::size_t last_bucket = (first_keys_[i + 1] >> bucket_shift_) - 1;
@@ -282,7 +252,7 @@ void CellOrder<Real>::build(const BoxSet& boxes, int threads, Buffer<std::uint64
   cutPieces(boxes, threads);
 
   starts_.resizeDiscarding(0);
-  for (std::size_t i = 0; i < members_.size(); ++i) {
+  for (std::size_t i = 0; i < box_classes_.count(); ++i) {
     const std::size_t first_cell = starts_.size();
     for (std::size_t piece = first_pieces[i]; piece < first_pieces[i + 1]; ++piece) {
       const Buffer<std::uint32_t>& from = piece_starts_[piece];

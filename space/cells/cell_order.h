@@ -1,14 +1,12 @@
 // The boxes cut into cells: sixteen or fewer that are near each other and of like size.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "space/cells/cell_classes.h"
-#include "space/cells/filter_groups.h"
+#include "space/cells/box_classes.h"
+#include "space/cells/cell_trees.h"
 #include "space/cells/quantizer.h"
-#include "space/cells/size_classes.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/data/parallel.h"
@@ -16,11 +14,10 @@
 
 namespace ode_parallel_sap {
 
-// Boxes are divided by their filter bits where that keeps many from meeting (FilterGroups), and
-// then by size (SizeClasses). Within such a class the boxes are sorted along a space-filling curve
-// whose steps follow the class's mean extents, and the curve is cut where its digits change until
-// no piece has more than sixteen boxes: each piece is what lies in one block of space. Where the
-// curve is too coarse for a cluster, that is halved along its longest axis. Cells thus hold
+// Boxes are divided into classes (BoxClasses). Within a class they are sorted along a space-filling
+// curve whose steps follow the class's mean extents, and the curve is cut where its digits change
+// until no piece has more than sixteen boxes: each piece is what lies in one block of space. Where
+// the curve is too coarse for a cluster, that is halved along its longest axis. Cells thus hold
 // like numbers of boxes whatever the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
@@ -32,11 +29,11 @@ class CellOrder {
   void build(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
 
   CellBoxes boxesOfCells() const { return {order_.data(), starts_.data()}; }
-  // A class has the boxes of a group and size. Small sizes come first, unbounded boxes last.
+  // Small boxes come first, unbounded ones last.
   CellClasses classes() const { return {classes_.data(), classes_.size()}; }
   std::size_t bytes() const {
-    return bytesOf(groups_, size_classes_, quantizers_, positions_, bucket_ends_, pieces_,
-                   piece_starts_, order_, starts_);
+    return bytesOf(box_classes_, quantizers_, positions_, bucket_ends_, pieces_, piece_starts_,
+                   order_, starts_);
   }
 
  private:
@@ -48,13 +45,6 @@ class CellOrder {
   };
   struct Cutter;
 
-  // A class of sizes of a group.
-  struct Member {
-    std::size_t group;
-    int index;
-  };
-
-  void chooseClasses(const BoxSet& boxes, int threads);
   void layCurves(int threads);
   void assignKeys(const BoxSet& boxes, int threads);
   void dealIntoBuckets(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
@@ -62,11 +52,7 @@ class CellOrder {
                   int threads);
   void cutPieces(const BoxSet& boxes, int threads);
 
-  FilterGroups groups_;
-  std::vector<SizeClasses<Real>> size_classes_;  // one a group
-  std::vector<Member> members_;                  // the classes, in their order
-  // Their numbers, by group and class of size.
-  std::array<std::array<std::uint8_t, SizeClasses<Real>::most>, FilterGroups::most> numbers_;
+  BoxClasses<Real> box_classes_;
   std::vector<Quantizer<Real>> quantizers_;  // one a class
   // The classes' keys follow each other; a bucket is what a key's upper digits name.
   std::vector<std::uint32_t> first_keys_;

@@ -155,7 +155,7 @@ FilterSummary CellTrees<Real>::packFilters(const BoxSet& boxes, const std::uint3
       filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
       filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
-      if (lane < count) summary.add(filter.category[lane], filter.collide[lane]);
+      if (lane < count) summary.add({filter.category[lane], filter.collide[lane]});
     }
   }
   return summary;

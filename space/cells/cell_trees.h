@@ -6,13 +6,31 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/cells/cell_classes.h"
-#include "space/cells/filter_groups.h"
 #include "space/data/box_set.h"
 #include "space/data/buffer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
+
+// Boxes cut into cells, which are numbered through all classes: one has [first_cell, last_cell).
+struct CellClass {
+  std::size_t first_cell, last_cell;
+};
+// Classes that follow each other, from cell 0 on.
+struct CellClasses {
+  const CellClass* first;
+  std::size_t count;
+};
+
+// The bits that a number of boxes have.
+struct FilterSummary {
+  std::uint32_t category = 0, collide = 0;
+
+  void add(const FilterSummary& other) {
+    category |= other.category;
+    collide |= other.collide;
+  }
+};
 
 template <class Real>
 class CellTrees {

@@ -25,4 +25,10 @@ constexpr std::size_t most_piece_boxes = 8192;
 // the boxes of a place apart that is thirty times as clustered.
 constexpr int digits_for_clusters = 5;
 
+// Boxes that decide on classes: enough to see a kind that is one in a few hundred.
+constexpr std::size_t sampled_boxes = 1024;
+
+// An axis divides boxes into short and long ones if these are this many times as long on average.
+constexpr double far_longer = 8;
+
 }  // namespace ode_parallel_sap

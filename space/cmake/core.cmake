@@ -20,8 +20,7 @@ add_library(
   ${core}/extract/paper/axis_lists.cpp
   ${core}/extract/paper/brute_force.cpp
   ${core}/cells/quantizer.cpp
-  ${core}/cells/filter_groups.cpp
-  ${core}/cells/size_classes.cpp
+  ${core}/cells/box_classes.cpp
   ${core}/extract/sweep.cpp
   ${core}/queries/query_tree.cpp
   ${core}/data/team.cpp

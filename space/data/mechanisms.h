@@ -30,14 +30,11 @@ constexpr bool learned_teams = true;
 
 // The sweep.
 
-// Each size has cells of its own (SizeClasses).
-constexpr bool size_classes = true;
-// So has each shape.
-constexpr bool shape_classes = true;
-// So has each kind of filter bits, where many kinds never meet (FilterGroups).
-constexpr bool filter_groups = true;
-// Classes that no bits let meet are not met, and boxes of those that all may meet are not asked.
-constexpr bool filters_of_classes = true;
+// Boxes that are far longer than others on an axis have cells of their own (BoxClasses).
+constexpr bool box_classes = true;
+// So has each kind of filter bits, where many kinds never meet, and classes that no bits let meet
+// are not met.
+constexpr bool filter_classes = true;
 // Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by
 // itself.
 constexpr bool lists_by_digits = true;

@@ -2,11 +2,21 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <stdexcept>
 
 #include "space/data/box_set.h"
 #include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
+
+// The paper's lists of a scene need more memory than they may take. Both in bytes.
+class ListsTooLong : public std::runtime_error {
+ public:
+  ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
+      : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
+  std::uint64_t needed, allowed;
+};
 
 class PairFinder {
  public:

@@ -12,11 +12,15 @@
 #endif
 
 #include "space/data/box_set.h"
-#include "space/data/fine_boxes.h"
 #include "space/data/float_steps.h"
-#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
+
+// A box is coarse if rounding to floats lets it grow by more than this part of its largest extent:
+// far from the origin for its size, beyond the range of floats or below their smallest steps.
+constexpr double coarse_growth = 1.0 / 32;
+// fixed: also if that comes near the denormals, with which not every device computes.
+constexpr double least_fine_growth = 1e-37;
 
 struct BoundsFacts {
   bool exact;      // no bound had to be rounded
@@ -24,13 +28,6 @@ struct BoundsFacts {
   bool unbounded;  // an infinite bound, or a lower one above its upper one
   bool coarse;     // rounding makes the box clearly larger
 };
-
-// Whether a box of this largest size that reaches so far from the origin is not coarse. False does
-// not say that it is.
-inline bool isFine(double reach, double largest) {
-  return reach <= largest * most_fine_reach && largest >= least_fine_size &&
-         reach <= greatest_fine_reach;
-}
 
 // Rounds bounds (lower, upper on each axis) outward: a float bound is the nearest float that is not
 // inside the exact one. Which way a bound is rounded is a toss of a coin, so nothing here branches
@@ -133,16 +130,11 @@ inline BoundsFacts roundOutward<double>(const double* bounds, Box& box) {
   const __m128 zz = stepUp(rounded[2], too_small[2], too_small[2]);
 
   const __m128d sizes = _mm_max_pd(size, size_z);
-  const __m128d far = _mm_max_pd(_mm_max_pd(up[0], up[1]), up[2]);
-  // How far from the origin it reaches, and the largest size.
-  const __m128d both = _mm_max_pd(_mm_unpacklo_pd(far, sizes), _mm_unpackhi_pd(far, sizes));
-  const double reach = _mm_cvtsd_f64(both), largest = _mm_cvtsd_f64(_mm_unpackhi_pd(both, both));
+  const double limit =
+      _mm_cvtsd_f64(_mm_max_sd(sizes, _mm_unpackhi_pd(sizes, sizes))) * coarse_growth;
   const bool exact = _mm_movemask_pd(inexact) == 0;
-  bool coarse = false;
-  if (__builtin_expect(!isFine(reach, largest), false)) {
-    const double limit = largest * coarse_growth;
-    coarse = growsBeyond(limit, xy, zz, size, size_z) || (!exact && limit < least_fine_growth);
-  }
+  const bool coarse =
+      growsBeyond(limit, xy, zz, size, size_z) || (!exact && limit < least_fine_growth);
   storeBox(xy, zz, box);
   return {exact, false, false, coarse};
 }

@@ -16,20 +16,15 @@ Region sweeping("sweep: tasks");
 
 }  // namespace
 
-// How many pairs of boxes of two classes their bits and bodies let meet.
+// Whether any boxes of two classes may meet by their bits.
 template <class Real>
-typename Sweep<Real>::Meet Sweep<Real>::meetOf(const BoxSet& boxes, std::size_t own,
-                                               std::size_t other) const {
-  if (trees_.cells(other) == 0) return Meet::none;
-  if (!boxes.filter_bits && !boxes.filter_bodies) return Meet::all;
-  if (!mechanisms::filters_of_classes) return Meet::some;
+bool Sweep<Real>::mayMeet(const BoxSet& boxes, std::size_t own, std::size_t other) const {
+  if (!mechanisms::filter_classes || !boxes.filter_bits) return true;
   const FilterSummary &a = trees_.filters(own), &b = trees_.filters(other);
-  if (!someMayMeet(a, b)) return Meet::none;
-  return boxes.filter_bodies || !allMayMeet(a, b) ? Meet::some : Meet::all;
+  return (a.category & b.collide) || (b.category & a.collide);
 }
 
-// Each class meets itself and all classes of larger boxes: a small cell reaches few of those. What
-// the bits of whole classes decide is not asked of their boxes.
+// Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
 template <class Real>
 void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   tasks_.clear();
@@ -38,26 +33,15 @@ void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   trees_to_meet_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
   const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
   const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
-  for (std::uint32_t own = 0; own < classes; ++own)
-    for (const Meet meet : {Meet::all, Meet::some}) {
-      const std::size_t first = trees_to_meet_.size();
-      for (std::uint32_t other = own; other < classes; ++other)
-        if (meetOf(boxes, own, other) == meet) trees_to_meet_.push_back(other);
-      planMeeting({trees_.views(), own, 0, trees_.cells(own), trees_to_meet_.data() + first,
-                   trees_to_meet_.size() - first, meet == Meet::some, boxes.exact},
-                  task_cells);
-    }
-}
-
-// Cuts it into tasks.
-template <class Real>
-void Sweep<Real>::planMeeting(CellMeeting<Real> meeting, std::size_t task_cells) {
-  if (meeting.other_count == 0) return;
-  const std::size_t cells = meeting.end;
-  for (std::size_t begin = 0; begin < cells; begin += task_cells) {
-    meeting.begin = begin;
-    meeting.end = std::min(begin + task_cells, cells);
-    tasks_.push_back(meeting);
+  for (std::uint32_t own = 0; own < classes; ++own) {
+    const std::size_t first = trees_to_meet_.size();
+    for (std::uint32_t other = own; other < classes; ++other)
+      if (mayMeet(boxes, own, other)) trees_to_meet_.push_back(other);
+    const std::size_t count = trees_to_meet_.size() - first, cells = trees_.cells(own);
+    if (count == 0) continue;
+    for (std::size_t begin = 0; begin < cells; begin += task_cells)
+      tasks_.push_back({trees_.views(), own, begin, std::min(begin + task_cells, cells),
+                        trees_to_meet_.data() + first, count, boxes.exact});
   }
 }
 

@@ -38,10 +38,8 @@ class Sweep : public PairFinder {
   void renumber(const Slot* slots) { trees_.renumber(slots); }
 
  private:
-  enum class Meet { none, some, all };
-  Meet meetOf(const BoxSet& boxes, std::size_t own, std::size_t other) const;
+  bool mayMeet(const BoxSet& boxes, std::size_t own, std::size_t other) const;
   void planTasks(const BoxSet& boxes, int threads);
-  void planMeeting(CellMeeting<Real> meeting, std::size_t task_cells);
   void releaseSpare(std::size_t slots);
 
   CellOrder<Real> order_;

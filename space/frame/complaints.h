@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "space/data/lists_too_long.h"
+#include "space/data/pair_finder.h"
 
 namespace ode_parallel_sap {
 

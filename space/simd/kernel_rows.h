@@ -119,14 +119,6 @@ inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits, co
   if (borderline) markBorderline(first, hits, borderline);
 }
 
-// Pairs of box `lane` of `query` with those of sixteen boxes that are in `mask`.
-template <class Real>
-inline void boxAgainstRow(const Query<Real>& query, unsigned lane, unsigned mask,
-                          const Row<Real>& row, const RowIds& ids, PairSink& sink) {
-  const unsigned hits = row.overlapping(*query.boxes, lane) & mask;
-  if (hits) writeHits(query, lane, hits, row, ids, sink);
-}
-
 // Pairs of all boxes of `query` with those of sixteen boxes that are in maskOf(lane). A processor
 // cannot predict which boxes have hits, so all are met before a pair is written, and it is wrong
 // once a row instead of once a hit.

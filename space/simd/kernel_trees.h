@@ -163,7 +163,7 @@ struct Meeting {
   explicit Meeting(const CellMeeting<Real>& of) : own(of.trees[of.own]), exact(of.exact) {
     all.levels[0] = own.levels[0] - own.first_cell;
     all.ids = own.ids - own.first_cell;
-    if (of.filtered) all.filters = own.filters - own.first_cell;
+    if (own.filters) all.filters = own.filters - own.first_cell;
   }
 };
 

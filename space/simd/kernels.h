@@ -53,8 +53,7 @@ struct CellMeeting {
   std::size_t begin, end;       // cells of it
   const std::uint32_t* others;  // trees: `own` first, if that is one of them, and ones after it
   std::size_t other_count;
-  bool filtered;  // for which all trees have filters; else no pair is
-  bool exact;     // no bound of a box was rounded
+  bool exact;  // no bound of a box was rounded
 };
 
 // Set beside a slot where floats cannot decide.
@@ -178,13 +177,11 @@ struct KernelSet {
   const char* name;
   Kernels<float> narrow;
   Kernels<double> wide;
-  // Null in a set that has to look at one word after the other. Writes lists of pairs, ascending in
-  // each, to `sorted`. A word is a pair's later slot, below 2^30 and none twice in a list, above
-  // its borderline mark; up to fifteen words beyond the last are read. `sortLong` sorts a long list
-  // in place.
+  // Writes lists of pairs, ascending in each, to `sorted`. A word is a pair's later slot, below
+  // 2^30 and none twice in a list, above its borderline mark; up to fifteen words beyond the last
+  // are read. `sortLong` sorts a long list in place.
   void (*sortLists)(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
                     void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
-  std::size_t longest_sorted;  // pairs of a list that it sorts in registers
   // Bit i, i < count <= 64: box i is active and not within room[i].
   std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
                                 std::size_t count);

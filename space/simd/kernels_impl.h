@@ -12,29 +12,19 @@
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
-#include "space/simd/list_words.h"
 #include "space/simd/tuning.h"
+#if defined(__AVX2__)
+#include "space/simd/sort_eight.h"
+#endif
 
 namespace {
 
-// Pairs of box `lane` of the query with the boxes at places [begin, end).
+// Pairs of box `lane` of the query with the boxes at places [begin, end). A processor cannot
+// predict which cells have hits, so many of them are met before any are written, and it is wrong
+// once a row instead of once a hit.
 template <class Real>
-inline void rowAgainstFew(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
-                          std::size_t begin, std::size_t end, PairSink& sink) {
-  for (std::size_t cell = begin / group_size; cell * group_size < end; ++cell) {
-    const std::size_t base = cell * group_size;
-    unsigned mask = all_lanes;
-    if (base < begin) mask = mask << (begin - base) & all_lanes;
-    if (end - base < group_size) mask &= (1u << (end - base)) - 1;
-    boxAgainstRow(query, lane, mask, rowOf(cells.levels[0][cell]), idsOf(cells, cell), sink);
-  }
-}
-
-// The same where there are more: a processor cannot predict which cells have hits, so many of
-// them are met before any are written, and it is wrong once a row instead of once a hit.
-template <class Real>
-inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
-                           std::size_t begin, std::size_t end, PairSink& sink) {
+inline void rowAgainstCells(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
+                            std::size_t begin, std::size_t end, PairSink& sink) {
   constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
   unsigned masks[most_cells];
   const std::size_t last = (end + group_size - 1) / group_size;
@@ -60,7 +50,6 @@ inline void rowAgainstMany(const Query<Real>& query, unsigned lane, const TreeVi
 template <class Real>
 void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool exact,
                    PairSink& sink) {
-  constexpr std::size_t few = 12 * group_size;  // boxes; pair-benchmark, study small
   for (std::size_t row = part.first_row; row <= part.last_row;) {
     const std::size_t query_cell = row / group_size;
     const Query<Real> query(cells, query_cell, exact);
@@ -69,10 +58,7 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
       if (end <= begin) continue;
       makeRoom(sink, end - begin + group_size);
-      if (part.places <= few)
-        rowAgainstFew(query, row % group_size, cells, begin, end, sink);
-      else
-        rowAgainstMany(query, row % group_size, cells, begin, end, sink);
+      rowAgainstCells(query, row % group_size, cells, begin, end, sink);
     }
   }
 }
@@ -168,6 +154,11 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
     }
 }
 
+// The later slot is above the borderline mark, so that ascending words are pairs in their order.
+inline std::uint64_t pairOfListWord(std::uint32_t word, std::uint32_t earlier) {
+  return std::uint64_t{word} << 63 | std::uint64_t{earlier} << 32 | word >> 1;
+}
+
 // A word's place in its list is the number of words below it: no comparison decides where to go
 // next, so none can be guessed wrong by the processor.
 template <std::size_t most>
@@ -190,22 +181,22 @@ inline void sortList(const std::uint32_t* words, std::size_t count, std::uint32_
 // The longest list that is sorted so; of shorter ones the rows stay in registers.
 constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
 
-template <class Set>
-void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
-                 void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
-  const std::size_t all = lists.count ? lists.ends[lists.count - 1] : 0;
-  for (std::size_t list = 0, begin = 0; list < lists.count; ++list) {
+void sortLists(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
+               void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
+  for (std::size_t list = 0, begin = 0; list < lists.count; begin = lists.ends[list++]) {
     const std::uint32_t earlier = lists.first_slot + static_cast<std::uint32_t>(list);
     const std::size_t end = lists.ends[list], count = end - begin;
     const std::uint32_t* const from = words + begin;
     std::uint64_t* const to = sorted + begin;
-    // Sets write eight places at a time.
-    const bool has_room = begin + (count + 7) / 8 * 8 <= all;
-    begin = end;
-    if (count && count <= Set::longest_sorted && has_room) {
-      // The next lists overwrite what it leaves behind this one.
-      Set::sortShort(from, count, earlier, to);
-    } else if (count > longest_counted) {
+#if defined(__AVX2__)
+    // It writes eight places at a time; the next lists overwrite what it leaves behind this one.
+    const bool has_room = begin + (count + 7) / 8 * 8 <= lists.ends[lists.count - 1];
+    if (count && count <= EightSorter::longest && has_room) {
+      EightSorter::sortShort(from, count, earlier, to);
+      continue;
+    }
+#endif
+    if (count > longest_counted) {
       for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
       sortLong(to, to + count);
     } else if (count > 2 * group_size) {
@@ -218,14 +209,6 @@ void sortListsBy(const std::uint32_t* words, const SlotLists& lists, std::uint64
   }
 }
 
-template <class Set>
-constexpr auto sortListsOf() -> decltype(KernelSet::sortLists) {
-  if constexpr (Set::longest_sorted > 0)
-    return sortListsBy<Set>;
-  else
-    return nullptr;
-}
-
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
   return {packCells<Real>,     packBounds<Real>, cellPairs<Real>,   boxPairs<Real>,
@@ -233,12 +216,7 @@ constexpr Kernels<Real> kernelsFor() {
           boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {Lanes::name,
-                                  kernelsFor<float>(),
-                                  kernelsFor<double>(),
-                                  sortListsOf<Lanes>(),
-                                  Lanes::longest_sorted,
-                                  boxesOutside,
-                                  keptPairs};
+constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
+                                  sortLists,   boxesOutside,        keptPairs};
 
 }  // namespace

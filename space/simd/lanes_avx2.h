@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
-#include "space/simd/sort_eight.h"
 
 namespace {
 
@@ -26,11 +25,8 @@ constexpr LaneTable compress_order({0, 1, 2, 3, 4, 5, 6, 7});
 // For words that are interleaved afterwards: those of a register come to lie in one register.
 constexpr LaneTable pair_order({0, 1, 4, 5, 2, 3, 6, 7});
 
-struct Lanes : RegisterLanes<Lanes>, EightSorter {
+struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "avx2";
-  using EightSorter::longest_sorted;
-  template <class Real>
-  struct Row;
 
   static __m256i load(const std::uint32_t* p) {
     return _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
@@ -55,6 +51,7 @@ struct Lanes : RegisterLanes<Lanes>, EightSorter {
   static __m256d notAbove(const double* p, double value) {
     return _mm256_cmp_pd(_mm256_load_pd(p), _mm256_set1_pd(value), _CMP_LE_OQ);
   }
+  static __m256 both(__m256 a, __m256 b) { return _mm256_and_ps(a, b); }
   static __m256d both(__m256d a, __m256d b) { return _mm256_and_pd(a, b); }
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
@@ -135,38 +132,6 @@ struct Lanes : RegisterLanes<Lanes>, EightSorter {
   static __m256 max(__m256 a, __m256 b) {
     return _mm256_blendv_ps(_mm256_max_ps(a, b), a, _mm256_cmp_ps(b, b, _CMP_UNORD_Q));
   }
-};
-
-// Sixteen boxes in registers.
-template <>
-struct Lanes::Row<float> {
-  __m256 lower[3][2], upper[3][2];
-
-  Row(const float* lowers, const float* uppers, std::size_t stride) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (int half = 0; half < 2; ++half) {
-        lower[axis][half] = _mm256_load_ps(lowers + axis * stride + 8 * half);
-        upper[axis][half] = _mm256_load_ps(uppers + axis * stride + 8 * half);
-      }
-  }
-  // Which of them overlap a box, as closed intervals. Lanes are made bits once, after all tests.
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    const auto reach = [&](int axis, int half) {
-      return _mm256_and_ps(
-          _mm256_cmp_ps(upper[axis][half], _mm256_set1_ps(box.lower[axis][lane]), _CMP_GE_OQ),
-          _mm256_cmp_ps(lower[axis][half], _mm256_set1_ps(box.upper[axis][lane]), _CMP_LE_OQ));
-    };
-    const auto all = [&](int half) {
-      return signs(_mm256_and_ps(_mm256_and_ps(reach(0, half), reach(1, half)), reach(2, half)));
-    };
-    return all(0) | all(1) << 8;
-  }
-};
-
-template <>
-struct Lanes::Row<double> : RegisterLanes<Lanes>::Row<double> {
-  using RegisterLanes<Lanes>::Row<double>::Row;
 };
 
 }  // namespace

@@ -7,13 +7,11 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
-#include "space/simd/sort_sixteen.h"
 
 namespace {
 
-struct Lanes : ScalarLanes, SixteenSorter {
+struct Lanes : ScalarLanes {
   static constexpr const char* name = "avx512";
-  using SixteenSorter::longest_sorted;
 
   static unsigned atLeast(const float* p, float value) {
     return _mm512_cmp_ps_mask(_mm512_load_ps(p), _mm512_set1_ps(value), _CMP_GE_OQ);

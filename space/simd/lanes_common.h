@@ -28,8 +28,6 @@ struct RowByPointer {
 
 // What a set of lanes has no instructions for.
 struct ScalarLanes {
-  static constexpr std::size_t longest_sorted = 0;  // fixed: it has no sortShort()
-
   // Writes the elements of p[0..15] in `mask`, in order. Writes at most 16; how many count is the
   // number of bits.
   template <class T>

@@ -7,7 +7,6 @@
 #include <cstdint>
 
 #include "space/simd/lanes_common.h"
-#include "space/simd/list_words.h"
 
 namespace {
 
@@ -29,7 +28,6 @@ constexpr CompressBytes compress_bytes;
 
 struct Lanes {
   static constexpr const char* name = "neon";
-  static constexpr std::size_t longest_sorted = 8;  // fixed: two registers
 
   static unsigned atLeast(const float* p, float value) {
     const float32x4_t v = vdupq_n_f32(value);
@@ -118,35 +116,6 @@ struct Lanes {
     float64x2_t v = vld1q_f64(p);
     for (int i = 2; i < 16; i += 2) v = vmaxnmq_f64(v, vld1q_f64(p + i));
     return vmaxnmvq_f64(v);
-  }
-
-  // As EightSorter::sortShort(), for up to eight words.
-  static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
-                        std::uint64_t* sorted) {
-    constexpr std::uint32_t lanes[] = {0, 1, 2, 3, 4, 5, 6, 7};
-    const uint32x4_t largest = vdupq_n_u32(0x7fffffff);
-    uint32x4_t lane[2], used[2], keys[2], places[2];
-    for (int i = 0; i < 2; ++i) {
-      lane[i] = vld1q_u32(lanes + 4 * i);
-      used[i] = vcltq_u32(lane[i], vdupq_n_u32(static_cast<std::uint32_t>(count)));
-      keys[i] = vbslq_u32(used[i], vld1q_u32(words + 4 * i), largest);
-    }
-    // A word's place is the number of keys below its own.
-    places[0] = vcgtq_u32(keys[0], keys[1]);
-    places[1] = vcgtq_u32(keys[1], keys[0]);
-    const auto turn = [&](uint32x4_t low, uint32x4_t high) {
-      places[0] = vaddq_u32(places[0], vcgtq_u32(keys[0], low));
-      places[1] = vaddq_u32(places[1], vcgtq_u32(keys[1], high));
-      places[0] = vaddq_u32(places[0], vcgtq_u32(keys[0], high));
-      places[1] = vaddq_u32(places[1], vcgtq_u32(keys[1], low));
-    };
-    turn(vextq_u32(keys[0], keys[1], 1), vextq_u32(keys[1], keys[0], 1));
-    turn(vextq_u32(keys[0], keys[1], 2), vextq_u32(keys[1], keys[0], 2));
-    turn(vextq_u32(keys[0], keys[1], 3), vextq_u32(keys[1], keys[0], 3));
-    alignas(16) std::uint32_t place[8];
-    for (int i = 0; i < 2; ++i)
-      vst1q_u32(place + 4 * i, vbslq_u32(used[i], vsubq_u32(vdupq_n_u32(0), places[i]), lane[i]));
-    for (int i = 0; i < 8; ++i) sorted[place[i]] = pairOfListWord(words[i], earlier);
   }
 
  private:

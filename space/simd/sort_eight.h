@@ -1,5 +1,5 @@
-// Short lists in order without a branch, for sets of lanes with AVX2. Internal linkage, as in
-// kernels_impl.h.
+// Short lists of pairs in order without a branch, for sets of lanes with AVX2. Internal linkage, as
+// in kernels_impl.h.
 #pragma once
 
 #include <immintrin.h>
@@ -7,36 +7,21 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "space/simd/list_words.h"
-
 namespace {
 
-// Sorts eight words by a bitonic network, in which lanes are compared with those that they have
-// been exchanged for. Step::of<greater>(v, other) has the greater of both in the lanes of
-// `greater`, the lesser in the others.
-template <class Step>
-inline __m256i sortedEight(__m256i v) {
-  v = Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-  v = Step::template of<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
-  v = Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-  v = Step::template of<0xf0>(v, _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e));
-  v = Step::template of<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
-  return Step::template of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
-}
-
 struct EightSorter {
-  static constexpr std::size_t longest_sorted = 16;  // fixed: two registers
+  static constexpr std::size_t longest = 16;  // fixed: two registers
 
   // Writes the pairs of the first `count` of sixteen list words, ascending, to `sorted`. Words are
   // read, and places written, eight at a time: in the last eight anything is behind the pairs.
   static void sortShort(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
                         std::uint64_t* sorted) {
     if (count <= 8) {
-      writeEight(sortedEight<Step>(firstOf(words, count)), earlier, sorted);
+      writeEight(sortedEight(firstOf(words, count)), earlier, sorted);
       return;
     }
-    const __m256i low = sortedEight<Step>(firstOf(words, 8));
-    const __m256i high = backwards(sortedEight<Step>(firstOf(words + 8, count - 8)));
+    const __m256i low = sortedEight(firstOf(words, 8));
+    const __m256i high = backwards(sortedEight(firstOf(words + 8, count - 8)));
     writeEight(merged(_mm256_min_epi32(low, high)), earlier, sorted);
     writeEight(merged(_mm256_max_epi32(low, high)), earlier, sorted + 8);
   }
@@ -49,21 +34,29 @@ struct EightSorter {
     const __m256i v = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
     return _mm256_blendv_epi8(_mm256_set1_epi32(0x7fffffff), v, used);
   }
+  // The greater of both in the lanes of `greater`, the lesser in the others.
+  template <int greater>
+  static __m256i step(__m256i v, __m256i other) {
+    return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
+  }
+  // A bitonic network, in which lanes are compared with those that they have been exchanged for.
+  static __m256i sortedEight(__m256i v) {
+    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x1b));
+    v = step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = step<0xf0>(v, backwards(v));
+    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
+    return step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+  }
   static __m256i backwards(__m256i v) {
     return _mm256_permute4x64_epi64(_mm256_shuffle_epi32(v, 0x1b), 0x4e);
   }
   // Of words that rise and fall, or fall and rise.
   static __m256i merged(__m256i v) {
-    v = Step::of<0xf0>(v, _mm256_permute4x64_epi64(v, 0x4e));
-    v = Step::of<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
-    return Step::of<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
+    v = step<0xf0>(v, _mm256_permute4x64_epi64(v, 0x4e));
+    v = step<0xcc>(v, _mm256_shuffle_epi32(v, 0x4e));
+    return step<0xaa>(v, _mm256_shuffle_epi32(v, 0xb1));
   }
-  struct Step {
-    template <int greater>
-    static __m256i of(__m256i v, __m256i other) {
-      return _mm256_blend_epi32(_mm256_min_epi32(v, other), _mm256_max_epi32(v, other), greater);
-    }
-  };
   static void writeEight(__m256i words, std::uint32_t earlier, std::uint64_t* pairs) {
     writeFour(_mm256_castsi256_si128(words), earlier, pairs);
     writeFour(_mm256_extracti128_si256(words, 1), earlier, pairs + 4);

@@ -37,14 +37,6 @@ void sortLong(Pair* begin, Pair* end) {
   radixSort(begin, count > longest_on_stack ? longer.data() : on_stack, count, 0, bits, 1);
 }
 
-// Whether so many pairs of so many earlier slots make lists that lanes sort well one by one.
-bool sortsByLists(std::size_t count, std::size_t slots) {
-  const KernelSet& kernels = kernelSet();
-  if (!kernels.sortLists) return false;
-  return !mechanisms::lists_by_digits ||
-         (count >= short_list * slots && count <= long_list * kernels.longest_sorted * slots);
-}
-
 // Returns whether one of the pairs is borderline.
 bool sortFew(Pair* pairs, std::size_t count) {
   std::sort(pairs, pairs + count,
@@ -173,7 +165,9 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
   const SlotRange slots{buckets.firstSlot(bucket), buckets.slotsOf(bucket)};
   if (count > few_pairs) {
-    if (sortsByLists(count, slots.count)) return sortLists(found, count, slots, pairs, scratch);
+    if (!mechanisms::lists_by_digits ||
+        (count >= short_list * slots.count && count <= long_list * slots.count))
+      return sortLists(found, count, slots, pairs, scratch);
     const ShortPair shape(buckets, bucket);
     if (shape.fits()) return sortByDigits(found, count, shape, pairs, scratch);
   }

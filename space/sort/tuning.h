@@ -22,11 +22,8 @@ constexpr std::size_t least_bucket_pairs = 512;
 // the cache.
 constexpr std::size_t pairs_at_once = 65536;
 
-// Where lanes sort short lists, lists of at least so many pairs on average are sorted one by one.
-// Shorter ones are sorted together, by digits.
-constexpr std::size_t short_list = 2;
-
-// And so are lists that are on average longer than this many times the longest that lanes sort.
-constexpr std::size_t long_list = 2;
+// Lists of so many pairs on average are sorted one by one, in registers. Shorter and longer ones
+// are sorted together, by digits.
+constexpr std::size_t short_list = 2, long_list = 32;
 
 }  // namespace ode_parallel_sap

@@ -63,16 +63,31 @@ bool containsClosely(const BasicBox<Real>& box, const dReal* bounds, dReal most)
   return contains;
 }
 
-void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, const BoxSet& boxes) {
-  UpdateFacts& facts = part.facts;
-  // Of two geoms on one body at least one is followed by another in the body's list.
-  if (const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body)) {
-    facts.filter_bodies = facts.filter_bodies || geom->body_next;
-    if (!part.some_body) part.some_body = body;
-    if ((body ^ part.some_body) & ~body_bits) facts.exact_bodies = false;
-    const std::uint32_t number = boxes.bodies[slot];
-    if (number == 0 || number == resting_number) facts.exact_bodies = false;
+// Writes the bits of a geom that takes part, and what they add to the facts.
+void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
+  constexpr unsigned long all = ~0ul;
+  if (__builtin_expect((geom->category_bits & geom->collide_bits) == all, true)) {
+    boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
+    return;
   }
+  facts.filter_bits = true;
+  facts.exact_bits =
+      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
+  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+}
+
+// The same of its body.
+void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) {
+  UpdateFacts& facts = part.facts;
+  const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body);
+  const std::uint32_t number = numberOf(geom->body);
+  boxes.bodies[slot] = number;
+  if (!body) return;
+  if (!part.some_body) part.some_body = body;
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  facts.filter_bodies = facts.filter_bodies || geom->body_next;
+  if ((body ^ part.some_body) & ~body_bits || number == 0 || number == resting_number)
+    facts.exact_bodies = false;
 }
 
 }  // namespace
@@ -109,16 +124,28 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
          (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
 }
 
-void GeomPacker::packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
-  facts.filter_bits = facts.filter_bits || ~geom->category_bits || ~geom->collide_bits;
-  facts.exact_bits =
-      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
-  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+// Most geoms are enabled and neither spaces nor of a user's class, with a box that is fine in
+// floats: they add nothing to their slots' states.
+SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+  static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
+  if (rules.skip() || rules.tolerance > 0 || boxes.wide || !geom ||
+      geom->type >= dFirstSpaceClass ||
+      (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
+    return packOther(geom, slot, part, boxes);
+  Box box;
+  const BoundsFacts rounded = roundOutward(geom->aabb, box);
+  if (rounded.nan || rounded.unbounded || rounded.coarse) return packOther(geom, slot, part, boxes);
+  boxes.boxes[slot] = box;
+  part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
+  packBits(geom, slot, part.facts, boxes);
+  packBody(geom, slot, part, boxes);
+  return rules.notified ? SlotState{unwatched_state} : SlotState{0};
 }
 
 // Unless silent changes are told, geoms at rest are packed as if enabled and with all bits set,
 // because few of theirs are noticed here: pairs with them are looked at again in every frame.
-SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
+SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
+                                BoxSet& boxes) const {
   if (!geom) {
     boxes.deactivate(slot);
     return no_box_state | unwatched_state;

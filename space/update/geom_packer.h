@@ -81,10 +81,9 @@ class GeomPacker {
   // Whether the box of a slot is still one for its geom, by the tolerance. Then notes so in `part`.
   bool stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
              UpdatePart& part) const;
-  // Writes the bits of a geom that takes part, and what they add to the facts.
-  static void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes);
 
  private:
+  SlotState packOther(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   SlotState kindOf(const dxGeom* geom, bool resting) const;
 };
 

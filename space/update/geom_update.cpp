@@ -13,16 +13,11 @@
 #include "space/data/tuning.h"
 #include "space/geom/geom_prefetch.h"
 #include "space/geom/pair_rule.h"
-#include "space/update/block_packer.h"
-#include "space/update/geom_block.h"
 #include "space/update/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-// The i-th of all slots.
-constexpr auto every_slot = [](std::size_t i) { return static_cast<Slot>(i); };
 
 Region updating("update: geoms"), noticing("update: what changed unnoticed");
 
@@ -40,19 +35,27 @@ bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet&
          areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
          boxes.bodies[slot] == numberOf(geom->body);
 }
-// Packs geoms; note(slot, state) is told what comes of each.
-template <class Note>
-class PackEach {
- public:
-  PackEach(const GeomPacker& packer, UpdatePart& part, BoxSet& boxes, Note note)
-      : packer_(packer, part, boxes), note_(note) {}
-
-  void operator()(const dxGeom* geom, Slot slot) { note_(slot, packer_.pack(geom, slot)); }
-
- private:
-  BlockPacker packer_;
-  Note note_;
-};
+// What is read of a geom besides its bounds.
+void prefetchStatus(const dxGeom* geom) {
+  if (!geom) return;
+  prefetch(&geom->gflags);
+  prefetch(&geom->body);
+  prefetch(&geom->category_bits);
+}
+// What is read of a geom when its box is made.
+void prefetchForBox(const dxGeom* geom) {
+  if (!geom) return;
+  if (geom->gflags & GEOM_DIRTY) prefetchPose(geom);
+  prefetch(geom->aabb);
+}
+// Whether the geoms of a block and those asked for ahead lie further apart than in a row.
+bool areScattered(const dxGeom* first, const dxGeom* last) {
+  // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
+  constexpr std::uintptr_t bytes_in_a_row = 2048;
+  constexpr std::uintptr_t reach = bytes_in_a_row * (update_block + prefetch_distance / 2);
+  return reinterpret_cast<std::uintptr_t>(last) - reinterpret_cast<std::uintptr_t>(first) + reach >
+         2 * reach;
+}
 
 void prefetchStatus(const dxBody* body) {
   // The configure-time probe has found them: the private header of bodies is not for us.
@@ -62,39 +65,41 @@ void prefetchStatus(const dxBody* body) {
 
 }  // namespace
 
-// One thread's part of forGeoms(). Geoms that are the calling thread's business are deferred.
-template <class SlotOf, class UseOf>
-void GeomUpdate::forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
-                         UpdatePart& part) {
+// One thread's part of forGeoms(), in blocks. The geoms that come next are asked for where they lie
+// scattered in memory, which the first and the last place tell: what lies in a row the processor
+// asks for by itself, and more would be in its way. Geoms that are the calling thread's business
+// are deferred.
+template <class Use>
+void GeomUpdate::forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part) {
+  constexpr std::size_t ahead = prefetch_distance / 2;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
-    const GeomBlock<SlotOf> block(geoms, begin, range.end, slotOf);
-    const Range& own = block.range();
-    if (block.isScattered()) block.ask();
-    for (std::size_t i = own.begin; i < own.end; ++i) {
-      const Slot slot = slotOf(i);
-      dxGeom* const geom = geoms[slot];
+    const std::size_t end = std::min(begin + update_block, range.end);
+    const std::size_t last = std::min(end + ahead, range.end) - 1;
+    const bool scattered = areScattered(geoms.geom(begin), geoms.geom(last));
+    for (std::size_t i = begin; i < end && scattered; ++i) {
+      if (i + ahead < range.end) prefetchStatus(geoms.geom(i + ahead));
+      prefetchForBox(geoms.geom(i));
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      dxGeom* const geom = geoms.geom(i);
       if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
       ++part.facts.moved;
       if (needsCallingThread(geom))
-        part.deferred.push_back(slot);
+        part.deferred.push_back(geoms.slot(i));
       else
         cleanGeom(geom);
     }
     const ScopedMode exact(exactMode());
-    auto use = useOf(part);
-    for (std::size_t i = own.begin; i < own.end; ++i) {
-      const Slot slot = slotOf(i);
-      const dxGeom* const geom = geoms[slot];
-      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, slot);
+    for (std::size_t i = begin; i < end; ++i) {
+      const dxGeom* const geom = geoms.geom(i);
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, geoms.slot(i), part);
     }
   }
 }
 
-// Brings the geoms of slots slotOf(0) to slotOf(count - 1) up to date, and calls use(geom, slot)
-// for each; geom may be null. useOf(part) makes that, for a block of them.
-template <class SlotOf, class UseOf>
-int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf,
-                         UseOf useOf) {
+// Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
+template <class Use>
+int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
   const int parts = threads;
   if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
   part_count_ = parts;
@@ -107,27 +112,22 @@ int GeomUpdate::forGeoms(dxGeom* const* geoms, std::size_t count, int threads, S
   }
   const int used = runTeam(updating, parts, [&](int thread, int team) {
     for (int index = thread; index < parts; index += team)
-      forPart(geoms, ownPart(count, index, parts), slotOf, useOf, parts_[index]);
+      forPart(geoms, ownPart(geoms.count, index, parts), use, parts_[index]);
   });
-  UpdatePart& serial = parts_[parts];
   for (int index = 0; index < parts; ++index)
     for (const Slot slot : parts_[index].deferred) {
-      cleanGeom(geoms[slot]);
+      cleanGeom(geoms.of_slot[slot]);
       const ScopedMode exact(exactMode());
-      useOf(serial)(geoms[slot], slot);
+      use(geoms.of_slot[slot], slot, parts_[parts]);
     }
   return used;
 }
 
 void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
                        const SlotSet* changed) {
-  const auto ignore = [](UpdatePart&) { return [](const dxGeom*, Slot) {}; };
-  if (!changed) {
-    forGeoms(geoms, slots, threads, every_slot, ignore);
-    return;
-  }
-  listSlots(*changed, slots);
-  forGeoms(geoms, slots_.size(), threads, listedSlot(), ignore);
+  if (changed) listSlots(*changed, slots);
+  forGeoms(changed ? listed(geoms) : Geoms{geoms, slots}, threads,
+           [](const dxGeom*, Slot, UpdatePart&) {});
 }
 
 void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
@@ -149,12 +149,11 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
     boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
-    const int used = forGeoms(geoms, slots, threads, every_slot, [&](UpdatePart& part) {
-      return PackEach(packer_, part, boxes, [&](Slot slot, SlotState state) {
-        states_[slot] = state;
-        if (state) count(state, 1, part.facts);
-      });
-    });
+    const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+      states_[slot] = packer_.pack(geom, slot, part, boxes);
+      if (states_[slot]) count(states_[slot], 1, part.facts);
+    };
+    const int used = forGeoms({geoms, slots}, threads, packSlot);
     some_body_ = 0;
     facts_ = mergeParts(0);
     moved += facts_.moved;
@@ -335,10 +334,8 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
 // nothing has changed but the geoms' own bounds.
 bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
                          const BoxSet& boxes) {
-  forGeoms(geoms, slots_.size(), threads, listedSlot(), [&](UpdatePart& part) {
-    return [&](const dxGeom* geom, Slot slot) {
-      packer_.stays(geom, slot, states_[slot], boxes, part);
-    };
+  forGeoms(listed(geoms), threads, [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+    packer_.stays(geom, slot, states_[slot], boxes, part);
   });
   facts_.moved = mergeParts(some_body_).moved;
   std::size_t staying = 0;
@@ -365,13 +362,12 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
   facts_.moved = 0;
   if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
     return false;
-  forGeoms(geoms, slots_.size(), threadsForSlots(), listedSlot(), [&](UpdatePart& part) {
-    return PackEach(packer_, part, boxes, [&](Slot slot, SlotState state) {
-      count(states_[slot], -1, part.facts);
-      count(state, 1, part.facts);
-      states_[slot] = state;
-    });
-  });
+  const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+    count(states_[slot], -1, part.facts);
+    states_[slot] = packer_.pack(geom, slot, part, boxes);
+    count(states_[slot], 1, part.facts);
+  };
+  forGeoms(listed(geoms), threadsForSlots(), packSlot);
   for (const Slot slot : slots_)
     if (states_[slot] & unwatched_state)
       watched_.erase(slot);

@@ -64,11 +64,20 @@ class GeomUpdate {
   }
 
  private:
-  template <class SlotOf, class UseOf>
-  int forGeoms(dxGeom* const* geoms, std::size_t count, int threads, SlotOf slotOf, UseOf useOf);
-  template <class SlotOf, class UseOf>
-  static void forPart(dxGeom* const* geoms, const Range& range, SlotOf slotOf, UseOf useOf,
-                      UpdatePart& part);
+  // Geoms that are brought up to date together: those of all slots, or of the slots of a list.
+  struct Geoms {
+    dxGeom* const* of_slot;
+    std::size_t count;
+    const Slot* list = nullptr;
+
+    Slot slot(std::size_t i) const { return list ? list[i] : static_cast<Slot>(i); }
+    dxGeom* geom(std::size_t i) const { return of_slot[slot(i)]; }
+  };
+  template <class Use>
+  int forGeoms(const Geoms& geoms, int threads, Use use);
+  template <class Use>
+  static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
+  Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
   void listCoarse(std::size_t slots);
@@ -80,9 +89,6 @@ class GeomUpdate {
   void takeExactness(BoxSet& boxes);
   bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);
-  auto listedSlot() const {
-    return [this](std::size_t i) { return slots_[i]; };
-  }
 
   std::vector<UpdatePart> parts_;
   int part_count_ = 0;

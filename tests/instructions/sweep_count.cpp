@@ -59,8 +59,7 @@ std::size_t loopFrames(const BoxSet& boxes, int frames) {
     BufferSink sink(found);
     const CellTrees<float>& trees = sweep.trees();
     for (std::uint32_t i = 0; i < trees.count(); ++i)
-      kernels<float>().cellPairs({trees.views(), i, 0, trees.cells(i), &i, 1, false, boxes.exact},
-                                 sink);
+      kernels<float>().cellPairs({trees.views(), i, 0, trees.cells(i), &i, 1, boxes.exact}, sink);
   }
   return found.size();
 }

@@ -7,7 +7,6 @@
 #include "space/axes/axis_choice.h"
 #include "space/axes/endpoint_lists.h"
 #include "space/data/buffer.h"
-#include "space/data/lists_too_long.h"
 #include "space/data/pair_finder.h"
 #include "space/sort/pair_order.h"
 

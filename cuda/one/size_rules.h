@@ -1,13 +1,10 @@
-// How boxes are divided by size and shape: what SizeClasses on the CPU and the stage `classify` on
-// a device have in common. For the host and for kernels.
+// How the stage `classify` divides boxes by size and shape. For kernels and, in tests, the host.
 #pragma once
 
 #include <cstdint>
 
 #include "space/data/both_sides.h"
 #include "space/data/float_steps.h"
-#include "space/data/mechanisms.h"
-#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 namespace size_rules {
@@ -19,6 +16,18 @@ constexpr int shapes = 8;  // fixed: for each axis: about as long as the longest
 constexpr int bins = octaves * shapes;
 // fixed: fewer boxes than this are too few for a class in any case.
 constexpr std::uint32_t least_shape_count = 64;
+
+// Sizes within a factor of two to the power of this share a class: cells of mixed sizes are then at
+// most as wide as their largest boxes, and boxes of one size rarely straddle two classes.
+constexpr int class_octaves = 4;
+// A class of sizes ends where there are this many times fewer larger boxes. Among many larger ones
+// small boxes do no harm, and each class more is a tree more to walk, though all in one go.
+constexpr std::uint32_t fewer_larger = 8;
+// A box is short along an axis where it is shorter there by a factor of two to the power of this
+// than along its longest one.
+constexpr int shape_octaves = 3;
+// A shape (long in some axes, short in others) gets a class from this share of its window on.
+constexpr std::uint32_t least_shape_share = 16;
 
 constexpr int most_windows = most_classes / 2;
 constexpr std::uint8_t no_class = 0xff;
@@ -61,7 +70,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int arrangeWindows(Window* windows, int count
     up_to += windows[i].count;
     const bool few_larger = (bounded - up_to) * fewer_larger <= windows[i].count;
     const bool ends =
-        i + 1 == count || (mechanisms::size_classes && kept + count - i <= most_windows &&
+        i + 1 == count || (kept + count - i <= most_windows &&
                            (few_larger || windows[i + 1].first - windows[i].last > class_octaves));
     if (!ends) {
       windows[i + 1].first = windows[i].first;
@@ -86,7 +95,7 @@ ODE_PARALLEL_SAP_BOTH_SIDES inline int splitWindow(const std::uint32_t* counts, 
   int used = 0, shared = -1;
   for (int shape = 0; shape < shapes; ++shape) {
     class_of_shape[shape] = no_class;
-    if (!mechanisms::shape_classes || counts[shape] < least || used + 1 >= classes_left) continue;
+    if (counts[shape] < least || used + 1 >= classes_left) continue;
     class_of_shape[shape] = static_cast<std::uint8_t>(classes++);
     ++used;
   }
