@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdarg>
 #include <cstdio>
+#include <utility>
 
 #include "space/geom/pair_rule.h"
 
@@ -32,9 +33,23 @@ __attribute__((format(printf, 2, 3))) void append(std::string& line, const char*
 
 }  // namespace
 
+bool Advice::isDue() {
+  place_ = frames_++ % interval;
+  if (place_ == 0) physics_.begin();
+  return place_ == 0;
+}
+
+// Once for each frame, whoever collides within its callbacks.
+void Advice::endFrame(const Physics::View& view) {
+  const unsigned place = std::exchange(place_, interval);
+  if (place == 0) physics_.lookFirst(view);
+  if (place == 1) physics_.lookAgain(view);
+}
+
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
+  physics_.see(a, b);
   static const PackRules of_static = skipping(true), of_asleep = skipping(false);
   static_ += PairRule(of_static).isLeftOut(a, b);
   asleep_ += PairRule(of_asleep).isLeftOut(a, b);
@@ -61,9 +76,10 @@ void Advice::add(const Advice& other) {
   asleep_ += other.asleep_;
   clear_ += other.clear_;
   for (std::size_t i = 0; i < other.used_layers_; ++i) count(other.layers_[i]);
+  physics_.add(other.physics_);
 }
 
-std::string Advice::line() const {
+std::vector<std::string> Advice::lines() const {
   std::string line;
   const auto name = [&](unsigned long long pairs, const char* option, const char* which) {
     if (shareOf(pairs) >= least_share)
@@ -82,7 +98,9 @@ std::string Advice::line() const {
                   layers.a, layers.b);
     name(layers.pairs, option, "none of them touched");
   }
-  return line;
+  std::vector<std::string> all = physics_.lines();
+  if (!line.empty()) all.insert(all.begin(), line);
+  return all;
 }
 
 }  // namespace ode_parallel_sap

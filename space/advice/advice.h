@@ -1,25 +1,32 @@
-// What options would leave out of a program's pairs: the line that ODE_PARALLEL_SAP_STATS=1 prints.
+// What options would leave out of a program's pairs, and where physics breaks: the lines that
+// ODE_PARALLEL_SAP_STATS=1 prints.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
+#include "space/advice/physics.h"
 #include "space/geom/pair_watcher.h"
 
 namespace ode_parallel_sap {
 
-// Counts all pairs of one frame in `interval`. Nothing but the line depends on it.
+// Counts all pairs of one frame in `interval`, and looks at bodies after it and the next one.
+// Nothing but the lines depends on it.
 class Advice : public PairWatcher {
  public:
-  bool isDue() override { return frames_++ % interval == 0; }
+  bool isDue() override;
   void see(dGeomID a, dGeomID b, int contacts) override;
+  // The callbacks of a frame are done.
+  void endFrame(const Physics::View& view);
+  const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.
   void add(const Advice& other);
-  // Names the options that would have left out a part of the pairs worth mentioning; empty where
-  // there are none.
-  std::string line() const;
+  // A line that names the options that would have left out a part of the pairs worth mentioning, if
+  // there are any, and those of Physics.
+  std::vector<std::string> lines() const;
 
  private:
   static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
@@ -36,6 +43,8 @@ class Advice : public PairWatcher {
   }
 
   unsigned frames_ = 0;
+  unsigned place_ = interval;  // of the frame that runs among so many
+  Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
   std::array<Layers, 16> layers_;  // what finds no room are few pairs, or no layers
   std::size_t used_layers_ = 0;

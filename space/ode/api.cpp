@@ -7,7 +7,9 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "space/contacts/reducers.h"
 #include "space/geom/assertions.h"
@@ -285,6 +287,28 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   const ParallelSAPSpace& own = checked(space);
   dAASSERT(geom);
   return own.isFast(geom);
+}
+
+void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) {
+  checked(space).turnAdvice(on != 0);
+}
+
+int dParallelSAPSpaceGetWarnings(dSpaceID space) {
+  return checked(space).advice() != nullptr;
+}
+
+int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size) try {
+  const ode_parallel_sap::Advice* const advice = checked(space).advice();
+  dAASSERT(text || size == 0);
+  if (size > 0) text[0] = '\0';
+  if (!advice) return 0;
+  const std::vector<std::string> lines = advice->physics().lines();
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  if (size > 0) text[all.copy(text, size - 1)] = '\0';
+  return static_cast<int>(lines.size());
+} catch (const std::bad_alloc&) {
+  return 0;
 }
 
 void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPStats* stats) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "space/contacts/ode_collide.h"
 #include "space/data/mechanisms.h"
 #include "space/data/team.h"
 #include "space/frame/stage_clock.h"
@@ -82,9 +83,7 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
   type = space_class;
   on_thread_shortage.store(reportThreadShortage, std::memory_order_relaxed);
   trace_ = traceFromEnvironment();
-  if (!settings_.print_stats) return;
-  advice_ = std::make_unique<Advice>();
-  pipeline_.watchPairs(advice_.get());
+  turnAdvice(false);
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
@@ -116,9 +115,21 @@ void ParallelSAPSpace::printTotals() const {
              "ms, %llu rays took %.3f ms",
              static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
              sums.rays_ms);
-  const std::string advice = advice_->line();
-  if (!advice.empty())
-    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), advice.c_str());
+  for (const std::string& line : advice_ ? advice_->lines() : std::vector<std::string>())
+    dMessage(0, "parallel SAP space %p: %s", static_cast<const void*>(this), line.c_str());
+}
+
+void ParallelSAPSpace::turnAdvice(bool on) {
+  on = on || settings_.print_stats;
+  if (on == (advice_ != nullptr)) return;
+  advice_.reset(on ? new (std::nothrow) Advice : nullptr);
+  pipeline_.watchPairs(advice_.get());
+}
+
+void ParallelSAPSpace::endFrame() {
+  if (advice_)
+    advice_->endFrame({slots_.geoms().data(), slots_.size(), swept_.step(),
+                       ode_collide.load(std::memory_order_relaxed)});
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
@@ -342,12 +353,15 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   const Call call(*this);
   beginFrame(call);
   const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collide(all, call->frame, settings_, data, callback, getManualCleanup() != 0);
-  PairTally tally(*trace_, data, callback);
-  pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair,
-                    getManualCleanup() != 0);
-  tally.writeTo(*trace_);
+  if (trace_ && writeTrace(call)) {
+    PairTally tally(*trace_, data, callback);
+    pipeline_.collide(all, call->frame, settings_, &tally, PairTally::passPair,
+                      getManualCleanup() != 0);
+    tally.writeTo(*trace_);
+  } else {
+    pipeline_.collide(all, call->frame, settings_, data, callback, getManualCleanup() != 0);
+  }
+  endFrame();
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
@@ -356,18 +370,22 @@ void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   if (trace_) writeTrace(call);
   pipeline_.collideContacts(scene(call.nested()), call->frame, settings_, request,
                             getManualCleanup() != 0);
+  endFrame();
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
   const Scene all = scene(call.nested());
-  if (!trace_ || !writeTrace(call))
-    return pipeline_.collidePairs(all, call->frame, settings_, request);
-  PairTally tally(*trace_, request.data, request.callback);
-  pipeline_.collidePairs(all, call->frame, settings_,
-                         {&tally, request.flags, PairTally::passBlock});
-  tally.writeTo(*trace_);
+  if (trace_ && writeTrace(call)) {
+    PairTally tally(*trace_, request.data, request.callback);
+    pipeline_.collidePairs(all, call->frame, settings_,
+                           {&tally, request.flags, PairTally::passBlock});
+    tally.writeTo(*trace_);
+  } else {
+    pipeline_.collidePairs(all, call->frame, settings_, request);
+  }
+  endFrame();
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {

@@ -73,6 +73,11 @@ class ParallelSAPSpace : public dxSpace {
   }
   const PairEvents& events() const { return pipeline_.events(); }
 
+  // Whether some frames are looked at for what would help; null: none is. With
+  // ODE_PARALLEL_SAP_STATS they always are.
+  void turnAdvice(bool on);
+  const Advice* advice() const { return advice_.get(); }
+
   // Ends the trace that there is and begins this one, if any. The space is not locked.
   void setTrace(std::unique_ptr<Trace> trace);
   const Trace* trace() const { return trace_.get(); }
@@ -88,7 +93,6 @@ class ParallelSAPSpace : public dxSpace {
  protected:
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
-  const Advice& advice() const { return *advice_; }
   const PrecomputedContacts::Counts& precomputed() const { return pipeline_.precomputed(); }
   // Whether it prints them itself at its end.
   bool prints_totals_ = true;
@@ -101,6 +105,7 @@ class ParallelSAPSpace : public dxSpace {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
   void beginFrame(const Call& call);
+  void endFrame();
   bool writeTrace(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
@@ -130,7 +135,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   Workspaces workspaces_;
-  std::unique_ptr<Advice> advice_;  // if settings().print_stats
+  std::unique_ptr<Advice> advice_;  // if asked for
   std::unique_ptr<Trace> trace_;    // null: there is none
 };
 
