@@ -7,10 +7,11 @@
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <sstream>
+#include <string>
 
 #include "harness/state.h"
 #include "harness/stepper.h"
-#include "row.h"
 
 namespace tradeoff {
 
@@ -50,6 +51,27 @@ struct Scene {
 };
 
 namespace harness {
+
+// What one point measured, as two lines of CSV: names and values.
+class Row {
+ public:
+  template <typename Value>
+  void add(const std::string& name, const Value& value) {
+    names_ << separator() << name;
+    values_.precision(9);
+    values_ << separator() << value;
+    empty_ = false;
+  }
+
+  std::string text() const { return names_.str() + "\n" + values_.str() + "\n"; }
+
+ private:
+  const char* separator() const { return empty_ ? "" : ","; }
+
+  bool empty_ = true;
+  std::ostringstream names_;
+  std::ostringstream values_;
+};
 
 constexpr double rest_seconds = 1;  // simulated, in which the scene counts as at rest
 

@@ -5,7 +5,6 @@
 
 #include "../pile/random.h"
 #include "../pile/shapes.h"
-#include "scene_parts.h"
 
 namespace tradeoff {
 namespace {

@@ -1,3 +1,4 @@
+// The study's own scenes, each run once: tradeoff-point NAME BODIES [--SETTING VALUE...]
 #include "scenes.h"
 
 #include <algorithm>
@@ -5,7 +6,6 @@
 #include <cmath>
 
 #include "../pile/random.h"
-#include "scene_parts.h"
 
 namespace tradeoff {
 namespace {
@@ -106,8 +106,6 @@ bool leftHopper(dBodyID body) {
   return false;
 }
 
-}  // namespace
-
 Scene sceneNamed(const std::string& name, int bodies) {
   if (name == "vehicle") return vehicleScene(bodies);
   if (name == "meshes") return meshScene(bodies);
@@ -127,4 +125,16 @@ Scene sceneNamed(const std::string& name, int bodies) {
   return scene;
 }
 
+}  // namespace
 }  // namespace tradeoff
+
+int main(int argc, char** argv) {
+  try {
+    if (argc < 3) throw std::invalid_argument("which scene, and of how many bodies?");
+    const tradeoff::Scene scene = tradeoff::sceneNamed(argv[1], std::max(1, std::atoi(argv[2])));
+    return tradeoff::run(argc - 2, argv + 2, scene);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
+    return 2;
+  }
+}

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "../pile/random.h"
-#include "scene_parts.h"
 
 namespace tradeoff {
 namespace {

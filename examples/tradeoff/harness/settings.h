@@ -4,8 +4,10 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace tradeoff {
 
@@ -25,69 +27,46 @@ struct Settings {
   double seconds = 0;  // simulated at most; 0: as the scene says
 };
 
-namespace settings {
-
-inline double number(const std::string& name, const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0')
-    throw std::invalid_argument("--" + name + ": no number: " + text);
-  return value;
-}
-
-inline double numberFrom(const std::string& name, const std::string& text, double least,
-                         double most) {
-  const double value = number(name, text);
-  if (!(value >= least && value <= most))
-    throw std::invalid_argument("--" + name + ": out of range: " + text);
-  return value;
-}
-
-inline std::string oneOf(const std::string& name, const std::string& text,
-                         std::initializer_list<const char*> words) {
-  for (const char* word : words)
-    if (text == word) return text;
-  throw std::invalid_argument("--" + name + ": unknown: " + text);
-}
-
-}  // namespace settings
-
 // Reads "--name value" pairs; throws std::invalid_argument where one is wrong.
 inline Settings parseSettings(int argc, char** argv) {
   Settings s;
-  using settings::numberFrom;
-  using settings::oneOf;
-  using Text = const std::string&;
-  const std::map<std::string, std::function<void(Text, Text)>> readers = {
-      {"dt", [&](Text n, Text v) { s.dt = numberFrom(n, v, 1e-6, 1); }},
-      {"iterations", [&](Text n, Text v) { s.iterations = int(numberFrom(n, v, 1, 1e5)); }},
-      {"contacts", [&](Text n, Text v) { s.contacts = int(numberFrom(n, v, 1, 64)); }},
-      {"reducer",
-       [&](Text n, Text v) {
-         s.reducer = oneOf(n, v, {"first", "deepest", "spread"});
-       }},
-      {"erp", [&](Text n, Text v) { s.erp = numberFrom(n, v, 0, 1); }},
-      {"cfm", [&](Text n, Text v) { s.cfm = numberFrom(n, v, 0, 1e6); }},
-      {"sor", [&](Text n, Text v) { s.sor = numberFrom(n, v, 0.01, 2); }},
-      {"solver",
-       [&](Text n, Text v) {
-         s.solver = oneOf(n, v, {"quick", "step"});
-       }},
-      {"sleep",
-       [&](Text n, Text v) {
-         s.sleep = oneOf(n, v, {"on", "off"});
-       }},
-      {"seed",
-       [&](Text n, Text v) { s.seed = static_cast<unsigned long>(numberFrom(n, v, 0, 1e9)); }},
-      {"seconds", [&](Text n, Text v) { s.seconds = numberFrom(n, v, 0.01, 1e6); }},
+  struct Number {
+    double least, most;
+    std::function<void(double)> set;
   };
+  const std::map<std::string, Number> numbers = {
+      {"dt", {1e-6, 1, [&](double v) { s.dt = v; }}},
+      {"iterations", {1, 1e5, [&](double v) { s.iterations = int(v); }}},
+      {"contacts", {1, 64, [&](double v) { s.contacts = int(v); }}},
+      {"erp", {0, 1, [&](double v) { s.erp = v; }}},
+      {"cfm", {0, 1e6, [&](double v) { s.cfm = v; }}},
+      {"sor", {0.01, 2, [&](double v) { s.sor = v; }}},
+      {"seed", {0, 1e9, [&](double v) { s.seed = static_cast<unsigned long>(v); }}},
+      {"seconds", {0.01, 1e6, [&](double v) { s.seconds = v; }}}};
+  const std::map<std::string, std::pair<std::string*, std::set<std::string>>> words = {
+      {"reducer", {&s.reducer, {"first", "deepest", "spread"}}},
+      {"solver", {&s.solver, {"quick", "step"}}},
+      {"sleep", {&s.sleep, {"on", "off"}}}};
   for (int i = 1; i < argc; i += 2) {
-    const std::string word = argv[i];
-    const auto reader = readers.find(word.size() > 2 ? word.substr(2) : "");
-    if (word.rfind("--", 0) != 0 || reader == readers.end())
-      throw std::invalid_argument("no such setting: " + word);
-    if (i + 1 == argc) throw std::invalid_argument(word + " needs a value");
-    reader->second(reader->first, argv[i + 1]);
+    const std::string option = argv[i], name = option.rfind("--", 0) == 0 ? option.substr(2) : "";
+    const auto number = numbers.find(name);
+    const auto word = words.find(name);
+    if (number == numbers.end() && word == words.end())
+      throw std::invalid_argument("no such setting: " + option);
+    if (i + 1 == argc) throw std::invalid_argument(option + " needs a value");
+    const std::string text = argv[i + 1];
+    if (word != words.end()) {
+      if (!word->second.second.count(text))
+        throw std::invalid_argument(option + ": unknown: " + text);
+      *word->second.first = text;
+      continue;
+    }
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0') throw std::invalid_argument(option + ": no number: " + text);
+    if (!(value >= number->second.least && value <= number->second.most))
+      throw std::invalid_argument(option + ": out of range: " + text);
+    number->second.set(value);
   }
   return s;
 }
