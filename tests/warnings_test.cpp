@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "physics/outcome.h"
+#include "physics/extreme.h"
 #include "support/catch.hpp"
 #include "support/floating_point.h"
 #include "support/ode_errors.h"
