@@ -390,7 +390,7 @@ void Physics::noteCarried(const Body& body, double heaviest) {
   const bool is_soft = cfm * body.mass >= soft_share && erp >= 0.8;
   const double most = !isBuilt(body) ? heap_falls : is_soft ? soft_falls : built_falls;
   if (times >= 0.5) note(load, (1 + times) * fall, most, times);
-  note(small, fall, small_falls, 100 * fall);
+  note(small_body, fall, small_falls, 100 * fall);
   // By so much a contact gives that bears it all.
   const double sink = cfm * step_ * (body.mass + body.carried) * gravity_ / erp / body.size;
   note(soft, sink, soft_sizes, 100 * sink);

@@ -18,7 +18,7 @@ class Physics {
   enum Regime {
     mass_ratio,
     load,
-    small,
+    small_body,
     fast,
     deep,
     soft,
