@@ -76,11 +76,12 @@ void testOrder() {
   check(step == 0.02, "prepared with the step");
 }
 
+int observed = 0;
+double last = 0;
+
 // A kinematic plate, which is larger and higher than all else, carries a box.
-void testKinematicBodies() {
+tradeoff::Scene carriedBox() {
   tradeoff::Scene scene;
-  int observed = 0;
-  double last = 0;
   scene.build = [](dWorldID world, dSpaceID space, unsigned long) {
     for (int i = 0; i < 2; ++i) {
       const dBodyID body = dBodyCreate(world);
@@ -92,8 +93,8 @@ void testKinematicBodies() {
       dGeomSetBody(i ? dCreateBox(space, 40, 40, 2) : dCreateBox(space, 1, 1, 1), body);
     }
   };
-  scene.control = [&](double time) { last = time; };
-  scene.observe = [&] {
+  scene.control = [](double time) { last = time; };
+  scene.observe = [] {
     ++observed;
     return std::vector<tradeoff::Observation>{{"time", last, 1}};
   };
@@ -101,7 +102,12 @@ void testKinematicBodies() {
   scene.observe_from = 1;
   scene.rests = false;
   scene.seconds = 2;
-  tradeoff::Settings settings;
+  return scene;
+}
+
+void testKinematicBodies() {
+  const tradeoff::Scene scene = carriedBox();
+  const tradeoff::Settings settings;
   check(measured(scene, settings, "bodies_seen") == 1, "kinematic bodies are not counted");
   check(measured(scene, settings, "size_m") < 1.01, "nor are their sizes");
   check(measured(scene, settings, "energy_gain") < 0.01, "nor is their energy");
@@ -113,7 +119,9 @@ void testKinematicBodies() {
 
 }  // namespace
 
-int main() {
+// With arguments it is a program that has its scene studied.
+int main(int argc, char** argv) {
+  if (argc > 1) return tradeoff::run(argc, argv, carriedBox());
   testUnwantedContacts();
   testOrder();
   testKinematicBodies();

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
+#include "space/contacts/collider_threads.h"
 #include "space/geom/pair_rule.h"
 
 namespace ode_parallel_sap {
@@ -22,13 +24,28 @@ PackRules skipping(bool of_static) {
 }  // namespace
 
 Advice::~Advice() {
-  const std::string advice = space_ ? line() : "";
-  if (!advice.empty()) dMessage(0, "parallel SAP space %p: %s", space_, advice.c_str());
+  if (!space_) return;
+  for (const std::string& line : lines())
+    dMessage(0, "parallel SAP space %p: %s", space_, line.c_str());
+}
+
+bool Advice::isDue() {
+  place_ = frames_++ % interval;
+  if (place_ == 0) physics_.begin();
+  return place_ == 0;
+}
+
+void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
+  const Physics::View view = {geoms, slots, swept, ode_collide.load(std::memory_order_relaxed)};
+  const unsigned place = std::exchange(place_, interval);
+  if (place == 0) physics_.lookFirst(view);
+  if (place == 1) physics_.lookAgain(view);
 }
 
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
+  physics_.see(a, b);
   static const PackRules of_static = skipping(true), of_asleep = skipping(false);
   static_ += PairRule(of_static).isLeftOut(a, b);
   asleep_ += PairRule(of_asleep).isLeftOut(a, b);
@@ -55,9 +72,10 @@ void Advice::add(const Advice& other) {
   asleep_ += other.asleep_;
   clear_ += other.clear_;
   for (std::size_t i = 0; i < other.used_layers_; ++i) count(other.layers_[i]);
+  physics_.add(other.physics_);
 }
 
-std::string Advice::line() const {
+std::vector<std::string> Advice::lines() const {
   std::string line;
   const auto name = [&](unsigned long long pairs, const char* option, const char* which) {
     if (shareOf(pairs) < least_share) return;
@@ -78,7 +96,9 @@ std::string Advice::line() const {
                   layers.a, layers.b);
     name(layers.pairs, option, "none of them touched");
   }
-  return line;
+  std::vector<std::string> all = physics_.lines();
+  if (!line.empty()) all.insert(all.begin(), line);
+  return all;
 }
 
 }  // namespace ode_parallel_sap

@@ -1,29 +1,35 @@
-// What options would leave out of a program's pairs: the line that ODE_PARALLEL_SAP_STATS=1 prints.
+// What options would leave out of a program's pairs, and where physics breaks: the lines that
+// ODE_PARALLEL_SAP_STATS=1 prints.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
+#include "space/advice/physics.h"
 #include "space/ode/space_observer.h"
 
 namespace ode_parallel_sap {
 
-// Counts all pairs of one frame in `interval`. Nothing but the line depends on it.
+// Counts all pairs of one frame in `interval`, and looks at bodies after it and the next one.
+// Nothing but the lines depends on it.
 class Advice final : public SpaceObserver {
  public:
-  // Of a space, for which it prints the line in the end; or for an account of several.
+  // Of a space, for which it prints the lines in the end; or for an account of several.
   explicit Advice(const void* space = nullptr) : space_(space) {}
   ~Advice() override;
 
-  bool isDue() override { return frames_++ % interval == 0; }
+  bool isDue() override;
   void see(dGeomID a, dGeomID b, int contacts) override;
+  void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
+  const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.
   void add(const Advice& other);
-  // Names the options that would have left out a part of the pairs worth mentioning; empty where
-  // there are none.
-  std::string line() const;
+  // A line that names the options that would have left out a part of the pairs worth mentioning, if
+  // there are any, and those of Physics.
+  std::vector<std::string> lines() const;
 
  private:
   static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
@@ -41,6 +47,8 @@ class Advice final : public SpaceObserver {
 
   const void* const space_;
   unsigned frames_ = 0;
+  unsigned place_ = interval;  // of the frame that runs among so many
+  Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
   std::array<Layers, 16> layers_;  // what finds no room are few pairs, or no layers
   std::size_t used_layers_ = 0;

@@ -7,7 +7,9 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
@@ -57,9 +59,9 @@ void checkContacts(const dContactGeom* contacts, int count, int most,
 
 dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
   auto* const space = new ParallelSAPSpace(parent);
-  if (auto trace = ode_parallel_sap::Trace::fromEnvironment()) space->observe(std::move(trace));
+  if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
   if (space->settings().print_stats)
-    space->observe(std::make_unique<ode_parallel_sap::Advice>(space));
+    space->observe(std::make_unique<Advice>(space));
   return space;
 }
 
@@ -160,7 +162,7 @@ int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
 }
 
 int dParallelSAPSpaceGetTrace(dSpaceID space) {
-  const auto* const trace = checked(space).observers().find<ode_parallel_sap::Trace>();
+  const auto* const trace = checked(space).observers().find<Trace>();
   return trace ? trace->every() : 0;
 }
 
@@ -256,6 +258,33 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   const ParallelSAPSpace& own = checked(space);
   dAASSERT(geom);
   return own.isFast(geom);
+}
+
+void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) try {
+  ParallelSAPSpace& own = checked(space);
+  dUASSERT(own.lock_count == 0, "invalid operation for locked space");
+  const Advice* const advice = own.observers().find<Advice>();
+  if (on && !advice) own.observe(std::make_unique<Advice>());
+  if (!on && advice && !own.settings().print_stats) own.observers().remove(advice);
+} catch (const std::bad_alloc&) {
+}
+
+int dParallelSAPSpaceGetWarnings(dSpaceID space) {
+  return checked(space).observers().find<Advice>() != nullptr;
+}
+
+int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size) try {
+  const Advice* const advice = checked(space).observers().find<Advice>();
+  dAASSERT(text || size == 0);
+  if (size > 0) text[0] = '\0';
+  if (!advice) return 0;
+  const std::vector<std::string> lines = advice->physics().lines();
+  std::string all;
+  for (const std::string& line : lines) all += line + "\n";
+  if (size > 0) text[all.copy(text, size - 1)] = '\0';
+  return static_cast<int>(lines.size());
+} catch (const std::bad_alloc&) {
+  return 0;
 }
 
 void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPStats* stats) {

@@ -276,6 +276,13 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   });
 }
 
+void ParallelSAPSpace::endFrame(const Call& call) {
+  if (call.nested()) return;
+  observers_.forEach([&](SpaceObserver& observer) {
+    observer.endFrame(slots_.geoms().data(), slots_.size(), swept_.step());
+  });
+}
+
 void ParallelSAPSpace::notifyAll() {
   notified_of_all.fetch_add(1, std::memory_order_relaxed);
 }
@@ -294,18 +301,21 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   const Call call(*this);
   beginFrame(call);
   pipeline_.collide(frameOf(call), data, callback);
+  endFrame(call);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
   pipeline_.collideContacts(frameOf(call), request);
+  endFrame(call);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
   pipeline_.collidePairs(frameOf(call), request);
+  endFrame(call);
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {

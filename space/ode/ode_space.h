@@ -104,6 +104,7 @@ class ParallelSAPSpace : public dxSpace {
   }
   FrameCall frameOf(const Call& call);
   void beginFrame(const Call& call);
+  void endFrame(const Call& call);
   void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
   void checkSilent();

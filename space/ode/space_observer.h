@@ -17,6 +17,10 @@ class SpaceObserver : public PairWatcher {
   // Whether it wants the geoms of the frame that begins, within no callback; they are clean then.
   virtual bool wantsScene() { return false; }
   virtual void seeScene(const Scene&, const PackRules&) {}
+  // A frame within no callback is over, its callbacks too. `swept`: the step of swept bounds.
+  virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
+    (void)geoms, (void)slots, (void)swept;
+  }
   // A geom leaves its slot; slots are about to be closed up.
   virtual void forget(Slot) {}
   virtual void closeSlots(const Buffer<dxGeom*>&) {}

@@ -128,8 +128,8 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
-  const std::string advice = sums.advice.line();
-  if (!advice.empty()) std::fprintf(stderr, "ode-parallel-sap: %s\n", advice.c_str());
+  for (const std::string& line : sums.advice.lines())
+    std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
 void geomChanged(dxGeom* geom) {

@@ -365,6 +365,9 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceSetSweptBounds, (wrong, 1)),
       CALL(dParallelSAPSpaceGetSweptBounds, (wrong)),
       CALL(dParallelSAPSpaceIsFast, (wrong, ball)),
+      CALL(dParallelSAPSpaceSetWarnings, (wrong, 1)),
+      CALL(dParallelSAPSpaceGetWarnings, (wrong)),
+      CALL(dParallelSAPSpaceFindWarnings, (wrong, nullptr, 0)),
       CALL(dParallelSAPSpaceGetStats, (wrong, &stats))};
 #undef CALL
   const auto messageOf = [](auto call) -> std::string {

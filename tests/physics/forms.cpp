@@ -51,7 +51,7 @@ Extreme farAway(double distance, bool grown) {
 Extreme within(const char* name, std::function<void(Stage&)> build) {
   Extreme extreme{"overlap at the start", name, Demand::settle, std::move(build)};
   extreme.steps = 800;
-  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body).z < -0.5; };
+  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < -0.5; };
   return extreme;
 }
 
@@ -74,8 +74,8 @@ dGeomID sheet(Stage& stage, int cells, const Vec& side, const Bend& bend) {
   const auto at = [cells](int i, int j) { return static_cast<dTriIndex>(j * (cells + 1) + i); };
   for (int j = 0; j <= cells; ++j) {
     for (int i = 0; i <= cells; ++i) {
-      vertices.insert(vertices.end(), {static_cast<dReal>(side.x * (double(i) / cells - 0.5)),
-                                       static_cast<dReal>(side.y * (double(j) / cells - 0.5)),
+      vertices.insert(vertices.end(), {static_cast<dReal>(side[0] * (double(i) / cells - 0.5)),
+                                       static_cast<dReal>(side[1] * (double(j) / cells - 0.5)),
                                        static_cast<dReal>(bend(i, j))});
       if (i == cells || j == cells) continue;
       for (const dTriIndex corner :
@@ -110,7 +110,7 @@ void degenerate(Stage& stage) {
 Extreme shape(const char* name, double unit, std::function<void(Stage&)> build) {
   Extreme extreme{"shapes", name, Demand::settle, std::move(build), unit};
   extreme.steps = 600;
-  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body).z < -0.5; };
+  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < -0.5; };
   return extreme;
 }
 

@@ -1,5 +1,6 @@
 // Mass ratios, stacks and what is built of many bodies.
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -160,9 +161,9 @@ void wedge(Stage& stage, double from, double to, bool of_triangles) {
   const Vec centre = {radius * std::cos(middle), 0, radius * std::sin(middle)};
   for (int i = 0; i < 8; ++i) {
     const double r = i & 1 ? 2.5 : 2, angle = i & 2 ? to : from, y = i & 4 ? 0.5 : -0.5;
-    wedge->points[3 * i] = static_cast<dReal>(r * std::cos(angle) - centre.x);
+    wedge->points[3 * i] = static_cast<dReal>(r * std::cos(angle) - centre[0]);
     wedge->points[3 * i + 1] = static_cast<dReal>(y);
-    wedge->points[3 * i + 2] = static_cast<dReal>(r * std::sin(angle) - centre.z);
+    wedge->points[3 * i + 2] = static_cast<dReal>(r * std::sin(angle) - centre[2]);
   }
   for (int face = 0; face < 6; ++face) wedge->close(face);
   dMass mass;
@@ -233,6 +234,30 @@ Extremes structures() {
   add("fifteen logs between posts", 1, logs);
   add("a ruler over the edge", 0.1, ruler);
   return extremes;
+}
+
+std::string shortNumber(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
+
+void stack(Stage& stage, int count, double side, const Vec& foot, double density) {
+  for (int i = 0; i < count; ++i) {
+    stage.box({foot[0], foot[1], foot[2] + side * (i + 0.5)}, {side, side, side}, density);
+  }
+}
+
+const Extremes& extremes() {
+  static const Extremes all = [] {
+    Extremes extremes;
+    for (const auto& theme : {masses, structures, speeds, steps, sizes, places, overlaps, shapes,
+                              joints, spins, longRuns, modes}) {
+      for (Extreme& extreme : theme()) extremes.push_back(std::move(extreme));
+    }
+    return extremes;
+  }();
+  return all;
 }
 
 }  // namespace physics

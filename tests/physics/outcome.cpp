@@ -1,8 +1,9 @@
-#include "outcome.h"
+#include "extreme.h"
 
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+
+#include "../support/bounds.h"
 
 namespace sap_test {
 namespace physics {
@@ -20,18 +21,8 @@ constexpr double kExplode = 2;      // of the energy there was, and what one uni
 constexpr double kStretch = 0.05, kBreak = 0.5;  // gap of a joint
 constexpr double kDrift = 0.001, kLost = 0.1;    // energy, momentum, radians
 
-double length(const Vec& v) {
-  return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-}
-Vec operator-(const Vec& a, const Vec& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
 double distance(const Vec& a, const Vec& b) {
-  return length(a - b);
-}
-Vec vec(const dReal* numbers) {
-  return {static_cast<double>(numbers[0]), static_cast<double>(numbers[1]),
-          static_cast<double>(numbers[2])};
+  return length(minus(a, b));
 }
 double square(double x) {
   return x * x;
@@ -42,36 +33,9 @@ double fallSpeed(const Extreme& extreme) {
   return std::sqrt(2 * 9.81 * extreme.unit) / extreme.unit;
 }
 
-// In doubles: what is measured should not be a matter of the precision.
-struct Spin {
-  double rotation[3][3];
-  Vec local;     // angular velocity as the body sees it
-  Vec momentum;  // in the world
-  double energy = 0;
-
-  explicit Spin(dBodyID body) {
-    dMass mass;
-    dBodyGetMass(body, &mass);
-    const dReal* const r = dBodyGetRotation(body);
-    const dReal* const w = dBodyGetAngularVel(body);
-    double spin[3] = {}, of_body[3] = {}, in_world[3] = {};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) rotation[i][j] = static_cast<double>(r[4 * i + j]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) spin[i] += rotation[j][i] * static_cast<double>(w[j]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) of_body[i] += static_cast<double>(mass.I[4 * i + j]) * spin[j];
-      energy += 0.5 * spin[i] * of_body[i];
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) in_world[i] += rotation[i][j] * of_body[j];
-    }
-    local = {spin[0], spin[1], spin[2]};
-    momentum = {in_world[0], in_world[1], in_world[2]};
-  }
-};
+double spinEnergy(dBodyID body) {
+  return dot(vec(dBodyGetAngularVel(body)), tradeoff::spinOf(body)) / 2;
+}
 
 double gapOf(dJointID joint) {
   dVector3 a, b;
@@ -98,41 +62,30 @@ void raise(double& most, double value) {
 }  // namespace
 
 Observer::Observer(const Extreme& extreme, const Stage& stage) : extreme_(extreme) {
-  dVector3 gravity;
-  dWorldGetGravity(stage.world(), gravity);
+  const Vec gravity = tradeoff::gravityOf(stage.world());
   for (std::size_t i = 0; i < stage.bodies().size(); ++i) {
     Body body;
     body.start = body.middle = stage.place(i);
-    std::memcpy(body.rotation, dBodyGetRotation(stage[i]), sizeof body.rotation);
     bodies_.push_back(body);
-    dMass mass;
-    dBodyGetMass(stage[i], &mass);
-    energy_scale_ += static_cast<double>(mass.mass) * length(vec(gravity)) * extreme.unit;
+    energy_scale_ += tradeoff::massOf(stage[i]) * length(gravity) * extreme.unit;
   }
   energy_ = energyOf(stage);
   for (const dBodyID body : stage.bodies()) {
     energy_scale_ += 0.5 * square(length(vec(dBodyGetLinearVel(body))));
   }
   if (stage.bodies().empty()) return;
-  momentum_ = Spin(stage[0]).momentum;
+  momentum_ = tradeoff::spinOf(stage[0]);
   spin_ = vec(dBodyGetAngularVel(stage[0]));
 }
 
 // Of motion and height.
 double Observer::energyOf(const Stage& stage) const {
-  dVector3 gravity;
-  dWorldGetGravity(stage.world(), gravity);
-  const Vec g = vec(gravity);
+  const Vec gravity = tradeoff::gravityOf(stage.world());
   double energy = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    dMass mass;
-    dBodyGetMass(stage[i], &mass);
-    const Vec at = stage.place(i);
-    const double kilograms = static_cast<double>(mass.mass);
-    energy += kilograms * (0.5 * square(length(vec(dBodyGetLinearVel(stage[i])))) -
-                           (g.x * at.x + g.y * at.y + g.z * at.z)) +
-              Spin(stage[i]).energy;
-  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    energy += tradeoff::massOf(stage[i]) * (0.5 * square(length(vec(dBodyGetLinearVel(stage[i])))) -
+                                            dot(gravity, stage.place(i))) +
+              spinEnergy(stage[i]);
   return energy;
 }
 
@@ -169,33 +122,21 @@ void Observer::lookLate(const Stage& stage) {
 
 // The body turns about one of its axes at a constant rate, if it began so.
 void Observer::compareFree(const Stage& stage) {
-  const Spin spin(stage[0]);
-  if (energy_ != 0) measures_.energy = spin.energy / energy_ - 1;
+  if (energy_ != 0) measures_.energy = spinEnergy(stage[0]) / energy_ - 1;
   const double momentum = length(momentum_);
-  if (momentum != 0) measures_.momentum = distance(spin.momentum, momentum_) / momentum;
+  if (momentum != 0)
+    measures_.momentum = distance(tradeoff::spinOf(stage[0]), momentum_) / momentum;
   const double rate = length(spin_);
   if (rate == 0) return;
-  const Vec axis = {spin_.x / rate, spin_.y / rate, spin_.z / rate};
-  if (distance({axis.x * momentum, axis.y * momentum, axis.z * momentum}, momentum_) >
-      1e-3 * momentum) {
-    return;  // it tumbles
-  }
+  const Vec axis = 1 / rate * spin_;
+  if (distance(momentum * axis, momentum_) > 1e-3 * momentum) return;  // it tumbles
   // A direction across the axis, as it should be now and as it is.
-  const Vec helper = std::fabs(axis.x) < 0.9 ? Vec{1, 0, 0} : Vec{0, 1, 0};
-  const auto cross = [](const Vec& a, const Vec& b) {
-    return Vec{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  };
-  const auto dot = [](const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
-  Vec across = cross(axis, helper);
-  const double size = length(across);
-  across = {across.x / size, across.y / size, across.z / size};
+  Vec across = cross(axis, std::fabs(axis[0]) < 0.9 ? Vec{1, 0, 0} : Vec{0, 1, 0});
+  across = 1 / length(across) * across;
   const Vec third = cross(axis, across);
-  Vec now;
-  double* const out[] = {&now.x, &now.y, &now.z};
-  for (int i = 0; i < 3; ++i) {
-    *out[i] = spin.rotation[i][0] * across.x + spin.rotation[i][1] * across.y +
-              spin.rotation[i][2] * across.z;
-  }
+  dVector3 turned;
+  dBodyVectorToWorld(stage[0], real(across[0]), real(across[1]), real(across[2]), turned);
+  const Vec now = vec(turned);
   const double angle = std::atan2(dot(now, third), dot(now, across));
   // It drifts by far less than a turn from one look to the next.
   cell_coherence_ += std::remainder(angle - rate * time_ - cell_coherence_, 6.283185307179586);
@@ -206,7 +147,7 @@ const Measures& Observer::end(const Stage& stage) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Vec at = stage.place(i);
     raise(measures_.shift, distance(at, bodies_[i].start) / extreme_.unit);
-    raise(measures_.sink, (bodies_[i].start.z - at.z) / extreme_.unit);
+    raise(measures_.sink, (bodies_[i].start[2] - at[2]) / extreme_.unit);
     raise(measures_.creep, distance(at, bodies_[i].middle) / extreme_.unit);
     if (extreme_.lost(stage, i)) ++measures_.lost;
   }

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "physics/rescue.h"
+#include "physics/play.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 

@@ -1,7 +1,7 @@
 #include "play.h"
 
-#include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,14 +12,13 @@
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
-#include <type_traits>
 
 namespace sap_test {
 namespace physics {
 
 namespace {
 
-// What a run's process has to say, in shape for a pipe.
+// What a run's process has to say, in memory that both share.
 struct Report {
   char outcome[32];
   Measures measures;
@@ -27,12 +26,9 @@ struct Report {
   int steps;
   double seconds;
 };
-static_assert(std::is_trivially_copyable<Report>::value, "goes through a pipe");
 
-// Each thread plays in a process of its own.
-thread_local Report report;
-thread_local int answer_to = -1;
-// In that process.
+// Of the process that plays.
+Report* report;
 double begun = 0;
 int runs = 0;
 
@@ -44,10 +40,9 @@ double processorSeconds() {
 
 // No destructors: a space that is still locked would abort in its own.
 [[noreturn]] void answer(const char* outcome) {
-  std::strncpy(report.outcome, outcome, sizeof report.outcome - 1);
-  report.seconds = (processorSeconds() - begun) / std::max(1, runs);
-  const ssize_t written = write(answer_to, &report, sizeof report);
-  _exit(written == static_cast<ssize_t>(sizeof report) ? 0 : 1);
+  report->seconds = (processorSeconds() - begun) / std::max(1, runs);
+  std::strncpy(report->outcome, outcome, sizeof report->outcome - 1);
+  _exit(0);
 }
 
 void answerAborted(int, const char*, va_list) {
@@ -57,8 +52,6 @@ void answerAborted(int, const char*, va_list) {
 void answerSlow(int) {
   answer("too slow");
 }
-
-void sayNothing(int, const char*, va_list) {}
 
 void limitProcessorTime(double seconds) {
   signal(SIGVTALRM, answerSlow);
@@ -71,7 +64,7 @@ void limitProcessorTime(double seconds) {
 
 // One run from the beginning; fills the report.
 std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& setting) {
-  report.digest = 0;
+  report->digest = 0;
   Stage stage(pairing, setting, extreme.step);
   extreme.build(stage);
   stage.stir(1e-5 * extreme.unit);
@@ -79,20 +72,21 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   for (int step = 0; step < extreme.steps; ++step) {
     extreme.drive(stage, step);
     stage.step();
-    report.digest = digest(stage, report.digest);
-    report.steps = step + 1;
+    report->digest = digest(stage, report->digest);
+    report->steps = step + 1;
     if (!isFinite(stage)) return "not finite";
     observer.look(stage, step);
   }
-  report.measures = observer.end(stage);
-  return judge(extreme, report.measures);
+  report->measures = observer.end(stage);
+  return judge(extreme, report->measures);
 }
 
 [[noreturn]] void playHere(Extreme extreme, Pairing pairing, const Setting& setting,
                            const Limits& limits) {
+  alarm(static_cast<unsigned>(20 * (limits.seconds + 1)));  // far beyond what it may take
   dSetDebugHandler(answerAborted);
   dSetErrorHandler(answerAborted);
-  dSetMessageHandler(sayNothing);
+  dSetMessageHandler([](int, const char*, va_list) {});
   begun = processorSeconds();
   limitProcessorTime(limits.seconds);
   const FloatingPointMode mode(extreme.mode);
@@ -105,48 +99,138 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   answer(outcome.c_str());
 }
 
-// Whether all of the report came, before some time far beyond what it may take.
-bool hear(int from, double seconds) {
-  report = {};
-  std::size_t got = 0;
-  while (got < sizeof report) {
-    pollfd waiting = {from, POLLIN, 0};
-    if (poll(&waiting, 1, static_cast<int>(20000 * (seconds + 1))) <= 0) return false;
-    const ssize_t length = read(from, reinterpret_cast<char*>(&report) + got, sizeof report - got);
-    if (length <= 0) return false;
-    got += static_cast<std::size_t>(length);
-  }
-  return true;
-}
-
 }  // namespace
 
 Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, const Limits& limits) {
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
-  report = {};
+  void* const shared =
+      mmap(nullptr, sizeof(Report), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) throw std::runtime_error("no memory to share");
   const pid_t child = fork();
   if (child < 0) throw std::runtime_error("no process");
   if (child == 0) {
-    close(ends[0]);
-    answer_to = ends[1];
+    report = static_cast<Report*>(shared);
     playHere(extreme, pairing, setting, limits);
   }
-  close(ends[1]);
-  Result result;
-  result.outcome = "crashes";
-  if (hear(ends[0], limits.seconds)) {
-    result = {report.outcome, report.measures, report.digest, report.steps, report.seconds};
-  } else {
-    kill(child, SIGKILL);
-  }
-  close(ends[0]);
   waitpid(child, nullptr, 0);
-  return result;
+  const Report said = *static_cast<Report*>(shared);
+  munmap(shared, sizeof(Report));
+  if (said.outcome[0] == 0) return {"crashes", {}, 0, 0, 0};
+  return {said.outcome, said.measures, said.digest, said.steps, said.seconds};
 }
 
 bool same(const Result& a, const Result& b) {
   return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
+}
+
+namespace {
+
+Setting with(double erp, double cfm, double correction = 0, double damping = 0,
+             bool finite_rotation = false) {
+  Setting setting;
+  setting.erp = erp;
+  setting.cfm = cfm;
+  setting.correction = correction;
+  setting.damping = damping;
+  setting.finite_rotation = finite_rotation;
+  return setting;
+}
+
+// More work for the solver.
+Way way(bool exact, int iterations, int divide, double erp, double cfm) {
+  Way way;
+  way.setting = with(erp, cfm);
+  way.setting.exact = exact;
+  way.setting.iterations = iterations;
+  way.setting.divide = divide;
+  const auto add = [&way](const std::string& words) {
+    way.name += (way.name.empty() ? "" : ", ") + words;
+  };
+  if (erp != 0.2) add("ERP " + shortNumber(erp));
+  if (exact) add("dWorldStep");
+  if (cfm != kOdesCfm) add("CFM 1e-5");
+  if (iterations != 20) add(std::to_string(iterations) + " iterations");
+  if (divide > 1) add(divide == 2 ? "half the step" : "a step of 1/" + std::to_string(divide));
+  return way;
+}
+
+}  // namespace
+
+const std::vector<Way>& ways() {
+  static const std::vector<Way> all = [] {
+    constexpr double cfm = kOdesCfm, soft = 1e-5;
+    std::vector<Way> ways = {{"ERP 0.8", with(0.8, cfm)},
+                             {"ERP 0.05", with(0.05, cfm)},
+                             {"CFM 0", with(0.2, 0)},
+                             {"CFM 1e-5", with(0.2, soft)},
+                             {"ERP 0.8, CFM 1e-5", with(0.8, soft)},
+                             {"correcting velocity of 10 m/s", with(0.2, cfm, 10)},
+                             {"correcting velocity of 1 m/s", with(0.2, cfm, 1)},
+                             {"correcting velocity of 0.1 m/s", with(0.2, cfm, 0.1)},
+                             {"damping of 0.01", with(0.2, cfm, 0, 0.01)},
+                             {"finite rotations", with(0.2, cfm, 0, 0, true)}};
+    for (const int divide : {1, 2, 4, 10, 100}) {
+      for (const int iterations : {20, 50, 100, 300, 1000})
+        if ((divide > 1 || iterations > 20) && (divide < 10 || iterations <= 100))
+          ways.push_back(way(false, iterations, divide, 0.2, cfm));
+      for (const double of : {cfm, soft}) ways.push_back(way(true, 20, divide, 0.2, of));
+    }
+    for (const int divide : {1, 4}) ways.push_back(way(false, 100, divide, 0.8, cfm));
+    return ways;
+  }();
+  return all;
+}
+
+namespace {
+
+// Short runs are repeated, which takes the clock's ticks of some ms and the start of a process out.
+double secondsOf(const Extreme& extreme, const Setting& setting, Limits limits) {
+  limits.at_least = 0.1;
+  return play(extreme, Pairing::ours, setting, limits).seconds;
+}
+
+// Whether it is at least as much work in every way.
+bool takesAsLong(const Setting& setting, const Setting& other) {
+  return setting.exact == other.exact && setting.divide >= other.divide &&
+         (setting.exact || setting.iterations >= other.iterations);
+}
+
+}  // namespace
+
+int startsHeld(const Extreme& extreme, const Setting& setting, const Limits& limits,
+               bool all_or_none) {
+  int held = 0;
+  for (unsigned start = 0; start < kStarts; ++start) {
+    Setting other = setting;
+    other.start = start;
+    const bool holds = isWhatItOwes(play(extreme, Pairing::ours, other, limits).outcome);
+    held += holds;
+    if (!holds && all_or_none) return 0;
+  }
+  return held;
+}
+
+Rescue rescue(const Extreme& extreme, const Limits& limits) {
+  Rescue best;
+  const double as_it_comes = secondsOf(extreme, {}, limits);
+  double least = limits.seconds;
+  std::vector<Setting> too_slow;
+  for (const Way& way : ways()) {
+    if (std::any_of(too_slow.begin(), too_slow.end(),
+                    [&way](const Setting& slow) { return takesAsLong(way.setting, slow); })) {
+      continue;
+    }
+    Limits left = limits;
+    left.seconds = std::fmin(limits.seconds, 2 * least + 0.1);
+    const Result result = play(extreme, Pairing::ours, way.setting, left);
+    if (result.outcome == "too slow") too_slow.push_back(way.setting);
+    if (!isWhatItOwes(result.outcome)) continue;
+    const double seconds = secondsOf(extreme, way.setting, left);
+    if (seconds >= least || startsHeld(extreme, way.setting, left, true) < kStarts) continue;
+    least = seconds;
+    best.name = way.name;
+    best.cost = seconds / as_it_comes;
+  }
+  return best;
 }
 
 }  // namespace physics

@@ -14,8 +14,8 @@ namespace physics {
 
 namespace {
 
-constexpr int kMostContacts = 4;  // of a pair: enough for two boxes face to face
-constexpr int kParts = 1000;      // of a step for fast pairs: 9 mm at 900 m/s and 10 ms
+constexpr int kMostContacts = 8;
+constexpr int kParts = 1000;  // of a step for fast pairs: 9 mm at 900 m/s and 10 ms
 
 dSpaceID makeSpace(Pairing pairing) {
   switch (pairing) {
@@ -28,7 +28,7 @@ dSpaceID makeSpace(Pairing pairing) {
   }
 }
 
-// Of a body that is moved along its velocities for a while; no body, no move.
+// A body that is moved along its velocities for a while, and back; no body, no move.
 class Pose {
  public:
   explicit Pose(dBodyID body) : body_(body) {
@@ -36,25 +36,18 @@ class Pose {
     dBodyCopyPosition(body, place_);
     dBodyCopyQuaternion(body, turn_);
   }
-  // To where it would be after a time.
+  // To where it would be after a time; 0: back.
   void advance(double time) const {
     if (!body_) return;
     const dReal* const v = dBodyGetLinearVel(body_);
     const dReal* const w = dBodyGetAngularVel(body_);
-    const dReal seconds = real(time);
+    const dReal seconds = real(time), rate = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
     dBodySetPosition(body_, place_[0] + v[0] * seconds, place_[1] + v[1] * seconds,
                      place_[2] + v[2] * seconds);
-    const dReal rate = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    if (rate == 0) return;
     dQuaternion by, turned;
     dQFromAxisAndAngle(by, w[0], w[1], w[2], rate * seconds);
     dQMultiply0(turned, by, turn_);
-    dBodySetQuaternion(body_, turned);
-  }
-  void restore() const {
-    if (!body_) return;
-    dBodySetPosition(body_, place_[0], place_[1], place_[2]);
-    dBodySetQuaternion(body_, turn_);
+    dBodySetQuaternion(body_, rate == 0 || time == 0 ? turn_ : turned);
   }
 
  private:
@@ -103,13 +96,12 @@ dGeomID Stage::plane() {
 }
 
 dGeomID Stage::block(const Vec& centre, const Vec& sides) {
-  const dGeomID geom = take(dCreateBox(space_, real(sides.x), real(sides.y), real(sides.z)));
-  dGeomSetPosition(geom, real(centre.x), real(centre.y), real(centre.z));
+  const dGeomID geom = take(dCreateBox(space_, real(sides[0]), real(sides[1]), real(sides[2])));
+  dGeomSetPosition(geom, real(centre[0]), real(centre[1]), real(centre[2]));
   return geom;
 }
 
-dGeomID Stage::meshGeom(const std::vector<dReal>& vertices,
-                        const std::vector<dTriIndex>& triangles) {
+dGeomID Stage::mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles) {
   meshes_.push_back({{}, triangles, dGeomTriMeshDataCreate()});
   Mesh& mesh = meshes_.back();
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -122,15 +114,11 @@ dGeomID Stage::meshGeom(const std::vector<dReal>& vertices,
   return take(dCreateTriMesh(space_, mesh.data, nullptr, nullptr, nullptr));
 }
 
-dGeomID Stage::mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles) {
-  return meshGeom(vertices, triangles);
-}
-
 dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
   const dBodyID body = dBodyCreate(world_);
   dBodySetMass(body, &mass);
-  dGeomSetBody(geom, body);
-  dBodySetPosition(body, real(centre.x), real(centre.y), real(centre.z));
+  if (geom) dGeomSetBody(geom, body);
+  dBodySetPosition(body, real(centre[0]), real(centre[1]), real(centre[2]));
   if (setting_.finite_rotation) dBodySetFiniteRotationMode(body, 1);
   bodies_.push_back(body);
   return body;
@@ -138,8 +126,9 @@ dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
 
 dBodyID Stage::box(const Vec& centre, const Vec& sides, double density) {
   dMass mass;
-  dMassSetBox(&mass, real(density), real(sides.x), real(sides.y), real(sides.z));
-  return body(take(dCreateBox(space_, real(sides.x), real(sides.y), real(sides.z))), mass, centre);
+  dMassSetBox(&mass, real(density), real(sides[0]), real(sides[1]), real(sides[2]));
+  return body(take(dCreateBox(space_, real(sides[0]), real(sides[1]), real(sides[2]))), mass,
+              centre);
 }
 
 dBodyID Stage::ball(const Vec& centre, double radius, double density) {
@@ -165,21 +154,21 @@ dBodyID Stage::meshBody(const Vec& centre, double side) {
                                             2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
   dMass mass;
   dMassSetBox(&mass, 1000, real(side), real(side), real(side));
-  return body(meshGeom(vertices, triangles), mass, centre);
+  return body(mesh(vertices, triangles), mass, centre);
 }
 
 void Stage::turn(std::size_t body, const Vec& axis, double angle) {
   dMatrix3 rotation;
-  dRFromAxisAndAngle(rotation, real(axis.x), real(axis.y), real(axis.z), real(angle));
+  dRFromAxisAndAngle(rotation, real(axis[0]), real(axis[1]), real(axis[2]), real(angle));
   dBodySetRotation(bodies_[body], rotation);
 }
 
 void Stage::push(std::size_t body, const Vec& speed) {
-  dBodySetLinearVel(bodies_[body], real(speed.x), real(speed.y), real(speed.z));
+  dBodySetLinearVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
 }
 
 void Stage::spin(std::size_t body, const Vec& speed) {
-  dBodySetAngularVel(bodies_[body], real(speed.x), real(speed.y), real(speed.z));
+  dBodySetAngularVel(bodies_[body], real(speed[0]), real(speed[1]), real(speed[2]));
 }
 
 dJointID Stage::keep(dJointID joint) {
@@ -190,15 +179,15 @@ dJointID Stage::keep(dJointID joint) {
 dJointID Stage::ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
   const dJointID joint = keep(dJointCreateBall(world_, nullptr));
   dJointAttach(joint, a, b);
-  dJointSetBallAnchor(joint, real(anchor.x), real(anchor.y), real(anchor.z));
+  dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
   return joint;
 }
 
 dJointID Stage::hinge(dBodyID a, dBodyID b, const Vec& anchor, const Vec& axis) {
   const dJointID joint = keep(dJointCreateHinge(world_, nullptr));
   dJointAttach(joint, a, b);
-  dJointSetHingeAnchor(joint, real(anchor.x), real(anchor.y), real(anchor.z));
-  dJointSetHingeAxis(joint, real(axis.x), real(axis.y), real(axis.z));
+  dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
+  dJointSetHingeAxis(joint, real(axis[0]), real(axis[1]), real(axis[2]));
   return joint;
 }
 
@@ -207,7 +196,7 @@ void Stage::move(const Vec& by) {
   for (const dGeomID geom : geoms_) {
     const dBodyID body = dGeomGetBody(geom);
     const dReal* const at = body ? dBodyGetPosition(body) : dGeomGetPosition(geom);
-    const dReal x = at[0] + real(by.x), y = at[1] + real(by.y), z = at[2] + real(by.z);
+    const dReal x = at[0] + real(by[0]), y = at[1] + real(by[1]), z = at[2] + real(by[2]);
     if (body) {
       dBodySetPosition(body, x, y, z);
     } else {
@@ -218,7 +207,7 @@ void Stage::move(const Vec& by) {
 
 Vec Stage::place(std::size_t body) const {
   const dReal* const at = dBodyGetPosition(bodies_[body]);
-  return {at[0] - origin_.x, at[1] - origin_.y, at[2] - origin_.z};
+  return {at[0] - origin_[0], at[1] - origin_[1], at[2] - origin_[2]};
 }
 
 void Stage::touch(dGeomID a, dGeomID b) {
@@ -226,10 +215,11 @@ void Stage::touch(dGeomID a, dGeomID b) {
   if (!first && !second) return;
   if (first && second && dAreConnectedExcluding(first, second, dJointTypeContact)) return;
   dContact found[kMostContacts] = {};
-  const int n = dCollide(a, b, kMostContacts, &found[0].geom, sizeof(dContact));
+  const int n = dCollide(a, b, setting_.contacts, &found[0].geom, sizeof(dContact));
   for (int i = 0; i < n; ++i) {
     found[i].surface.mode = dContactApprox1;
     found[i].surface.mu = real(friction);
+    if (surface) surface(found[i], first, second);
     depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
     const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
     dJointAttach(joint, first, second);
@@ -259,8 +249,8 @@ int Stage::partsToContact(dGeomID a, dGeomID b) {
     if (dCollide(a, b, 1, &contact, sizeof contact)) break;
     ++parts;
   }
-  first.restore();
-  second.restore();
+  first.advance(0);
+  second.advance(0);
   return parts <= kParts ? parts : -1;
 }
 
@@ -312,7 +302,7 @@ void Stage::stir(double distance) {
 void Stage::step() {
   for (int i = 0; i < setting_.divide; ++i) {
     // QuickStep draws from ODE's one random sequence.
-    dRandSetSeed(++steps_ + 1000003ul * setting_.start);
+    if (seeds_) dRandSetSeed(++steps_ + 1000003ul * setting_.start);
     findContacts();
     const dReal length = real(step_ / setting_.divide);
     if (setting_.exact) {

@@ -5,19 +5,31 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "../../examples/tradeoff/harness/vectors.h"
+
 namespace sap_test {
 namespace physics {
 
-struct Vec {
-  double x = 0, y = 0, z = 0;
-};
+using Vec = tradeoff::Vector;
+using tradeoff::cross;
+using tradeoff::dot;
+using tradeoff::length;
+using tradeoff::minus;
 
-inline Vec operator+(const Vec& a, const Vec& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
+inline Vec vec(const dReal* numbers) {
+  return tradeoff::vectorOf(numbers);
+}
+inline Vec operator+(Vec a, const Vec& b) {
+  tradeoff::addScaled(a, 1, b);
+  return a;
+}
+inline Vec operator*(double factor, const Vec& v) {
+  return {factor * v[0], factor * v[1], factor * v[2]};
 }
 
 // Who finds the pairs, and in which order contacts are made of them.
@@ -34,6 +46,7 @@ struct Setting {
   bool exact = false;   // dWorldStep instead of dWorldQuickStep
   int iterations = 20;  // of dWorldQuickStep
   int divide = 1;       // so many steps in the place of one
+  int contacts = 4;     // of a pair at most: enough for two boxes face to face
   double erp = 0.2;
   double cfm = kOdesCfm;
   double correction = 0;         // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
@@ -61,8 +74,8 @@ class Stage {
   dBodyID box(const Vec& centre, const Vec& sides, double density = 1000);
   dBodyID ball(const Vec& centre, double radius, double density = 1000);
   dBodyID rod(const Vec& centre, double radius, double length, double density = 1000);  // along z
-  dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);
-  dBodyID meshBody(const Vec& centre, double side);  // a cube of twelve triangles
+  dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);  // no geom: touches nothing
+  dBodyID meshBody(const Vec& centre, double side);                  // a cube of twelve triangles
   void turn(std::size_t body, const Vec& axis, double angle);
   void push(std::size_t body, const Vec& speed);
   void spin(std::size_t body, const Vec& speed);
@@ -83,6 +96,8 @@ class Stage {
 
   // One collide and one step, `divide` times.
   void step();
+  // The random sequence goes on from step to step.
+  void seedOnce() { seeds_ = false; }
 
   dWorldID world() const { return world_; }
   dSpaceID space() const { return space_; }
@@ -94,6 +109,8 @@ class Stage {
   const Setting& setting() const { return setting_; }
 
   double friction = 0.8;
+  // Changes a contact's surface, if there is any.
+  std::function<void(dContact&, dBodyID, dBodyID)> surface;
   // The deepest contact and the number of contacts since somebody set them to 0.
   double depth = 0;
   std::size_t contacts = 0;
@@ -111,7 +128,6 @@ class Stage {
   // Of two geoms on their way through the coming step: after how many parts they touch, or -1.
   int partsToContact(dGeomID a, dGeomID b);
   void stepInParts();
-  dGeomID meshGeom(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
 
   const Pairing pairing_;
   const Setting setting_;
@@ -125,8 +141,9 @@ class Stage {
   std::deque<Mesh> meshes_;
   std::vector<std::shared_ptr<void>> owned_;
   std::vector<std::pair<dGeomID, dGeomID>> fast_pairs_;
-  Vec origin_;
+  Vec origin_ = {0, 0, 0};
   unsigned long steps_ = 0;
+  bool seeds_ = true;
 };
 
 // Every bit of every body's state, added to a digest of those before.

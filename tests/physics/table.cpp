@@ -12,7 +12,7 @@
 #include <iostream>
 #include <sstream>
 
-#include "rescue.h"
+#include "play.h"
 
 namespace sap_test {
 namespace physics {

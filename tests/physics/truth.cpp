@@ -3,127 +3,65 @@
 //     physics-truth rows ROWS.csv     plays all scenes with all settings, and writes a row for each
 //     physics-truth check             plays each scene at one setting, and holds it against bounds
 //
-// In the precision of the ODE that it is built with. It needs nothing but ODE.
-#include <ode/ode.h>
-
+// In the precision of the ODE that it is built with.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <string>
-#include <vector>
 
+#include "../support/bounds.h"
+#include "stage.h"
+
+namespace sap_test {
+namespace physics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kGravity = 9.81;
-constexpr double kOdesCfm = sizeof(dReal) == 8 ? 1e-10 : 1e-5;
 constexpr int kPhases = 8;  // runs of a scene, each with a slightly different start
 
-using Vec = std::array<double, 3>;
-
-dReal real(double value) {
-  return static_cast<dReal>(value);
-}
-Vec vec(const dReal* v) {
-  return {double(v[0]), double(v[1]), double(v[2])};
-}
-Vec operator+(const Vec& a, const Vec& b) {
-  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-}
-Vec operator*(double s, const Vec& v) {
-  return {s * v[0], s * v[1], s * v[2]};
-}
-Vec operator-(const Vec& a, const Vec& b) {
-  return a + -1 * b;
-}
-double dot(const Vec& a, const Vec& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-double length(const Vec& v) {
-  return std::sqrt(dot(v, v));
-}
-
-// The values are ODE's own where it has any.
-struct Setting {
+struct TruthSetting : Setting {
   double dt = 0.01;
-  int iterations = 20;  // of dWorldQuickStep
-  int contacts = 4;     // of a pair at most
-  double erp = 0.2;
-  double cfm = kOdesCfm;
   bool directed = false;  // fdir1 is given: along the sliding, or along the push of a body at rest
-  bool exact = false;     // dWorldStep
 };
 
-class World {
+class World : public Stage {
  public:
-  explicit World(const Setting& setting, const Vec& gravity = {0, 0, -kGravity})
-      : setting_(setting),
-        gravity_(gravity),
-        world_(dWorldCreate()),
-        space_(dHashSpaceCreate(nullptr)),
-        contacts_(dJointGroupCreate(0)) {
-    dWorldSetGravity(world_, real(gravity[0]), real(gravity[1]), real(gravity[2]));
-    dWorldSetERP(world_, real(setting.erp));
-    dWorldSetCFM(world_, real(setting.cfm));
-    dWorldSetQuickStepNumIterations(world_, setting.iterations);
+  explicit World(const TruthSetting& setting, const Vec& gravity = {0, 0, -kGravity})
+      : Stage(Pairing::hash, setting, setting.dt), setting_(setting), gravity_(gravity) {
+    dWorldSetGravity(world(), real(gravity[0]), real(gravity[1]), real(gravity[2]));
     dRandSetSeed(1);  // QuickStep shuffles its rows
+    seedOnce();
+    friction = 0.6;
+    surface = [this](dContact& contact, dBodyID a, dBodyID b) {
+      if (bounce > 0) {
+        contact.surface.mode |= dContactBounce;
+        contact.surface.bounce = real(bounce);
+      }
+      if (setting_.directed) direct(contact, a, b);
+    };
   }
-  ~World() {
-    dJointGroupDestroy(contacts_);
-    dSpaceDestroy(space_);
-    dWorldDestroy(world_);
-  }
-  World(const World&) = delete;
-  World& operator=(const World&) = delete;
 
-  void floor() { dCreatePlane(space_, 0, 0, 1, 0); }
-  dBodyID ball(double radius, double density, const Vec& place) {
+  dBodyID freeBox(const Vec& side, const Vec& place) {
     dMass mass;
-    dMassSetSphere(&mass, real(density), real(radius));
-    return body(dCreateSphere(space_, real(radius)), mass, place);
-  }
-  dBodyID box(const Vec& side, const Vec& place, bool collides = true) {
-    const dReal x = real(side[0]), y = real(side[1]), z = real(side[2]);
-    dMass mass;
-    dMassSetBox(&mass, 1000, x, y, z);
-    return body(collides ? dCreateBox(space_, x, y, z) : nullptr, mass, place);
-  }
-  dJointID ballJoint(dBodyID a, dBodyID b, const Vec& anchor) {
-    const dJointID joint = dJointCreateBall(world_, nullptr);
-    dJointAttach(joint, a, b);
-    dJointSetBallAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
-    return joint;
-  }
-  dJointID hinge(dBodyID a, const Vec& anchor) {
-    const dJointID joint = dJointCreateHinge(world_, nullptr);
-    dJointAttach(joint, a, nullptr);
-    dJointSetHingeAnchor(joint, real(anchor[0]), real(anchor[1]), real(anchor[2]));
-    dJointSetHingeAxis(joint, 0, 1, 0);
-    return joint;
+    dMassSetBox(&mass, 1000, real(side[0]), real(side[1]), real(side[2]));
+    return body(nullptr, mass, place);
   }
 
   void step() {
     depth = 0;
-    dSpaceCollide(space_, this, near);
-    const dReal dt = real(setting_.dt);
-    setting_.exact ? dWorldStep(world_, dt) : dWorldQuickStep(world_, dt);
-    dJointGroupEmpty(contacts_);
+    Stage::step();
     time += setting_.dt;
   }
 
   double energy() const {  // kinetic and potential
     double sum = 0;
-    for (dBodyID b : bodies) {
-      dMass mass;
-      dBodyGetMass(b, &mass);
+    for (dBodyID b : bodies()) {
       const Vec v = vec(dBodyGetLinearVel(b)), x = vec(dBodyGetPosition(b));
-      sum += double(mass.mass) * (dot(v, v) / 2 - dot(gravity_, x));
-      const Vec w = rate(b);
-      for (unsigned i = 0; i < 3; ++i) sum += double(mass.I[5 * i]) * w[i] * w[i] / 2;
+      sum += tradeoff::massOf(b) * (dot(v, v) / 2 - dot(gravity_, x));
+      sum += dot(vec(dBodyGetAngularVel(b)), tradeoff::spinOf(b)) / 2;
     }
     return sum;
   }
@@ -135,63 +73,26 @@ class World {
     return vec(local);
   }
 
-  double mu = 0.6;
   double bounce = 0;
-  double depth = 0;  // of the deepest contact of the last step
   double time = 0;
-  std::vector<dBodyID> bodies;
 
  private:
-  dBodyID body(dGeomID geom, const dMass& mass, const Vec& place) {
-    const dBodyID made = dBodyCreate(world_);
-    dBodySetMass(made, &mass);
-    if (geom) dGeomSetBody(geom, made);
-    dBodySetPosition(made, real(place[0]), real(place[1]), real(place[2]));
-    bodies.push_back(made);
-    return made;
-  }
-
-  static void near(void* data, dGeomID a, dGeomID b) {
-    auto& self = *static_cast<World*>(data);
-    dContact found[8];
-    const int count = dCollide(a, b, self.setting_.contacts, &found[0].geom, sizeof(dContact));
-    for (int i = 0; i < count; ++i) {
-      self.depth = std::max(self.depth, double(found[i].geom.depth));
-      self.join(found[i], dGeomGetBody(a), dGeomGetBody(b));
-    }
-  }
-
-  void join(dContact& contact, dBodyID a, dBodyID b) {
-    contact.surface = {};
-    contact.surface.mode = dContactApprox1;
-    contact.surface.mu = real(mu);
-    if (bounce > 0) {
-      contact.surface.mode |= dContactBounce;
-      contact.surface.bounce = real(bounce);
-    }
-    if (setting_.directed) direct(contact, a, b);
-    dJointAttach(dJointCreateContact(world_, contacts_, &contact), a, b);
-  }
-
   void direct(dContact& contact, dBodyID a, dBodyID b) const {
     const dReal* p = contact.geom.pos;
     const Vec normal = vec(contact.geom.normal);
     dVector3 va = {}, vb = {};
     if (a) dBodyGetPointVel(a, p[0], p[1], p[2], va);
     if (b) dBodyGetPointVel(b, p[0], p[1], p[2], vb);
-    const auto along = [&normal](const Vec& v) { return v - dot(v, normal) * normal; };
-    Vec way = along(vec(va) - vec(vb));
+    const auto along = [&normal](const Vec& v) { return minus(v, dot(v, normal) * normal); };
+    Vec way = along(minus(vec(va), vec(vb)));
     if (length(way) < 2 * kGravity * setting_.dt) way = along(gravity_);
     if (length(way) < 1e-9) return;
     contact.surface.mode |= dContactFDir1;
-    for (unsigned i = 0; i < 3; ++i) contact.fdir1[i] = real(way[i] / length(way));
+    for (std::size_t i = 0; i < 3; ++i) contact.fdir1[i] = real(way[i] / length(way));
   }
 
-  const Setting setting_;
+  const TruthSetting setting_;
   const Vec gravity_;
-  const dWorldID world_;
-  const dSpaceID space_;
-  const dJointGroupID contacts_;
 };
 
 // What is measured at the end of a scene. The error is the difference in parts of `scale`.
@@ -213,27 +114,27 @@ void push(dBodyID body, const Vec& v) {
 constexpr double kRadius = 0.25;
 
 // A block that slides to a stop, at an angle to the axes that ODE gives a contact by itself.
-Quantities slide(const Setting& setting, double phase, double degrees) {
+Quantities slide(const TruthSetting& setting, double phase, double degrees) {
   World world(setting);
-  world.floor();
-  const dBodyID block = world.box({0.5, 0.5, 0.1}, {0, 0, 0.05});
+  world.plane();
+  const dBodyID block = world.box({0, 0, 0.05}, {0.5, 0.5, 0.1});
   const double speed = 3 * (1 + 0.1 * phase);
   push(block, speed * heading(degrees));
   while (world.time < 1.2) world.step();
   const Vec at = vec(dBodyGetPosition(block));
-  const double exact = speed * speed / (2 * world.mu * kGravity);
+  const double exact = speed * speed / (2 * world.friction * kGravity);
   return {{"way", std::hypot(at[0], at[1]), exact, exact}};
 }
 
 // A block at rest on a slope of so many times the angle of friction, whose downhill is at an angle
 // to the axes. The slope is the floor, gravity is tilted.
-Quantities slope(const Setting& setting, double phase, double times, double degrees) {
+Quantities slope(const TruthSetting& setting, double phase, double times, double degrees) {
   const double mu = 0.6, angle = times * std::atan(mu);
   const Vec downhill = heading(degrees);
   World world(setting, kGravity * (std::sin(angle) * downhill + Vec{0, 0, -std::cos(angle)}));
-  world.mu = mu;
-  world.floor();
-  const dBodyID block = world.box({0.5, 0.5, 0.1}, {0, 0, 0.05});
+  world.friction = mu;
+  world.plane();
+  const dBodyID block = world.box({0, 0, 0.05}, {0.5, 0.5, 0.1});
   const double end = 1 + 0.1 * phase;
   while (world.time < end - setting.dt / 2) world.step();
   const double free = kGravity * std::sin(angle) * world.time * world.time / 2;
@@ -242,10 +143,10 @@ Quantities slope(const Setting& setting, double phase, double times, double degr
 }
 
 // A ball that slides first and rolls then, at 5/7 of its speed.
-Quantities roll(const Setting& setting, double phase, double degrees) {
+Quantities roll(const TruthSetting& setting, double phase, double degrees) {
   World world(setting);
-  world.floor();
-  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius});
+  world.plane();
+  const dBodyID ball = world.ball({0, 0, kRadius}, kRadius, 1000);
   const double speed = 3 * (1 + 0.1 * phase);
   push(ball, speed * heading(degrees));
   while (world.time < 2) world.step();
@@ -254,11 +155,11 @@ Quantities roll(const Setting& setting, double phase, double degrees) {
 }
 
 // A ball that falls: its speed where it meets the floor, and how deep its first contact is.
-Quantities fall(const Setting& setting, double phase) {
+Quantities fall(const TruthSetting& setting, double phase) {
   World world(setting);
-  world.floor();
+  world.plane();
   const double height = 1 + 0.1 * phase, exact = std::sqrt(2 * kGravity * height);
-  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius + height});
+  const dBodyID ball = world.ball({0, 0, kRadius + height}, kRadius, 1000);
   double speed = 0;
   while (world.depth <= 0) {
     speed = -double(dBodyGetLinearVel(ball)[2]);
@@ -268,12 +169,12 @@ Quantities fall(const Setting& setting, double phase) {
 }
 
 // A ball that falls, with a restitution of 0.8: how high it comes.
-Quantities bounce(const Setting& setting, double phase) {
+Quantities bounce(const TruthSetting& setting, double phase) {
   World world(setting);
-  world.floor();
+  world.plane();
   world.bounce = 0.8;
   const double height = 1 + 0.1 * phase, exact = 0.64 * height;
-  const dBodyID ball = world.ball(kRadius, 1000, {0, 0, kRadius + height});
+  const dBodyID ball = world.ball({0, 0, kRadius + height}, kRadius, 1000);
   const double hits = std::sqrt(2 * height / kGravity), lands = hits * (1 + 2 * world.bounce);
   double top = 0;
   while (world.time < lands - 3 * setting.dt) {
@@ -285,13 +186,13 @@ Quantities bounce(const Setting& setting, double phase) {
 }
 
 // Two balls of 1:3 of mass head on, with this restitution.
-Quantities collide(const Setting& setting, double phase, double restitution) {
+Quantities collide(const TruthSetting& setting, double phase, double restitution) {
   World world(setting, {0, 0, 0});
-  world.mu = 0;
+  world.friction = 0;
   world.bounce = restitution;
   const double m1 = 1, m2 = 3, v1 = 2, v2 = -1, closing = v1 - v2;
-  const dBodyID one = world.ball(kRadius, 1000 * m1, {0, 0, 0});
-  const dBodyID other = world.ball(kRadius, 1000 * m2, {1 + 0.1 * phase, 0, 0});
+  const dBodyID one = world.ball({0, 0, 0}, kRadius, 1000 * m1);
+  const dBodyID other = world.ball({1 + 0.1 * phase, 0, 0}, kRadius, 1000 * m2);
   push(one, {v1, 0, 0});
   push(other, {v2, 0, 0});
   while (world.time < 1) world.step();
@@ -304,14 +205,12 @@ Quantities collide(const Setting& setting, double phase, double restitution) {
 }
 
 // A ball of 0.1 m on a rod of 1 m without mass: period and energy over five periods.
-Quantities pendulum(const Setting& setting, double phase) {
+Quantities pendulum(const TruthSetting& setting, double phase) {
   World world(setting);
   const double radius = 0.1, angle = 1 + 0.1 * phase;
-  const dBodyID bob = world.ball(radius, 1000, {std::sin(angle), 0, -std::cos(angle)});
-  world.hinge(bob, {0, 0, 0});
-  dMass mass;
-  dBodyGetMass(bob, &mass);
-  const double m = double(mass.mass), inertia = m * (1 + 0.4 * radius * radius);
+  const dBodyID bob = world.ball({std::sin(angle), 0, -std::cos(angle)}, radius, 1000);
+  world.hinge(bob, nullptr, {0, 0, 0}, {0, 1, 0});
+  const double m = tradeoff::massOf(bob), inertia = m * (1 + 0.4 * radius * radius);
   const double exact =
       4 * std::sqrt(inertia / (m * kGravity)) * std::comp_ellint_1(std::sin(angle / 2));
   const double start = world.energy(), scale = m * kGravity * (1 - std::cos(angle));
@@ -328,22 +227,15 @@ Quantities pendulum(const Setting& setting, double phase) {
 
 // A free box about no axis of its own: energy, angular momentum, and the period in which its axes
 // go round its angular momentum (Landau, Lifshitz: Mechanics, section 37).
-Quantities top(const Setting& setting, double phase) {
+Quantities top(const TruthSetting& setting, double phase) {
   World world(setting, {0, 0, 0});
-  const dBodyID box = world.box({1, 0.6, 0.3}, {0, 0, 0}, false);
+  const dBodyID box = world.freeBox({1, 0.6, 0.3}, {0, 0, 0});
   const Vec spin = {1 + 0.1 * phase, 0, 3};
   dBodySetAngularVel(box, real(spin[0]), real(spin[1]), real(spin[2]));
   dMass mass;
   dBodyGetMass(box, &mass);
   const double i1 = double(mass.I[0]), i2 = double(mass.I[5]), i3 = double(mass.I[10]);
-  const auto momentum = [=] {
-    const Vec w = World::rate(box);
-    const Vec local = {i1 * w[0], i2 * w[1], i3 * w[2]};
-    dVector3 turned;
-    dBodyVectorToWorld(box, real(local[0]), real(local[1]), real(local[2]), turned);
-    return vec(turned);
-  };
-  const Vec start = momentum();
+  const Vec start = tradeoff::spinOf(box);
   const double energy = world.energy(), square = dot(start, start);
   const double k =
       (i2 - i1) * (2 * energy * i3 - square) / ((i3 - i2) * (square - 2 * energy * i1));
@@ -360,36 +252,33 @@ Quantities top(const Setting& setting, double phase) {
   const double period = crossings.empty() ? 0 : (crossings.back() - crossings.front()) / turns;
   return {{"period", period, exact, exact},
           {"energy", world.energy(), energy, energy},
-          {"momentum", length(momentum() - start), 0, std::sqrt(square)}};
+          {"momentum", length(minus(tradeoff::spinOf(box), start)), 0, std::sqrt(square)}};
 }
 
 // Ten links of 0.2 m that fall from level: energy after two seconds, and the widest gap of a joint.
-Quantities chain(const Setting& setting, double phase) {
+Quantities chain(const TruthSetting& setting, double phase) {
   World world(setting);
   const int links = 10;
   const double side = 0.2, tilt = 0.1 * phase;
   const Vec way = {std::cos(tilt), 0, -std::sin(tilt)};
-  std::vector<dJointID> joints;
   for (int i = 0; i < links; ++i) {
-    const dBodyID link = world.box({side, 0.05, 0.05}, side * (i + 0.5) * way, false);
+    const dBodyID link = world.freeBox({side, 0.05, 0.05}, side * (i + 0.5) * way);
     dMatrix3 turn;
     dRFromAxisAndAngle(turn, 0, 1, 0, real(tilt));
     dBodySetRotation(link, turn);
-    const dBodyID last = i ? world.bodies[size_t(i) - 1] : nullptr;
-    joints.push_back(world.ballJoint(link, last, side * i * way));
+    const dBodyID last = i ? world[size_t(i) - 1] : nullptr;
+    world.ballJoint(link, last, side * i * way);
   }
-  dMass mass;
-  dBodyGetMass(world.bodies[0], &mass);
   const double start = world.energy(),
-               scale = double(mass.mass) * kGravity * links * links * side / 2;
+               scale = tradeoff::massOf(world[0]) * kGravity * links * links * side / 2;
   double gap = 0;
   while (world.time < 2 - setting.dt / 2) {
     world.step();
-    for (dJointID joint : joints) {
+    for (dJointID joint : world.joints()) {
       dVector3 a, b;
       dJointGetBallAnchor(joint, a);
       dJointGetBallAnchor2(joint, b);
-      gap = std::max(gap, length(vec(a) - vec(b)));
+      gap = std::max(gap, length(minus(vec(a), vec(b))));
     }
   }
   return {{"energy", world.energy(), start, scale}, {"gap", gap, 0, side}};
@@ -397,17 +286,17 @@ Quantities chain(const Setting& setting, double phase) {
 
 // 6 x 6 x 6 balls with a restitution of 1 and no friction, which fall on each other: energy. Sizes
 // and masses are those of SimBenchmark's "elastic 666".
-Quantities balls(const Setting& setting, double phase) {
+Quantities balls(const TruthSetting& setting, double phase) {
   World world(setting);
-  world.floor();
-  world.mu = 0;
+  world.plane();
+  world.friction = 0;
   world.bounce = 1;
   const double radius = 0.1, cell = 0.21, shift = 0.001;
   const double density = 10 / (4 * kPi / 3 * radius * radius * radius);
   for (int i = 0; i < 216; ++i) {
     const auto off = [&](int n) { return shift * std::sin(17 * i + 5 * n + 6 * phase); };
-    world.ball(radius, density,
-               {cell * (i % 6) + off(1), cell * (i / 6 % 6) + off(2), 1.101 + cell * (i / 36)});
+    world.ball({cell * (i % 6) + off(1), cell * (i / 6 % 6) + off(2), 1.101 + cell * (i / 36)},
+               radius, density);
   }
   const double start = world.energy();
   while (world.time < 2) world.step();
@@ -417,7 +306,7 @@ Quantities balls(const Setting& setting, double phase) {
 // A scene with its parameters.
 struct Scene {
   const char* name;
-  std::function<Quantities(const Setting&, double phase)> play;
+  std::function<Quantities(const TruthSetting&, double phase)> play;
   enum Kind { contact, friction, free, large } kind;
 };
 
@@ -450,7 +339,7 @@ struct Result {
   double value = 0, exact = 0, error = 0;
 };
 
-std::vector<Result> resultsOf(const Scene& scene, const Setting& setting) {
+std::vector<Result> resultsOf(const Scene& scene, const TruthSetting& setting) {
   std::vector<Result> results;
   const int phases = scene.kind == Scene::large ? 1 : kPhases;
   for (int i = 0; i < phases; ++i) {
@@ -468,7 +357,8 @@ std::vector<Result> resultsOf(const Scene& scene, const Setting& setting) {
 }
 
 template <typename Value>
-void vary(std::vector<Setting>& all, Value Setting::*member, std::initializer_list<Value> values) {
+void vary(std::vector<TruthSetting>& all, Value Setting::*member,
+          std::initializer_list<Value> values) {
   for (const Value value : values) {
     all.emplace_back();
     all.back().*member = value;
@@ -476,8 +366,8 @@ void vary(std::vector<Setting>& all, Value Setting::*member, std::initializer_li
 }
 
 // Steps with both solvers, all else one at a time; with friction each with given directions too.
-std::vector<Setting> settingsOf(const Scene& scene) {
-  std::vector<Setting> all;
+std::vector<TruthSetting> settingsOf(const Scene& scene) {
+  std::vector<TruthSetting> all;
   for (const double dt : {0.02, 0.01, 0.005, 0.0025, 0.00125, 0.000625}) {
     all.emplace_back();
     all.back().dt = dt;
@@ -504,7 +394,7 @@ void writeRows(std::ostream& out) {
          "error\n";
   out.precision(9);
   for (const Scene& scene : scenes())
-    for (const Setting& s : settingsOf(scene))
+    for (const TruthSetting& s : settingsOf(scene))
       for (const Result& r : resultsOf(scene, s))
         out << scene.name << "," << r.quantity << "," << (sizeof(dReal) == 8 ? "double" : "single")
             << "," << s.dt << "," << s.iterations << "," << s.contacts << "," << s.erp << ","
@@ -556,7 +446,7 @@ int check() {
   int failures = 0;
   for (const Scene& scene : scenes())
     for (const bool directed : {false, true}) {
-      Setting setting;
+      TruthSetting setting;
       setting.dt = 0.0025;
       setting.iterations = 50;
       setting.cfm = 1e-10;
@@ -580,15 +470,17 @@ int check() {
 }
 
 }  // namespace
+}  // namespace physics
+}  // namespace sap_test
 
 int main(int argc, char** argv) {
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
   const std::string what = argc > 1 ? argv[1] : "";
-  if (what == "check" && argc == 2) return check();
+  if (what == "check" && argc == 2) return sap_test::physics::check();
   if (what == "rows" && argc == 3) {
     std::ofstream file(argv[2]);
-    writeRows(file);
+    sap_test::physics::writeRows(file);
     return file.good() ? 0 : 1;
   }
   std::fprintf(stderr, "physics-truth rows ROWS.csv, or physics-truth check\n");

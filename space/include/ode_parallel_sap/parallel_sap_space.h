@@ -2,8 +2,7 @@
  *
  *     dSpaceID space = dParallelSAPSpaceCreate (0);      // instead of dHashSpaceCreate (0)
  *
- * Every function of ODE that takes a space takes this one. Promises, with every method, back end,
- * number of threads and number of GPUs:
+ * Every function of ODE that takes a space takes this one. With all methods, back ends and threads:
  *
  * - Pairs: those of dSimpleSpace, each once. Two geoms are a pair if their bounding boxes (AABBs)
  *   overlap as closed intervals in dReal, at least one category/collide match exists, they are not
@@ -15,8 +14,8 @@
  * - Callbacks run on the calling thread, with the space locked, and may collide any space. They may
  *   throw: the space is left unlocked. They may leave by longjmp: the space stays locked, as ODE's
  *   spaces do. Later pairs are right, events again from a call that is no deeper on that stack on.
- * - Bits, bodies and enabled states are read when the collide begins. The callback may enable and
- *   disable geoms and bodies for the next collide, and change no geom of a locked space otherwise.
+ * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
+ *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
  *   other bounds (infinite, inverted, denormal, huge) count as they are, in every floating-point
  *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins. (The
@@ -36,14 +35,14 @@
  * that call dCollide and make joints, dParallelSAPSpaceCollidePairs for millions of pairs or
  * callbacks on many threads, SetEvents for pairs that begin or end, dParallelSAPSpaceRays for rays.
  *
- * Threads: different spaces may be used by different threads at once, one space by one thread at a
- * time, which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom.
- * Threads must not share heightfield data, to which ODE's collider writes. OpenMP's threads outlive
- * a collide, so dlclose leaves the library and ODE, or a plug-in with a static one, in memory.
+ * Threads: different spaces may be used by different threads at once, one space by one at a time,
+ * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
+ * must not share heightfield data, to which ODE's collider writes. OpenMP's threads outlive a
+ * collide, so dlclose leaves the library and ODE, or a plug-in with a static one, in memory.
  *
- * Errors: a wrong argument is an assertion, as in ODE: dDebug names the function that was called.
- * Fields may be added at the end of dParallelSAPStats and dParallelSAPContactCallbacks later; each
- * call passes their size. All other structs stay as they are. */
+ * Errors: a wrong argument is an assertion, as in ODE: dDebug names the function. Fields may come
+ * at the end of dParallelSAPStats and dParallelSAPContactCallbacks later; each call passes their
+ * size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 
@@ -79,9 +78,8 @@ ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
  * frames; it loads the CUDA driver once GPUs could have saved some 50 ms. The CUDA back end runs
- * AxisLists, and Sweep if floats are fine enough for the scene; other frames run on the CPU.
- * dMessage reports a GPU that fails, and it is not used again. A collide leaves each thread's
- * current CUDA device and context as they were. */
+ * AxisLists, and Sweep if floats are fine enough; other frames run on the CPU. dMessage reports a
+ * GPU that fails, and it is not used again. Each thread's current CUDA device and context stay. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,
@@ -92,10 +90,9 @@ enum {
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetBackend(dSpaceID space, int backend);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetBackend(dSpaceID space);
 
-/* How pairs are found. AxisLists exists for comparison: section 5.1 of Avril, Gouranton and
- * Arnaldi, "Collision Detection: Broad Phase Adaptation from Multi-Core to Multi-GPU Architecture".
- * Its lists hold some n^(5/3) pairs in a cube of n boxes. If they need more than half of the free
- * memory, Sweep finds the pairs, and dMessage says so once. */
+/* How pairs are found. AxisLists, for comparison, is section 5.1 of Avril, Gouranton and Arnaldi,
+ * "Collision Detection: Broad Phase Adaptation from Multi-Core to Multi-GPU Architecture". If its
+ * lists need more than half of the free memory, dMessage says so once and Sweep is used. */
 enum {
   dParallelSAPMethodAuto,       /* the fastest one for the scene */
   dParallelSAPMethodSweep,      /* subdivided sweep and prune: time linear in geoms and pairs */
@@ -109,9 +106,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
  * number (processor affinity, OMP_NUM_THREADS), or one thread while other programs make a team
- * slower. Small scenes use one thread, and so does a forked child whose parent had started threads.
- * If the system allows fewer threads, these do the work, and dMessage says so once. OpenMP ends the
- * program at a limit that is reached after a thread's first collide with that number. */
+ * slower. Small scenes use one, and so does a forked child whose parent had started threads. If the
+ * system allows fewer, these do the work, and dMessage says so once. OpenMP ends the program at a
+ * limit that is reached after a thread's first collide with that number. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -150,10 +147,9 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
-/* Called for each pair with a space in it, on the calling thread, in the order of the pairs. The
- * pairs that it adds replace that pair, for instance by dSpaceCollide2 (o1, o2, pairs,
- * dParallelSAPAddPair), or, for a model that collides with itself, by dSpaceCollide ((dSpaceID) o1,
- * pairs, dParallelSAPAddPair). It may do what a near callback may do. */
+/* Called on the calling thread for each pair with a space in it, in order. The pairs that it adds
+ * replace it, by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair), or, in a model, dSpaceCollide
+ * ((dSpaceID) o1, pairs, dParallelSAPAddPair). It may do what near callbacks may. */
 typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void* pairs);
 
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
@@ -249,12 +245,11 @@ enum {
   dParallelSAPRayClosestHit = 0x40000
 };
 
-/* Batches of rays, for lidars and pickers. Writes the nearest hit of rays[i] to nearest[i], and
- * returns how many rays hit something. The hits are, bit for bit, those of dSpaceCollide2 with a
- * ray, with ClosestHit, and a near callback that keeps dCollide's nearest contact; geoms of
- * sub-spaces are hit too. Settings for pairs have no effect. A ray hits nothing if its origin or
- * direction is not finite, its direction 0, or its length negative or NaN. The space keeps trees
- * over the geoms while rays come; without memory, rays are cast one by one.
+/* Batches of rays. Writes the nearest hit of rays[i] to nearest[i], and returns how many rays hit
+ * something. The hits are, bit for bit, those of dSpaceCollide2 with a ray, with ClosestHit, and a
+ * near callback that keeps dCollide's nearest contact, in sub-spaces too. Settings for pairs have
+ * no effect. A ray hits nothing if its origin or direction is not finite, its direction 0, or its
+ * length negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
  *
  * Threads: as in dParallelSAPSpaceCollideContacts, with the space locked. Overridden colliders of
  * rays with spheres, boxes, capsules and cylinders may run on any thread, for some geoms.
@@ -313,9 +308,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, d
                                                    unsigned* number);
 
 /* Nonzero: two geoms without a body (Static), or geoms with at least one body, all of whose bodies
- * are disabled (Asleep), are no pair, but in dSpaceCollide2. Default: 0, as in ODE. Static geoms
- * that do not move then cost nothing in a frame. A body that is enabled in any way has its pairs in
- * the next collide. Sub-spaces count as neither. */
+ * are disabled (Asleep), are no pair, but in dSpaceCollide2. Default: 0, as in ODE. A body that is
+ * enabled in any way has its pairs in the next collide. Sub-spaces count as neither. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
@@ -336,33 +330,29 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A length, 0 or more, finite: boxes so far apart on each axis may be a pair, but in
- * dSpaceCollide2. No overlap is missed. Default: 0. It saves some nanoseconds for each geom that
- * moved by less than a quarter of it; an extra pair costs a callback that calls dCollide some 200.
- * Which extra pairs come depends on earlier frames; the same calls give the same pairs. */
+ * dSpaceCollide2. No overlap is missed. Default: 0. It helps if geoms move by less than a quarter
+ * of it. Which extra pairs come depends on earlier frames; the same calls give the same pairs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
-/* A trace: every `every`-th collide, dSpaceCollide2 apart, writes the space's geoms and its number
- * of pairs to the file `path`, to be replayed without the program (space/trace/README.md in the
- * sources). Returns 1, or 0 if the file cannot be made; an old one is overwritten. Each call ends
- * the trace before it; `path` 0 does only that. Two spaces must not write one file. If writing
- * fails later, dMessage says so once, and the file ends with its last whole frame. GetTrace returns
- * `every`, or 0 without a trace. A traced frame counts no geom as moved. Collides within callbacks
- * and forked children write nothing. Not while the space is locked. */
+/* A trace: every `every`-th collide, dSpaceCollide2 apart, writes the space's geoms and number of
+ * pairs to the file `path`, to be replayed without the program (space/trace in the sources).
+ * Returns 1, or 0 if the file cannot be made. Each call ends the trace before it; `path` 0 does
+ * only that. Two spaces must not share a file. If writing fails, dMessage says so once, and it ends
+ * with a whole frame. GetTrace returns `every`, or 0. A traced frame counts no geom as moved.
+ * Collides in callbacks and forked children write none. Not while the space is locked. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 
 /* Seconds, 0 or more, finite: each AABB covers its geom's motion in a coming step of that length,
  * so that pairs of fast bodies come in time. Default: 0. All that this space finds goes by these
  * boxes. With the velocities of an enabled body when the collide begins they are, in dReal,
- *
  *     [lower + min (d, 0) - a * r, upper + max (d, 0) + a * r], d = linear velocity * step,
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
- *
- * Forces are not covered. A sub-space has a step of its own, which only parallel SAP spaces around
- * it follow; to stock ones it is as without. dGeomGetAABB returns the swept box. ODE's colliders of
- * heightfields, of convexes with meshes and of GIMPACT's meshes read it, and may find others. */
+ * Forces are not covered. A sub-space has a step of its own; stock spaces around it ignore that.
+ * dGeomGetAABB returns the swept box. ODE's colliders of heightfields, of convexes with meshes and
+ * of GIMPACT's meshes read it, and may find others. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 
@@ -370,6 +360,18 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * its swept box was last made, so that it might pass through another geom, else 0. The side is that
  * of a sphere, box, capsule or cylinder, else the AABB's. Many threads may call it. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
+
+/* Nonzero: two of each 64 collides, dSpaceCollide2 apart, look for regimes in which ODE's solver is
+ * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. The
+ * step is that of SetSweptBounds, or measured. When the callbacks are done, up to 2,048 geoms and
+ * their bodies' joints are read, which no other thread may change meanwhile, and dCollide is called
+ * for up to eight pairs with contact joints. Not while the space is locked. */
+ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
+
+/* The number of warnings since then. Writes a line for each to `text`, with what was seen and what
+ * helps; each ends with '\n'. The text is 0-terminated and cut off at `size`, which may be 0. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 
 /* The last collide, dSpaceCollide2 apart. Times are wall-clock milliseconds, 0 if unused. */
 typedef struct dParallelSAPStats {
@@ -406,9 +408,8 @@ typedef struct dParallelSAPStats {
  * 120 geoms, from the first call on, and of those without callback or changes under SetNotified. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
-/* The same two calls with the size of the program's struct; macros call these. Fields that the
- * library does not know become 0; callbacks that it does not know are an error. The functions
- * without size, for dlsym and older programs, know the fields of version 0.1. */
+/* With the size of the program's struct; macros call these. Unknown fields become 0, unknown
+ * callbacks are an error. Those without size, for dlsym and older programs, know version 0.1's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
 /* Likewise. */
@@ -429,12 +430,11 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
 
 /* Environment variables, read when a space is created, set what the program does not set. dMessage
  * reports a value that is not understood or not available, and the space ignores it.
- *
  * - ODE_PARALLEL_SAP_BACKEND=auto|cpu|cuda, _METHOD=auto|sweep|brute-force|axis-lists, _THREADS=n,
  *   _DEVICES=n, _SKIP_STATIC=0|1, _SKIP_ASLEEP=0|1, _CULL_PLANES=0|1, _TOLERANCE=length: the
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
  * - ODE_PARALLEL_SAP_STATS=1: each space prints at its end what its frames, queries and rays took,
- *   and which settings would leave out how many of its pairs.
+ *   which settings would leave out how many of its pairs, and the warnings above.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number; only then a forked child writes traces too.
