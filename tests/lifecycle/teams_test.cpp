@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "space/preload/stand_ins.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/contact_scene.h"
