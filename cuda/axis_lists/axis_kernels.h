@@ -6,13 +6,13 @@
 #include <cstdint>
 
 #include "cuda/device/device.h"
-#include "space/data/pair_list.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 namespace device {
 
-// AxisRows (space/axes/endpoint_lists.h) of `count` boxes, and the list of the axis's pairs: of the
-// pairs [first, last) the later box.
+// AxisRows (space/paper/endpoint_lists.h) of `count` boxes, and the list of the axis's pairs: of
+// the pairs [first, last) the later box.
 struct AxisView {
   const std::uint32_t *order, *ranks, *reach;
   const unsigned long long* begins;

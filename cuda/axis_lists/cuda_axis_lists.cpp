@@ -10,13 +10,13 @@
 #include "cuda/device/device.h"
 #include "cuda/device/devices.h"
 #include "cuda/device/tuning.h"
-#include "space/axes/axis_parts.h"
-#include "space/data/floating_point.h"
-#include "space/data/packed_pair_rule.h"
-#include "space/data/pair_finder.h"
-#include "space/data/parallel.h"
-#include "space/data/tuning.h"
-#include "space/sort/pair_order.h"
+#include "space/base/floating_point.h"
+#include "space/base/packed_pair_rule.h"
+#include "space/base/pair_finder.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+#include "space/pairs/pair_order.h"
+#include "space/paper/axis_parts.h"
 
 namespace ode_parallel_sap {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "space/data/pair_finder.h"
+#include "space/base/pair_finder.h"
 
 namespace ode_parallel_sap {
 
@@ -17,7 +17,7 @@ struct CudaAxisListsTimes {
   double finish = 0;     // on the CPU: filters, marks, order
 };
 
-// Finds what AxisLists finds on the CPU (space/extract/paper/axis_lists.h), in floats and in
+// Finds what AxisLists finds on the CPU (space/paper/axis_lists.h), in floats and in
 // doubles. Not for use by two threads at once; several finders may share devices. After an
 // exception the finder may be destroyed or used again.
 class CudaAxisListsFinder : public PairFinder {

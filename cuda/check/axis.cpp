@@ -9,8 +9,8 @@
 #include "cuda/check/check.h"
 #include "cuda/check/scenes.h"
 #include "cuda/device/fault_injection.h"
-#include "space/extract/paper/axis_lists.h"
-#include "space/extract/sweep.h"
+#include "space/pairs/sweep.h"
+#include "space/paper/axis_lists.h"
 
 namespace cuda_check {
 

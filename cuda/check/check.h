@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "cuda/finder/cuda_sweep.h"
-#include "space/data/box_set.h"
-#include "space/data/pair_list.h"
+#include "space/base/box_set.h"
+#include "space/base/pair_list.h"
 
 namespace cuda_check {
 

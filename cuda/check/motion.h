@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "space/data/box_set.h"
+#include "space/base/box_set.h"
 
 namespace cuda_check {
 

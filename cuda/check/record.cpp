@@ -8,9 +8,9 @@
 #include "cuda/check/check.h"
 #include "cuda/check/motion.h"
 #include "cuda/check/scenes.h"
-#include "space/extract/paper/brute_force.h"
-#include "space/extract/sweep.h"
 #include "space/frame/device_choice.h"
+#include "space/pairs/sweep.h"
+#include "space/paper/brute_force.h"
 #include "tests/bench/csv.h"
 
 namespace cuda_check {

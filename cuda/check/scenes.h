@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "space/data/box_set.h"
+#include "space/base/box_set.h"
 
 namespace cuda_check {
 

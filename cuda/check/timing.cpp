@@ -5,7 +5,7 @@
 
 #include "cuda/check/check.h"
 #include "cuda/check/scenes.h"
-#include "space/extract/sweep.h"
+#include "space/pairs/sweep.h"
 
 namespace cuda_check {
 

@@ -5,7 +5,7 @@
 
 namespace ode_parallel_sap {
 
-// Locks the pages of large storage (space/data/storage.h), of which it holds one at a time. They
+// Locks the pages of large storage (space/base/storage.h), of which it holds one at a time. They
 // are unlocked when the storage is given back, whoever does so, and locked anew after a fork, which
 // leaves the program with other pages than the device.
 class PageLock {

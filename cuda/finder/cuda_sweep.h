@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cuda/device/devices.h"
-#include "space/data/pair_finder.h"
+#include "space/base/pair_finder.h"
 
 namespace ode_parallel_sap {
 

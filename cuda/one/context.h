@@ -14,7 +14,7 @@
 #include "cuda/one/scene_plan.h"
 #include "cuda/one/search.h"
 #include "cuda/one/upload.h"
-#include "space/data/box_set.h"
+#include "space/base/box_set.h"
 
 namespace ode_parallel_sap {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cuda/one/elements.h"
-#include "space/data/curve_digits.h"
+#include "space/base/curve_digits.h"
 
 namespace ode_parallel_sap {
 namespace device {

@@ -7,8 +7,8 @@
 #include "cuda/one/expand.h"
 #include "cuda/one/lists.h"
 #include "cuda/one/tuning.h"
-#include "space/data/parallel.h"
-#include "space/data/team.h"
+#include "space/base/parallel.h"
+#include "space/base/team.h"
 
 namespace ode_parallel_sap {
 

@@ -9,7 +9,7 @@
 
 #include "cuda/device/device.h"
 #include "cuda/one/scene_plan.h"
-#include "space/data/pair_list.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

@@ -6,8 +6,8 @@
 
 #include "cuda/one/scene_plan.h"
 #include "cuda/one/size_rules.h"
-#include "space/data/both_sides.h"
-#include "space/data/float_steps.h"
+#include "space/base/both_sides.h"
+#include "space/base/float_steps.h"
 
 namespace ode_parallel_sap {
 namespace device {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "cuda/one/scene_plan.h"
-#include "space/data/pair_list.h"
+#include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 

@@ -63,7 +63,7 @@ constexpr std::size_t piece_segments = piece_bytes / (segment_size * sizeof(std:
 constexpr std::size_t least_piece_segments =
     least_piece_bytes / (segment_size * sizeof(std::uint32_t));
 
-// Pairs as the host has them (space/data/pair_list.h), in order, and for each segment_words of them
+// Pairs as the host has them (space/base/pair_list.h), in order, and for each segment_words of them
 // whether one is borderline, which is 0 before.
 struct SortedPairs {
   Found* pairs;

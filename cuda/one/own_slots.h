@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "cuda/one/scene_plan.h"
-#include "space/data/both_sides.h"
+#include "space/base/both_sides.h"
 
 namespace ode_parallel_sap {
 namespace device {

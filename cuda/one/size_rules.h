@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "space/data/both_sides.h"
-#include "space/data/float_steps.h"
+#include "space/base/both_sides.h"
+#include "space/base/float_steps.h"
 
 namespace ode_parallel_sap {
 namespace size_rules {

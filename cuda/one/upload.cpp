@@ -6,8 +6,8 @@
 
 #include "cuda/device/spin.h"
 #include "cuda/one/tuning.h"
-#include "space/data/parallel.h"
-#include "space/data/team.h"
+#include "space/base/parallel.h"
+#include "space/base/team.h"
 
 namespace ode_parallel_sap {
 

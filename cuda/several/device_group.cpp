@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "space/data/parallel.h"
+#include "space/base/parallel.h"
 
 namespace ode_parallel_sap {
 

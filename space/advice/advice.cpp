@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "space/contacts/collider_threads.h"
-#include "space/geom/pair_rule.h"
+#include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <new>
 
-#include "space/data/floating_point.h"
+#include "space/base/floating_point.h"
 
 namespace ode_parallel_sap {
 

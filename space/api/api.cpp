@@ -13,8 +13,8 @@
 
 #include "space/advice/advice.h"
 #include "space/contacts/reducers.h"
-#include "space/extract/device_backend.h"
-#include "space/geom/assertions.h"
+#include "space/finders/device_backend.h"
+#include "space/geoms/assertions.h"
 #include "space/ode/ode_space.h"
 #include "space/trace/trace.h"
 
@@ -60,8 +60,7 @@ void checkContacts(const dContactGeom* contacts, int count, int most,
 dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
   auto* const space = new ParallelSAPSpace(parent);
   if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
-  if (space->settings().print_stats)
-    space->observe(std::make_unique<Advice>(space));
+  if (space->settings().print_stats) space->observe(std::make_unique<Advice>(space));
   return space;
 }
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
 #include "space/cache/tuning.h"
-#include "space/data/floating_point.h"
-#include "space/data/parallel.h"
-#include "space/data/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -234,8 +234,7 @@ int FatProxies::find(const BoxSet& boxes, int threads, Sweep<float>& sweep, Pair
   const ScopedMode mode(exactMode());
   try {
     kept_ = 0;
-    const int used =
-        running_ ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
+    const int used = running_ ? follow(boxes, threads, sweep) : start(boxes, threads, sweep);
     return std::max(used, test(boxes, threads, pairs));
   } catch (...) {
     stop();

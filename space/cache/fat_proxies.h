@@ -5,14 +5,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/base/back_off.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/pair_list.h"
+#include "space/base/slot_set.h"
 #include "space/cache/pair_merge.h"
 #include "space/cache/proxy_trees.h"
-#include "space/data/back_off.h"
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
-#include "space/data/pair_list.h"
-#include "space/data/slot_set.h"
-#include "space/extract/sweep.h"
+#include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
 

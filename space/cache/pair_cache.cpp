@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "space/base/mechanisms.h"
+#include "space/base/tuning.h"
 #include "space/cache/tuning.h"
-#include "space/data/mechanisms.h"
-#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -89,9 +89,9 @@ PairCache::Counts PairCache::renew(dxGeom* const* geoms, const Update& update,
   Counts counts = {update.threads, 0, pairs.size()};
   if (update.changes == 0) return counts;
   const Buffer<Slot>& changed = geom_update.repacked();
-  const int used =
-      boxes.wide ? findChanged(wide_trees_, finders.wide.sweep, changed, boxes, threads)
-                 : findChanged(trees_, finders.narrow.sweep, changed, boxes, threads);
+  const int used = boxes.wide
+                       ? findChanged(wide_trees_, finders.wide.sweep, changed, boxes, threads)
+                       : findChanged(trees_, finders.narrow.sweep, changed, boxes, threads);
   counts.threads = std::max(counts.threads, used);
   counts.found = found_.size();
   filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);

@@ -3,16 +3,16 @@
 
 #include <cstddef>
 
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/platform.h"
+#include "space/base/slot_set.h"
 #include "space/cache/fat_proxies.h"
 #include "space/cache/pair_merge.h"
 #include "space/cache/proxy_trees.h"
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
-#include "space/data/platform.h"
-#include "space/data/slot_set.h"
-#include "space/extract/cpu_finders.h"
-#include "space/filter/pair_filter.h"
-#include "space/update/geom_update.h"
+#include "space/finders/cpu_finders.h"
+#include "space/geoms/geom_update.h"
+#include "space/geoms/pair_filter.h"
 
 namespace ode_parallel_sap {
 
@@ -23,8 +23,8 @@ namespace ode_parallel_sap {
 //   margin   if                                      out of date           of candidates, pairs are
 //   0        at most one geom in changing_share      geoms that changed    all
 //            changed
-//   a share  all geoms move by little                boxes that left       those whose boxes overlap
-//   of size  (FatProxies)                            their fat box
+//   a share  all geoms move by little                boxes that left       those whose boxes
+//   overlap of size  (FatProxies)                            their fat box
 //
 // Other frames are found anew by a PairFinder. The pairs are the same in either way.
 class PairCache {
@@ -90,9 +90,7 @@ class PairCache {
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
 
-  std::size_t bytes() const {
-    return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_);
-  }
+  std::size_t bytes() const { return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_); }
 
  private:
   // Who left the pairs of the last frame, and with them what renew() can go on from.
@@ -107,8 +105,8 @@ class PairCache {
   SlotSet changed_;
   bool any_changed_ = false;  // if not, changed_ is empty
   bool all_may_have_changed_ = false;
-  bool complete_ = false;  // the last frame came to its report
-  bool running_ = false;   // its boxes and pairs are known
+  bool complete_ = false;          // the last frame came to its report
+  bool running_ = false;           // its boxes and pairs are known
   bool was_plainly_same_ = false;  // at the last update()
   PackRules rules_;                // of the last update()
   Source source_ = Source::no_trees;

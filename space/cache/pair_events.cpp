@@ -5,10 +5,10 @@
 #include <numeric>
 #include <utility>
 
-#include "space/data/parallel.h"
-#include "space/data/tuning.h"
-#include "space/geom/ode_private.h"
-#include "space/geom/slots.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+#include "space/geoms/ode_private.h"
+#include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "space/base/buffer.h"
+#include "space/base/pair_list.h"
 #include "space/cache/pair_numbers.h"
-#include "space/data/buffer.h"
-#include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
 

@@ -5,8 +5,8 @@
 #include <cstring>
 #include <utility>
 
+#include "space/base/parallel.h"
 #include "space/cache/tuning.h"
-#include "space/data/parallel.h"
 
 namespace ode_parallel_sap {
 

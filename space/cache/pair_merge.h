@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "space/data/pair_list.h"
-#include "space/data/slot_set.h"
+#include "space/base/pair_list.h"
+#include "space/base/slot_set.h"
 
 namespace ode_parallel_sap {
 

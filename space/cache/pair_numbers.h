@@ -7,7 +7,7 @@
 #include <limits>
 #include <new>
 
-#include "space/data/buffer.h"
+#include "space/base/buffer.h"
 
 namespace ode_parallel_sap {
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
 #include "space/cache/tuning.h"
-#include "space/data/floating_point.h"
-#include "space/data/parallel.h"
-#include "space/data/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {

@@ -5,18 +5,18 @@
 #include <memory>
 #include <vector>
 
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
-#include "space/data/pair_list.h"
-#include "space/extract/sweep.h"
-#include "space/sort/pair_order.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/pair_list.h"
+#include "space/pairs/pair_order.h"
+#include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
 
-// A sweep leaves a base, the trees of all boxes. A box that changes moves into a second, smaller set
-// of trees, the recent ones. Its old place is not looked for: each slot knows its tree, and pairs
-// that are found in another one do not count. When the recent boxes come near the base in number,
-// the base is made anew.
+// A sweep leaves a base, the trees of all boxes. A box that changes moves into a second, smaller
+// set of trees, the recent ones. Its old place is not looked for: each slot knows its tree, and
+// pairs that are found in another one do not count. When the recent boxes come near the base in
+// number, the base is made anew.
 template <class Real>
 class ProxyTrees {
  public:

@@ -8,27 +8,27 @@ set(round_one_by_one "$<$<COMPILE_LANG_AND_ID:CXX,GNU,Clang,AppleClang>:-ffp-con
 set(core "${CMAKE_CURRENT_LIST_DIR}/..")
 add_library(
   ode-parallel-sap-core OBJECT
-  ${core}/axes/axis_parts.cpp
-  ${core}/axes/endpoint_lists.cpp
+  ${core}/paper/axis_parts.cpp
+  ${core}/paper/endpoint_lists.cpp
   ${core}/cache/fat_proxies.cpp
   ${core}/cache/pair_merge.cpp
   ${core}/cache/proxy_trees.cpp
-  ${core}/data/platform.cpp
-  ${core}/cells/cell_coherence.cpp
-  ${core}/cells/cell_order.cpp
-  ${core}/cells/cell_trees.cpp
-  ${core}/extract/paper/axis_lists.cpp
-  ${core}/extract/paper/brute_force.cpp
-  ${core}/cells/quantizer.cpp
-  ${core}/cells/box_classes.cpp
-  ${core}/extract/sweep.cpp
+  ${core}/base/platform.cpp
+  ${core}/pairs/cell_coherence.cpp
+  ${core}/pairs/cell_order.cpp
+  ${core}/pairs/cell_trees.cpp
+  ${core}/paper/axis_lists.cpp
+  ${core}/paper/brute_force.cpp
+  ${core}/pairs/quantizer.cpp
+  ${core}/pairs/box_classes.cpp
+  ${core}/pairs/sweep.cpp
   ${core}/queries/query_tree.cpp
-  ${core}/data/team.cpp
+  ${core}/base/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/sort/pair_order.cpp
-  ${core}/sort/radix_sort.cpp
-  ${core}/update/coarse_clusters.cpp)
+  ${core}/pairs/pair_order.cpp
+  ${core}/pairs/radix_sort.cpp
+  ${core}/geoms/coarse_clusters.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")

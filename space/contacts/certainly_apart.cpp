@@ -1,7 +1,7 @@
 #include "space/contacts/certainly_apart.h"
 
-#include "space/data/floating_point.h"
-#include "space/geom/ode_private.h"
+#include "space/base/floating_point.h"
+#include "space/geoms/ode_private.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

@@ -3,8 +3,8 @@
 #include <mutex>
 #include <new>
 
-#include "space/data/platform.h"
-#include "space/geom/ode_private.h"
+#include "space/base/platform.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 

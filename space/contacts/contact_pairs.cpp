@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <new>
 
-#include "space/data/parallel.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
-#include "space/geom/ode_private.h"
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 

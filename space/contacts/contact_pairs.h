@@ -1,8 +1,8 @@
 // The pairs that are to be collided: the list behind the `pairs` of dParallelSAPAddPair.
 #pragma once
 
+#include "space/base/pair_list.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <new>
 
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_data.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
-#include "space/geom/geom_prefetch.h"
-#include "space/geom/ode_private.h"
+#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/base/buffer.h"
+#include "space/base/parallel.h"
 #include "space/contacts/certainly_apart.h"
 #include "space/contacts/thread_colliders.h"
-#include "space/data/buffer.h"
-#include "space/data/parallel.h"
-#include "space/geom/assertions.h"
+#include "space/geoms/assertions.h"
 
 namespace ode_parallel_sap {
 

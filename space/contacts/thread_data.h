@@ -3,7 +3,7 @@
 
 #include <ode/ode.h>
 
-#include "space/data/parallel.h"
+#include "space/base/parallel.h"
 
 namespace ode_parallel_sap {
 

@@ -8,7 +8,7 @@
 #include <unordered_set>
 #include <utility>
 
-#include "space/data/pair_finder.h"
+#include "space/base/pair_finder.h"
 
 namespace ode_parallel_sap {
 

@@ -6,7 +6,7 @@
 
 #include "space/frame/geoms_ahead.h"
 #include "space/frame/without_memory.h"
-#include "space/geom/user_classes.h"
+#include "space/geoms/user_classes.h"
 
 namespace ode_parallel_sap {
 
@@ -98,15 +98,15 @@ void Pipeline::collideContacts(const FrameCall& call, const ContactRequest& requ
   frame.clock.begin(Stage::narrow);
   bool found = true;
   try {
-    const int used = narrow_phase.run(
-        pairs.list(), request,
-        {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_out});
+    const int used =
+        narrow_phase.run(pairs.list(), request,
+                         {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_out});
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     frame.stats.apart = narrow_phase.apart().apart;
-    policy_.learnOfBatch(call.settings, {Batch::contacts, used, pairs.list().size(),
-                                         frame.clock.of(Stage::narrow)});
+    policy_.learnOfBatch(
+        call.settings, {Batch::contacts, used, pairs.list().size(), frame.clock.of(Stage::narrow)});
     policy_.learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
       showContacts(pairs.list(), narrow_phase, *watcher_);
@@ -138,8 +138,8 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   frame.clock.begin(Stage::update);
   PairCache::Update update;
   if (plan.keep)
-    update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_,
-                           boxes_);
+    update =
+        cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_, boxes_);
   if (update.untold.count)
     complaints_.ofUntold(call.geoms()[update.untold.first], update.untold.count);
   Found found;
@@ -203,8 +203,8 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.candidates;
   Found found;
-  const bool fat = plan.fat_pairs && !boxes_.wide &&
-                   cache_.fat().use(boxes_, plan.threads, extraction_.sweep());
+  const bool fat =
+      plan.fat_pairs && !boxes_.wide && cache_.fat().use(boxes_, plan.threads, extraction_.sweep());
   if (fat) {
     found.threads = cache_.fat().find(boxes_, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
@@ -224,8 +224,7 @@ Found Pipeline::findAnew(Frame& frame) {
   pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes_, plan.threads,
                    candidates);
   if (plan.keep)
-    cache_.start(call.slots(), found.devices > 0,
-                 found.method == dParallelSAPMethodSweep && !fat);
+    cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
   return found;
 }
 

@@ -10,17 +10,17 @@
 #include "space/cache/pair_events.h"
 #include "space/contacts/contact_pairs.h"
 #include "space/contacts/narrow_phase.h"
-#include "space/extract/extraction.h"
-#include "space/filter/pair_filter.h"
-#include "space/filter/plane_pairs.h"
+#include "space/finders/extraction.h"
 #include "space/frame/complaints.h"
 #include "space/frame/last_stage.h"
 #include "space/frame/pair_blocks.h"
 #include "space/frame/policy.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/statistics.h"
-#include "space/geom/pair_watcher.h"
-#include "space/update/geom_update.h"
+#include "space/geoms/geom_update.h"
+#include "space/geoms/pair_filter.h"
+#include "space/geoms/pair_watcher.h"
+#include "space/geoms/plane_pairs.h"
 
 namespace ode_parallel_sap {
 

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "space/data/platform.h"
-#include "space/geom/ode_private.h"
+#include "space/base/platform.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 

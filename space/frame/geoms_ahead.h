@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "space/data/pair_list.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
+#include "space/base/pair_list.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
 

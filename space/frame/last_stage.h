@@ -5,9 +5,9 @@
 
 #include <cstddef>
 
+#include "space/base/box_set.h"
+#include "space/base/pair_list.h"
 #include "space/contacts/certainly_apart.h"
-#include "space/data/box_set.h"
-#include "space/data/pair_list.h"
 
 namespace ode_parallel_sap {
 

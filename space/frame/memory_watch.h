@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "space/data/tuning.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <atomic>
 
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/data/parallel.h"
-#include "space/data/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -5,8 +5,8 @@
 
 #include <cstddef>
 
-#include "space/data/pair_list.h"
-#include "space/data/tuning.h"
+#include "space/base/pair_list.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

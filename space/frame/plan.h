@@ -3,9 +3,9 @@
 
 #include <cstddef>
 
-#include "space/extract/extraction.h"
+#include "space/finders/extraction.h"
 #include "space/frame/device_choice.h"
-#include "space/geom/pack_rules.h"
+#include "space/geoms/pack_rules.h"
 
 namespace ode_parallel_sap {
 

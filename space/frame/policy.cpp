@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "space/data/mechanisms.h"
-#include "space/data/tuning.h"
+#include "space/base/mechanisms.h"
+#include "space/base/tuning.h"
 #include "space/frame/small_scenes.h"
 #include "space/frame/tuning.h"
 
@@ -77,9 +77,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
   // Not within a tolerance, which has room for boxes already.
-  plan.fat_pairs = mechanisms::fat_pairs && plan.keep &&
-                   settings.rules.tolerance == 0 && extraction.devices == 0 &&
-                   extraction.method == dParallelSAPMethodSweep;
+  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && settings.rules.tolerance == 0 &&
+                   extraction.devices == 0 && extraction.method == dParallelSAPMethodSweep;
   return plan;
 }
 

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "space/base/back_off.h"
 #include "space/contacts/certainly_apart.h"
-#include "space/data/back_off.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/plan.h"
 #include "space/frame/settings.h"

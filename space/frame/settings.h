@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "space/data/team.h"
-#include "space/geom/pack_rules.h"
+#include "space/base/team.h"
+#include "space/geoms/pack_rules.h"
 
 namespace ode_parallel_sap {
 

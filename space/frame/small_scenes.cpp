@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <new>
 
-#include "space/data/mechanisms.h"
+#include "space/base/mechanisms.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
-#include "space/geom/facing_box.h"
-#include "space/geom/pair_rule.h"
-#include "space/geom/slots.h"
+#include "space/geoms/facing_box.h"
+#include "space/geoms/pair_rule.h"
+#include "space/geoms/slots.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -245,7 +245,8 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.noteSmall(result);
   if (timed)
-    statistics.noteSmallTimes(milliseconds(begin, reporting), milliseconds(reporting, Clock::now()));
+    statistics.noteSmallTimes(milliseconds(begin, reporting),
+                              milliseconds(reporting, Clock::now()));
   return result;
 }
 

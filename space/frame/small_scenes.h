@@ -7,14 +7,14 @@
 #include <memory>
 #include <vector>
 
+#include "space/base/tuning.h"
 #include "space/cache/pair_events.h"
-#include "space/data/tuning.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
-#include "space/geom/geom_tests.h"
-#include "space/geom/pack_rules.h"
-#include "space/geom/pair_watcher.h"
-#include "space/geom/scene.h"
+#include "space/geoms/geom_tests.h"
+#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_watcher.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

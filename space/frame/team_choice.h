@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "space/data/back_off.h"
-#include "space/data/mechanisms.h"
+#include "space/base/back_off.h"
+#include "space/base/mechanisms.h"
 
 namespace ode_parallel_sap {
 

@@ -1,6 +1,6 @@
 #include "space/frame/without_memory.h"
 
-#include "space/geom/pair_rule.h"
+#include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
 

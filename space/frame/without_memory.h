@@ -3,8 +3,8 @@
 #pragma once
 
 #include "space/frame/statistics.h"
-#include "space/geom/pack_rules.h"
-#include "space/geom/scene.h"
+#include "space/geoms/pack_rules.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 

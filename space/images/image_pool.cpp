@@ -9,9 +9,9 @@
 #include <mutex>
 #include <new>
 
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/contacts/thread_colliders.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
 #include "space/images/ode_image.h"
 
 namespace ode_parallel_sap {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "space/geom/ode_heightfield.h"
+#include "space/geoms/ode_heightfield.h"
 
 namespace ode_parallel_sap {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "space/contacts/thread_colliders.h"
-#include "space/geom/ode_private.h"
+#include "space/geoms/ode_private.h"
 #include "space/images/library_copy.h"
 
 namespace ode_parallel_sap {

@@ -9,8 +9,8 @@
 #include <locale>
 #include <sstream>
 
-#include "space/data/team.h"
-#include "space/extract/device_backend.h"
+#include "space/base/team.h"
+#include "space/finders/device_backend.h"
 #include "space/ode/environment_switch.h"
 #include "space/simd/kernels.h"
 

@@ -4,12 +4,12 @@
 #include <new>
 #include <utility>
 
-#include "space/data/mechanisms.h"
-#include "space/data/team.h"
+#include "space/base/mechanisms.h"
+#include "space/base/team.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
-#include "space/geom/pair_rule.h"
+#include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
 
@@ -355,8 +355,9 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
-    queries_.find(slots_.geoms(), geom,
-                  {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
+    queries_.find(
+        slots_.geoms(), geom,
+        {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "space/data/buffer.h"
-#include "space/data/slot_set.h"
+#include "space/base/buffer.h"
+#include "space/base/slot_set.h"
 
 struct dxGeom;
 struct dxSpace;

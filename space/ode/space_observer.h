@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "space/geom/pack_rules.h"
-#include "space/geom/pair_watcher.h"
-#include "space/geom/scene.h"
-#include "space/geom/slots.h"
+#include "space/geoms/pack_rules.h"
+#include "space/geoms/pair_watcher.h"
+#include "space/geoms/scene.h"
+#include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 

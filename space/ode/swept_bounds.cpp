@@ -4,9 +4,9 @@
 #include <cmath>
 #include <new>
 
-#include "space/data/floating_point.h"
-#include "space/geom/geom_tests.h"
-#include "space/geom/slots.h"
+#include "space/base/floating_point.h"
+#include "space/geoms/geom_tests.h"
+#include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 

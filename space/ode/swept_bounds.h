@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
 
 struct dxGeom;
 struct dxSpace;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <thread>
 
-#include "space/data/buffer.h"
+#include "space/base/buffer.h"
 #include "space/frame/frame.h"
 #include "space/rays/ray_lists.h"
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "space/geom/ode_private.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "space/geom/slot_home.h"
+#include "space/geoms/slot_home.h"
 
 namespace ode_parallel_sap {
 

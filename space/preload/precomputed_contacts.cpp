@@ -5,10 +5,10 @@
 #include <new>
 #include <type_traits>
 
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/contact_pairs.h"
-#include "space/data/parallel.h"
-#include "space/data/platform.h"
 #include "space/frame/geoms_ahead.h"
 
 namespace ode_parallel_sap {

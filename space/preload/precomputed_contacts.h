@@ -9,10 +9,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/data/back_off.h"
-#include "space/data/buffer.h"
-#include "space/data/floating_point.h"
-#include "space/data/tuning.h"
+#include "space/base/back_off.h"
+#include "space/base/buffer.h"
+#include "space/base/floating_point.h"
+#include "space/base/tuning.h"
 #include "space/frame/last_stage.h"
 #include "space/preload/collide_habits.h"
 

@@ -12,10 +12,10 @@
 #include "space/advice/advice.h"
 #include "space/contacts/collider_threads.h"
 #include "space/frame/stage_clock.h"
-#include "space/geom/assertions.h"
+#include "space/geoms/assertions.h"
 #include "space/ode/environment.h"
-#include "space/preload/ode_layout.h"
 #include "space/ode/ode_space.h"
+#include "space/preload/ode_layout.h"
 #include "space/preload/precomputed_contacts.h"
 #include "space/trace/trace.h"
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "space/data/buffer.h"
-#include "space/data/slot_set.h"
+#include "space/base/buffer.h"
+#include "space/base/slot_set.h"
 #include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {

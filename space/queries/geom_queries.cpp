@@ -1,8 +1,8 @@
 #include "space/queries/geom_queries.h"
 
-#include "space/data/tuning.h"
-#include "space/geom/geom_prefetch.h"
-#include "space/geom/pair_rule.h"
+#include "space/base/tuning.h"
+#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
 

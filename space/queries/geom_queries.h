@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "space/data/buffer.h"
+#include "space/base/buffer.h"
 #include "space/queries/found_slots.h"
 #include "space/queries/geom_tree.h"
 

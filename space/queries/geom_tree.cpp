@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "space/data/mechanisms.h"
-#include "space/data/round_outward.h"
-#include "space/geom/geom_prefetch.h"
-#include "space/geom/pair_rule.h"
+#include "space/base/mechanisms.h"
+#include "space/base/round_outward.h"
+#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/pair_rule.h"
 #include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "space/data/buffer.h"
-#include "space/data/tuning.h"
+#include "space/base/buffer.h"
+#include "space/base/tuning.h"
 #include "space/queries/query_tree.h"
 
 struct dxGeom;

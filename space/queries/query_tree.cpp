@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "space/data/floating_point.h"
-#include "space/data/mechanisms.h"
+#include "space/base/floating_point.h"
+#include "space/base/mechanisms.h"
 #include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {

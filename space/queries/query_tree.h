@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "space/cells/cell_order.h"
-#include "space/cells/cell_trees.h"
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/pairs/cell_order.h"
+#include "space/pairs/cell_trees.h"
 
 namespace ode_parallel_sap {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "space/geom/geom_tests.h"
+#include "space/geoms/geom_tests.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

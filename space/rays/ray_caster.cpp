@@ -7,13 +7,13 @@
 #include <type_traits>
 #include <utility>
 
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_colliders.h"
 #include "space/contacts/thread_data.h"
-#include "space/data/parallel.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
-#include "space/geom/pair_rule.h"
+#include "space/geoms/pair_rule.h"
 #include "space/rays/ray_probe.h"
 
 namespace ode_parallel_sap {

@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-#include "space/data/buffer.h"
+#include "space/base/buffer.h"
 #include "space/queries/geom_tree.h"
 #include "space/rays/ray_bounds.h"
 #include "space/rays/ray_lists.h"

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "space/data/box_set.h"
-#include "space/data/buffer.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
 #include "space/queries/query_tree.h"
 
 namespace ode_parallel_sap {

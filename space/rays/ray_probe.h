@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "space/base/buffer.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_colliders.h"
-#include "space/data/buffer.h"
-#include "space/geom/geom_tests.h"
+#include "space/geoms/geom_tests.h"
 
 namespace ode_parallel_sap {
 

@@ -10,10 +10,10 @@
 #include <emmintrin.h>
 #endif
 
-#include "space/data/box_set.h"
-#include "space/data/pair_list.h"
-#include "space/data/platform.h"
-#include "space/data/tuning.h"
+#include "space/base/box_set.h"
+#include "space/base/pair_list.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace {

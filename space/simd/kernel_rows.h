@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "space/data/box_set.h"
+#include "space/base/box_set.h"
 #include "space/simd/kernels.h"
 
 namespace {

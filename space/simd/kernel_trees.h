@@ -2,7 +2,7 @@
 // kernels_impl.h.
 #pragma once
 
-#include "space/data/platform.h"
+#include "space/base/platform.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/tuning.h"
 

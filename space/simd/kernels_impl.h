@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "space/data/platform.h"
+#include "space/base/platform.h"
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
 #include "space/simd/kernel_kept_pairs.h"

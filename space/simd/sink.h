@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "space/data/pair_list.h"
-#include "space/data/tuning.h"
+#include "space/base/pair_list.h"
+#include "space/base/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

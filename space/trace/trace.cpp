@@ -8,7 +8,7 @@
 #include <new>
 #include <utility>
 
-#include "space/data/platform.h"
+#include "space/base/platform.h"
 
 namespace ode_parallel_sap {
 

@@ -6,8 +6,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "space/geom/scene.h"
-#include "space/geom/slots.h"
+#include "space/geoms/scene.h"
+#include "space/geoms/slots.h"
 #include "space/trace/trace_file.h"
 #include "space/trace/trace_format.h"
 

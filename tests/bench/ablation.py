@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What each mechanism of space/data/mechanisms.h gains: the library is built once without each, and timed in turn with
+"""What each mechanism of space/base/mechanisms.h gains: the library is built once without each, and timed in turn with
 the whole one over the scenes of the benchmarks.
 
     cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF
@@ -23,7 +23,7 @@ import tempfile
 
 import variants
 
-HEADER = "space/data/mechanisms.h"
+HEADER = "space/base/mechanisms.h"
 # There is one thread but in few cells.
 IDLE = ("learned_teams",)
 MOST_SPREAD = 1.1  # of the middle three fifths of the libraries of a cell

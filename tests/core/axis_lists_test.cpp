@@ -1,12 +1,12 @@
 // The lists of the method AxisLists, as plain arrays: kept, counted, and cut into parts.
-#include "space/extract/paper/axis_lists.h"
+#include "space/paper/axis_lists.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "space/axes/axis_parts.h"
+#include "space/paper/axis_parts.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

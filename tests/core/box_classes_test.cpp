@@ -1,11 +1,11 @@
 // Which boxes are divided by their filter bits, sizes and shapes.
-#include "space/cells/box_classes.h"
+#include "space/pairs/box_classes.h"
 
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "space/cells/cell_order.h"
+#include "space/pairs/cell_order.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/scenes.h"

@@ -9,14 +9,14 @@
 #include <thread>
 #include <vector>
 
-#include "space/cells/cell_trees.h"
-#include "space/data/parallel.h"
-#include "space/data/round_outward.h"
-#include "space/extract/paper/axis_lists.h"
-#include "space/extract/paper/brute_force.h"
-#include "space/extract/sweep.h"
+#include "space/base/parallel.h"
+#include "space/base/round_outward.h"
+#include "space/pairs/cell_trees.h"
+#include "space/pairs/radix_sort.h"
+#include "space/pairs/sweep.h"
+#include "space/paper/axis_lists.h"
+#include "space/paper/brute_force.h"
 #include "space/simd/kernels.h"
-#include "space/sort/radix_sort.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

@@ -3,8 +3,8 @@
 #include <set>
 #include <vector>
 
+#include "space/pairs/pair_order.h"
 #include "space/simd/kernels.h"
-#include "space/sort/pair_order.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"

@@ -1,11 +1,11 @@
 // The floating-point modes of threads, as the library sets them; on x86 and ARM also by the C
 // library, which is the way on any other processor (CMakeLists.txt).
-#include "space/data/floating_point.h"
+#include "space/base/floating_point.h"
 
 #include <atomic>
 #include <limits>
 
-#include "space/data/parallel.h"
+#include "space/base/parallel.h"
 #include "support/catch.hpp"
 #include "support/floating_point.h"
 

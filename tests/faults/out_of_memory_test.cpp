@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "space/cells/cell_trees.h"
+#include "space/pairs/cell_trees.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/events_oracle.h"

@@ -10,7 +10,7 @@
 #include "cuda/one/cell_dealer.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
-#include "space/data/packed_pair_rule.h"
+#include "space/base/packed_pair_rule.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

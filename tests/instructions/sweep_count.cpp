@@ -8,9 +8,9 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "space/data/floating_point.h"
-#include "space/data/round_outward.h"
-#include "space/extract/sweep.h"
+#include "space/base/floating_point.h"
+#include "space/base/round_outward.h"
+#include "space/pairs/sweep.h"
 #include "space/simd/kernels.h"
 #include "space/simd/sink.h"
 #include "support/scenes.h"

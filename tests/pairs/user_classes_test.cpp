@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "space/geom/geom_tests.h"
+#include "space/geoms/geom_tests.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "space/geom/ode_private.h"
+#include "space/geoms/ode_private.h"
 
 namespace {
 

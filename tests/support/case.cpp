@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "catch.hpp"
-#include "space/data/round_outward.h"
+#include "space/base/round_outward.h"
 
 namespace ode_parallel_sap {
 namespace {

@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "space/data/team.h"
+#include "space/base/team.h"
 
 namespace sap_test {
 

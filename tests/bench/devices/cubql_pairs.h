@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "space/data/pair_list.h"
+#include "space/base/pair_list.h"
 
 namespace bench {
 

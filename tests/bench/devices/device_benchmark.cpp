@@ -17,7 +17,7 @@
 
 #include "cuda/check/scenes.h"
 #include "cuda/finder/cuda_sweep.h"
-#include "space/extract/sweep.h"
+#include "space/pairs/sweep.h"
 #include "tests/bench/csv.h"
 #include "tests/bench/devices/cubql_pairs.h"
 #include "tests/bench/stopwatch.h"

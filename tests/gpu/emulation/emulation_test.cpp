@@ -10,7 +10,7 @@
 #include "cuda/check/scenes.h"
 #include "cuda/device/devices.h"
 #include "cuda/several/device_group.h"
-#include "space/extract/sweep.h"
+#include "space/pairs/sweep.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"

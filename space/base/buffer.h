@@ -1,0 +1,164 @@
+// Uninitialised, cache-line aligned storage that is reused from frame to frame.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "space/base/storage.h"
+
+namespace ode_parallel_sap {
+
+// Grows geometrically and never shrinks by itself. New elements are not written, so that the
+// operating system places their pages near the thread that writes them first.
+template <class T>
+class Buffer {
+  static_assert(std::is_trivially_copyable<T>::value, "elements are moved by memcpy");
+
+ public:
+  Buffer() = default;
+  Buffer(Buffer&& other) noexcept { swap(other); }
+  Buffer& operator=(Buffer&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~Buffer() { free(); }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  std::size_t bytes() const { return storage_size_; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+
+  // Sets the size; the contents are kept up to the smaller of both sizes.
+  void resize(std::size_t size) {
+    if (size > capacity_) reallocate(size > capacity_ + capacity_ / 2 ? size : capacity_ * 3 / 2);
+    size_ = size;
+  }
+  // Makes it no smaller than that; what is new gets this value.
+  void growTo(std::size_t size, const T& value) {
+    const std::size_t before = size_;
+    if (size <= before) return;
+    resize(size);
+    std::fill(data_ + before, data_ + size, value);
+  }
+  // Sets the size; the contents are lost if the storage has to grow. As nothing is copied then, it
+  // grows by little.
+  void resizeDiscarding(std::size_t size) {
+    if (size > capacity_) {
+      size_ = 0;
+      reallocate(size > capacity_ + capacity_ / 8 ? size : capacity_ + capacity_ / 8);
+    }
+    size_ = size;
+  }
+  // Empties it, and gives back storage that is half as large again as `enough` elements need.
+  void clearTo(std::size_t enough) {
+    size_ = 0;
+    if (capacity_ <= enough + enough / 2) return;
+    release();
+    reserve(enough);
+  }
+  // Room for at least `capacity` elements.
+  void reserve(std::size_t capacity) {
+    if (capacity > capacity_) reallocate(capacity);
+  }
+  void push_back(const T& value) {
+    const T copy = value;
+    resize(size_ + 1);
+    data_[size_ - 1] = copy;
+  }
+  // Gives back what is beyond the size.
+  void shrink() {
+    if (size_)
+      reallocate(size_);
+    else
+      release();
+  }
+  // Gives the storage back.
+  void release() {
+    free();
+    data_ = nullptr;
+    size_ = capacity_ = storage_size_ = 0;
+  }
+  void swap(Buffer& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    std::swap(capacity_, other.capacity_);
+    std::swap(storage_size_, other.storage_size_);
+  }
+
+ private:
+  void free() { Storage::deallocate(data_, storage_size_); }
+
+  void reallocate(std::size_t capacity) {
+    const std::size_t size = Storage::sizeFor(capacity * sizeof(T));
+    T* data = static_cast<T*>(Storage::allocate(size));
+    if (size_) std::memcpy(static_cast<void*>(data), data_, size_ * sizeof(T));
+    free();
+    data_ = data;
+    storage_size_ = size;
+    capacity_ = size / sizeof(T);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+  std::size_t storage_size_ = 0;  // in bytes
+};
+
+// The bytes that things hold: what says so itself, and lists of such things or of plain elements.
+template <class T>
+std::size_t bytesOf(const T& one) {
+  return one.bytes();
+}
+template <class T>
+std::size_t bytesOf(const std::unique_ptr<T>& one) {
+  return one ? sizeof(T) + one->bytes() : 0;
+}
+template <class T, std::size_t count>
+std::size_t bytesOf(const T (&list)[count]) {
+  std::size_t bytes = 0;
+  for (const T& one : list) bytes += bytesOf(one);
+  return bytes;
+}
+template <class T>
+std::size_t bytesOf(const std::vector<T>& list) {
+  std::size_t bytes = list.capacity() * sizeof(T);
+  if constexpr (!std::is_trivially_copyable<T>::value)
+    for (const T& one : list) bytes += bytesOf(one);
+  return bytes;
+}
+template <class First, class Second, class... Rest>
+std::size_t bytesOf(const First& first, const Second& second, const Rest&... rest) {
+  return bytesOf(first) + bytesOf(second, rest...);
+}
+
+// Makes a list for each of so many threads, and all of them empty.
+template <class T>
+void clearForTeam(std::vector<Buffer<T>>& lists, int threads) {
+  if (lists.size() < static_cast<std::size_t>(threads)) lists.resize(threads);
+  for (Buffer<T>& list : lists) list.resizeDiscarding(0);
+}
+
+// Makes one list of those that threads have made, each in a share of its own.
+template <class Share, class T>
+void gather(const std::vector<Share>& shares, Buffer<T> Share::*list, Buffer<T>& all) {
+  std::size_t count = 0;
+  for (const Share& share : shares) count += (share.*list).size();
+  all.resizeDiscarding(count);
+  T* end = all.data();
+  for (const Share& share : shares)
+    end = std::copy((share.*list).begin(), (share.*list).end(), end);
+}
+
+}  // namespace ode_parallel_sap

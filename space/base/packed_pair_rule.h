@@ -1,0 +1,40 @@
+// What still decides about a pair of overlapping boxes: filters, and whether floats can be trusted.
+#pragma once
+
+#include "space/base/box_set.h"
+#include "space/base/float_steps.h"
+#include "space/base/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// Whether only the exact boxes can tell that two overlap whose float bounds do.
+inline bool isBorderline(const BasicBox<float>& a, const BasicBox<float>& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (isBorderline(a.lower[axis], b.upper[axis]) || isBorderline(b.lower[axis], a.upper[axis]))
+      return true;
+  return false;
+}
+// Doubles are the exact bounds.
+inline bool isBorderline(const BasicBox<double>&, const BasicBox<double>&) {
+  return false;
+}
+
+inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {
+  if (boxes.filter_bits && !(boxes.bits[a].category & boxes.bits[b].collide) &&
+      !(boxes.bits[b].category & boxes.bits[a].collide))
+    return false;
+  return !boxes.filter_bodies || !boxes.bodies[a] || boxes.bodies[a] != boxes.bodies[b];
+}
+
+// Writes the pair of two slots whose boxes overlap, if it passes the filters, to *to. Returns what
+// comes after it.
+template <class Real>
+inline Pair* writePair(const BoxSet& boxes, Slot a, Slot b, Pair* to) {
+  if (!passesFilters(boxes, a, b)) return to;
+  *to = a < b ? makePair(a, b) : makePair(b, a);
+  if (!boxes.exact && isBorderline(boxesOf<Real>(boxes)[a], boxesOf<Real>(boxes)[b]))
+    *to |= borderline_bit;
+  return to + 1;
+}
+
+}  // namespace ode_parallel_sap

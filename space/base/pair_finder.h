@@ -1,0 +1,35 @@
+// What every method of finding pairs implements, on whatever back end.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+
+#include "space/base/box_set.h"
+#include "space/base/pair_list.h"
+
+namespace ode_parallel_sap {
+
+// The paper's lists of a scene need more memory than they may take. Both in bytes.
+class ListsTooLong : public std::runtime_error {
+ public:
+  ListsTooLong(std::uint64_t needed, std::uint64_t allowed)
+      : std::runtime_error("the lists of pairs are too long"), needed(needed), allowed(allowed) {}
+  std::uint64_t needed, allowed;
+};
+
+class PairFinder {
+ public:
+  virtual ~PairFinder() = default;
+
+  // Puts into `pairs`, ascending and each once, every pair of slots whose boxes overlap (closed
+  // intervals, NaN overlaps nothing) and which passes the filters of `boxes`. Pairs of which the
+  // float boxes alone cannot tell carry borderline_bit. Uses up to `threads` threads; returns the
+  // number used. Throws std::bad_alloc where memory ends.
+  virtual int find(const BoxSet& boxes, int threads, PairList& pairs) = 0;
+
+  // Bytes held from one frame to the next.
+  virtual std::size_t bytes() const = 0;
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,86 @@
+#include "space/base/platform.h"
+
+#if defined(_WIN32)
+#include <windows.h>
+#else
+#include <pthread.h>
+#include <unistd.h>
+#endif
+#if defined(__linux__)
+#include <sys/syscall.h>
+#elif defined(__APPLE__)
+#include <mach/mach.h>
+#endif
+
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+namespace ode_parallel_sap {
+
+#if defined(_WIN32)
+std::uint64_t freeMemory() {
+  MEMORYSTATUSEX status;
+  status.dwLength = sizeof status;
+  return GlobalMemoryStatusEx(&status) ? status.ullAvailPhys : 0;
+}
+#elif defined(__APPLE__)
+std::uint64_t freeMemory() {
+  vm_statistics64_data_t pages;
+  mach_msg_type_number_t count = HOST_VM_INFO64_COUNT;
+  if (host_statistics64(mach_host_self(), HOST_VM_INFO64, reinterpret_cast<host_info64_t>(&pages),
+                        &count) != KERN_SUCCESS)
+    return 0;
+  return (std::uint64_t{pages.free_count} + pages.inactive_count) * vm_page_size;
+}
+#else
+std::uint64_t freeMemory() {
+  if (std::FILE* const file = std::fopen("/proc/meminfo", "r")) {
+    char line[256];
+    unsigned long long kilobytes = 0;
+    bool found = false;
+    while (!found && std::fgets(line, sizeof line, file))
+      found = std::sscanf(line, "MemAvailable: %llu kB", &kilobytes) == 1;
+    std::fclose(file);
+    if (found) return std::uint64_t{kilobytes} * 1024;
+  }
+  const long pages = sysconf(_SC_AVPHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
+  return pages > 0 && page_bytes > 0 ? std::uint64_t(pages) * std::uint64_t(page_bytes) : 0;
+}
+#endif
+
+#if defined(_WIN32)
+void onFork(void (*)(), void (*)(), void (*)()) {}
+
+long processNumber() {
+  return static_cast<long>(GetCurrentProcessId());
+}
+#else
+void onFork(void (*before)(), void (*in_parent)(), void (*in_child)()) {
+  pthread_atfork(before, in_parent, in_child);
+}
+
+long processNumber() {
+  return getpid();
+}
+#endif
+
+#if defined(__linux__)
+long threadNumber() {
+  return syscall(SYS_gettid);
+}
+
+void awaitRemoval(long thread) {
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+  while (syscall(SYS_tgkill, getpid(), thread, 0) == 0 && std::chrono::steady_clock::now() < latest)
+    std::this_thread::yield();
+}
+#else
+long threadNumber() {
+  return 0;
+}
+
+void awaitRemoval(long) {}
+#endif
+
+}  // namespace ode_parallel_sap

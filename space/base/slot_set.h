@@ -1,0 +1,82 @@
+// A set of slots: one bit each.
+#pragma once
+
+#include <cstdint>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+
+namespace ode_parallel_sap {
+
+class SlotSet {
+ public:
+  static constexpr std::size_t word_slots = 64;  // fixed: bits of a word
+
+  void insert(Slot slot) { words_[slot / word_slots] |= bitOf(slot); }
+  // Many threads may do so at once.
+  void insertShared(Slot slot) { orShared(words_[slot / word_slots], bitOf(slot)); }
+  void erase(Slot slot) { words_[slot / word_slots] &= ~bitOf(slot); }
+  bool contains(Slot slot) const { return (words_[slot / word_slots] & bitOf(slot)) != 0; }
+
+  // Makes room for slots below `slots`; never less than before.
+  void growTo(std::size_t slots) { words_.growTo((slots + word_slots - 1) / word_slots, 0); }
+  void clear() {
+    for (std::uint64_t& word : words_) word = 0;
+  }
+  std::size_t count() const {
+    std::size_t slots = 0;
+    for (const std::uint64_t word : words_) slots += __builtin_popcountll(word);
+    return slots;
+  }
+  // Words of slots, for loops that share the work: threads may insert and erase in words of their
+  // own.
+  std::size_t words() const { return words_.size(); }
+  std::uint64_t word(std::size_t i) const { return words_[i]; }
+  void setWord(std::size_t i, std::uint64_t slots) { words_[i] = slots; }
+
+  // Calls visit(slot) for the slots of words [range.begin, range.end), ascending.
+  template <class Visit>
+  void forEach(const Range& range, Visit visit) const {
+    for (std::size_t i = range.begin; i < range.end; ++i)
+      for (std::uint64_t word = words_[i]; word; word &= word - 1)
+        visit(static_cast<Slot>(i * word_slots + __builtin_ctzll(word)));
+  }
+  template <class Visit>
+  void forEach(Visit visit) const {
+    forEach({0, words()}, visit);
+  }
+
+  // The set for loops that write elsewhere meanwhile. Lives as long as nobody makes room.
+  class View {
+   public:
+    bool contains(Slot slot) const { return words_[slot / word_slots] >> slot % word_slots & 1; }
+    // The first slot of the set that is not before `slot`; if there is none, past all.
+    Slot firstFrom(Slot slot) const {
+      std::size_t i = slot / word_slots;
+      if (i >= count_) return static_cast<Slot>(count_ * word_slots);
+      std::uint64_t word = words_[i] >> slot % word_slots << slot % word_slots;
+      while (!word && ++i < count_) word = words_[i];
+      return static_cast<Slot>(i * word_slots + (word ? __builtin_ctzll(word) : 0));
+    }
+
+   private:
+    friend class SlotSet;
+    View(const std::uint64_t* words, std::size_t count) : words_(words), count_(count) {}
+
+    const std::uint64_t* words_;
+    std::size_t count_;
+  };
+  View view() const { return {words_.data(), words_.size()}; }
+
+  void swap(SlotSet& other) noexcept { words_.swap(other.words_); }
+  std::size_t bytes() const { return words_.bytes(); }
+
+ private:
+  static std::uint64_t bitOf(Slot slot) { return std::uint64_t{1} << slot % word_slots; }
+
+  Buffer<std::uint64_t> words_;
+};
+
+}  // namespace ode_parallel_sap

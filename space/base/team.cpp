@@ -1,0 +1,148 @@
+#include "space/base/team.h"
+
+#include <omp.h>
+#include <pthread.h>
+
+#include <cctype>
+#include <chrono>
+#include <cstdlib>
+#include <mutex>
+#include <thread>
+
+#include "space/base/platform.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+thread_local TeamWatch::Member* own = nullptr;
+
+// Of OpenMP's threads, which does not tell it; 0: the system's usual size.
+std::size_t stackSize() {
+  const char* text = std::getenv("OMP_STACKSIZE");
+  if (!text) text = std::getenv("GOMP_STACKSIZE");
+  if (!text) return 0;
+  char* unit = nullptr;
+  const std::size_t number = std::strtoull(text, &unit, 10);
+  while (std::isspace(static_cast<unsigned char>(*unit))) ++unit;
+  switch (std::tolower(static_cast<unsigned char>(*unit))) {
+    case 'b':
+      return number;
+    case 'm':
+      return number << 20;
+    case 'g':
+      return number << 30;
+    default:
+      return number << 10;
+  }
+}
+
+// A thread that ends when the gate is opened.
+struct Probe {
+  pthread_t thread;
+  std::mutex* gate;
+  long id;
+
+  bool start(const pthread_attr_t& attributes, std::mutex& closed_gate) {
+    gate = &closed_gate;
+    return pthread_create(&thread, &attributes, run, this) == 0;
+  }
+  static void* run(void* self) {
+    Probe& probe = *static_cast<Probe*>(self);
+    probe.id = threadNumber();
+    const std::lock_guard<std::mutex> open(*probe.gate);
+    return nullptr;
+  }
+  void awaitEnd() {
+    pthread_join(thread, nullptr);
+    awaitRemoval(id);
+  }
+};
+
+// How many of the wanted threads can live at the same time beside the calling one.
+int countThreads(int wanted) {
+  constexpr int most = 256;  // fixed: the most threads of a space
+  Probe probes[most];
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  if (const std::size_t size = stackSize()) pthread_attr_setstacksize(&attributes, size);
+  std::mutex gate;
+  gate.lock();
+  int count = 0;
+  while (count < std::min(wanted, most) && probes[count].start(attributes, gate)) ++count;
+  gate.unlock();
+  pthread_attr_destroy(&attributes);
+  for (int i = 0; i < count; ++i) probes[i].awaitEnd();
+  return count;
+}
+
+// Leaves OpenMP with a team of the size that it returns. Calling threads take turns: what one has
+// counted, no other may take before OpenMP has it. One thread more than needed is counted, so that
+// the rest of the program has one left.
+int startTeam(int wanted) {
+  static std::mutex turn;
+  const std::lock_guard<std::mutex> own_turn(turn);
+  const int granted = std::max(1, countThreads(wanted));
+  std::atomic<int> started{0};
+#pragma omp parallel num_threads(granted)
+  started.fetch_add(1, std::memory_order_relaxed);
+  return granted;
+}
+
+}  // namespace
+
+void expectChildren() {
+  static std::atomic<bool> expected{false};
+  if (expected.load(std::memory_order_relaxed) || expected.exchange(true)) return;
+  onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+}
+
+int threadsToBeHad(int wanted) {
+  thread_local int sought = 1, granted = 1;
+  if (wanted > sought) {
+    // A team within a team has one thread, and OpenMP starts none for it.
+    if (omp_get_active_level() >= omp_get_max_active_levels()) return 1;
+    expectChildren();
+    granted = startTeam(wanted);
+    sought = wanted;
+    static std::atomic<bool> said{false};
+    ThreadShortageFunction* const say = on_thread_shortage.load(std::memory_order_relaxed);
+    if (granted < wanted && say && !said.exchange(true)) say(granted, wanted);
+  }
+  return std::min(wanted, granted);
+}
+
+void TeamWatch::Member::enter(int team) {
+  team_ = team;
+  outer_ = own;
+  own = this;
+}
+
+void TeamWatch::Member::leave() {
+  own = outer_;
+  if (worked_) watch_.workers_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void TeamWatch::noteOwnWork() {
+  if (own) own->worked_ = true;
+}
+
+// Nothing here orders what threads do: a sanitizer is to see all that they do at once.
+void TeamWatch::awaitOthers(std::atomic<int>& arrived) {
+  using Clock = std::chrono::steady_clock;
+  if (!own) return;
+  if (own->queue_ != &arrived) {
+    own->queue_ = &arrived;
+    arrived.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  constexpr std::chrono::milliseconds longest_wait(100);
+  if (arrived.load(std::memory_order_relaxed) >= own->team_) return;
+  const Clock::time_point end = Clock::now() + longest_wait;
+  while (arrived.load(std::memory_order_relaxed) < own->team_ && Clock::now() < end)
+    std::this_thread::yield();
+  if (arrived.load(std::memory_order_relaxed) < own->team_)
+    arrived.fetch_add(own->team_, std::memory_order_relaxed);  // nobody waits again
+}
+
+}  // namespace ode_parallel_sap

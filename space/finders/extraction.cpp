@@ -1,0 +1,52 @@
+#include "space/finders/extraction.h"
+
+#include <algorithm>
+
+namespace ode_parallel_sap {
+
+CPUFinders& Extraction::finders() {
+  if (!finders_) finders_ = std::make_unique<CPUFinders>();
+  return *finders_;
+}
+
+Found Extraction::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs) {
+  try {
+    return findBy(plan.method, boxes, plan, pairs);
+  } catch (const ListsTooLong& lists) {
+    Found found = findBy(dParallelSAPMethodSweep, boxes, plan, pairs);
+    found.too_long = lists;
+    return found;
+  }
+}
+
+Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan,
+                         PairList& pairs) {
+  const int devices = plan.devices > 0 ? findOnDevices(method, boxes, plan, pairs) : 0;
+  if (devices == 0) return findOnCPU(method, boxes, plan, pairs);
+  Found found;
+  found.method = method;
+  found.devices = devices;
+  return found;
+}
+
+int Extraction::findOnDevices(int method, const BoxSet& boxes, const ExtractionPlan& plan,
+                              PairList& pairs) {
+  if (method == dParallelSAPMethodSweep && !boxes.wide)
+    return devices_.find(boxes, plan.threads, plan.devices, pairs);
+  if (method != dParallelSAPMethodAxisLists) return 0;
+  return devices_.findByAxisLists(boxes, plan.threads, plan.devices, plan.axis_lists_bytes, pairs);
+}
+
+Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPlan& plan,
+                            PairList& pairs) {
+  return finders().with(boxes.wide, [&](auto& by) {
+    Found found;
+    found.method = method;
+    by.axis_lists.limit(plan.axis_lists_bytes);
+    found.threads = by.of(method).find(boxes, plan.threads, pairs);
+    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
+    return found;
+  });
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,100 @@
+// ODE's tests on a geom. Those on pairs of geoms are in pair_rule.h.
+// Sees ODE's private headers.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "space/base/floating_point.h"
+#include "space/geoms/ode_private.h"
+#include "space/geoms/user_classes.h"
+
+namespace ode_parallel_sap {
+
+// Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
+// where a sub-space cleans its geoms, or where geoms share caches.
+inline bool needsCallingThread(const dxGeom* geom) {
+  static const bool has_gimpact = dCheckConfiguration("ODE_EXT_gimpact") != 0;
+  return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
+         (geom->type == dTriMeshClass && has_gimpact);
+}
+
+// Whether a space holds nothing but spaces, at any depth.
+inline bool isEmpty(const dxSpace* space) {
+  for (const dxGeom* geom = space->first; geom; geom = geom->next)
+    if (!IS_SPACE(geom) || !isEmpty(static_cast<const dxSpace*>(geom))) return false;
+  return true;
+}
+
+// Enabled, not zero-sized and not an empty sub-space.
+inline bool isEnabled(const dxGeom* geom) {
+  return (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
+         !(IS_SPACE(geom) && isEmpty(static_cast<const dxSpace*>(geom)));
+}
+
+inline bool hasNaN(const dxGeom* geom) {
+  const dReal* const bounds = geom->aabb;
+  bool nan = false;
+  for (int i = 0; i < 6; ++i) nan |= bounds[i] != bounds[i];
+  return nan;
+}
+
+// Whether a bound is infinite, or a lower one above its upper one.
+inline bool isUnbounded(const dxGeom* geom) {
+  constexpr dReal most = std::numeric_limits<dReal>::max();
+  const dReal* const bounds = geom->aabb;
+  bool unbounded = false;
+  for (int axis = 0; axis < 3; ++axis)
+    unbounded = unbounded || bounds[2 * axis] > bounds[2 * axis + 1] ||
+                std::fabs(bounds[2 * axis]) > most || std::fabs(bounds[2 * axis + 1]) > most;
+  return unbounded;
+}
+
+// False for NaN and unbounded geoms and for extents beyond the type: few instructions for the many.
+// Needs exactMode(): the differences may overflow, which is no business of a program that traps it.
+inline bool isPlain(const dxGeom* geom) {
+  using Bits = std::conditional<sizeof(dReal) == 8, std::uint64_t, std::uint32_t>::type;
+  const auto bitsOf = [](dReal value) {
+    Bits bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+  };
+  // As integers, negative numbers, infinities and NaN are above all others.
+  const dReal* const bounds = geom->aabb;
+  const Bits infinity = bitsOf(std::numeric_limits<dReal>::infinity());
+  const Bits most = std::max(std::max(bitsOf(bounds[1] - bounds[0]), bitsOf(bounds[3] - bounds[2])),
+                             bitsOf(bounds[5] - bounds[4]));
+  return most < infinity;
+}
+
+// Makes the box of a ray anew if ODE made NaN of 0 * infinity: it is 0 for an infinite ray across
+// an axis. Not inline: comparisons must not come before the class is known, as they may trap.
+__attribute__((noinline)) inline void mendBoxOfRay(dxRay& ray) {
+  if (!hasNaN(&ray)) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal begin = ray.final_posr->pos[axis], along = ray.final_posr->R[4 * axis + 2];
+    const dReal end = along == 0 ? begin : begin + along * ray.length;
+    const bool forward = begin < end;
+    ray.aabb[2 * axis] = forward ? begin : end;
+    ray.aabb[2 * axis + 1] = forward ? end : begin;
+  }
+}
+
+// The one place where boxes of geoms are made that pairs, queries and rays are found by. ODE, or
+// the program through dGeomGetAABB, may have made the box already.
+inline void updateAABB(dxGeom* geom) {
+  geom->recomputeAABB();
+  if (geom->type == dRayClass) mendBoxOfRay(*static_cast<dxRay*>(geom));
+}
+
+inline void cleanGeom(dxGeom* geom) {
+  if (IS_SPACE(geom)) static_cast<dxSpace*>(geom)->cleanGeoms();
+  updateAABB(geom);
+  geom->gflags &= ~GEOM_DIRTY;
+}
+
+}  // namespace ode_parallel_sap

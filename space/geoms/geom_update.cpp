@@ -1,0 +1,390 @@
+#include "space/geoms/geom_update.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
+#include "space/geoms/geom_prefetch.h"
+#include "space/geoms/pair_rule.h"
+#include "space/geoms/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+Region updating("update: geoms"), noticing("update: what changed unnoticed");
+
+// Whether 32 bits stand for these, and would if they were packed now.
+bool areFoldedTo(std::uint32_t folded, unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return static_cast<std::uint32_t>(wide) == folded && (wide >> 32 == 0 || ~wide >> 31 == 0);
+}
+// Sees of most geoms that nothing changed unnoticed, and never says so where something did. Not for
+// rules by which geoms rest.
+bool isPlainlySame(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) {
+  return !(state & (disabled_state | no_box_state | space_state)) &&
+         (geom->gflags & GEOM_ENABLE_TEST_MASK) == GEOM_ENABLE_TEST_VALUE &&
+         areFoldedTo(boxes.bits[slot].category, geom->category_bits) &&
+         areFoldedTo(boxes.bits[slot].collide, geom->collide_bits) &&
+         boxes.bodies[slot] == numberOf(geom->body);
+}
+// What is read of a geom besides its bounds.
+void prefetchStatus(const dxGeom* geom) {
+  if (!geom) return;
+  prefetch(&geom->gflags);
+  prefetch(&geom->body);
+  prefetch(&geom->category_bits);
+}
+// What is read of a geom when its box is made.
+void prefetchForBox(const dxGeom* geom) {
+  if (!geom) return;
+  if (geom->gflags & GEOM_DIRTY) prefetchPose(geom);
+  prefetch(geom->aabb);
+}
+// Whether the geoms of a block and those asked for ahead lie further apart than in a row.
+bool areScattered(const dxGeom* first, const dxGeom* last) {
+  // fixed: more than a geom takes with its pose, a body and what else a program makes for it.
+  constexpr std::uintptr_t bytes_in_a_row = 2048;
+  constexpr std::uintptr_t reach = bytes_in_a_row * (update_block + prefetch_distance / 2);
+  return reinterpret_cast<std::uintptr_t>(last) - reinterpret_cast<std::uintptr_t>(first) + reach >
+         2 * reach;
+}
+
+void prefetchStatus(const dxBody* body) {
+  // The configure-time probe has found them: the private header of bodies is not for us.
+  constexpr std::size_t flags = ODE_PARALLEL_SAP_BODY_FLAGS;
+  prefetchFar(reinterpret_cast<const char*>(body) + flags);
+}
+
+}  // namespace
+
+// One thread's part of forGeoms(), in blocks. The geoms that come next are asked for where they lie
+// scattered in memory, which the first and the last place tell: what lies in a row the processor
+// asks for by itself, and more would be in its way. Geoms that are the calling thread's business
+// are deferred.
+template <class Use>
+void GeomUpdate::forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part) {
+  constexpr std::size_t ahead = prefetch_distance / 2;
+  for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
+    const std::size_t end = std::min(begin + update_block, range.end);
+    const std::size_t last = std::min(end + ahead, range.end) - 1;
+    const bool scattered = areScattered(geoms.geom(begin), geoms.geom(last));
+    for (std::size_t i = begin; i < end && scattered; ++i) {
+      if (i + ahead < range.end) prefetchStatus(geoms.geom(i + ahead));
+      prefetchForBox(geoms.geom(i));
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      dxGeom* const geom = geoms.geom(i);
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) continue;
+      ++part.facts.moved;
+      if (needsCallingThread(geom))
+        part.deferred.push_back(geoms.slot(i));
+      else
+        cleanGeom(geom);
+    }
+    const ScopedMode exact(exactMode());
+    for (std::size_t i = begin; i < end; ++i) {
+      const dxGeom* const geom = geoms.geom(i);
+      if (!geom || !(geom->gflags & GEOM_DIRTY)) use(geom, geoms.slot(i), part);
+    }
+  }
+}
+
+// Brings geoms up to date, and calls use(geom, slot, part) for each; geom may be null.
+template <class Use>
+int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
+  const int parts = threads;
+  if (parts_.size() < static_cast<std::size_t>(parts) + 1) parts_.resize(parts + 1);
+  part_count_ = parts;
+  for (int index = 0; index <= parts; ++index) {
+    UpdatePart& part = parts_[index];
+    part.facts = UpdateFacts();
+    part.deferred.clear();
+    part.staying.clear();
+    part.some_body = 0;
+  }
+  const int used = runTeam(updating, parts, [&](int thread, int team) {
+    for (int index = thread; index < parts; index += team)
+      forPart(geoms, ownPart(geoms.count, index, parts), use, parts_[index]);
+  });
+  for (int index = 0; index < parts; ++index)
+    for (const Slot slot : parts_[index].deferred) {
+      cleanGeom(geoms.of_slot[slot]);
+      const ScopedMode exact(exactMode());
+      use(geoms.of_slot[slot], slot, parts_[parts]);
+    }
+  return used;
+}
+
+void GeomUpdate::clean(dxGeom* const* geoms, std::size_t slots, int threads,
+                       const SlotSet* changed) {
+  if (changed) listSlots(*changed, slots);
+  forGeoms(changed ? listed(geoms) : Geoms{geoms, slots}, threads,
+           [](const dxGeom*, Slot, UpdatePart&) {});
+}
+
+void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
+  slots_.resizeDiscarding(0);
+  set.forEach([&](Slot slot) {
+    if (slot < slots) slots_.push_back(slot);
+  });
+}
+
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+                     BoxSet& boxes) {
+  packer_.rules = rules;
+  watching_ = false;
+  watched_count_ = not_counted;
+  boxes.size = slots;
+  boxes.bits.resizeDiscarding(slots);
+  boxes.bodies.resizeDiscarding(slots);
+  states_.resizeDiscarding(slots);
+  std::size_t moved = 0;
+  for (bool repeated = false;; repeated = true) {
+    boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
+    const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+      states_[slot] = packer_.pack(geom, slot, part, boxes);
+      if (states_[slot]) count(states_[slot], 1, part.facts);
+    };
+    const int used = forGeoms({geoms, slots}, threads, packSlot);
+    some_body_ = 0;
+    facts_ = mergeParts(0);
+    moved += facts_.moved;
+    facts_.moved = moved;
+    const bool wide = needsDoubles(boxes, nullptr, threads);
+    if (wide == boxes.wide || repeated) return used;
+    boxes.wide = wide;
+    (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+  }
+}
+
+// Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
+// exact tests, and floats again when those would be far fewer. `changed`: the slots that were
+// packed since this was asked, or null for all.
+bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads) {
+  const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
+  if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
+  const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
+  if (coarse * coarse / 2 <= most) {
+    changed_since_count_ = boxes.size;
+    return false;
+  }
+  if (changed) {
+    // Too few to have made another cluster.
+    changed_since_count_ += changed->size();
+    if (boxes.wide || changed_since_count_ * 8 <= coarse) return boxes.wide;
+  }
+  changed_since_count_ = 0;
+  listCoarse(boxes.size);
+  const ScopedMode exact(exactMode());
+  return coarse_clusters_.count(boxes, coarse_, most, threads) > most;
+}
+
+// Without a branch: whether a box is coarse is hard to predict where many are. One place more than
+// there are such boxes, for what is not one.
+void GeomUpdate::listCoarse(std::size_t slots) {
+  coarse_.resizeDiscarding(static_cast<std::size_t>(facts_.coarse) + 1);
+  std::size_t listed = 0;
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    coarse_[listed] = static_cast<Slot>(slot);
+    listed += (states_[slot] & coarse_state) != 0;
+  }
+  assert(listed < coarse_.size());
+  coarse_.resize(listed);
+}
+
+// The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
+UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
+  UpdateFacts facts;
+  for (int index = 0; index <= part_count_; ++index) {
+    const UpdatePart& part = parts_[index];
+    facts.add(part.facts);
+    if (!part.some_body) continue;
+    if (!some_body) some_body = part.some_body;
+    if ((part.some_body ^ some_body) & ~body_bits) facts.exact_bodies = false;
+  }
+  some_body_ = some_body;
+  std::sort(facts.newly_invalid.begin(), facts.newly_invalid.end());
+  return facts;
+}
+
+// Where addresses are too far apart for 32 of their bits to tell them apart.
+void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
+  body_numbers_.clear();
+  for (std::size_t slot = 0; slot < boxes.size; ++slot) {
+    const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
+    if (boxes.bodies[slot] == resting_number && geoms[slot] &&
+        isResting(geoms[slot], packer_.rules))
+      continue;
+    boxes.bodies[slot] =
+        body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
+                   .first->second
+             : 0;
+  }
+}
+
+void GeomUpdate::takeExactness(BoxSet& boxes) {
+  facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
+  boxes.exact = facts_.exact_boxes;
+}
+
+const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
+  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
+  takeExactness(boxes);
+  boxes.filter_bits = facts_.filter_bits;
+  boxes.filter_bodies = facts_.filter_bodies;
+  return facts_;
+}
+
+void GeomUpdate::watchAll() {
+  watched_.growTo(states_.size());
+  watched_.clear();
+  for (std::size_t slot = 0; slot < states_.size(); ++slot)
+    if (!(states_[slot] & unwatched_state)) watched_.insert(static_cast<Slot>(slot));
+  watching_ = true;
+}
+
+int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes,
+                       bool all, SlotSet& changed) {
+  if (!watching_) watchAll();
+  watched_count_ = watched_.count();
+  const std::size_t looks = all ? boxes.size : watched_count_;
+  if (looks == 0) return 1;
+  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
+             plain = !packer_.rules.skip();
+  const std::size_t known = std::min(slots, boxes.size);  // the last ones may be gone
+  const auto geomsIn = [&](std::size_t word) {
+    std::uint64_t bits = 0;
+    const std::size_t first = word * SlotSet::word_slots;
+    for (std::size_t i = 0; i < SlotSet::word_slots && first + i < known; ++i)
+      bits |= std::uint64_t{geoms[first + i] != nullptr} << i;
+    return bits;
+  };
+  const int most = teamFor(looks, grains::packed_slots, threads);
+  return runTeam(noticing, most, [&](int thread, int team) {
+    const Range words = ownPart(watched_.words(), thread, team);
+    const auto looksIn = [&](std::size_t word) -> std::uint64_t {
+      return (all ? geomsIn(word) : watched_.word(word)) & ~changed.word(word);
+    };
+    // Of a later slot, where most are looked at. Those at rest keep their bits to themselves. In
+    // some heaps a line ends between the flags and the body.
+    const auto ask = [&](std::size_t slot) {
+      if (slot >= known || !geoms[slot]) return;
+      prefetchFar(&geoms[slot]->gflags);
+      prefetchFar(&geoms[slot]->body);
+      if (plain || told || boxes.bodies[slot] != resting_number)
+        prefetchFar(&geoms[slot]->category_bits);
+    };
+    const auto askForBody = [&](std::size_t slot) {
+      if (slot < known && geoms[slot] && geoms[slot]->body) prefetchStatus(geoms[slot]->body);
+    };
+    for (std::size_t word = words.begin; word < words.end; ++word) {
+      const std::uint64_t looks_here = looksIn(word);
+      const bool most_here =
+          std::size_t(__builtin_popcountll(looks_here)) >= SlotSet::word_slots / 2;
+      for (std::uint64_t bits = looks_here; bits; bits &= bits - 1) {
+        const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
+        const dxGeom* const geom = geoms[slot];
+        if (most_here) ask(slot + look_distance);
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
+        if (bodies && most_here) askForBody(slot + look_distance / 2);
+        if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
+      }
+    }
+  });
+}
+
+GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,
+                                          const SlotSet& changed) const {
+  Untold untold;
+  for (Slot slot = 0; slot < boxes.size; ++slot)
+    if (!changed.contains(slot) && geoms[slot] &&
+        packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
+        !packer_.fellAsleep(geoms[slot], slot, boxes) && untold.count++ == 0)
+      untold.first = slot;
+  return untold;
+}
+
+// Room for all slots, with the boxes of before. What is beyond them counts no more.
+void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
+  const std::size_t before = boxes.size;
+  for (std::size_t slot = slots; slot < before; ++slot) {
+    count(states_[slot], -1, facts_);
+    watched_.erase(static_cast<Slot>(slot));
+  }
+  boxes.size = slots;
+  boxes.withBoxes([slots](auto& all) { all.resize(slots); });
+  boxes.bits.resize(slots);
+  boxes.bodies.resize(slots);
+  states_.resize(slots);
+  watched_.growTo(slots);
+  UpdatePart unread;
+  for (std::size_t slot = before; slot < slots; ++slot)
+    states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes);
+}
+
+// Takes the slots whose boxes may stay out of `changed` and slots_. False if too many may not: then
+// nothing has changed but the geoms' own bounds.
+bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+                         const BoxSet& boxes) {
+  forGeoms(listed(geoms), threads, [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+    packer_.stays(geom, slot, states_[slot], boxes, part);
+  });
+  facts_.moved = mergeParts(some_body_).moved;
+  std::size_t staying = 0;
+  for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
+  if (slots_.size() - staying > most) return false;
+  if (staying == 0) return true;
+  for (int index = 0; index <= part_count_; ++index)
+    for (const Slot slot : parts_[index].staying) changed.erase(slot);
+  slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
+                               [&](Slot slot) { return !changed.contains(slot); }) -
+                slots_.begin());
+  return true;
+}
+
+bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+                        SlotSet& changed, BoxSet& boxes) {
+  if (!watching_) watchAll();
+  resizeTo(slots, boxes);
+  listSlots(changed, slots);
+  if (slots_.size()) watched_count_ = not_counted;
+  const auto threadsForSlots = [&] {
+    return teamFor(slots_.size(), grains::packed_slots, threads);
+  };
+  facts_.moved = 0;
+  if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
+    return false;
+  const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
+    count(states_[slot], -1, part.facts);
+    states_[slot] = packer_.pack(geom, slot, part, boxes);
+    count(states_[slot], 1, part.facts);
+  };
+  forGeoms(listed(geoms), threadsForSlots(), packSlot);
+  for (const Slot slot : slots_)
+    if (states_[slot] & unwatched_state)
+      watched_.erase(slot);
+    else
+      watched_.insert(slot);
+  return takeOver(mergeParts(some_body_), threads, boxes);
+}
+
+// Makes the facts of some slots, packed again, part of those of all. False if these would have
+// been packed otherwise.
+bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes) {
+  facts_.newly_invalid.clear();
+  facts_.add(packed);
+  takeExactness(boxes);
+  return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
+         (boxes.filter_bodies || !packed.filter_bodies) &&
+         (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
+}
+
+}  // namespace ode_parallel_sap

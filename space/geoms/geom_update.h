@@ -1,0 +1,110 @@
+// The update stage: geoms in, boxes out. Sees ODE's private headers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/slot_set.h"
+#include "space/geoms/coarse_clusters.h"
+#include "space/geoms/geom_packer.h"
+
+namespace ode_parallel_sap {
+
+// The paper's first half: each thread brings the AABBs of its n/c geoms up to date and writes their
+// boxes to a part of the storage that is its own; joining the parts then moves no box.
+class GeomUpdate {
+ public:
+  // Brings the dirty ones of geoms[0..slots) up to date (null: an empty slot). All of them are in
+  // `changed`, if that is not null.
+  void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
+
+  // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
+  // scene. Returns the number of threads used.
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
+           BoxSet& boxes);
+  // The threads' facts made one. Call after pack().
+  const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
+
+  // Whether repack() may follow what was packed last.
+  bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
+  // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
+  // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
+  // threads used.
+  int notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes, bool all,
+             SlotSet& changed);
+  // Whether the rules name none to look at, as the last notice() found.
+  bool watchesNone() const { return watched_count_ == 0; }
+  // The geoms that did so, those of `changed` apart, although the rules say that it is told.
+  struct Untold {
+    std::size_t count = 0;
+    Slot first = 0;
+  };
+  Untold findUntold(dxGeom* const* geoms, const BoxSet& boxes, const SlotSet& changed) const;
+  // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
+  // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
+  // as a whole: the facts are others now, or of boxes that might have stayed more than `most` may
+  // not.
+  bool repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
+              SlotSet& changed, BoxSet& boxes);
+  // repack() where no slot changed and watchesNone().
+  void keepAll() {
+    facts_.moved = 0;
+    facts_.newly_invalid.clear();
+    slots_.resizeDiscarding(0);
+  }
+  // The slots of the last repack() whose boxes changed, ascending.
+  const Buffer<Slot>& repacked() const { return slots_; }
+  const UpdateFacts& facts() const { return facts_; }
+  std::size_t bytes() const {
+    return bytesOf(parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
+  }
+
+ private:
+  // Geoms that are brought up to date together: those of all slots, or of the slots of a list.
+  struct Geoms {
+    dxGeom* const* of_slot;
+    std::size_t count;
+    const Slot* list = nullptr;
+
+    Slot slot(std::size_t i) const { return list ? list[i] : static_cast<Slot>(i); }
+    dxGeom* geom(std::size_t i) const { return of_slot[slot(i)]; }
+  };
+  template <class Use>
+  int forGeoms(const Geoms& geoms, int threads, Use use);
+  template <class Use>
+  static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
+  Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
+  UpdateFacts mergeParts(std::uintptr_t some_body);
+  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
+  void listCoarse(std::size_t slots);
+  void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
+  void watchAll();
+  void resizeTo(std::size_t slots, BoxSet& boxes);
+  bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
+               const BoxSet& boxes);
+  void takeExactness(BoxSet& boxes);
+  bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
+  void listSlots(const SlotSet& set, std::size_t slots);
+
+  std::vector<UpdatePart> parts_;
+  int part_count_ = 0;
+  UpdateFacts facts_;
+  std::uintptr_t some_body_ = 0;  // of those packed
+  GeomPacker packer_;
+  Buffer<SlotState> states_;  // by slot
+  SlotSet watched_;           // slots that notice() looks at
+  static constexpr std::size_t not_counted = ~std::size_t{0};
+  std::size_t watched_count_ = not_counted;
+  bool watching_ = false;
+  Buffer<Slot> slots_;  // those of a repack
+  CoarseClusters coarse_clusters_;
+  std::size_t changed_since_count_ = 0;
+  Buffer<Slot> coarse_;
+  std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
+};
+
+}  // namespace ode_parallel_sap

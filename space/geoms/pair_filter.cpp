@@ -1,0 +1,142 @@
+#include "space/geoms/pair_filter.h"
+
+#include <algorithm>
+
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
+#include "space/geoms/pair_rule.h"
+
+namespace ode_parallel_sap {
+
+// Whether the geoms decide otherwise than the boxes did.
+struct PairFilter::ExactTest {
+  dxGeom* const* geoms;
+  const std::uint32_t* bodies;  // their numbers
+  bool every_filter;            // the filter bits beside the boxes do not decide
+  bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
+  bool exact_at_rest;           // geoms at rest have their own bits
+
+  bool everyPair() const { return every_filter || asleep_on_static; }
+  bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
+  bool isStatic(Slot slot) const { return bodies[slot] == 0 && !IS_SPACE(geoms[slot]); }
+
+  bool drops(Pair pair) const {
+    const Slot earlier = earlierOf(pair), later = laterOf(pair);
+    if (asleep_on_static &&
+        ((atRest(earlier) && isStatic(later)) || (isStatic(earlier) && atRest(later))))
+      return true;
+    if (!isMarkedBorderline(pair) && !every_filter) return false;
+    const dxGeom *const a = geoms[earlier], *const b = geoms[later];
+    // The bits of geoms at rest are a matter of verify(), unless their changes are told.
+    return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
+           (every_filter && (exact_at_rest || !(atRest(earlier) || atRest(later))) &&
+            !filtersMatch(a, b));
+  }
+
+  // Replaces what it drops; returns whether it dropped any.
+  bool run(Pair* begin, Pair* end) const;
+};
+
+namespace {
+
+Region verifying("filter: verified pairs"), testing("filter: exact tests");
+
+}  // namespace
+
+bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
+  bool any = false;
+  for (Pair* pair = begin; pair < end; ++pair) {
+    const bool drop = drops(*pair);
+    *pair = drop ? dropped_pair : *pair & ~borderline_bit;
+    any |= drop;
+  }
+  return any;
+}
+
+void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
+                     const BoxSet& boxes, int threads, PairList& pairs) {
+  const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
+                          rules.skip_asleep && !rules.skip_static, rules.notified};
+  if (test.everyPair()) {
+    pairs.borderline.clear();
+    for (std::size_t part = 0; part < pairs.parts.size(); ++part)
+      pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
+  }
+  testSegments(test, threads, pairs);
+  if (!gaps_.empty()) pair_gaps_.close(gaps_, threads, pairs);
+}
+
+// Copies the pairs that their geoms do not rule out; returns the end of the copy.
+Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
+                            const Pair* end, Pair* to) {
+  // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
+  constexpr std::ptrdiff_t ahead = prefetch_distance;
+  const auto askFor = [&](const dxGeom* geom) {
+    prefetch(&geom->gflags);
+    if (what.bits) prefetch(&geom->collide_bits);
+  };
+  for (const Pair* pair = begin; pair < end; ++pair) {
+    if (end - pair > 2 * ahead) {
+      prefetch(&geoms[laterOf(pair[2 * ahead])]);
+      askFor(geoms[laterOf(pair[ahead])]);
+      const Slot earlier = earlierOf(pair[ahead]);
+      if (earlier != earlierOf(pair[ahead - 1])) askFor(geoms[earlier]);
+    }
+    dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
+    *to = *pair;
+    to += isEnabled(a) && isEnabled(b) && (!what.bits || filtersMatch(a, b)) &&
+          (!what.user_classes || passesAABBTests(a, b, what.tested_classes));
+  }
+  return to;
+}
+
+void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
+                        const PairList& pairs, PairList& verified) {
+  const std::size_t count = pairs.size();
+  verified.clear(1);
+  verified.parts[0].resizeDiscarding(count);
+  Pair* const begin = verified.parts[0].data();
+  const int team = what.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
+  pieces_.assign(static_cast<std::size_t>(team), {count, count, 0});
+  runTeam(verifying, team, [&](int thread, int size) {
+    const Range own = ownPart(count, thread, size);
+    Pair* to = begin + own.begin;
+    PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
+      to = verifyRun(geoms, what, run, run_end, to);
+    });
+    pieces_[thread] = {own.begin, own.end, static_cast<std::size_t>(to - begin) - own.begin};
+  });
+  pair_gaps_.join(pieces_, team, verified.parts[0]);
+}
+
+// Long segments are cut, so that what threads take as they come is of like size. Leaves in gaps_
+// where pairs were dropped.
+void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
+  gaps_.clear();
+  std::size_t count = 0;
+  for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
+  if (count == 0) return;
+  const std::size_t most = chunkOf(count, chunk_pairs, threads);
+  pieces_to_test_.clear();
+  for (const PairList::Segment& segment : pairs.borderline)
+    for (std::size_t begin = segment.begin; begin < segment.end; begin += most)
+      pieces_to_test_.push_back({segment.part, begin, std::min(begin + most, segment.end)});
+  const std::size_t pieces = pieces_to_test_.size();
+  const int team = teamFor(count, grains::geom_tests, threads);
+  if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
+  for (auto& gaps : gaps_found_) gaps.clear();
+  const ScopedMode mode(exactMode());
+  const std::size_t chunk = std::max<std::size_t>(pieces * most / count, 1);
+  runChunks(testing, team, pieces, chunk, [&](const Range& range, int thread) {
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      const PairList::Segment& piece = pieces_to_test_[i];
+      Pair* const part = pairs.parts[piece.part].data();
+      if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
+    }
+  });
+  for (const auto& gaps : gaps_found_) gaps_.insert(gaps_.end(), gaps.begin(), gaps.end());
+}
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,76 @@
+// Which two geoms are a pair, by pointer: the last word where boxes cannot decide. Kernels and
+// devices test the same on packed bits and numbers of bodies (space/base/packed_pair_rule.h). Sees
+// ODE's private headers.
+#pragma once
+
+#include "space/geoms/geom_tests.h"
+#include "space/geoms/pack_rules.h"
+#include "space/geoms/plane_test.h"
+#include "space/geoms/user_classes.h"
+
+namespace ode_parallel_sap {
+
+// ODE's own rules.
+
+// Needs exactMode(): flushed denormals would compare as equal.
+inline bool boxesOverlap(const dxGeom* a, const dxGeom* b) {
+  const dReal *const p = a->aabb, *const q = b->aabb;
+  return p[0] <= q[1] && q[0] <= p[1] && p[2] <= q[3] && q[2] <= p[3] && p[4] <= q[5] &&
+         q[4] <= p[5];
+}
+
+inline bool filtersMatch(const dxGeom* a, const dxGeom* b) {
+  return !(a->body && a->body == b->body) &&
+         ((a->category_bits & b->collide_bits) || (b->category_bits & a->collide_bits));
+}
+
+// Calls both AABBTest functions where one may say no; true if neither rules the pair out.
+inline bool passesAABBTests(dxGeom* a, dxGeom* b, UserClassSet tested = all_user_classes) {
+  return !(hasAABBTest(a, tested) || hasAABBTest(b, tested)) ||
+         (a->AABBTest(b, b->aabb) != 0 && b->AABBTest(a, a->aabb) != 0);
+}
+
+// Those that the user sets.
+
+// Whether the rules leave the pairs of this geom with others of its kind out. Spaces are neither
+// static nor asleep: their geoms may have bodies.
+inline bool isResting(const dxGeom* geom, const PackRules& rules) {
+  if (geom->body) return rules.skip_asleep && !dBodyIsEnabled(geom->body);
+  return rules.skip_static && !IS_SPACE(geom);
+}
+
+// Both together.
+class PairRule {
+ public:
+  explicit PairRule(const PackRules& rules) : rules_(rules) {}
+
+  static bool takesPart(const dxGeom* geom) { return isEnabled(geom) && !hasNaN(geom); }
+
+  // Whether it is a pair, of geoms that take part, the AABBTest functions apart. Needs exactMode().
+  bool isPair(dxGeom* a, dxGeom* b) const { return boxesOverlap(a, b) && mayPair(a, b); }
+  // The same of geoms whose AABBs overlap.
+  bool mayPair(dxGeom* a, dxGeom* b) const { return mayMeet(a, b) && !isClear(a, b); }
+  // The same of geoms that are not clear of a plane.
+  bool mayMeet(const dxGeom* a, const dxGeom* b) const {
+    return filtersMatch(a, b) && !isLeftOut(a, b);
+  }
+  // Whether only ODE's filters have a say.
+  bool isODEs() const { return !rules_.skip() && !rules_.cull_planes; }
+
+  // Whether the user has a pair left out: both static, or no body awake and one asleep;
+  bool isLeftOut(const dxGeom* a, const dxGeom* b) const {
+    if (!rules_.skip()) return false;
+    const bool a_rests = isResting(a, rules_), b_rests = isResting(b, rules_);
+    if (a_rests && b_rests) return true;
+    return rules_.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
+  }
+  // a plane and what is clear of it.
+  bool isClear(dxGeom* a, dxGeom* b) const { return rules_.cull_planes && areClearByPlane(a, b); }
+
+ private:
+  static bool isStatic(const dxGeom* geom) { return !geom->body && !IS_SPACE(geom); }
+
+  const PackRules& rules_;
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,39 @@
+// Whether cells that were cut for an earlier frame's boxes still serve.
+#pragma once
+
+#include "space/base/back_off.h"
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/base/slot_set.h"
+#include "space/pairs/cell_trees.h"
+
+namespace ode_parallel_sap {
+
+// Boxes that were neighbours in one frame are neighbours in the next. Cells need not be cut anew
+// while they hold the same slots and have hardly grown: any division into cells leads to the same
+// pairs, and how long that takes depends on the extents of the cells.
+template <class Real>
+class CellCoherence {
+ public:
+  // Whether to try the cells of before for these boxes: if they hold all active slots and no
+  // others, and were not in vain of late. To be asked before cells are cut or packed.
+  bool mayServe(const BoxSet& boxes, int threads);
+  // Whether they do serve, `trees` being packed with the new boxes.
+  bool serve(const CellTrees<Real>& trees);
+  // The cells are about to be cut anew.
+  void forget() { known_ = false; }
+  // Cells were cut anew for the boxes that mayServe() saw, and packed.
+  void restart(const CellTrees<Real>& trees);
+
+  std::size_t bytes() const { return bytesOf(active_, seen_, spans_); }
+
+ private:
+  bool known_ = false;
+  std::size_t size_ = 0;
+  SlotSet active_, seen_;  // slots: when the cells were cut, and as seen last
+  Buffer<Real> spans_;  // of all below the nodes of the two lowest levels: sums of extents when cut
+  int served_ = 0;      // frames since then
+  BackOff back_off_{1};  // where cells come apart within a frame
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,173 @@
+#include "space/pairs/cell_trees.h"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+std::size_t groupsFor(std::size_t children) {
+  return (children + group_size - 1) / group_size;
+}
+
+Region packing("cell trees: cells");
+
+}  // namespace
+
+// Makes room for all levels, and the views of it. There are none while that may fail.
+template <class Real>
+void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels levels) {
+  const std::size_t cells = classes.count ? classes.first[classes.count - 1].last_cell : 0;
+  std::vector<TreeView<Real>> views = std::move(views_);
+  views_.clear();
+  views.assign(classes.count, TreeView<Real>());
+  filter_summaries_.assign(classes.count, FilterSummary());
+  std::size_t total = cells;
+  for (std::size_t tree = 0; tree < classes.count; ++tree) {
+    const CellClass& of = classes.first[tree];
+    TreeView<Real>& view = views[tree];
+    view.first_cell = static_cast<std::uint32_t>(of.first_cell);
+    std::size_t groups = of.last_cell - of.first_cell;
+    if (groups == 0) continue;
+    view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
+    while (levels == Levels::all && (groups > 1 || view.depth < 2)) {
+      groups = groupsFor(groups);
+      view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
+      total += groups;
+    }
+  }
+  groups_.resizeDiscarding(total);
+  ids_.resizeDiscarding(cells);
+  if (filtered) filters_.resizeDiscarding(cells);
+  Group<Real>* upper = groups_.data() + cells;
+  for (TreeView<Real>& view : views) {
+    view.levels[0] = groups_.data() + view.first_cell;
+    view.ids = ids_.data() + view.first_cell;
+    view.filters = filtered ? filters_.data() + view.first_cell : nullptr;
+    for (int depth = 1; depth < view.depth; ++depth) {
+      view.levels[depth] = upper;
+      upper += view.groups[depth];
+    }
+  }
+  views_ = std::move(views);
+}
+
+template <class Real>
+void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes,
+                            int threads, Levels levels) {
+  const bool filtered = boxes.filter_bits || boxes.filter_bodies;
+  layOut(classes, filtered, levels);
+  const Kernels<Real>& kernel = kernels<Real>();
+  std::mutex summing;
+  std::size_t nodes = 0;
+  for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
+  // Whole parents to a thread, so that each makes the bounds of its own cells at once.
+  runTeam(packing, teamFor(cells(), grains::box_rows, threads), [&](int thread, int team) {
+    const Range own = ownPart(nodes, thread, team);
+    std::size_t first_node = 0;  // of a tree
+    for (std::size_t tree = 0; tree < views_.size() && first_node < own.end; ++tree) {
+      const TreeView<Real>& view = views_[tree];
+      const std::size_t tree_nodes = groupsFor(cells(tree));
+      const std::size_t begin = std::max(own.begin, first_node) - first_node;
+      const std::size_t end = std::min(own.end - first_node, tree_nodes);
+      first_node += tree_nodes;
+      if (begin >= end) continue;
+      const std::size_t first = view.first_cell + begin * group_size;
+      const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
+      kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data(), ids_.data());
+      if (view.depth > 1)
+        kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
+      if (!filtered) continue;
+      const FilterSummary summary = packFilters(boxes, of.starts, first, last);
+      const std::lock_guard<std::mutex> lock(summing);
+      filter_summaries_[tree].add(summary);
+    }
+  });
+  packUpperLevels();
+}
+
+// All above the lowest nodes.
+template <class Real>
+void CellTrees<Real>::packUpperLevels() {
+  for (const TreeView<Real>& view : views_)
+    for (int depth = 2; depth < view.depth; ++depth)
+      kernels<Real>().packBounds(view.levels[depth - 1], view.groups[depth - 1], 0,
+                                 view.groups[depth], level(view, depth));
+}
+
+template <class Real>
+void CellTrees<Real>::widen(Real part) {
+  for (const TreeView<Real>& view : views_) {
+    if (view.depth < 2) continue;
+    for (std::uint32_t node = 0; node < view.groups[1]; ++node) {
+      Group<Real>& bounds = level(view, 1)[node];
+      for (int axis = 0; axis < 3; ++axis)
+        for (int lane = 0; lane < group_size; ++lane) {
+          const Real margin = (bounds.upper[axis][lane] - bounds.lower[axis][lane]) * part;
+          // Not where the bounds are inverted or infinite, or there is no cell.
+          if (!(margin > 0 && margin < std::numeric_limits<Real>::infinity())) continue;
+          bounds.lower[axis][lane] -= margin;
+          bounds.upper[axis][lane] += margin;
+        }
+    }
+  }
+  packUpperLevels();
+}
+
+template <class Real>
+void CellTrees<Real>::setBox(std::size_t cell, int lane, const BasicBox<Real>& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    groups_[cell].lower[axis][lane] = box.lower[axis];
+    groups_[cell].upper[axis][lane] = box.upper[axis];
+  }
+}
+
+template <class Real>
+BasicBox<Real> CellTrees<Real>::boundsOf(std::size_t cell) const {
+  std::size_t tree = 0;
+  while (cell - views_[tree].first_cell >= cells(tree)) ++tree;
+  const std::size_t own = cell - views_[tree].first_cell;
+  const Group<Real>& bounds = views_[tree].levels[1][own / group_size];
+  const std::size_t lane = own % group_size;
+  BasicBox<Real> box;
+  for (int axis = 0; axis < 3; ++axis) {
+    box.lower[axis] = bounds.lower[axis][lane];
+    box.upper[axis] = bounds.upper[axis][lane];
+  }
+  return box;
+}
+
+template <class Real>
+FilterSummary CellTrees<Real>::packFilters(const BoxSet& boxes, const std::uint32_t* starts,
+                                           std::size_t begin, std::size_t end) {
+  FilterSummary summary;
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const int count = static_cast<int>(starts[cell + 1] - starts[cell]);
+    for (int lane = 0; lane < group_size; ++lane) {
+      const std::uint32_t slot = ids_[cell].slot[lane];
+      GroupFilter& filter = filters_[cell];
+      filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
+      filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
+      filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
+      if (lane < count) summary.add({filter.category[lane], filter.collide[lane]});
+    }
+  }
+  return summary;
+}
+
+template <class Real>
+void CellTrees<Real>::renumber(const Slot* slots) {
+  for (GroupIds& ids : ids_)
+    for (std::uint32_t& slot : ids.slot) slot = slots[slot];
+}
+
+template class CellTrees<float>;
+template class CellTrees<double>;
+
+}  // namespace ode_parallel_sap

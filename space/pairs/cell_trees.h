@@ -1,0 +1,82 @@
+// Trees of bounds over cells of sixteen boxes, one for each class of cells, sixteen children to a
+// node.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+#include "space/simd/kernels.h"
+
+namespace ode_parallel_sap {
+
+// Boxes cut into cells, which are numbered through all classes: one has [first_cell, last_cell).
+struct CellClass {
+  std::size_t first_cell, last_cell;
+};
+// Classes that follow each other, from cell 0 on.
+struct CellClasses {
+  const CellClass* first;
+  std::size_t count;
+};
+
+// The bits that a number of boxes have.
+struct FilterSummary {
+  std::uint32_t category = 0, collide = 0;
+
+  void add(const FilterSummary& other) {
+    category |= other.category;
+    collide |= other.collide;
+  }
+};
+
+template <class Real>
+class CellTrees {
+ public:
+  enum class Levels { cells_only, all };
+
+  // `of` tells which of the boxes each cell gets; what it points to is read during the call only.
+  void build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes, int threads,
+             Levels levels = Levels::all);
+  // Widens the bounds of every cell by `part` of its extents, so that its boxes have room to move.
+  void widen(Real part);
+  // Puts another box into a place, all NaN for none. It stays within boundsOf(cell).
+  void setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
+  // What the tree takes for the bounds of the boxes of one of the cells(). Needs all levels.
+  BasicBox<Real> boundsOf(std::size_t cell) const;
+
+  // Slot i becomes slots[i].
+  void renumber(const Slot* slots);
+  std::size_t count() const { return views_.size(); }
+  // One a class, an empty one where it has no cells. Valid until the next build, and none at all
+  // after one that threw.
+  const TreeView<Real>* views() const { return views_.data(); }
+  std::size_t cells() const {
+    return views_.empty() ? 0 : views_.back().first_cell + cells(views_.size() - 1);
+  }
+  std::size_t cells(std::size_t tree) const {
+    return views_[tree].depth ? views_[tree].groups[0] : 0;
+  }
+  // Of the boxes at the last build, if the views have filters.
+  const FilterSummary& filters(std::size_t tree) const { return filter_summaries_[tree]; }
+  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_, filter_summaries_, views_); }
+
+ private:
+  Group<Real>* level(const TreeView<Real>& view, int depth) {
+    return groups_.data() + (view.levels[depth] - groups_.data());
+  }
+  void layOut(const CellClasses& classes, bool filtered, Levels levels);
+  FilterSummary packFilters(const BoxSet& boxes, const std::uint32_t* starts, std::size_t begin,
+                            std::size_t end);
+  void packUpperLevels();
+
+  Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
+  Buffer<GroupIds> ids_;
+  Buffer<GroupFilter> filters_;
+  std::vector<FilterSummary> filter_summaries_;
+  std::vector<TreeView<Real>> views_;
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,103 @@
+#include "space/pairs/sweep.h"
+
+#include <algorithm>
+
+#include "space/base/floating_point.h"
+#include "space/base/mechanisms.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+#include "space/simd/sink.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+Region sweeping("sweep: tasks");
+
+}  // namespace
+
+// Whether any boxes of two classes may meet by their bits.
+template <class Real>
+bool Sweep<Real>::mayMeet(const BoxSet& boxes, std::size_t own, std::size_t other) const {
+  if (!mechanisms::filter_classes || !boxes.filter_bits) return true;
+  const FilterSummary &a = trees_.filters(own), &b = trees_.filters(other);
+  return (a.category & b.collide) || (b.category & a.collide);
+}
+
+// Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
+template <class Real>
+void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
+  tasks_.clear();
+  const std::uint32_t classes = static_cast<std::uint32_t>(trees_.count());
+  trees_to_meet_.clear();
+  trees_to_meet_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
+  const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
+  const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
+  for (std::uint32_t own = 0; own < classes; ++own) {
+    const std::size_t first = trees_to_meet_.size();
+    for (std::uint32_t other = own; other < classes; ++other)
+      if (mayMeet(boxes, own, other)) trees_to_meet_.push_back(other);
+    const std::size_t count = trees_to_meet_.size() - first, cells = trees_.cells(own);
+    if (count == 0) continue;
+    for (std::size_t begin = 0; begin < cells; begin += task_cells)
+      tasks_.push_back({trees_.views(), own, begin, std::min(begin + task_cells, cells),
+                        trees_to_meet_.data() + first, count, boxes.exact});
+  }
+}
+
+template <class Real>
+void Sweep<Real>::build(const BoxSet& boxes, int threads) {
+  const ScopedMode mode(exactMode());
+  ++builds_;
+  kept_cells_ = cell_coherence_.mayServe(boxes, threads);
+  if (kept_cells_) {
+    trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
+    kept_cells_ = cell_coherence_.serve(trees_);
+    if (kept_cells_) return;
+  }
+  cell_coherence_.forget();
+  if (found_.empty()) found_.resize(1);
+  order_.build(boxes, threads, found_[0]);  // where pairs will be
+  trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
+  cell_coherence_.restart(trees_);
+}
+
+template <class Real>
+int Sweep<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  const ScopedMode mode(exactMode());
+  releaseSpare(boxes.size);
+  build(boxes, threads);
+  planTasks(boxes, threads);
+
+  clearForTeam(found_, threads);
+  ChunkQueue queue(tasks_.size(), 1);
+  const int used = runTeam(sweeping, threads, [&](int thread, int) {
+    BufferSink sink(found_[thread]);
+    for (Range range; queue.next(range);) kernels<Real>().cellPairs(tasks_[range.begin], sink);
+  });
+  pair_order_.sort(found_, boxes.size, threads, pairs);
+  return used;
+}
+
+// Keeps what a frame like the last one needs, not what the way there took.
+template <class Real>
+void Sweep<Real>::releaseSpare(std::size_t slots) {
+  const auto needed = [&](std::size_t thread) {
+    const std::size_t last = found_[thread].size();
+    const std::size_t pairs = std::max(last + last / 8, std::size_t{BufferSink::first_capacity});
+    return thread == 0 ? std::max(pairs, 2 * slots) : pairs;  // boxes are sorted there
+  };
+  std::size_t all_held = 0, all_needed = 0;
+  for (std::size_t thread = 0; thread < found_.size(); ++thread) {
+    all_held += found_[thread].capacity();
+    all_needed += needed(thread);
+  }
+  if (2 * all_held > 3 * all_needed)
+    for (std::size_t thread = 0; thread < found_.size(); ++thread)
+      found_[thread].clearTo(needed(thread));
+}
+
+template class Sweep<float>;
+template class Sweep<double>;
+
+}  // namespace ode_parallel_sap

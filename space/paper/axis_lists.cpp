@@ -1,0 +1,146 @@
+#include "space/paper/axis_lists.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "space/base/floating_point.h"
+#include "space/base/packed_pair_rule.h"
+#include "space/base/parallel.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// In place of the later box of an entry that does not overlap after all.
+constexpr Slot no_slot = ~Slot{0};
+
+Region filling("axis lists: places"), meeting("axis lists: pairs of all axes");
+
+// Lists get some room to grow.
+std::uint64_t roomFor(std::uint64_t pairs) {
+  return pairs + pairs / 8;
+}
+
+// Calls work(row, place, end) for each row of which some places are in [begin, end).
+template <class Work>
+void forRows(const AxisRows& rows, std::uint64_t begin, std::uint64_t end, Work work) {
+  if (begin == end) return;
+  for (std::uint32_t row = rows.rowOf(begin); begin < end; ++row) {
+    const std::uint64_t row_end = std::min(end, rows.begins[row + 1]);
+    if (begin < row_end) work(row, begin, row_end);
+    begin = std::max(begin, row_end);
+  }
+}
+
+// Writes the later boxes of the pairs [begin, end) of an axis.
+void fillPlaces(const AxisRows& rows, std::uint64_t begin, std::uint64_t end, Slot* list) {
+  forRows(rows, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
+    const std::uint64_t first = row + 1 + (place - rows.begins[row]);
+    std::memcpy(list + place, rows.order.data() + first, (row_end - place) * sizeof(Slot));
+    if (!rows.inverted) return;
+    for (std::uint64_t i = 0; i < row_end - place; ++i)
+      if (!rows.overlapsRow(static_cast<std::uint32_t>(first + i), row)) list[place + i] = no_slot;
+  });
+}
+
+// Whether the list of an axis holds the pair of two boxes.
+bool holds(const AxisRows& rows, const Slot* list, Slot a, Slot b) {
+  const std::uint32_t rank_a = rows.ranks[a], rank_b = rows.ranks[b];
+  const std::uint32_t row = std::min(rank_a, rank_b), other = std::max(rank_a, rank_b);
+  return other < rows.reach[row] &&
+         list[rows.begins[row] + (other - row - 1)] == (rank_a < rank_b ? b : a);
+}
+
+}  // namespace
+
+template <class Real>
+void AxisLists<Real>::reserveLists() {
+  std::uint64_t needed = 0, held = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    needed += roomFor(endpoints_.axis(axis).pairs()) * sizeof(Slot);
+    held += lists_[axis].bytes();
+  }
+  const std::uint64_t allowed = most_bytes_      ? most_bytes_
+                                : needed <= held ? held
+                                                 : (freeMemory() + held) / 2;
+  if (needed > allowed) throw ListsTooLong(needed, allowed);
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::uint64_t pairs = endpoints_.axis(axis).pairs();
+    if (lists_[axis].capacity() < pairs) {
+      lists_[axis].release();
+      lists_[axis].reserve(roomFor(pairs));
+    }
+  }
+}
+
+template <class Real>
+void AxisLists<Real>::fillLists(int threads) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const AxisRows& rows = endpoints_.axis(axis);
+    const std::size_t chunk = chunkOf(rows.pairs(), chunk_pairs, threads);
+    runChunks(filling, threads, rows.pairs(), chunk, [&](const Range& range, int) {
+      fillPlaces(rows, range.begin, range.end, lists_[axis].data());
+    });
+  }
+}
+
+// The pairs [begin, end) of the fullest axis: first those that the second holds too, then those
+// of them that the third does.
+template <class Real>
+void AxisLists<Real>::meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin,
+                           std::uint64_t end, Buffer<Pair>& both, Buffer<Pair>& found) const {
+  const AxisRows &first = endpoints_.axis(axes.fullest), &second = endpoints_.axis(axes.second),
+                 &third = endpoints_.axis(axes.third);
+  const Slot* const list = lists_[axes.fullest].data();
+  both.resizeDiscarding(end - begin);
+  Pair* both_end = both.data();
+  forRows(first, begin, end, [&](std::uint32_t row, std::uint64_t place, std::uint64_t row_end) {
+    const Slot a = first.order[row];
+    for (; place < row_end; ++place) {
+      const Slot b = list[place];
+      if (b == no_slot || !holds(second, lists_[axes.second].data(), a, b)) continue;
+      *both_end++ = makePair(a, b);
+    }
+  });
+  const std::size_t count = found.size();
+  found.resize(count + (both_end - both.data()));
+  Pair* found_end = found.data() + count;
+  for (const Pair* pair = both.data(); pair < both_end; ++pair) {
+    const Slot a = earlierOf(*pair), b = laterOf(*pair);
+    if (holds(third, lists_[axes.third].data(), a, b))
+      found_end = writePair<Real>(boxes, a, b, found_end);
+  }
+  found.resize(found_end - found.data());
+}
+
+template <class Real>
+int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  if (boxes.size < 2) {
+    pairs.clear(1);
+    return 1;
+  }
+  const ScopedMode mode(exactMode());
+  endpoints_.update(boxes, threads);
+  reserveLists();
+  const AxisChoice axes = chooseAxes(
+      {endpoints_.axis(0).pairs(), endpoints_.axis(1).pairs(), endpoints_.axis(2).pairs()});
+  const std::uint64_t count = endpoints_.axis(axes.fullest).pairs();
+  threads = teamFor(count, grains::axis_pairs, threads);
+  fillLists(threads);
+
+  clearForTeam(both_, threads);
+  clearForTeam(found_, threads);
+  const std::size_t chunk = chunkOf(count, chunk_pairs, threads);
+  const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
+    meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
+  });
+  pair_order_.sort(found_, boxes.size, threads, pairs);
+  return used;
+}
+
+template class AxisLists<float>;
+template class AxisLists<double>;
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,47 @@
+// Overlapping pairs of each axis as lists, and the pairs common to all three.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "space/base/buffer.h"
+#include "space/base/pair_finder.h"
+#include "space/pairs/pair_order.h"
+#include "space/paper/axis_choice.h"
+#include "space/paper/endpoint_lists.h"
+
+namespace ode_parallel_sap {
+
+// The system of Avril, Gouranton and Arnaldi ("Collision Detection: Broad Phase Adaptation from
+// Multi-Core to Multi-GPU Architecture", section 5.1), on the CPU: end points are kept sorted along
+// each axis, all pairs that overlap on an axis become a list, and each pair of the longest list is
+// looked up in the second one; what both hold is looked up in the third.
+//
+// A list has 4 bytes a pair, and a scene has n^(5/3) pairs an axis at least, n^2 in the worst case:
+// the method is a yardstick. A pair's place in a list follows from the ranks of its boxes
+// (AxisRows), so that a look-up reads one entry.
+template <class Real>
+class AxisLists : public PairFinder {
+ public:
+  // Throws ListsTooLong, with the lists of end points up to date and no memory taken for pairs.
+  int find(const BoxSet& boxes, int threads, PairList& pairs) override;
+  std::size_t bytes() const override {
+    return bytesOf(endpoints_, lists_, both_, found_, pair_order_);
+  }
+  // The most bytes the three lists may take; 0, the default: half of what the machine has free.
+  void limit(std::uint64_t most_bytes) { most_bytes_ = most_bytes; }
+
+ private:
+  void reserveLists();
+  void fillLists(int threads);
+  void meet(const BoxSet& boxes, const AxisChoice& axes, std::uint64_t begin, std::uint64_t end,
+            Buffer<Pair>& both, Buffer<Pair>& found) const;
+
+  std::uint64_t most_bytes_ = 0;
+  EndpointLists<Real> endpoints_;
+  Buffer<Slot> lists_[3];
+  std::vector<Buffer<Pair>> both_, found_;  // one a thread: on the first two axes; on all
+  PairOrder pair_order_;
+};
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,93 @@
+#include "space/paper/brute_force.h"
+
+#include <cstdint>
+
+#include "space/base/floating_point.h"
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+#include "space/simd/sink.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// Rows of the triangle of pairs (row, column > row), numbered one row after the other.
+struct Triangle {
+  std::uint64_t boxes;
+
+  std::uint64_t pairs() const { return boxes * (boxes - 1) / 2; }
+  std::uint64_t rowBegin(std::uint64_t row) const { return row * boxes - row * (row + 1) / 2; }
+  // The row of a pair's number.
+  std::uint64_t rowOf(std::uint64_t pair) const {
+    std::uint64_t low = 0, high = boxes - 1;  // rowBegin(low) <= pair < rowBegin(high)
+    while (high - low > 1) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      (rowBegin(middle) <= pair ? low : high) = middle;
+    }
+    return low;
+  }
+};
+
+Region testing("brute force: pairs");
+
+}  // namespace
+
+template <class Real>
+void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
+  const std::size_t cell_count = (boxes.size + group_size - 1) / group_size;
+  starts_.resizeDiscarding(cell_count + 1);
+  for (std::size_t i = 0; i < cell_count; ++i)
+    starts_[i] = static_cast<std::uint32_t>(i * group_size);
+  starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
+  const CellClass all = {0, cell_count};
+  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads,
+               CellTrees<Real>::Levels::cells_only);
+}
+
+// Each thread tests an equal part of the table. Returns the number of threads used.
+template <class Real>
+int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int threads,
+                              PairList& pairs) {
+  const Triangle triangle = {boxes.size};
+  const TreeView<Real>& cells = cells_.views()[0];
+  const Kernels<Real>& kernel = kernels<Real>();
+  return runTeam(testing, teamFor(tests, grains::box_tests, threads), [&](int thread, int team) {
+    const Range own = ownPart(tests, thread, team);
+    if (own.begin == own.end) return;
+    const std::uint64_t first = triangle.rowOf(own.begin), last = triangle.rowOf(own.end - 1);
+    const TrianglePart rows = {boxes.size, first,
+                               first + 1 + (own.begin - triangle.rowBegin(first)), last,
+                               last + 1 + (own.end - triangle.rowBegin(last))};
+    Buffer<Pair>& written = pairs.parts[thread];
+    {
+      BufferSink sink(written);
+      kernel.trianglePairs(cells, rows, boxes.exact, sink);
+    }
+    if (!boxes.exact)
+      noteBorderline(written.data(), {static_cast<std::size_t>(thread), 0, written.size()},
+                     borderline_[thread]);
+  });
+}
+
+template <class Real>
+int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
+  if (boxes.size < 2) {
+    pairs.clear(1);
+    return 1;
+  }
+  const ScopedMode mode(exactMode());
+  const std::uint64_t tests = Triangle{boxes.size}.pairs();
+  pairs.clear(threads);
+  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
+  for (auto& segments : borderline_) segments.clear();
+  packCells(boxes, teamFor(tests, grains::box_tests, threads));
+  const int used = testAll(boxes, tests, threads, pairs);
+  for (const auto& segments : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
+  return used;
+}
+
+template class BruteForce<float>;
+template class BruteForce<double>;
+
+}  // namespace ode_parallel_sap

@@ -1,0 +1,86 @@
+// The end points of all boxes, sorted along each axis and kept so from frame to frame.
+#pragma once
+
+#include <cstdint>
+
+#include "space/base/box_set.h"
+#include "space/base/buffer.h"
+
+namespace ode_parallel_sap {
+
+// What a sorted list of end points says of one axis. Boxes are numbered (slots, or numbers within a
+// part of the scene); their ranks are their places in the order of their lower bounds. The pairs
+// that overlap on the axis lie in rows: row i holds the pairs of the box of rank i with those of
+// ranks i + 1 up to, but not including, reach[i], one after the other. So a pair's place in the
+// list of all pairs of the axis follows from the ranks of its two boxes.
+struct AxisRows {
+  Buffer<std::uint32_t> order;   // boxes by rank
+  Buffer<std::uint32_t> ranks;   // by box; undefined for those that take no part
+  Buffer<std::uint32_t> reach;   // by rank: lower bounds at or below the box's upper one
+  Buffer<std::uint64_t> begins;  // by rank: where the row begins in the list; the last one ends it
+  // Whether a box's upper bound is below its lower one. Such boxes' own rows are empty; in those of
+  // others they are entries that may overlap or not (see overlapsRow).
+  bool inverted = false;
+
+  std::uint64_t pairs() const { return begins[order.size()]; }
+  // Whether the box of rank `other` overlaps that of rank `row`, in whose row it is.
+  bool overlapsRow(std::uint32_t other, std::uint32_t row) const { return reach[other] > row; }
+  // The row of the place-th pair.
+  std::uint32_t rowOf(std::uint64_t place) const;
+  // Fills in `begins` and `inverted`.
+  void layOut();
+  std::size_t bytes() const { return bytesOf(order, ranks, reach, begins); }
+};
+
+// One end point of a box. Ascending: by value, the two zeros being one; at one value lower bounds
+// before upper ones, which makes the intervals closed; then by slot.
+template <class Real>
+struct Endpoint;
+template <>
+struct Endpoint<float> {
+  std::uint64_t word;  // value, kind and slot from the top down
+
+  std::uint32_t id() const { return static_cast<std::uint32_t>(word); }
+  bool operator<(const Endpoint& other) const { return word < other.word; }
+};
+template <>
+struct Endpoint<double> {
+  std::uint64_t value;
+  std::uint32_t kind_and_slot;
+
+  std::uint32_t id() const { return kind_and_slot; }
+  bool operator<(const Endpoint& other) const {
+    return value < other.value || (value == other.value && kind_and_slot < other.kind_and_slot);
+  }
+};
+
+template <class Real>
+class EndpointLists {
+ public:
+  // Brings the lists up to date. The lists of the last frame are repaired where little has moved
+  // and sorted anew where much has.
+  void update(const BoxSet& boxes, int threads);
+  const AxisRows& axis(int axis) const { return axes_[axis].rows; }
+  std::size_t bytes() const { return bytesOf(axes_, listed_, newcomers_); }
+
+ private:
+  struct Axis {
+    Buffer<Endpoint<Real>> endpoints, scratch;
+    AxisRows rows;
+    int anew_for = 0;  // frames that are not worth an attempt at repairing
+
+    std::size_t bytes() const { return bytesOf(endpoints, scratch, rows); }
+  };
+  void compareMembers(const BasicBox<Real>* boxes, std::size_t slots);
+  bool repair(const BasicBox<Real>* boxes, int axis);
+  void sortAnew(const BasicBox<Real>* boxes, int axis);
+  void rank(int axis);
+
+  Axis axes_[3];
+  Buffer<std::uint8_t> listed_;  // by slot: whether the lists hold it
+  Buffer<Slot> newcomers_;
+  std::size_t members_ = 0;
+  bool complete_ = true;
+};
+
+}  // namespace ode_parallel_sap
