@@ -8,7 +8,7 @@ enum class Stage { update, synchronise, extract, filter, events, narrow, report,
 
 // A range of the calling thread, from begin() to the next one or the end of this object: of NVTX,
 // as a task of ITT, or of both, by what the library was built with. Ranges within the report's are
-// those of collides that its callback makes.
+// those of collides that its callback makes. Stages that have nothing to do have no range.
 //
 // Where no profiler is attached NVTX and ITT test a pointer; what they load (NVTX_INJECTION64_PATH,
 // INTEL_LIBITTNOTIFY64) they look for at the first range.
