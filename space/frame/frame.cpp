@@ -314,8 +314,8 @@ void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCall
   dxGeom* const* const geoms = frame.call.geoms();
   const GeomsAhead ahead(geoms);
   for (const Buffer<Pair>& part : pairs.parts)
-    ahead.tell(part.begin(), part.end(),
-               [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
+    ahead.report(part.begin(), part.end(),
+                 [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
 }
 
 // False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.

@@ -8,7 +8,7 @@
 namespace ode_parallel_sap {
 
 // Of the nearer one its body, and what the program hangs on it. That need not be an address.
-void GeomsAhead::askFor(const dxGeom* far, const dxGeom* near) {
+void GeomsAhead::prefetchFor(const dxGeom* far, const dxGeom* near) {
   constexpr std::uintptr_t least_address = 4096;  // fixed: nobody maps the first page
   prefetch(&far->body);
   if (near->body) prefetch(near->body);

@@ -1,4 +1,4 @@
-// What near callbacks read of geoms, asked for before they are called.
+// Prefetches what near callbacks read of geoms.
 #pragma once
 
 #include <ode/ode.h>
@@ -14,30 +14,30 @@
 
 namespace ode_parallel_sap {
 
-// A callback that looks at its geoms waits for memory with each pair, as the later one may be
-// anywhere; one that counts or stores pairs does not touch them, and would wait only for what is
-// asked for in vain. What the first pairs of a stretch take without says which it is.
+// A callback that reads its geoms causes a cache miss a pair, as the later geom may lie anywhere.
+// One that counts or stores pairs does not read them, and prefetching would only slow it down. The
+// time of the first pairs of a stretch, without prefetching, decides.
 class GeomsAhead {
  public:
   explicit GeomsAhead(dxGeom* const* geoms) : geoms_(geoms) {}
 
   // Calls call(pair) for these pairs, in their order.
   template <class Call>
-  void tell(const Pair* begin, const Pair* end, Call call) const {
+  void report(const Pair* begin, const Pair* end, Call call) const {
     while (end - begin > tried_pairs) {
       const Pair* const stretch = begin + std::min(end - begin, stretch_pairs);
       fetch(begin, begin + tried_pairs);
       const Clock::time_point before = Clock::now();
-      tellPlainly(begin, begin + tried_pairs, call);
+      reportPlainly(begin, begin + tried_pairs, call);
       const double ms = milliseconds(before, Clock::now());
       begin += tried_pairs;
       if (ms > least_callback_ms * static_cast<double>(tried_pairs))
-        tellAhead(begin, stretch, end, call);
+        reportAhead(begin, stretch, end, call);
       else
-        tellPlainly(begin, stretch, call);
+        reportPlainly(begin, stretch, call);
       begin = stretch;
     }
-    tellPlainly(begin, end, call);
+    reportPlainly(begin, end, call);
   }
 
  private:
@@ -53,21 +53,21 @@ class GeomsAhead {
       asm volatile("" : : "r"(geoms_[earlierOf(*begin)]), "r"(geoms_[laterOf(*begin)]));
   }
   template <class Call>
-  static void tellPlainly(const Pair* begin, const Pair* end, Call call) {
+  static void reportPlainly(const Pair* begin, const Pair* end, Call call) {
     for (; begin < end; ++begin) call(*begin);
   }
   // There are pairs up to `last`.
   template <class Call>
-  void tellAhead(const Pair* begin, const Pair* end, const Pair* last, Call call) const {
+  void reportAhead(const Pair* begin, const Pair* end, const Pair* last, Call call) const {
     for (; begin < end && last - begin > 4 * step; ++begin) {
       prefetch(&geoms_[laterOf(begin[4 * step])]);
-      askFor(geoms_[laterOf(begin[2 * step])], geoms_[laterOf(begin[step])]);
+      prefetchFor(geoms_[laterOf(begin[2 * step])], geoms_[laterOf(begin[step])]);
       call(*begin);
     }
-    tellPlainly(begin, end, call);
+    reportPlainly(begin, end, call);
   }
   // For a geom, and for what one that is nearer refers to.
-  static void askFor(const dxGeom* far, const dxGeom* near);
+  static void prefetchFor(const dxGeom* far, const dxGeom* near);
 
   dxGeom* const* const geoms_;
 };

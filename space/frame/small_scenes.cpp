@@ -176,10 +176,9 @@ __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRul
   findAmongClean(scene, rules, storage, counts);
 }
 
-// Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. The thread's mode
-// is asked for before it computes: to be told, it has to come to an end with all that it computes.
-// `counts` is written member by member and never copied: a copy of words that were just written one
-// by one waits for all of them to reach the cache.
+// Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
+// floating-point mode first: reading it waits for all computations before. `counts` is written
+// member by member and never copied: a copy waits until words just written have reached the cache.
 inline void find(const Scene& scene, const PackRules& rules, SmallStorage& storage,
                  SmallCounts& counts) {
   const bool is_exact = !differs(currentMode(), exactMode());
@@ -226,7 +225,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
     noteFound(scene, rules, complaints, found);
   }
   if (found.counts.user_classes) test(storage, found);
-  if (report.events && !tell(scene, found, *report.events)) complaints.ofUnreportedEvents();
+  if (report.events && !updateEvents(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
   const FrameCounts result = found.counts.of(scene.count);
@@ -261,7 +260,7 @@ void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complain
 }
 
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
-bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& events) {
+bool SmallScenes::updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events) {
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
   if (found.recalled && !found.counts.user_classes && events.updateSame(source)) return true;
   try {
@@ -279,7 +278,7 @@ bool SmallScenes::tell(const Scene& scene, const SmallFound& found, PairEvents& 
 }
 
 // Where a frame says it all: not what rules leave out by the state of bodies. Nor within a
-// callback, which may be told of the pairs that were remembered.
+// callback, to which the remembered pairs may be reported.
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
   if (!mechanisms::still_small_scenes || rules.skip() || scene.nested) return;
   try {

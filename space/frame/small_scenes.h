@@ -54,17 +54,17 @@ struct SmallFound {
   bool recalled = false;  // what was found is what was remembered
 };
 
-// Who is told of the pairs of a small scene.
+// What is done with the pairs of a small scene.
 struct SmallReport {
   void* data;
   dNearCallback* callback;
   void (*end)(void* data) = nullptr;  // called after the last one; may be 0
-  PairEvents* events = nullptr;       // told which pairs there are; may be 0
+  PairEvents* events = nullptr;       // updated with the pairs; may be 0
   PairWatcher* watcher = nullptr;     // sees the pairs; may be 0
 };
 
 // A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
-// and all are as they were in what a geom does not tell its space.
+// and all are as they were in what ODE does not announce.
 class StillScene {
  public:
   const PackRules& rules() const { return rules_; }
@@ -135,7 +135,7 @@ class SmallScenes {
   void noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
                  const SmallFound& found);
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
-  bool tell(const Scene& scene, const SmallFound& found, PairEvents& events);
+  bool updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events);
 
   std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since

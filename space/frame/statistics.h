@@ -13,8 +13,7 @@ struct FrameCounts {
               pairs = 0;
 };
 
-inline dParallelSAPStats statsOf(const FrameCounts& counts) {
-  dParallelSAPStats stats = {};
+inline void setCounts(const FrameCounts& counts, dParallelSAPStats& stats) {
   stats.geoms = counts.geoms;
   stats.moved = counts.moved;
   stats.disabled = counts.disabled;
@@ -22,6 +21,11 @@ inline dParallelSAPStats statsOf(const FrameCounts& counts) {
   stats.unbounded = counts.unbounded;
   stats.candidates = counts.candidates;
   stats.pairs = counts.pairs;
+}
+
+inline dParallelSAPStats statsOf(const FrameCounts& counts) {
+  dParallelSAPStats stats = {};
+  setCounts(counts, stats);
   stats.backend = dParallelSAPBackendCPU;
   stats.method = dParallelSAPMethodBruteForce;
   stats.threads = stats.find_threads = 1;
@@ -105,13 +109,7 @@ class Statistics {
   // geoms.
   void noteSmall(const FrameCounts& counts) {
     if (!last_was_small_) beginSmall();
-    last_.geoms = counts.geoms;
-    last_.moved = counts.moved;
-    last_.disabled = counts.disabled;
-    last_.invalid = counts.invalid;
-    last_.unbounded = counts.unbounded;
-    last_.candidates = counts.candidates;
-    last_.pairs = counts.pairs;
+    setCounts(counts, last_);
   }
   void noteSmallTimes(double found_ms, double report_ms);
   // The last noted frame came to its end.

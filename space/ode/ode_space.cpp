@@ -250,7 +250,8 @@ void ParallelSAPSpace::cleanFew() {
 void ParallelSAPSpace::beginFrame(const Call& call) {
   if (!call.nested()) {
     const int part = memory_watch_.noteFrame(count, pipeline_.lastPairs());
-    if (part == MemoryWatch::parts - 1) {
+    static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
+    if (part == Pipeline::parts) {
       call->release();
       queries_.release();
       rays_.reset();

@@ -215,7 +215,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     callback(data, a, b);
   };
   const GeomsAhead ahead(pairs.geoms);
-  for (const Buffer<Pair>& part : pairs.list.parts) ahead.tell(part.begin(), part.end(), call);
+  for (const Buffer<Pair>& part : pairs.list.parts) ahead.report(part.begin(), part.end(), call);
 }
 
 void PrecomputedContacts::learn() {
