@@ -167,7 +167,7 @@ void Physics::lookAgain(const View& view) try {
   const ScopedMode mode(exactMode());
   const bool any = gather(view);
   from_ = from_ + most_geoms < view.count ? from_ + most_geoms : 0;
-  if (!any) return;
+  if (!any || places_.empty()) return;  // a callback left the first collide
   if (!swept_) measureStep();
   fall_ = gravity_ * step_ * step_;
   if (step_ > 0) {

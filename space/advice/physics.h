@@ -39,7 +39,10 @@ class Physics {
   };
 
   // A collide of a look begins.
-  void begin() { overlaps_.clear(); }
+  void begin() {
+    overlaps_.clear();
+    places_.clear();
+  }
   // One of its pairs.
   void see(dGeomID a, dGeomID b);
   // The first collide of a look has ended.
@@ -92,7 +95,7 @@ class Physics {
 
   std::vector<Body> bodies_;  // of the geoms that are looked at, by address
   std::vector<Place> places_;
-  std::vector<Place> first_places_;  // when any body was seen first, by address
+  std::vector<Place> first_places_;  // of the bodies of the first look that found any, by address
   std::vector<Overlap> overlaps_;
   double thinnest_fixed_ = 0;      // of the geoms without a body
   bool any_sheet_ = false;         // a mesh is among them
