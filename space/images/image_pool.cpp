@@ -95,9 +95,11 @@ class Pool {
 
   // Without the lock: loading takes long.
   const char* load(std::size_t count, Lent& lent) try {
+    const char* why = nullptr;
     for (; count; --count) {
       auto image = std::make_unique<OdeImage>();
-      if (const char* const why = image->load()) return why;
+      why = image->load();
+      if (why) break;
       const std::lock_guard<std::mutex> guard(lock_);
       lent.reserve(lent.size() + 1);
       seats_.push_back({std::move(image), Seat::Lent});
@@ -105,7 +107,7 @@ class Pool {
     }
     // Exit runs it before it destroys what is in the images loaded so far.
     std::atexit([] { get().close(); });
-    return nullptr;
+    return why;
   } catch (const std::bad_alloc&) {
     return "there is no memory for it";
   }

@@ -35,7 +35,8 @@ Extreme everythingTimes(double factor, const std::string& name) {
     for (const Box& box : denseCube(scene.size, scene.random.bits())) {
       Bounds bounds;
       for (int i = 0; i < 6; ++i) {
-        const double at = (i % 2 ? box.high : box.low)[i / 2] - scene.side() / 2;
+        const double* const bound = i % 2 ? box.high : box.low;
+        const double at = bound[i / 2] - scene.side() / 2;
         bounds[i] = static_cast<dReal>(at / (scene.side() + 2) * factor);
       }
       if (frame == 0) {

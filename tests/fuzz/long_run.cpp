@@ -43,7 +43,7 @@ bool live(std::uint64_t seed, Totals& totals) {
 
 // Frames that were to be found from kept candidates, and how many were. In so few worlds as a short
 // run has all may hold rays or what is far away.
-bool reachesFatPairs(const Totals& totals) {
+bool reachesFatProxies(const Totals& totals) {
   constexpr unsigned long kEnoughFrames = 300;
   const bool enough =
       totals.trembling < kEnoughFrames || 5 * totals.candidates_kept >= totals.trembling;
@@ -71,7 +71,7 @@ int run(unsigned long edits, std::uint64_t seed) {
   std::printf("%lu edits of %llu worlds, %lu changes in all, %lu collides compared: %s\n",
               totals.edits, static_cast<unsigned long long>(seed - first), totals.changes,
               totals.collides, right ? "all exact" : "WRONG");
-  return right && reachesFatPairs(totals) ? 0 : 1;
+  return right && reachesFatProxies(totals) ? 0 : 1;
 }
 
 }  // namespace
