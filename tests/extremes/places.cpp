@@ -85,7 +85,8 @@ std::function<void(Scene&, int)> lattice(double step, double offset) {
     for (const Box& box : touchingLattice(scene.size, scene.random.bits())) {
       Bounds bounds;
       for (int i = 0; i < 6; ++i) {
-        bounds[i] = static_cast<dReal>((i % 2 ? box.high : box.low)[i / 2] * step + offset);
+        const double* const bound = i % 2 ? box.high : box.low;
+        bounds[i] = static_cast<dReal>(bound[i / 2] * step + offset);
       }
       if (frame == 0) {
         scene.addUserBox(bounds);

@@ -337,7 +337,8 @@ TEST_CASE("A scene of any scale, at any distance from the origin, follows the fo
           for (const Box& box : denseCube(n, 10)) {
             Bounds bounds;
             for (int i = 0; i < 6; ++i) {
-              const double at = (i % 2 ? box.high : box.low)[i / 2] + offset;
+              const double* const bound = i % 2 ? box.high : box.low;
+              const double at = bound[i / 2] + offset;
               // Far from the origin the largest scale leaves the type's range: infinity is right.
               const double value = at * scale;
               bounds[i] = value > largest    ? kInfinity
