@@ -134,8 +134,7 @@ __attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const Choic
   return pairs;
 }
 
-__attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const Choice& choice,
-                                                   SmallStorage& storage) {
+inline unsigned listPairsOfSome(unsigned actives, const Choice& choice, SmallStorage& storage) {
   const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
   if (choice.takes_all) return overlapping;
   unsigned pairs = 0;
@@ -147,18 +146,10 @@ __attribute__((noinline)) unsigned listPairsOfSome(unsigned actives, const Choic
   return pairs;
 }
 
-// Which of them may pair, the AABBTest functions apart. Of very few a processor does foretell the
-// branches, and nothing needs to be laid out. Needs exactMode().
+// Which of them may pair, the AABBTest functions apart. Needs exactMode().
 inline unsigned listPairs(unsigned actives, const Choice& choice, SmallStorage& storage) {
-  if (actives > most_without_vectors) return listPairsOfMany(actives, choice, storage);
-  if (actives > most_by_branches) return listPairsOfSome(actives, choice, storage);
-  unsigned pairs = 0;
-  for (unsigned i = 0; i + 1 < actives; ++i)
-    for (unsigned j = i + 1; j < actives; ++j)
-      if (boxesOverlap(storage.active[i], storage.active[j]) &&
-          choice.takes(storage.active[i], storage.active[j]))
-        storage.pairs[pairs++] = {static_cast<std::uint16_t>(i << 8 | j)};
-  return pairs;
+  return actives > most_without_vectors ? listPairsOfMany(actives, choice, storage)
+                                        : listPairsOfSome(actives, choice, storage);
 }
 
 // The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().

@@ -1,11 +1,12 @@
-// Times of stages, and their ranges for profilers.
+// Times of the stages of a frame.
 #pragma once
 
 #include <chrono>
 
-#include "space/frame/stage_ranges.h"
-
 namespace ode_parallel_sap {
+
+// As in the statistics.
+enum class Stage { update, synchronise, extract, filter, events, narrow, report, none };
 
 using Clock = std::chrono::steady_clock;
 
@@ -21,7 +22,6 @@ class StageClock {
     ms_[static_cast<int>(stage_)] += milliseconds(last_, now);
     last_ = now;
     stage_ = stage;
-    range_.begin(stage);
   }
   // No stage runs until the next begin().
   void pause() { begin(Stage::none); }
@@ -34,7 +34,6 @@ class StageClock {
   Clock::time_point last_ = first_;
   Stage stage_ = Stage::none;
   double ms_[static_cast<int>(Stage::none) + 1] = {};
-  StageRange range_;
 };
 
 }  // namespace ode_parallel_sap

@@ -9,14 +9,7 @@ namespace ode_parallel_sap {
 // Unit: slots. From: small, dense-cube on one thread.
 constexpr std::size_t most_tested = 200;
 
-// Up to this number of geoms pairs are tested by branches.
-// Unit: geoms. From: small.
-// Doubled: +3 % of time. Halved: +3 % of time.
-constexpr unsigned most_by_branches = 5;
-
-// Up to this number of geoms pairs are tested without vectors.
-// Unit: geoms. From: small; doubled and halved on the EPYC.
-// Doubled: +2 % of time. Halved: -2 % of time.
+// Up to this number of geoms pairs of a small scene are tested without vectors.
 constexpr unsigned most_without_vectors = 32;
 
 // A near callback that takes so long for a pair looks at geoms that are not in the cache: one that

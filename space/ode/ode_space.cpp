@@ -7,7 +7,6 @@
 #include "space/base/mechanisms.h"
 #include "space/base/team.h"
 #include "space/frame/stage_clock.h"
-#include "space/frame/stage_ranges.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
@@ -373,7 +372,6 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Call call(*this);
-  const StageRange range(Stage::rays);
   checkSilent();
   cleanFew();
   const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
