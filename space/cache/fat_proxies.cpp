@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -38,6 +39,20 @@ float distanceOf(const Box& a, const Box& b) {
     distance = std::max(distance, std::fabs(a.upper[axis] - b.upper[axis]));
   }
   return distance;
+}
+
+// The part of a tolerance that a box may be away from a bound of its fat box. The pairs of boxes
+// that are that near have room for steps of floats, 32 of which are less than the tolerance.
+constexpr float most_loose = 7.0f / 16;  // fixed: less than a half
+
+// Whether a bound of a fat box is further outside of the box, or there is no box any more.
+bool isLoose(const Box& box, const Box& fat, float most) {
+  bool loose = !isActive(box) && isActive(fat);
+  for (int axis = 0; axis < 3; ++axis) {
+    loose |= box.lower[axis] - fat.lower[axis] > most;
+    loose |= fat.upper[axis] - box.upper[axis] > most;
+  }
+  return loose;
 }
 
 void resizeTo(std::size_t slots, BoxSet& fat) {
@@ -94,6 +109,11 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
       std::uint64_t bits = kernel.boxesOutside(&boxes.boxes[first], &fat_.boxes[first], count);
       for (std::size_t i = 0; filters && i < count; ++i)
         bits |= std::uint64_t{filtersChanged(boxes, static_cast<Slot>(first + i))} << i;
+      for (std::size_t i = 0; tolerance_ > 0 && i < count; ++i) {
+        const std::size_t slot = first + i;
+        const bool loose = isLoose(boxes.boxes[slot], fat_.boxes[slot], tolerance_ * most_loose);
+        bits |= std::uint64_t{loose} << i;
+      }
       left_.setWord(word, bits);
     }
   });
@@ -103,7 +123,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
 FatProxies::Use FatProxies::judge(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
   const ScopedMode mode(exactMode());
   skipped_ = 0;
-  const bool slow = isSlow(boxes);
+  const bool slow = tolerance_ > 0 || isSlow(boxes);
   if (running_ && fat_.filter_bits == boxes.filter_bits &&
       fat_.filter_bodies == boxes.filter_bodies) {
     listLeft(boxes, threads);
@@ -119,7 +139,12 @@ FatProxies::Use FatProxies::judge(const BoxSet& boxes, int threads, const Sweep<
   return slow ? Use::started : Use::off;
 }
 
-bool FatProxies::use(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+bool FatProxies::use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep) {
+  const float before = std::exchange(tolerance_, static_cast<float>(tolerance));
+  if (before != tolerance_) {
+    stop();
+    back_off_ = BackOff(4);
+  }
   if (back_off_.waits()) {
     skip();
     back_off_.pass();
@@ -152,7 +177,7 @@ void FatProxies::stop() {
 void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
   const Box& box = boxes.boxes[slot];
   Box& fat = fat_.boxes[slot];
-  const float margin = marginOf(box, share);
+  const float margin = tolerance_ > 0 ? tolerance_ * most_loose / 2 : marginOf(box, share);
   for (int axis = 0; axis < 3; ++axis) {
     fat.lower[axis] = box.lower[axis] - margin;
     fat.upper[axis] = box.upper[axis] + margin;
@@ -199,7 +224,7 @@ int FatProxies::follow(const BoxSet& boxes, int threads, Sweep<float>& sweep) {
 }
 
 // Each thread tests a part of the candidates, and notes what is borderline while it is in the
-// cache.
+// cache. Within a tolerance they are pairs as they are.
 int FatProxies::test(const BoxSet& boxes, int threads, PairList& pairs) {
   const std::size_t count = candidates_.size();
   const int most = teamFor(count, grains::tested_candidates, threads);
@@ -214,6 +239,11 @@ int FatProxies::test(const BoxSet& boxes, int threads, PairList& pairs) {
     part.resizeDiscarding(own.end - own.begin);
     std::size_t written = 0;
     PairCursor(candidates_).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
+      if (tolerance_ > 0) {
+        std::copy(run, run_end, part.data() + written);
+        written += static_cast<std::size_t>(run_end - run);
+        return;
+      }
       while (run < run_end) {
         const std::size_t chunk = std::min<std::size_t>(chunk_pairs, run_end - run);
         const std::size_t first = written;

@@ -1,6 +1,8 @@
 // Frames in which everything moves, but by little: the pairs of larger boxes are kept.
 #pragma once
 
+#include <ode/ode.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,7 +23,8 @@ namespace ode_parallel_sap {
 // nothing. Boxes that leave get other fat ones, whose candidates are found anew.
 //
 // The pairs are those that PairFinder::find finds for the boxes of the frame, and follow from these
-// boxes alone. While it runs it holds 36 bytes a slot and 8 a candidate.
+// boxes alone; but with a tolerance all candidates are pairs. While it runs it holds 36 bytes a
+// slot and 8 a candidate.
 class FatProxies {
  public:
   enum class Use {
@@ -33,7 +36,8 @@ class FatProxies {
   // Whether find() should find the pairs of these boxes, which are floats. Judges by what happened
   // before, too: fat boxes that are left at once cost half a frame. `sweep` is the one that find()
   // gets.
-  bool use(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
+  // With a `tolerance` margins are a part of it, and all candidates are pairs.
+  bool use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep);
   // The same by the motion from the boxes of the last call to these.
   Use judge(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
   // A frame did without. After many in a row nothing is held.
@@ -59,6 +63,7 @@ class FatProxies {
   int test(const BoxSet& boxes, int threads, PairList& pairs);
   void stop();
 
+  float tolerance_ = 0;
   bool running_ = false;
   BackOff back_off_{4};
   int frames_ = 0;            // since all got fat boxes

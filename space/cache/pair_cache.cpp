@@ -48,9 +48,7 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
     geom_update.keepAll();
     return update;
   }
-  // Within a tolerance most of what moved may turn out to stay.
-  const bool some_may_stay = rules.tolerance > 0;
-  if (!some_may_stay && tooMany(changed_.count(), slots)) return update;
+  if (tooMany(changed_.count(), slots)) return update;
   changed_.growTo(slots);
   bool all = std::exchange(all_may_have_changed_, false);
   if (rules.notified && rules.checked && !all) {
@@ -60,11 +58,8 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
   update.threads = geom_update.notice(geoms, slots, threads, boxes, all, changed_);
   // Slots that are gone are in none of the boxes, but in pairs.
   update.changes = changed_.count();
-  if (!some_may_stay && tooMany(update.changes, slots)) return update;
-  const bool fits =
-      geom_update.repack(geoms, slots, slots / changing_share, threads, changed_, boxes);
-  if (some_may_stay) update.changes = changed_.count();
-  update.kept = fits && !tooMany(update.changes, slots);
+  if (tooMany(update.changes, slots)) return update;
+  update.kept = geom_update.repack(geoms, slots, threads, changed_, boxes);
   if (update.kept)
     any_changed_ = update.changes > 0;
   else

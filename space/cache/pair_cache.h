@@ -18,14 +18,16 @@ namespace ode_parallel_sap {
 
 // A proxy is a box with a margin. While boxes stay in their proxies, the pairs that overlap are
 // among the candidates, the pairs of proxies. Candidates are kept in their order; those of proxies
-// that are out of date are found anew in trees and merged in. There are two margins:
+// that are out of date are found anew in trees and merged in. There are three margins:
 //
 // - 0, if at most one geom in changing_share changed. Geoms that changed are out of date, and all
 //   candidates are pairs.
 // - a share of a box's size, if all geoms move by little (FatProxies). Boxes that left their fat
 //   ones are out of date, and candidates whose boxes overlap are pairs.
+// - a share of the user's tolerance, likewise, and all candidates are pairs.
 //
-// Other frames are found anew by a PairFinder. The pairs are the same in each way.
+// Other frames are found anew by a PairFinder. Without a tolerance, the pairs are the same in each
+// way.
 class PairCache {
  public:
   // The geom of a slot is new, gone or has moved.

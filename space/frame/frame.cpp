@@ -204,7 +204,8 @@ Found Pipeline::findAnew(Frame& frame) {
   PairList& candidates = call.lists.candidates;
   Found found;
   const bool fat =
-      plan.fat_pairs && !boxes_.wide && cache_.fat().use(boxes_, plan.threads, extraction_.sweep());
+      plan.fat_pairs && !boxes_.wide &&
+      cache_.fat().use(boxes_, plan.rules.tolerance, plan.threads, extraction_.sweep());
   if (fat) {
     found.threads = cache_.fat().find(boxes_, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;

@@ -76,9 +76,8 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
     planDevices(facts, settings, plan);
-  // Not within a tolerance, which has room for boxes already.
-  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && settings.rules.tolerance == 0 &&
-                   extraction.devices == 0 && extraction.method == dParallelSAPMethodSweep;
+  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && extraction.devices == 0 &&
+                   (extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);
   return plan;
 }
 

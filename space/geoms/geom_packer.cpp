@@ -1,6 +1,7 @@
 #include "space/geoms/geom_packer.h"
 
 #include <cmath>
+#include <limits>
 
 #include "space/base/round_outward.h"
 #include "space/geoms/pair_rule.h"
@@ -8,9 +9,6 @@
 namespace ode_parallel_sap {
 
 namespace {
-
-// What the other stages take from a geom that has a box, without looking at it again.
-constexpr SlotState kind_states = unwatched_state | space_state | user_class_state;
 
 // All bits as 32, of which the highest stands for all above it, too: a match of the originals is
 // always a match of these.
@@ -25,42 +23,16 @@ bool foldsExactly(unsigned long bits) {
   return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
 
-// A box's bounds lie this part of the tolerance outside the geom's own. They may stay until they
-// are twice as far outside on one of the sides, so that two boxes that meet are never further apart
-// than the tolerance.
-constexpr dReal margin_share = dReal(1) / 4;  // fixed: of what the user set
-
-// Bounds moved outward by `margin`, where that is not less than the type's own steps.
-void inflate(const dReal* exact, dReal margin, dReal* bounds) {
+// Whether a step of floats at one of the bounds is more than a small part of the tolerance.
+bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
+  constexpr dReal least_steps = dReal(0x1p18);  // fixed: 32 steps in a tolerance
+  constexpr dReal most = std::numeric_limits<dReal>::max();
+  bool exceeds = false;
   for (int i = 0; i < 6; ++i) {
-    bounds[i] = exact[i] + (i % 2 ? margin : -margin);
-    if (std::fabs(bounds[i] - exact[i]) > margin * dReal(1.25)) bounds[i] = exact[i];
+    const dReal size = std::fabs(bounds[i]);
+    exceeds = exceeds || (size > tolerance * least_steps && size <= most);
   }
-}
-
-// Rounds such bounds to floats. What they let through is within the tolerance, unless the rounding
-// adds too much to it.
-BoundsFacts roundBounds(const dReal* bounds, dReal margin, Box& box) {
-  BoundsFacts facts = roundOutward(bounds, box);
-  facts.exact = true;
-  facts.coarse = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    facts.coarse |= bounds[2 * axis] - static_cast<dReal>(box.lower[axis]) > margin / 2;
-    facts.coarse |= static_cast<dReal>(box.upper[axis]) - bounds[2 * axis + 1] > margin / 2;
-  }
-  return facts;
-}
-
-// Whether `box` contains the bounds, and no bound is more than `most` outside.
-template <class Real>
-bool containsClosely(const BasicBox<Real>& box, const dReal* bounds, dReal most) {
-  bool contains = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
-    contains = contains && box.lower[axis] <= lower && box.lower[axis] >= lower - most &&
-               box.upper[axis] >= upper && box.upper[axis] <= upper + most;
-  }
-  return contains;
+  return exceeds;
 }
 
 // Writes the bits of a geom that takes part, and what they add to the facts.
@@ -161,25 +133,16 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
       return state | no_box_state;
     }
   }
-  const dReal margin = rules.tolerance * margin_share;
-  const dReal* bounds = geom->aabb;
-  dReal inflated[6];
   Box box;
-  BoundsFacts rounded;
-  if (__builtin_expect(margin > 0, false)) {
-    inflate(bounds, margin, inflated);
-    bounds = inflated;
-    rounded = roundBounds(bounds, margin, box);
-  } else {
-    rounded = roundOutward(bounds, box);
-  }
+  BoundsFacts rounded = roundOutward(geom->aabb, box);
+  if (rules.tolerance > 0) rounded.coarse = exceedsTolerance(geom->aabb, rules.tolerance);
   if (rounded.nan) {
     facts.newly_invalid.push_back(slot);
     boxes.deactivate(slot);
     return state | no_box_state | invalid_state;
   }
   if (boxes.wide)
-    boxes.wide_boxes[slot] = boxOfBounds<double>(bounds);
+    boxes.wide_boxes[slot] = boxOfBounds<double>(geom->aabb);
   else
     boxes.boxes[slot] = box;
   facts.exact_boxes = facts.exact_boxes && rounded.exact;
@@ -211,21 +174,6 @@ bool GeomPacker::changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state
 
 bool GeomPacker::fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const {
   return geom->body && isResting(geom, rules) && boxes.bodies[slot] == numberOf(geom->body);
-}
-
-bool GeomPacker::stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-                       UpdatePart& part) const {
-  if (!geom || state & no_box_state || changedUnnoticed(geom, slot, state, boxes)) return false;
-  // The slot may have another geom now.
-  if ((state & kind_states) != kindOf(geom, isResting(geom, rules))) return false;
-  // A culled plane's box is nowhere; one that stays would be another geom's.
-  if (rules.cull_planes && geom->type == dPlaneClass) return false;
-  const dReal most = 2 * margin_share * rules.tolerance;
-  if (!(boxes.wide ? containsClosely(boxes.wide_boxes[slot], geom->aabb, most)
-                   : containsClosely(boxes.boxes[slot], geom->aabb, most)))
-    return false;
-  part.staying.push_back(slot);
-  return true;
 }
 
 }  // namespace ode_parallel_sap

@@ -53,10 +53,9 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts);
 struct alignas(64) UpdatePart {
   UpdateFacts facts;
   std::vector<Slot> deferred;  // moved geoms that only one thread may touch
-  std::vector<Slot> staying;   // slots whose boxes stay as they are
   std::uintptr_t some_body = 0;
 
-  std::size_t bytes() const { return bytesOf(deferred, staying); }
+  std::size_t bytes() const { return bytesOf(deferred); }
 };
 
 // Bits 4 to 35 of an address tell bodies apart as long as their other bits are alike.
@@ -78,9 +77,6 @@ class GeomPacker {
   bool changedUnnoticed(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes) const;
   // Whether its body was awake when it was packed and now sleeps.
   bool fellAsleep(const dxGeom* geom, Slot slot, const BoxSet& boxes) const;
-  // Whether the box of a slot is still one for its geom, by the tolerance. Then notes so in `part`.
-  bool stays(const dxGeom* geom, Slot slot, SlotState state, const BoxSet& boxes,
-             UpdatePart& part) const;
 
  private:
   SlotState packOther(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;

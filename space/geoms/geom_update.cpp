@@ -107,7 +107,6 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
     UpdatePart& part = parts_[index];
     part.facts = UpdateFacts();
     part.deferred.clear();
-    part.staying.clear();
     part.some_body = 0;
   }
   const int used = runTeam(updating, parts, [&](int thread, int team) {
@@ -330,28 +329,8 @@ void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
     states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes);
 }
 
-// Takes the slots whose boxes may stay out of `changed` and slots_. False if too many may not: then
-// nothing has changed but the geoms' own bounds.
-bool GeomUpdate::sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
-                         const BoxSet& boxes) {
-  forGeoms(listed(geoms), threads, [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-    packer_.stays(geom, slot, states_[slot], boxes, part);
-  });
-  facts_.moved = mergeParts(some_body_).moved;
-  std::size_t staying = 0;
-  for (int index = 0; index <= part_count_; ++index) staying += parts_[index].staying.size();
-  if (slots_.size() - staying > most) return false;
-  if (staying == 0) return true;
-  for (int index = 0; index <= part_count_; ++index)
-    for (const Slot slot : parts_[index].staying) changed.erase(slot);
-  slots_.resize(std::remove_if(slots_.begin(), slots_.end(),
-                               [&](Slot slot) { return !changed.contains(slot); }) -
-                slots_.begin());
-  return true;
-}
-
-bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
-                        SlotSet& changed, BoxSet& boxes) {
+bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
+                        const SlotSet& changed, BoxSet& boxes) {
   if (!watching_) watchAll();
   resizeTo(slots, boxes);
   listSlots(changed, slots);
@@ -360,8 +339,6 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, std::size_t mos
     return teamFor(slots_.size(), grains::packed_slots, threads);
   };
   facts_.moved = 0;
-  if (packer_.rules.tolerance > 0 && !sortOut(geoms, most, threadsForSlots(), changed, boxes))
-    return false;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);
     states_[slot] = packer_.pack(geom, slot, part, boxes);

@@ -45,18 +45,16 @@ class GeomUpdate {
   };
   Untold findUntold(dxGeom* const* geoms, const BoxSet& boxes, const SlotSet& changed) const;
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
-  // others now. Erases those whose boxes may stay as they are. False if `boxes` has to be packed
-  // as a whole: the facts are others now, or of boxes that might have stayed more than `most` may
-  // not.
-  bool repack(dxGeom* const* geoms, std::size_t slots, std::size_t most, int threads,
-              SlotSet& changed, BoxSet& boxes);
+  // others now. False if `boxes` has to be packed as a whole, because the facts are others now.
+  bool repack(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed,
+              BoxSet& boxes);
   // repack() where no slot changed and watchesNone().
   void keepAll() {
     facts_.moved = 0;
     facts_.newly_invalid.clear();
     slots_.resizeDiscarding(0);
   }
-  // The slots of the last repack() whose boxes changed, ascending.
+  // The slots of the last repack(), ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
   std::size_t bytes() const {
@@ -84,8 +82,6 @@ class GeomUpdate {
   void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
   void watchAll();
   void resizeTo(std::size_t slots, BoxSet& boxes);
-  bool sortOut(dxGeom* const* geoms, std::size_t most, int threads, SlotSet& changed,
-               const BoxSet& boxes);
   void takeExactness(BoxSet& boxes);
   bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
   void listSlots(const SlotSet& set, std::size_t slots);

@@ -82,9 +82,7 @@ struct PlanePairs::Search {
 
   bool passes(Slot plane, Slot other, bool sure) const {
     dxGeom *const a = geoms[plane], *const b = geoms[other];
-    // Boxes that a tolerance made larger are sure of nothing.
-    if (!(sure && rules.tolerance == 0) && (!boxesOverlap(a, b) || rule.isClear(a, b)))
-      return false;
+    if (!sure && (!boxesOverlap(a, b) || rule.isClear(a, b))) return false;
     // The boxes' bits and presence say nothing of geoms at rest.
     if (rules.skip()) return isEnabled(b) && rule.mayMeet(a, b);
     return !boxes.filter_bits || rule.mayMeet(a, b);
