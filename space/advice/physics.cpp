@@ -125,7 +125,7 @@ bool isContact(dJointID joint) {
 
 }  // namespace
 
-void Physics::see(dGeomID a, dGeomID b) {
+void Physics::see(dGeomID a, dGeomID b) try {
   if (!isSimple(a) || !isSimple(b)) return;
   if (!moves(dGeomGetBody(a)) && !moves(dGeomGetBody(b))) return;
   // Contacts are no deeper than the AABBs, but for planes.
@@ -143,6 +143,7 @@ void Physics::see(dGeomID a, dGeomID b) {
       overlaps_.begin(), overlaps_.end(),
       [](const Overlap& one, const Overlap& other) { return one.share < other.share; });
   if (least->share < found.share) *least = found;
+} catch (const std::bad_alloc&) {
 }
 
 void Physics::lookFirst(const View& view) try {

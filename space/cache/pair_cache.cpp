@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 void PairCache::beginFrame(bool nested) {
   if (!complete_ || nested) running_ = false;
-  complete_ = false;
+  complete_ = repeats_ = false;
 }
 
 void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
@@ -37,7 +37,7 @@ bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
 }
 
 PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
-                                    int threads, GeomUpdate& geom_update, BoxSet& boxes) {
+                                    int threads, GeomUpdate& geom_update) {
   Update update;
   was_plainly_same_ = false;
   const bool same_rules = rules == rules_;
@@ -52,14 +52,14 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
   changed_.growTo(slots);
   bool all = std::exchange(all_may_have_changed_, false);
   if (rules.notified && rules.checked && !all) {
-    update.untold = geom_update.findUntold(geoms, boxes, changed_);
+    update.untold = geom_update.findUntold(geoms, changed_);
     all = update.untold.count > 0;
   }
-  update.threads = geom_update.notice(geoms, slots, threads, boxes, all, changed_);
+  update.threads = geom_update.notice(geoms, slots, threads, all, changed_);
   // Slots that are gone are in none of the boxes, but in pairs.
   update.changes = changed_.count();
   if (tooMany(update.changes, slots)) return update;
-  update.kept = geom_update.repack(geoms, slots, threads, changed_, boxes);
+  update.kept = geom_update.repack(geoms, slots, threads, changed_);
   if (update.kept)
     any_changed_ = update.changes > 0;
   else
@@ -79,10 +79,11 @@ int PairCache::findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buf
 }
 
 PairCache::Counts PairCache::renew(dxGeom* const* geoms, const Update& update,
-                                   const GeomUpdate& geom_update, const BoxSet& boxes, int threads,
-                                   CPUFinders& finders, PairFilter& filter, PairList& pairs) {
+                                   const GeomUpdate& geom_update, int threads, CPUFinders& finders,
+                                   PairFilter& filter, PairList& pairs) {
   Counts counts = {update.threads, 0, pairs.size()};
   if (update.changes == 0) return counts;
+  const BoxSet& boxes = geom_update.boxes();
   const Buffer<Slot>& changed = geom_update.repacked();
   const int used = boxes.wide
                        ? findChanged(wide_trees_, finders.wide.sweep, changed, boxes, threads)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
@@ -74,10 +75,18 @@ class PairCache {
   };
   // Brings the boxes up to date with the changes, unless the frame is to be found anew.
   Update update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-                GeomUpdate& geom_update, BoxSet& boxes);
-  // Whether the last update() had nothing to look at, and another one would have nothing either.
+                GeomUpdate& geom_update);
+  // A frame reports all candidates, or other pairs. Returns whether these are those of the last
+  // frame.
+  bool noteReported(bool all, const Update& update) {
+    return std::exchange(reported_all_, all) && all && update.isSame();
+  }
+  // The frame found all as it was, and reported nothing. Settings change, or what is asked for.
+  void noteRepeat() { repeats_ = true; }
+  void noteSettings() { repeats_ = false; }
+  // Whether the last frame did so, and another one would do so, too, without a look at any geom.
   bool wouldRepeat(const GeomUpdate& geom_update) const {
-    return running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
+    return repeats_ && running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
   }
   struct Counts {
     int threads = 1;
@@ -85,8 +94,7 @@ class PairCache {
   };
   // After an update() that kept: makes `pairs` those of this frame. `finders` found them first.
   Counts renew(dxGeom* const* geoms, const Update& update, const GeomUpdate& geom_update,
-               const BoxSet& boxes, int threads, CPUFinders& finders, PairFilter& filter,
-               PairList& pairs);
+               int threads, CPUFinders& finders, PairFilter& filter, PairList& pairs);
 
   // A margin: see fat_proxies.h.
   FatProxies& fat() { return fat_; }
@@ -109,7 +117,9 @@ class PairCache {
   bool complete_ = false;          // the last frame came to its report
   bool running_ = false;           // its boxes and pairs are known
   bool was_plainly_same_ = false;  // at the last update()
-  PackRules rules_;                // of the last update()
+  bool reported_all_ = false;      // of the candidates, in the last frame
+  bool repeats_ = false;
+  PackRules rules_;  // of the last update()
   Source source_ = Source::no_trees;
   bool trees_started_ = false;  // since the last start()
   ProxyTrees<float> trees_;

@@ -12,12 +12,6 @@ namespace ode_parallel_sap {
 
 namespace {
 
-template <class Use>
-void forPairs(const PairList& pairs, dxGeom* const* geoms, Use use) {
-  for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) use(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-}
-
 void showContacts(const Buffer<dParallelSAPPair>& pairs, const NarrowPhase& narrow_phase,
                   PairWatcher& watcher) {
   for (std::size_t place = 0; place < pairs.size(); ++place) {
@@ -28,45 +22,45 @@ void showContacts(const Buffer<dParallelSAPPair>& pairs, const NarrowPhase& narr
 
 }  // namespace
 
-void Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
+std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
   if (Policy::isSmall(call.slots(), call.settings)) {
-    collideSmall(call, {data, callback}, watcher_);
-    return statistics_.endFrame();
+    const FrameCounts counts = collideSmall(call, {data, callback}, watcher_);
+    return endFrame(counts.pairs);
   }
-  const SceneFacts facts = factsOf(call);
-  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
   if (const PairList* const pairs = findPairs(frame)) {
+    showPairs(frame, *pairs);
     if (!reportByLastStage(frame, *pairs, data, callback)) report(frame, *pairs, data, callback);
   } else {
     reportWithoutMemory(frame, data, callback);
   }
   frame.clock.pause();
   note(frame);
-  statistics_.endFrame();
+  return endFrame(frame.stats.pairs);
 }
 
-void Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
+std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
   // Where settings and geoms are the same, neither they nor the plan need be looked at.
-  if (!request.callback && repeats_ && cache_.wouldRepeat(geom_update_) &&
-      statistics_.repeatFrame())
-    return;
+  if (!request.callback && cache_.wouldRepeat(geom_update_) && statistics_.repeatFrame())
+    return call.lists.candidates.size();
   statistics_.beginFrame();
   PairBlock block(request);
   if (Policy::isSmall(call.slots(), call.settings)) {
     const auto finish = [](void* own) { static_cast<PairBlock*>(own)->finish(); };
-    collideSmall(call, {&block, &PairBlock::add, finish}, watcher_);
-    return statistics_.endFrame();
+    const FrameCounts counts = collideSmall(call, {&block, &PairBlock::add, finish}, watcher_);
+    return endFrame(counts.pairs);
   }
   SceneFacts facts = factsOf(call);
   facts.for_blocks = request.concurrent();
-  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  Frame frame = {call, policy_.decide(facts, call.settings)};
   if (const PairList* const pairs = findPairs(frame)) {
+    showPairs(frame, *pairs);
     frame.clock.begin(Stage::report);
     const int used = handOutBlocks(*pairs, call.geoms(), request, frame.plan.block_threads);
     frame.clock.pause();
     frame.stats.threads = used;
-    repeats_ = frame.same && !request.callback;
+    if (frame.same && !request.callback) cache_.noteRepeat();
     if (request.concurrent())
       policy_.learnOfBatch(call.settings,
                            {Batch::blocks, used, pairs->size(), frame.clock.of(Stage::report)});
@@ -76,14 +70,14 @@ void Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) 
     frame.clock.pause();
   }
   note(frame);
-  statistics_.endFrame();
+  return endFrame(frame.stats.pairs);
 }
 
-void Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
+std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
   statistics_.beginFrame();
   SceneFacts facts = factsOf(call);
   facts.for_contacts = true;
-  Frame frame = {call, facts, policy_.decide(facts, call.settings)};
+  Frame frame = {call, policy_.decide(facts, call.settings)};
   ContactPairs pairs(request, call.lists.contact_pairs);
   if (Policy::isSmall(call.slots(), call.settings)) {
     frame.clock.begin(Stage::extract);
@@ -123,14 +117,13 @@ void Pipeline::collideContacts(const FrameCall& call, const ContactRequest& requ
     NarrowPhase::collideOneByOne(pairs.list(), request);
   frame.clock.pause();
   note(frame);
-  statistics_.endFrame();
+  return endFrame(frame.stats.pairs);
 }
 
 // All stages up to the report. Null where there is no memory for them.
 const PairList* Pipeline::findPairs(Frame& frame) try {
   const FrameCall& call = frame.call;
   const Plan& plan = frame.plan;
-  repeats_ = false;
   frame.stats.geoms = call.scene.count;
   frame.stats.backend = dParallelSAPBackendCPU;
   cache_.beginFrame(call.scene.nested);
@@ -138,8 +131,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   frame.clock.begin(Stage::update);
   PairCache::Update update;
   if (plan.keep)
-    update =
-        cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_, boxes_);
+    update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_);
   if (update.untold.count)
     complaints_.ofUntold(call.geoms()[update.untold.first], update.untold.count);
   Found found;
@@ -150,19 +142,13 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
     frame.stats.moved += update.moved_in_vain;
   }
   const PairList& pairs = select(frame);
-  const bool all = &pairs == &call.lists.candidates;
-  frame.same = std::exchange(reported_all_, all) && all && update.isSame();
+  frame.same = cache_.noteReported(&pairs == &call.lists.candidates, update);
   updateEvents(frame, pairs);
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
   cache_.endFrame();
   learn(frame, update.kept, found);
   note(frame);
-  if (watcher_ && !frame.facts.for_contacts && !call.scene.nested && watcher_->isDue()) {
-    forPairs(pairs, call.geoms(),
-             [&](dxGeom* a, dxGeom* b) { watcher_->see(a, b, PairWatcher::unknown); });
-    watcher_->endPairs();
-  }
   return &pairs;
 } catch (const std::bad_alloc&) {
   if (events_.on() && !frame.call.scene.nested) events_.updateUnknown();
@@ -178,8 +164,8 @@ void Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   noteUpdate(frame);
   if (!update.isSame()) frame.clock.begin(Stage::extract);
   const PairCache::Counts counts =
-      cache_.renew(call.geoms(), update, geom_update_, boxes_, frame.plan.threads,
-                   extraction_.finders(), pair_filter_, call.lists.candidates);
+      cache_.renew(call.geoms(), update, geom_update_, frame.plan.threads, extraction_.finders(),
+                   pair_filter_, call.lists.candidates);
   frame.stats.method = dParallelSAPMethodSweep;
   frame.stats.find_threads = counts.threads;
   frame.stats.candidates = counts.found;
@@ -192,27 +178,27 @@ Found Pipeline::findAnew(Frame& frame) {
   const Plan& plan = frame.plan;
   cache_.stop();
   const int update_threads =
-      geom_update_.pack(call.geoms(), call.slots(), plan.rules, plan.threads, boxes_);
+      geom_update_.pack(call.geoms(), call.slots(), plan.rules, plan.threads);
   cache_.forgetChanges();
   call.scene.needs_clean = false;
 
   frame.clock.begin(Stage::synchronise);
-  geom_update_.synchronise(call.geoms(), boxes_);
+  geom_update_.synchronise(call.geoms());
+  const BoxSet& boxes = geom_update_.boxes();
   noteUpdate(frame);
 
   frame.clock.begin(Stage::extract);
   PairList& candidates = call.lists.candidates;
   Found found;
-  const bool fat =
-      plan.fat_pairs && !boxes_.wide &&
-      cache_.fat().use(boxes_, plan.rules.tolerance, plan.threads, extraction_.sweep());
+  const bool fat = plan.fat_pairs && !boxes.wide &&
+                   cache_.fat().use(boxes, plan.rules.tolerance, plan.threads, extraction_.sweep());
   if (fat) {
-    found.threads = cache_.fat().find(boxes_, plan.threads, extraction_.sweep(), candidates);
+    found.threads = cache_.fat().find(boxes, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = cache_.fat().kept();
   } else {
     cache_.fat().skip();
-    found = extraction_.find(boxes_, plan.extraction, candidates);
+    found = extraction_.find(boxes, plan.extraction, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
   frame.stats.method = found.method;
@@ -222,8 +208,7 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = candidates.size();
 
   frame.clock.begin(Stage::filter);
-  pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes_, plan.threads,
-                   candidates);
+  pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads, candidates);
   if (plan.keep)
     cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
   return found;
@@ -238,32 +223,21 @@ void Pipeline::noteUpdate(Frame& frame) {
   frame.stats.disabled = static_cast<std::size_t>(facts.disabled);
   frame.stats.invalid = static_cast<std::size_t>(facts.invalid);
   frame.stats.unbounded = static_cast<std::size_t>(facts.unbounded);
-  if (frame.plan.rules.cull_planes) plane_pairs_.take(geoms, boxes_);
+  if (frame.plan.rules.cull_planes) pair_filter_.planes().take(geoms, geom_update_.boxes());
 }
 
-// The pairs to be reported: all candidates, or a list of its own where geoms decide in each frame
-// anew, or planes are found apart.
+// The pairs to be reported.
 const PairList& Pipeline::select(Frame& frame) {
   FrameLists& lists = frame.call.lists;
-  dxGeom* const* const geoms = frame.call.geoms();
   const UpdateFacts& facts = geom_update_.facts();
   const PackRules& rules = frame.plan.rules;
-  const int threads = frame.plan.threads;
-  const bool planes_apart = rules.cull_planes && plane_pairs_.any();
-  const bool verifying = PairFilter::needsVerifying(facts, rules);
-  if (!planes_apart && !verifying) return lists.candidates;
+  if (!pair_filter_.selects(facts, rules)) return lists.candidates;
   frame.clock.begin(Stage::filter);
-  const PairList* others = &lists.candidates;
-  if (verifying) {
-    PairList& verified = planes_apart ? lists.verified : lists.pairs;
-    pair_filter_.verify(geoms, {rules.skip(), facts.user_classes, rules.tested_classes}, threads,
-                        lists.candidates, verified);
-    others = &verified;
-  }
-  if (planes_apart)
-    frame.stats.candidates += plane_pairs_.addTo(
-        *others, {geoms, boxes_, rules, facts.user_classes}, threads, lists.pairs);
-  return lists.pairs;
+  const PairList& pairs =
+      pair_filter_.select(frame.call.geoms(), facts, rules, geom_update_.boxes(),
+                          frame.plan.threads, lists.candidates, lists.selected);
+  frame.stats.candidates += lists.selected.added;
+  return pairs;
 }
 
 // The pairs of a frame within a callback are no events.
@@ -279,8 +253,8 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs) {
 }
 
 SceneFacts Pipeline::factsOf(const FrameCall& call) const {
-  SceneFacts facts = {call.slots(),      last_pairs_, boxes_.wide,
-                      call.scene.nested, false,       extraction_.devices().devices()};
+  SceneFacts facts = {call.slots(), geom_update_.boxes().wide, call.scene.nested,
+                      extraction_.devices().devices()};
   facts.tested_classes = testedClasses();
   return facts;
 }
@@ -291,11 +265,12 @@ void Pipeline::learn(const Frame& frame, bool kept, const Found& found) {
     cache_.fat().skip();
     policy_.learnOfKept();
   } else {
-    policy_.learn(frame.plan, frame.facts, settings,
-                  {boxes_.wide, found.devices, frame.stats.find_threads, frame.stats.candidates,
-                   frame.clock.of(Stage::update) + frame.clock.of(Stage::synchronise) +
-                       frame.clock.of(Stage::extract) + frame.clock.of(Stage::filter),
-                   frame.clock.of(Stage::extract)});
+    policy_.learn(
+        frame.plan, frame.call.slots(), settings,
+        {geom_update_.boxes().wide, found.devices, frame.stats.find_threads, frame.stats.candidates,
+         frame.clock.of(Stage::update) + frame.clock.of(Stage::synchronise) +
+             frame.clock.of(Stage::extract) + frame.clock.of(Stage::filter),
+         frame.clock.of(Stage::extract)});
   }
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = extraction_.devices();
@@ -307,7 +282,16 @@ void Pipeline::learn(const Frame& frame, bool kept, const Found& found) {
 
 void Pipeline::note(const Frame& frame) {
   statistics_.note(frame.stats, frame.clock);
-  last_pairs_ = frame.stats.pairs;
+}
+
+// Shows the pairs to who watches, before the program gets them.
+void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
+  if (!watcher_ || frame.call.scene.nested || !watcher_->isDue()) return;
+  dxGeom* const* const geoms = frame.call.geoms();
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part)
+      watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)], PairWatcher::unknown);
+  watcher_->endPairs();
 }
 
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
@@ -366,8 +350,12 @@ FrameCounts Pipeline::collideSmall(const FrameCall& call, SmallReport report,
   if (events_.on() && !call.scene.nested) report.events = &events_;
   const FrameCounts counts =
       small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_, report);
-  last_pairs_ = counts.pairs;
   return counts;
+}
+
+std::size_t Pipeline::endFrame(std::size_t pairs) {
+  statistics_.endFrame();
+  return pairs;
 }
 
 void Pipeline::clean(const Scene& scene, const Settings& settings) {
@@ -382,7 +370,7 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {
   cache_.stop();
-  plane_pairs_.forget();
+  pair_filter_.planes().forget();
   if (last_stage_) last_stage_->noteNewSlots();
   if (events_.on()) events_.closeSlots(geoms);
 }
@@ -399,19 +387,17 @@ void Pipeline::release(int part, FrameLists& lists) {
       break;
     case 2:
       geom_update_ = GeomUpdate();
-      boxes_ = BoxSet();
       break;
     default:
       pair_filter_ = PairFilter();
-      plane_pairs_ = PlanePairs();
       events_.release();
       if (last_stage_) last_stage_->release();
   }
 }
 
 std::size_t Pipeline::bytes() const {
-  return bytesOf(cache_, geom_update_, boxes_, extraction_, pair_filter_, plane_pairs_, events_,
-                 last_stage_, small_scenes_);
+  return bytesOf(cache_, geom_update_, extraction_, pair_filter_, events_, last_stage_,
+                 small_scenes_);
 }
 
 }  // namespace ode_parallel_sap

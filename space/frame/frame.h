@@ -20,22 +20,18 @@
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_filter.h"
 #include "space/geoms/pair_watcher.h"
-#include "space/geoms/plane_pairs.h"
 
 namespace ode_parallel_sap {
 
 // The lists of a frame. A frame within a callback has others. Those of all other frames are the
 // same from frame to frame.
 struct FrameLists {
-  PairList candidates;  // the pairs by boxes; kept for the next frame
-  PairList pairs;       // those of them that are reported, if not all are
-  PairList verified;    // those of them that planes are not in, if planes are found apart
+  PairList candidates;            // the pairs by boxes; kept for the next frame
+  PairFilter::Selected selected;  // those of them that are reported, if not all are
   Buffer<dParallelSAPPair> contact_pairs;
   NarrowPhase narrow_phase;
 
-  std::size_t bytes() const {
-    return bytesOf(candidates, pairs, verified, contact_pairs, narrow_phase);
-  }
+  std::size_t bytes() const { return bytesOf(candidates, selected, contact_pairs, narrow_phase); }
 };
 
 // A call for the pairs of a scene, which is locked. No other frame uses `lists`.
@@ -52,7 +48,6 @@ struct FrameCall {
 // One frame. A callback may leave it in any way, so nothing is left to its destructor.
 struct Frame {
   const FrameCall& call;
-  const SceneFacts facts;
   const Plan plan;
   dParallelSAPStats stats = {};
   bool same = false;  // all pairs are those of the last frame
@@ -64,12 +59,13 @@ class Pipeline {
  public:
   explicit Pipeline(bool sums) : statistics_(sums) {}
 
+  // Each returns the number of pairs.
   // Calls `callback` for the pairs, in their order.
-  void collide(const FrameCall& call, void* data, dNearCallback* callback);
+  std::size_t collide(const FrameCall& call, void* data, dNearCallback* callback);
   // Finds their contacts and reports these.
-  void collideContacts(const FrameCall& call, const ContactRequest& request);
+  std::size_t collideContacts(const FrameCall& call, const ContactRequest& request);
   // Hands the pairs out in blocks.
-  void collidePairs(const FrameCall& call, const PairsRequest& request);
+  std::size_t collidePairs(const FrameCall& call, const PairsRequest& request);
 
   // Brings the AABBs of all geoms up to date, as for a frame.
   void clean(const Scene& scene, const Settings& settings);
@@ -84,11 +80,11 @@ class Pipeline {
   void noteUnreported(Slot slot) { cache_.noteShared(slot); }
   void noteAllUnreported() { cache_.noteAll(); }
   // A setting changes, or what is asked of frames.
-  void noteSettings() { repeats_ = false; }
+  void noteSettings() { cache_.noteSettings(); }
   // A geom comes to a slot or leaves it.
-  void noteArrival() { plane_pairs_.forget(); }
+  void noteArrival() { pair_filter_.planes().forget(); }
   void noteDeparture(const dxGeom* geom, Slot slot) {
-    plane_pairs_.forget();
+    pair_filter_.planes().forget();
     complaints_.forget(geom);
     if (events_.on()) events_.removeGeom(slot);
   }
@@ -105,7 +101,6 @@ class Pipeline {
   void setLastStage(std::unique_ptr<LastStage> last_stage) { last_stage_ = std::move(last_stage); }
   // Sees the pairs of some frames; may be null.
   void watchPairs(PairWatcher* watcher) { watcher_ = watcher; }
-  std::size_t lastPairs() const { return last_pairs_; }
   // Gives back a part of what is held, but for the devices. No frame uses `lists`.
   static constexpr int parts = 4;
   void release(int part, FrameLists& lists);
@@ -122,26 +117,23 @@ class Pipeline {
   void updateEvents(Frame& frame, const PairList& pairs);
   void learn(const Frame& frame, bool kept, const Found& found);
   void note(const Frame& frame);
+  void showPairs(const Frame& frame, const PairList& pairs);
+  std::size_t endFrame(std::size_t pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
 
   Policy policy_;
   GeomUpdate geom_update_;
-  BoxSet boxes_;
   Extraction extraction_;
   PairCache cache_;
   PairFilter pair_filter_;
-  PlanePairs plane_pairs_;
   PairEvents events_;
   std::unique_ptr<LastStage> last_stage_;
   SmallScenes small_scenes_;
   Complaints complaints_;
   Statistics statistics_;
   PairWatcher* watcher_ = nullptr;
-  std::size_t last_pairs_ = 0;
-  bool reported_all_ = false;  // of the candidates, in the last frame
-  bool repeats_ = false;       // the last frame found all as it was, and reported nothing
 };
 
 }  // namespace ode_parallel_sap

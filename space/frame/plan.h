@@ -12,11 +12,10 @@ namespace ode_parallel_sap {
 // What is known when a frame begins.
 struct SceneFacts {
   std::size_t slots;
-  std::size_t last_pairs;  // of the last frame
-  bool last_wide;          // its boxes were doubles
-  bool nested;             // within a callback of this space
-  bool for_contacts;       // the narrow phase follows
+  bool last_wide;  // its boxes were doubles
+  bool nested;     // within a callback of this space
   DeviceBackend::Devices devices;
+  bool for_contacts = false;                       // the narrow phase follows
   bool for_blocks = false;                         // a report in blocks on all threads follows
   UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };

@@ -119,13 +119,13 @@ void Policy::learnOfKept() {
   team_.learnOfOther(team_times.stalled());
 }
 
-void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+void Policy::learn(const Plan& plan, std::size_t slots, const Settings& settings,
                    const FoundAnew& frame) {
-  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
-    team_.learn(frame.threads, facts.slots, frame.found_ms, team_times.stalled());
+  if (settings.threads == 0 && mostThreads(slots, settings) > 1)
+    team_.learn(frame.threads, slots, frame.found_ms, team_times.stalled());
   if (plan.weighs_devices && !frame.wide)
     device_choice_.learn(plan.device_decision, std::min(frame.devices, DeviceChoice::most_devices),
-                         facts.slots, frame.candidates, frame.extract_ms);
+                         slots, frame.candidates, frame.extract_ms);
 }
 
 void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {

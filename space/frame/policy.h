@@ -43,8 +43,7 @@ class Policy {
   int threadsForRays(std::size_t rays, const Settings& settings) const;
 
   // A frame went by `plan` at least until its pairs were found.
-  void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-             const FoundAnew& frame);
+  void learn(const Plan& plan, std::size_t slots, const Settings& settings, const FoundAnew& frame);
   void learnOfKept();  // pairs
   // What a batch took.
   void learnOfBatch(const Settings& settings, const Batch& batch);

@@ -136,20 +136,19 @@ void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
   });
 }
 
-int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-                     BoxSet& boxes) {
+int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
   packer_.rules = rules;
   watching_ = false;
   watched_count_ = not_counted;
-  boxes.size = slots;
-  boxes.bits.resizeDiscarding(slots);
-  boxes.bodies.resizeDiscarding(slots);
+  boxes_.size = slots;
+  boxes_.bits.resizeDiscarding(slots);
+  boxes_.bodies.resizeDiscarding(slots);
   states_.resizeDiscarding(slots);
   std::size_t moved = 0;
   for (bool repeated = false;; repeated = true) {
-    boxes.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
+    boxes_.withBoxes([slots](auto& all) { all.resizeDiscarding(slots); });
     const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
-      states_[slot] = packer_.pack(geom, slot, part, boxes);
+      states_[slot] = packer_.pack(geom, slot, part, boxes_);
       if (states_[slot]) count(states_[slot], 1, part.facts);
     };
     const int used = forGeoms({geoms, slots}, threads, packSlot);
@@ -157,33 +156,33 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(boxes, nullptr, threads);
-    if (wide == boxes.wide || repeated) return used;
-    boxes.wide = wide;
-    (wide ? boxes.boxes.release() : boxes.wide_boxes.release());
+    const bool wide = needsDoubles(nullptr, threads);
+    if (wide == boxes_.wide || repeated) return used;
+    boxes_.wide = wide;
+    (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
   }
 }
 
 // Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
 // exact tests, and floats again when those would be far fewer. `changed`: the slots that were
 // packed since this was asked, or null for all.
-bool GeomUpdate::needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads) {
+bool GeomUpdate::needsDoubles(const Buffer<Slot>* changed, int threads) {
   const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
-  const std::size_t most = boxes.size / (boxes.wide ? 8 : 2);
+  const std::size_t most = boxes_.size / (boxes_.wide ? 8 : 2);
   if (coarse * coarse / 2 <= most) {
-    changed_since_count_ = boxes.size;
+    changed_since_count_ = boxes_.size;
     return false;
   }
   if (changed) {
     // Too few to have made another cluster.
     changed_since_count_ += changed->size();
-    if (boxes.wide || changed_since_count_ * 8 <= coarse) return boxes.wide;
+    if (boxes_.wide || changed_since_count_ * 8 <= coarse) return boxes_.wide;
   }
   changed_since_count_ = 0;
-  listCoarse(boxes.size);
+  listCoarse(boxes_.size);
   const ScopedMode exact(exactMode());
-  return coarse_clusters_.count(boxes, coarse_, most, threads) > most;
+  return coarse_clusters_.count(boxes_, coarse_, most, threads) > most;
 }
 
 // Without a branch: whether a box is coarse is hard to predict where many are. One place more than
@@ -215,30 +214,30 @@ UpdateFacts GeomUpdate::mergeParts(std::uintptr_t some_body) {
 }
 
 // Where addresses are too far apart for 32 of their bits to tell them apart.
-void GeomUpdate::numberBodies(dxGeom* const* geoms, BoxSet& boxes) {
+void GeomUpdate::numberBodies(dxGeom* const* geoms) {
   body_numbers_.clear();
-  for (std::size_t slot = 0; slot < boxes.size; ++slot) {
+  for (std::size_t slot = 0; slot < boxes_.size; ++slot) {
     const dxBody* const body = geoms[slot] ? geoms[slot]->body : nullptr;
-    if (boxes.bodies[slot] == resting_number && geoms[slot] &&
+    if (boxes_.bodies[slot] == resting_number && geoms[slot] &&
         isResting(geoms[slot], packer_.rules))
       continue;
-    boxes.bodies[slot] =
+    boxes_.bodies[slot] =
         body ? body_numbers_.emplace(body, static_cast<std::uint32_t>(body_numbers_.size() + 1))
                    .first->second
              : 0;
   }
 }
 
-void GeomUpdate::takeExactness(BoxSet& boxes) {
-  facts_.exact_boxes = facts_.exact_boxes || boxes.wide || std::is_same<dReal, float>::value;
-  boxes.exact = facts_.exact_boxes;
+void GeomUpdate::takeExactness() {
+  facts_.exact_boxes = facts_.exact_boxes || boxes_.wide || std::is_same<dReal, float>::value;
+  boxes_.exact = facts_.exact_boxes;
 }
 
-const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms, BoxSet& boxes) {
-  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms, boxes);
-  takeExactness(boxes);
-  boxes.filter_bits = facts_.filter_bits;
-  boxes.filter_bodies = facts_.filter_bodies;
+const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {
+  if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms);
+  takeExactness();
+  boxes_.filter_bits = facts_.filter_bits;
+  boxes_.filter_bodies = facts_.filter_bodies;
   return facts_;
 }
 
@@ -250,15 +249,15 @@ void GeomUpdate::watchAll() {
   watching_ = true;
 }
 
-int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes,
-                       bool all, SlotSet& changed) {
+int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all,
+                       SlotSet& changed) {
   if (!watching_) watchAll();
   watched_count_ = watched_.count();
-  const std::size_t looks = all ? boxes.size : watched_count_;
+  const std::size_t looks = all ? boxes_.size : watched_count_;
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
              plain = !packer_.rules.skip();
-  const std::size_t known = std::min(slots, boxes.size);  // the last ones may be gone
+  const std::size_t known = std::min(slots, boxes_.size);  // the last ones may be gone
   const auto geomsIn = [&](std::size_t word) {
     std::uint64_t bits = 0;
     const std::size_t first = word * SlotSet::word_slots;
@@ -278,7 +277,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
-      if (plain || told || boxes.bodies[slot] != resting_number)
+      if (plain || told || boxes_.bodies[slot] != resting_number)
         prefetchFar(&geoms[slot]->category_bits);
     };
     const auto askForBody = [&](std::size_t slot) {
@@ -292,47 +291,46 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, con
         const Slot slot = static_cast<Slot>(word * SlotSet::word_slots + __builtin_ctzll(bits));
         const dxGeom* const geom = geoms[slot];
         if (most_here) ask(slot + look_distance);
-        if (plain && isPlainlySame(geom, slot, states_[slot], boxes)) continue;
+        if (plain && isPlainlySame(geom, slot, states_[slot], boxes_)) continue;
         if (bodies && most_here) askForBody(slot + look_distance / 2);
-        if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes)) changed.insert(slot);
+        if (packer_.changedUnnoticed(geom, slot, states_[slot], boxes_)) changed.insert(slot);
       }
     }
   });
 }
 
-GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const BoxSet& boxes,
-                                          const SlotSet& changed) const {
+GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const SlotSet& changed) const {
   Untold untold;
-  for (Slot slot = 0; slot < boxes.size; ++slot)
+  for (Slot slot = 0; slot < boxes_.size; ++slot)
     if (!changed.contains(slot) && geoms[slot] &&
-        packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes) &&
-        !packer_.fellAsleep(geoms[slot], slot, boxes) && untold.count++ == 0)
+        packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes_) &&
+        !packer_.fellAsleep(geoms[slot], slot, boxes_) && untold.count++ == 0)
       untold.first = slot;
   return untold;
 }
 
 // Room for all slots, with the boxes of before. What is beyond them counts no more.
-void GeomUpdate::resizeTo(std::size_t slots, BoxSet& boxes) {
-  const std::size_t before = boxes.size;
+void GeomUpdate::resizeTo(std::size_t slots) {
+  const std::size_t before = boxes_.size;
   for (std::size_t slot = slots; slot < before; ++slot) {
     count(states_[slot], -1, facts_);
     watched_.erase(static_cast<Slot>(slot));
   }
-  boxes.size = slots;
-  boxes.withBoxes([slots](auto& all) { all.resize(slots); });
-  boxes.bits.resize(slots);
-  boxes.bodies.resize(slots);
+  boxes_.size = slots;
+  boxes_.withBoxes([slots](auto& all) { all.resize(slots); });
+  boxes_.bits.resize(slots);
+  boxes_.bodies.resize(slots);
   states_.resize(slots);
   watched_.growTo(slots);
   UpdatePart unread;
   for (std::size_t slot = before; slot < slots; ++slot)
-    states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes);
+    states_[slot] = packer_.pack(nullptr, static_cast<Slot>(slot), unread, boxes_);
 }
 
 bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
-                        const SlotSet& changed, BoxSet& boxes) {
+                        const SlotSet& changed) {
   if (!watching_) watchAll();
-  resizeTo(slots, boxes);
+  resizeTo(slots);
   listSlots(changed, slots);
   if (slots_.size()) watched_count_ = not_counted;
   const auto threadsForSlots = [&] {
@@ -341,7 +339,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
   facts_.moved = 0;
   const auto packSlot = [&](const dxGeom* geom, Slot slot, UpdatePart& part) {
     count(states_[slot], -1, part.facts);
-    states_[slot] = packer_.pack(geom, slot, part, boxes);
+    states_[slot] = packer_.pack(geom, slot, part, boxes_);
     count(states_[slot], 1, part.facts);
   };
   forGeoms(listed(geoms), threadsForSlots(), packSlot);
@@ -350,18 +348,18 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  return takeOver(mergeParts(some_body_), threads, boxes);
+  return takeOver(mergeParts(some_body_), threads);
 }
 
 // Makes the facts of some slots, packed again, part of those of all. False if these would have
 // been packed otherwise.
-bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes) {
+bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  takeExactness(boxes);
-  return packed.exact_bits && packed.exact_bodies && (boxes.filter_bits || !packed.filter_bits) &&
-         (boxes.filter_bodies || !packed.filter_bodies) &&
-         (slots_.size() == 0 || needsDoubles(boxes, &slots_, threads) == boxes.wide);
+  takeExactness();
+  return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
+         (boxes_.filter_bodies || !packed.filter_bodies) &&
+         (slots_.size() == 0 || needsDoubles(&slots_, threads) == boxes_.wide);
 }
 
 }  // namespace ode_parallel_sap

@@ -22,20 +22,18 @@ class GeomUpdate {
   // `changed`, if that is not null.
   void clean(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet* changed);
 
-  // Brings all up to date and fills `boxes`, with doubles where floats would be too coarse for the
+  // Brings all up to date and fills boxes(), with doubles where floats would be too coarse for the
   // scene. Returns the number of threads used.
-  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads,
-           BoxSet& boxes);
+  int pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads);
   // The threads' facts made one. Call after pack().
-  const UpdateFacts& synchronise(dxGeom* const* geoms, BoxSet& boxes);
+  const UpdateFacts& synchronise(dxGeom* const* geoms);
 
   // Whether repack() may follow what was packed last.
   bool canRepack() const { return facts_.exact_bits && facts_.exact_bodies; }
   // Adds to `changed` the slots whose geoms changed without telling the space: bits, bodies,
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.
-  int notice(dxGeom* const* geoms, std::size_t slots, int threads, const BoxSet& boxes, bool all,
-             SlotSet& changed);
+  int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
   // Whether the rules name none to look at, as the last notice() found.
   bool watchesNone() const { return watched_count_ == 0; }
   // The geoms that did so, those of `changed` apart, although the rules say that it is told.
@@ -43,11 +41,10 @@ class GeomUpdate {
     std::size_t count = 0;
     Slot first = 0;
   };
-  Untold findUntold(dxGeom* const* geoms, const BoxSet& boxes, const SlotSet& changed) const;
+  Untold findUntold(dxGeom* const* geoms, const SlotSet& changed) const;
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
-  // others now. False if `boxes` has to be packed as a whole, because the facts are others now.
-  bool repack(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed,
-              BoxSet& boxes);
+  // others now. False if boxes() has to be packed as a whole, because the facts are others now.
+  bool repack(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed);
   // repack() where no slot changed and watchesNone().
   void keepAll() {
     facts_.moved = 0;
@@ -57,8 +54,10 @@ class GeomUpdate {
   // The slots of the last repack(), ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
+  BoxSet& boxes() { return boxes_; }
+  const BoxSet& boxes() const { return boxes_; }
   std::size_t bytes() const {
-    return bytesOf(parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
+    return bytesOf(boxes_, parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
   }
 
  private:
@@ -77,15 +76,16 @@ class GeomUpdate {
   static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(const BoxSet& boxes, const Buffer<Slot>* changed, int threads);
+  bool needsDoubles(const Buffer<Slot>* changed, int threads);
   void listCoarse(std::size_t slots);
-  void numberBodies(dxGeom* const* geoms, BoxSet& boxes);
+  void numberBodies(dxGeom* const* geoms);
   void watchAll();
-  void resizeTo(std::size_t slots, BoxSet& boxes);
-  void takeExactness(BoxSet& boxes);
-  bool takeOver(const UpdateFacts& packed, int threads, BoxSet& boxes);
+  void resizeTo(std::size_t slots);
+  void takeExactness();
+  bool takeOver(const UpdateFacts& packed, int threads);
   void listSlots(const SlotSet& set, std::size_t slots);
 
+  BoxSet boxes_;
   std::vector<UpdatePart> parts_;
   int part_count_ = 0;
   UpdateFacts facts_;

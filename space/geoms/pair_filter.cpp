@@ -92,6 +92,25 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pa
   return to;
 }
 
+const PairList& PairFilter::select(dxGeom* const* geoms, const UpdateFacts& facts,
+                                   const PackRules& rules, const BoxSet& boxes, int threads,
+                                   const PairList& candidates, Selected& selected) {
+  selected.added = 0;
+  const bool planes_apart = planesApart(rules);
+  const PairList* others = &candidates;
+  if (needsVerifying(facts, rules)) {
+    PairList& verified = planes_apart ? selected.verified : selected.pairs;
+    verify(geoms, {rules.skip(), facts.user_classes, rules.tested_classes}, threads, candidates,
+           verified);
+    others = &verified;
+  }
+  if (planes_apart)
+    selected.added =
+        planes_.addTo(*others, {geoms, boxes, rules, facts.user_classes}, threads, selected.pairs);
+  return selected.pairs;
+}
+
+// Puts into `verified`, another list, the pairs to be reported.
 void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
                         const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();

@@ -6,6 +6,7 @@
 #include "space/base/pair_list.h"
 #include "space/geoms/geom_update.h"
 #include "space/geoms/pair_gaps.h"
+#include "space/geoms/plane_pairs.h"
 
 namespace ode_parallel_sap {
 
@@ -18,24 +19,42 @@ class PairFilter {
   void run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
            const BoxSet& boxes, int threads, PairList& pairs);
 
-  // Whether pairs that passed have to pass verify() as well, in every frame anew.
-  static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
-    return facts.user_classes || (rules.skip() && !rules.notified);
+  // Pairs that follow from the candidates of a frame, in lists of their own.
+  struct Selected {
+    PairList pairs;
+    PairList verified;      // those that planes are not in, if planes are found apart
+    std::size_t added = 0;  // pairs of planes
+
+    std::size_t bytes() const { return bytesOf(pairs, verified); }
+  };
+  // Whether the pairs of a frame are not its candidates: geoms decide in every frame anew, or
+  // planes were taken.
+  bool selects(const UpdateFacts& facts, const PackRules& rules) const {
+    return needsVerifying(facts, rules) || planesApart(rules);
   }
+  // Finds these pairs.
+  const PairList& select(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
+                         const BoxSet& boxes, int threads, const PairList& candidates,
+                         Selected& selected);
+  // Pairs of planes are found apart, if the rules say so.
+  PlanePairs& planes() { return planes_; }
+  std::size_t bytes() const {
+    return bytesOf(pieces_to_test_, gaps_found_, gaps_, pieces_, pair_gaps_, planes_);
+  }
+
+ private:
   // What there is to verify besides that geoms are enabled.
   struct Verified {
     bool bits;          // which were not looked at for geoms at rest
     bool user_classes;  // their AABBTest functions, called on the calling thread
     UserClassSet tested_classes;
   };
-  // Puts into `verified`, another list, the pairs to be reported.
+  static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
+    return facts.user_classes || (rules.skip() && !rules.notified);
+  }
+  bool planesApart(const PackRules& rules) const { return rules.cull_planes && planes_.any(); }
   void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
               PairList& verified);
-  std::size_t bytes() const {
-    return bytesOf(pieces_to_test_, gaps_found_, gaps_, pieces_, pair_gaps_);
-  }
-
- private:
   struct ExactTest;
   static Pair* verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
                          const Pair* end, Pair* to);
@@ -46,6 +65,7 @@ class PairFilter {
   std::vector<PairList::Segment> gaps_;
   std::vector<PairGaps::Piece> pieces_;
   PairGaps pair_gaps_;
+  PlanePairs planes_;
 };
 
 }  // namespace ode_parallel_sap

@@ -248,7 +248,7 @@ void ParallelSAPSpace::cleanFew() {
 // Within a callback of this space the slots stay what they are, and what is held stays held.
 void ParallelSAPSpace::beginFrame(const Call& call) {
   if (!call.nested()) {
-    const int part = memory_watch_.noteFrame(count, pipeline_.lastPairs());
+    const int part = memory_watch_.noteFrame(count, last_pairs_);
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
       call->release();
@@ -300,21 +300,21 @@ void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collide(frameOf(call), data, callback);
+  last_pairs_ = pipeline_.collide(frameOf(call), data, callback);
   endFrame(call);
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collideContacts(frameOf(call), request);
+  last_pairs_ = pipeline_.collideContacts(frameOf(call), request);
   endFrame(call);
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
   const Call call(*this);
   beginFrame(call);
-  pipeline_.collidePairs(frameOf(call), request);
+  last_pairs_ = pipeline_.collidePairs(frameOf(call), request);
   endFrame(call);
 }
 

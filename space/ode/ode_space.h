@@ -132,6 +132,7 @@ class ParallelSAPSpace : public dxSpace {
   std::unique_ptr<RayCaster> rays_;  // from the first batch on
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
+  std::size_t last_pairs_ = 0;  // of the last frame
   Workspace workspace_;
   SpaceObservers observers_;
 };

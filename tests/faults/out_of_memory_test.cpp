@@ -429,3 +429,29 @@ TEST_CASE("Trees that could not be built are none, and are built by the next cal
   }
   CHECK(failures >= 4);  // views, summaries and what cells have
 }
+
+TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]") {
+  for (const std::size_t n : {3, 300}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, 9));
+    for (const dGeomID geom : world.geoms()) dBodySetLinearVel(world.giveBody(geom), 1, 0, 0);
+    const Pairs expected = collide(space);
+    dParallelSAPSpaceSetWarnings(space, 1);
+    int failures = 0;
+    for (int frame = 0; frame < 600; ++frame) {
+      INFO(n << " boxes, frame " << frame);
+      Pairs pairs;
+      pairs.reserve(expected.size());
+      {
+        const Allocations allocations(frame % 3, false);
+        dSpaceCollide(space, &pairs, [](void* data, dGeomID, dGeomID) {
+          static_cast<Pairs*>(data)->emplace_back();
+        });
+      }
+      failures += Allocations::failed();
+      CHECK(pairs.size() == expected.size());
+    }
+    CHECK(failures > 0);
+  }
+}
