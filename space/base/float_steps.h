@@ -19,11 +19,6 @@ inline std::uint64_t bitsOf(double value) {
   memcpy(&bits, &value, sizeof bits);
   return bits;
 }
-inline double doubleOf(std::uint64_t bits) {
-  double value;
-  memcpy(&value, &bits, sizeof value);
-  return value;
-}
 ODE_PARALLEL_SAP_BOTH_SIDES inline float floatOf(std::int32_t bits) {
   float value;
   memcpy(&value, &bits, sizeof value);

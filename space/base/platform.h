@@ -49,10 +49,6 @@ inline void freeAligned(void* data) {
 
 // Relaxed atomic accesses to words that other code reads and writes as they are.
 template <class Word>
-[[gnu::always_inline]] inline Word addShared(Word& word, Word value) {
-  return __atomic_fetch_add(&word, value, __ATOMIC_RELAXED);
-}
-template <class Word>
 [[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }

@@ -1,7 +1,6 @@
 #include "space/geoms/geom_update.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -156,7 +155,7 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles(nullptr, threads);
+    const bool wide = needsDoubles();
     if (wide == boxes_.wide || repeated) return used;
     boxes_.wide = wide;
     (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
@@ -164,38 +163,11 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
 }
 
 // Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
-// exact tests, and floats again when those would be far fewer. `changed`: the slots that were
-// packed since this was asked, or null for all.
-bool GeomUpdate::needsDoubles(const Buffer<Slot>* changed, int threads) {
+// exact tests, and floats again when those would be far fewer.
+bool GeomUpdate::needsDoubles() const {
   const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
   if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
-  const std::size_t most = boxes_.size / (boxes_.wide ? 8 : 2);
-  if (coarse * coarse / 2 <= most) {
-    changed_since_count_ = boxes_.size;
-    return false;
-  }
-  if (changed) {
-    // Too few to have made another cluster.
-    changed_since_count_ += changed->size();
-    if (boxes_.wide || changed_since_count_ * 8 <= coarse) return boxes_.wide;
-  }
-  changed_since_count_ = 0;
-  listCoarse(boxes_.size);
-  const ScopedMode exact(exactMode());
-  return coarse_clusters_.count(boxes_, coarse_, most, threads) > most;
-}
-
-// Without a branch: whether a box is coarse is hard to predict where many are. One place more than
-// there are such boxes, for what is not one.
-void GeomUpdate::listCoarse(std::size_t slots) {
-  coarse_.resizeDiscarding(static_cast<std::size_t>(facts_.coarse) + 1);
-  std::size_t listed = 0;
-  for (std::size_t slot = 0; slot < slots; ++slot) {
-    coarse_[listed] = static_cast<Slot>(slot);
-    listed += (states_[slot] & coarse_state) != 0;
-  }
-  assert(listed < coarse_.size());
-  coarse_.resize(listed);
+  return coarse * coarse / 2 > boxes_.size / (boxes_.wide ? 8 : 2);
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -348,18 +320,17 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
       watched_.erase(slot);
     else
       watched_.insert(slot);
-  return takeOver(mergeParts(some_body_), threads);
+  return takeOver(mergeParts(some_body_));
 }
 
 // Makes the facts of some slots, packed again, part of those of all. False if these would have
 // been packed otherwise.
-bool GeomUpdate::takeOver(const UpdateFacts& packed, int threads) {
+bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
   takeExactness();
   return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
-         (boxes_.filter_bodies || !packed.filter_bodies) &&
-         (slots_.size() == 0 || needsDoubles(&slots_, threads) == boxes_.wide);
+         (boxes_.filter_bodies || !packed.filter_bodies) && needsDoubles() == boxes_.wide;
 }
 
 }  // namespace ode_parallel_sap

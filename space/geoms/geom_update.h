@@ -9,7 +9,6 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
-#include "space/geoms/coarse_clusters.h"
 #include "space/geoms/geom_packer.h"
 
 namespace ode_parallel_sap {
@@ -56,9 +55,7 @@ class GeomUpdate {
   const UpdateFacts& facts() const { return facts_; }
   BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
-  std::size_t bytes() const {
-    return bytesOf(boxes_, parts_, states_, watched_, slots_, coarse_clusters_, coarse_);
-  }
+  std::size_t bytes() const { return bytesOf(boxes_, parts_, states_, watched_, slots_); }
 
  private:
   // Geoms that are brought up to date together: those of all slots, or of the slots of a list.
@@ -76,13 +73,12 @@ class GeomUpdate {
   static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles(const Buffer<Slot>* changed, int threads);
-  void listCoarse(std::size_t slots);
+  bool needsDoubles() const;
   void numberBodies(dxGeom* const* geoms);
   void watchAll();
   void resizeTo(std::size_t slots);
   void takeExactness();
-  bool takeOver(const UpdateFacts& packed, int threads);
+  bool takeOver(const UpdateFacts& packed);
   void listSlots(const SlotSet& set, std::size_t slots);
 
   BoxSet boxes_;
@@ -97,9 +93,6 @@ class GeomUpdate {
   std::size_t watched_count_ = not_counted;
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
-  CoarseClusters coarse_clusters_;
-  std::size_t changed_since_count_ = 0;
-  Buffer<Slot> coarse_;
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 

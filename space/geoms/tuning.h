@@ -7,9 +7,6 @@
 
 namespace ode_parallel_sap {
 
-// Counters that lie scattered in memory are asked for in blocks of so many before they are needed.
-constexpr std::size_t prefetched_block = 2 * prefetch_distance;
-
 // Geoms are brought up to date in blocks of so many: their poses and bounds are asked for while
 // they are listed.
 constexpr std::size_t update_block = prefetch_distance;
@@ -19,9 +16,5 @@ constexpr std::size_t update_block = prefetch_distance;
 // Unit: geoms. From: peers, dense-cube at rest, 10,000 to 1,000,000 geoms.
 // Doubled: 0.87 to 1.08 of the time. Halved: 0.88 to 1.33.
 constexpr std::size_t look_distance = 4 * prefetch_distance;
-
-// Counters of clusters, so that boxes all far from each other seem to make a pair for sixteen boxes
-// at most.
-constexpr std::size_t counters_a_box = 8;
 
 }  // namespace ode_parallel_sap

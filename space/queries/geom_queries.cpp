@@ -1,8 +1,11 @@
 #include "space/queries/geom_queries.h"
 
+#include <algorithm>
+
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
+#include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -18,6 +21,7 @@ void prefetch(const dxGeom* geom) {
 void GeomQueries::release() {
   tree_.release();
   found_.release();
+  marks_ = SlotSet();
 }
 
 void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits) {
@@ -39,15 +43,25 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<
   hits.resize(found);
 }
 
+// Few hits are sorted. Many are marked in a set, which is in order.
 void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
-  tree_.find(geoms, geom, found_.list());
-  hits.resizeDiscarding(found_.list().size());
+  tree_.find(geoms, geom, found_);
+  hits.resizeDiscarding(found_.size());
   dxGeom** next = hits.data();
-  found_.forEachInOrder(geoms.size(), [&](Slot slot) {
+  const auto add = [&](Slot slot) {
     dxGeom* const own = geoms[slot];
     prefetchState(own);
     *next++ = own;
-  });
+  };
+  if (found_.size() < geoms.size() / many_hits + few_hits) {
+    std::sort(found_.begin(), found_.end());
+    std::for_each(found_.begin(), found_.end(), add);
+    return;
+  }
+  marks_.growTo(geoms.size());
+  for (const Slot slot : found_) marks_.insert(slot);
+  marks_.forEach(add);
+  marks_.clear();
 }
 
 void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {

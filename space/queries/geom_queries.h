@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "space/base/buffer.h"
-#include "space/queries/found_slots.h"
+#include "space/base/slot_set.h"
 #include "space/queries/geom_tree.h"
 
 struct dxGeom;
@@ -41,14 +41,16 @@ class GeomQueries {
 
   // Gives back all that is held.
   void release();
-  std::size_t bytes() const { return bytesOf(tree_, found_); }
+  std::size_t bytes() const { return bytesOf(tree_, found_, marks_); }
 
  private:
   void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
 
   GeomTree tree_;
-  FoundSlots found_;
+  // Kept between queries, so that none of them allocates.
+  Buffer<Slot> found_;
+  SlotSet marks_;  // empty between queries
 };
 
 }  // namespace ode_parallel_sap

@@ -13,8 +13,8 @@ constexpr double build_cost = 12;
 // query 1. Changes are noted one by one while that costs less than looking at all geoms.
 constexpr double refresh_cost = 4;
 
-// Hits are put in order by bits rather than by sorting where they are this part of all slots.
-constexpr std::size_t many_hits = 1024;
+// Hits are marked rather than sorted if they are this part of all slots, but for a few.
+constexpr std::size_t many_hits = 1024, few_hits = 16;
 
 // How much wider than its boxes a cell is on each side, in parts of its extent: little enough to
 // leave most queries the cells they would visit anyway; a pile that trembles stays within it.
