@@ -13,22 +13,6 @@ namespace {
 
 Region handing_out("pairs in blocks: blocks");
 
-// Says in whatever way a thread leaves its work that it did not come to its end.
-class Attempt {
- public:
-  explicit Attempt(std::atomic<bool>& failed) : failed_(failed) {}
-  ~Attempt() {
-    if (!succeeded_) failed_.store(true, std::memory_order_relaxed);
-  }
-  Attempt(const Attempt&) = delete;
-  Attempt& operator=(const Attempt&) = delete;
-  void succeed() { succeeded_ = true; }
-
- private:
-  std::atomic<bool>& failed_;
-  bool succeeded_ = false;
-};
-
 }  // namespace
 
 void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
@@ -62,13 +46,16 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
   std::atomic<bool> failed{false};
   ChunkQueue queue(count, PairBlock::size);
   return runTeam(handing_out, team, [&](int, int) {
-    Attempt attempt(failed);
     PairBlock block(request);
     PairCursor cursor(pairs);
     Range range;
-    while (!failed.load(std::memory_order_relaxed) && queue.next(range))
-      block.handOut(range.begin, count, geoms, cursor);
-    attempt.succeed();
+    try {
+      while (!failed.load(std::memory_order_relaxed) && queue.next(range))
+        block.handOut(range.begin, count, geoms, cursor);
+    } catch (...) {
+      failed.store(true, std::memory_order_relaxed);
+      throw;
+    }
   });
 }
 
