@@ -120,23 +120,14 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
   for (std::size_t slot = both; slot < any; ++slot) left_.insert(static_cast<Slot>(slot));
 }
 
-FatProxies::Use FatProxies::judge(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
-  const ScopedMode mode(exactMode());
-  skipped_ = 0;
-  const bool slow = tolerance_ > 0 || isSlow(boxes);
-  if (running_ && fat_.filter_bits == boxes.filter_bits &&
-      fat_.filter_bodies == boxes.filter_bodies) {
-    listLeft(boxes, threads);
-    const std::size_t count = left_.count();
-    // Half of what is found anew as quickly without fat boxes. Others may have made trees of boxes
-    // that are not these.
-    if (count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds()))
-      return Use::served;
-  }
-  const bool in_vain = running_ && frames_ == 0;
-  stop();
-  if (in_vain) return Use::in_vain;
-  return slow ? Use::started : Use::off;
+// Whether so few boxes left their fat ones that candidates serve: at most half of what is found
+// anew as quickly. Others may have made trees of boxes that are not these.
+bool FatProxies::serves(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+  if (fat_.filter_bits != boxes.filter_bits || fat_.filter_bodies != boxes.filter_bodies)
+    return false;
+  listLeft(boxes, threads);
+  const std::size_t count = left_.count();
+  return count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds());
 }
 
 bool FatProxies::use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep) {
@@ -150,10 +141,18 @@ bool FatProxies::use(const BoxSet& boxes, dReal tolerance, int threads, const Sw
     back_off_.pass();
     return false;
   }
-  const Use use = judge(boxes, threads, sweep);
-  if (use == Use::in_vain) back_off_.failed();
-  if (use == Use::served) back_off_.paid();
-  return use == Use::started || use == Use::served;
+  const ScopedMode mode(exactMode());
+  skipped_ = 0;
+  const bool slow = tolerance_ > 0 || isSlow(boxes);
+  if (!running_) return slow;
+  if (serves(boxes, threads, sweep)) {
+    back_off_.paid();
+    return true;
+  }
+  const bool in_vain = frames_ == 0;
+  stop();
+  if (in_vain) back_off_.failed();
+  return slow && !in_vain;
 }
 
 void FatProxies::skip() {

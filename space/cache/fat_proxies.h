@@ -27,22 +27,13 @@ namespace ode_parallel_sap {
 // slot and 8 a candidate.
 class FatProxies {
  public:
-  enum class Use {
-    off,      // boxes move so far that they would not stay in fat ones
-    started,  // all get fat boxes
-    served,   // candidates are kept
-    in_vain   // too many left their fat boxes in the first frame after they got them
-  };
-  // Whether find() should find the pairs of these boxes, which are floats. Judges by what happened
-  // before, too: fat boxes that are left at once cost half a frame. `sweep` is the one that find()
-  // gets.
-  // With a `tolerance` margins are a part of it, and all candidates are pairs.
+  // Whether find() should find the pairs of these boxes, which are floats: they have moved little
+  // since the last call, and fat boxes were not left in vain lately. `sweep` is the one that find()
+  // gets. With a `tolerance` margins are a part of it, and all candidates are pairs.
   bool use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep);
-  // The same by the motion from the boxes of the last call to these.
-  Use judge(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
   // A frame did without. After many in a row nothing is held.
   void skip();
-  // Finds the pairs of the boxes that were judged, as PairFinder::find does. The sweep's trees are
+  // Finds the pairs of the boxes that use() saw, as PairFinder::find does. The sweep's trees are
   // those of fat boxes afterwards.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
 
@@ -55,6 +46,7 @@ class FatProxies {
 
  private:
   bool isSlow(const BoxSet& boxes);
+  bool serves(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
@@ -67,7 +59,7 @@ class FatProxies {
   bool running_ = false;
   BackOff back_off_{4};
   int frames_ = 0;            // since all got fat boxes
-  int skipped_ = 0;           // frames since the last judge()
+  int skipped_ = 0;           // frames since use() looked
   std::uint64_t builds_ = 0;  // of the sweep, when its trees were last those of fat boxes
   BoxSet fat_;
   PairList candidates_;
