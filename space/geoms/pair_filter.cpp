@@ -41,6 +41,9 @@ struct PairFilter::ExactTest {
 
 namespace {
 
+// Stands in the place of a pair that is to go.
+constexpr Pair dropped_pair = ~Pair{0};
+
 Region verifying("filter: verified pairs"), testing("filter: exact tests");
 
 }  // namespace
@@ -65,7 +68,7 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
       pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
   }
   testSegments(test, threads, pairs);
-  if (!gaps_.empty()) pair_gaps_.close(gaps_, threads, pairs);
+  closeGaps(pairs);
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy.
@@ -114,26 +117,23 @@ const PairList& PairFilter::select(dxGeom* const* geoms, const UpdateFacts& fact
 void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
                         const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();
-  verified.clear(1);
-  verified.parts[0].resizeDiscarding(count);
-  Pair* const begin = verified.parts[0].data();
   const int team = what.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
-  pieces_.assign(static_cast<std::size_t>(team), {count, count, 0});
+  verified.clear(static_cast<std::size_t>(team));
   runTeam(verifying, team, [&](int thread, int size) {
     const Range own = ownPart(count, thread, size);
-    Pair* to = begin + own.begin;
+    Buffer<Pair>& part = verified.parts[static_cast<std::size_t>(thread)];
+    part.resizeDiscarding(own.end - own.begin);
+    Pair* to = part.data();
     PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
       to = verifyRun(geoms, what, run, run_end, to);
     });
-    pieces_[thread] = {own.begin, own.end, static_cast<std::size_t>(to - begin) - own.begin};
+    part.resize(static_cast<std::size_t>(to - part.data()));
   });
-  pair_gaps_.join(pieces_, team, verified.parts[0]);
 }
 
-// Long segments are cut, so that what threads take as they come is of like size. Leaves in gaps_
-// where pairs were dropped.
+// Long segments are cut, so that what threads take as they come is of like size.
 void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pairs) {
-  gaps_.clear();
+  clearForTeam(gaps_, 0);
   std::size_t count = 0;
   for (const PairList::Segment& segment : pairs.borderline) count += segment.end - segment.begin;
   if (count == 0) return;
@@ -144,18 +144,28 @@ void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pair
       pieces_to_test_.push_back({segment.part, begin, std::min(begin + most, segment.end)});
   const std::size_t pieces = pieces_to_test_.size();
   const int team = teamFor(count, grains::geom_tests, threads);
-  if (gaps_found_.size() < static_cast<std::size_t>(team)) gaps_found_.resize(team);
-  for (auto& gaps : gaps_found_) gaps.clear();
+  clearForTeam(gaps_, team);
   const ScopedMode mode(exactMode());
   const std::size_t chunk = std::max<std::size_t>(pieces * most / count, 1);
   runChunks(testing, team, pieces, chunk, [&](const Range& range, int thread) {
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const PairList::Segment& piece = pieces_to_test_[i];
       Pair* const part = pairs.parts[piece.part].data();
-      if (test.run(part + piece.begin, part + piece.end)) gaps_found_[thread].push_back(piece);
+      if (test.run(part + piece.begin, part + piece.end)) gaps_[thread].push_back(piece);
     }
   });
-  for (const auto& gaps : gaps_found_) gaps_.insert(gaps_.end(), gaps.begin(), gaps.end());
+}
+
+// Takes the dropped pairs out. What lies before the first one of a part is not read.
+void PairFilter::closeGaps(PairList& pairs) {
+  for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
+    Buffer<Pair>& part = pairs.parts[i];
+    std::size_t first = part.size();
+    for (const auto& of_thread : gaps_)
+      for (const PairList::Segment& gap : of_thread)
+        if (gap.part == i) first = std::min(first, gap.begin);
+    part.resize(std::remove(part.begin() + first, part.end(), dropped_pair) - part.begin());
+  }
 }
 
 }  // namespace ode_parallel_sap

@@ -5,7 +5,6 @@
 
 #include "space/base/pair_list.h"
 #include "space/geoms/geom_update.h"
-#include "space/geoms/pair_gaps.h"
 #include "space/geoms/plane_pairs.h"
 
 namespace ode_parallel_sap {
@@ -38,9 +37,7 @@ class PairFilter {
                          Selected& selected);
   // Pairs of planes are found apart, if the rules say so.
   PlanePairs& planes() { return planes_; }
-  std::size_t bytes() const {
-    return bytesOf(pieces_to_test_, gaps_found_, gaps_, pieces_, pair_gaps_, planes_);
-  }
+  std::size_t bytes() const { return bytesOf(pieces_to_test_, gaps_, planes_); }
 
  private:
   // What there is to verify besides that geoms are enabled.
@@ -59,12 +56,10 @@ class PairFilter {
   static Pair* verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
                          const Pair* end, Pair* to);
   void testSegments(const ExactTest& test, int threads, PairList& pairs);
+  void closeGaps(PairList& pairs);
 
   std::vector<PairList::Segment> pieces_to_test_;
-  std::vector<std::vector<PairList::Segment>> gaps_found_;  // one a thread
-  std::vector<PairList::Segment> gaps_;
-  std::vector<PairGaps::Piece> pieces_;
-  PairGaps pair_gaps_;
+  std::vector<Buffer<PairList::Segment>> gaps_;  // where pairs were dropped; one a thread
   PlanePairs planes_;
 };
 
