@@ -9,9 +9,6 @@ namespace ode_parallel_sap::mechanisms {
 
 // Pairs of what did not change stay (PairCache).
 constexpr bool kept_pairs = true;
-// A frame of which nothing was told goes through no list of slots (PairCache::isPlainlySame), and
-// without a report does not run (Pipeline::collidePairs).
-constexpr bool plainly_same_frames = true;
 // What changed meets kept trees (ProxyTrees). Else any change has all found anew.
 constexpr bool incremental_trees = true;
 // Pairs of boxes with room to move in are kept where all move by little (FatProxies).

@@ -52,10 +52,6 @@ template <class Word>
 [[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
-template <class Word>
-[[gnu::always_inline]] inline void storeShared(Word& word, Word value) {
-  __atomic_store_n(&word, value, __ATOMIC_RELAXED);
-}
 
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On
 // Linux it takes some ten microseconds.

@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 void PairCache::beginFrame(bool nested) {
   if (!complete_ || nested) running_ = false;
-  complete_ = repeats_ = false;
+  complete_ = false;
 }
 
 void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
@@ -20,13 +20,6 @@ void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
   changed_.growTo(slots);
   source_ = on_device ? Source::device : in_trees ? Source::trees : Source::no_trees;
   trees_started_ = false;
-}
-
-// Sees without going through the slots that nothing was noted, and that there is nothing to look
-// at.
-bool PairCache::isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const {
-  return mechanisms::plainly_same_frames && !any_changed_ && !all_may_have_changed_ &&
-         !rules.checked && source_ != Source::device && geom_update.watchesNone();
 }
 
 // Small scenes are found anew faster than changes in trees that would have to be built.
@@ -39,15 +32,9 @@ bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
 PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, const PackRules& rules,
                                     int threads, GeomUpdate& geom_update) {
   Update update;
-  was_plainly_same_ = false;
   const bool same_rules = rules == rules_;
   rules_ = rules;
   if (!running_ || !same_rules || !geom_update.canRepack()) return update;
-  if (isPlainlySame(rules, geom_update)) {
-    was_plainly_same_ = update.kept = true;
-    geom_update.keepAll();
-    return update;
-  }
   if (tooMany(changed_.count(), slots)) return update;
   changed_.growTo(slots);
   bool all = std::exchange(all_may_have_changed_, false);
@@ -60,10 +47,7 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
   update.changes = changed_.count();
   if (tooMany(update.changes, slots)) return update;
   update.kept = geom_update.repack(geoms, slots, threads, changed_);
-  if (update.kept)
-    any_changed_ = update.changes > 0;
-  else
-    update.moved_in_vain = geom_update.facts().moved;
+  if (!update.kept) update.moved_in_vain = geom_update.facts().moved;
   return update;
 }
 

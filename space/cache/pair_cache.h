@@ -36,23 +36,18 @@ class PairCache {
     if (!running_) return;
     changed_.growTo(slot + std::size_t{1});
     changed_.insert(slot);
-    any_changed_ = true;
   }
   // Its geom has other bits, another body, or is enabled or disabled. From many threads at once.
   void noteShared(Slot slot) {
     if (!running_) return;
     changed_.insertShared(slot);
-    storeShared(any_changed_, true);
   }
   // Any of the geoms may be such a one.
   void noteAll() { all_may_have_changed_ = true; }
   // The slots that changed since the last frame; null where that is not known.
   const SlotSet* changed() const { return complete_ && running_ ? &changed_ : nullptr; }
   // All boxes were packed.
-  void forgetChanges() {
-    changed_.clear();
-    any_changed_ = false;
-  }
+  void forgetChanges() { changed_.clear(); }
 
   // Frames within a callback use the boxes, too, and one that throws leaves them as they are: then
   // nothing is kept.
@@ -81,13 +76,6 @@ class PairCache {
   bool noteReported(bool all, const Update& update) {
     return std::exchange(reported_all_, all) && all && update.isSame();
   }
-  // The frame found all as it was, and reported nothing. Settings change, or what is asked for.
-  void noteRepeat() { repeats_ = true; }
-  void noteSettings() { repeats_ = false; }
-  // Whether the last frame did so, and another one would do so, too, without a look at any geom.
-  bool wouldRepeat(const GeomUpdate& geom_update) const {
-    return repeats_ && running_ && was_plainly_same_ && isPlainlySame(rules_, geom_update);
-  }
   struct Counts {
     int threads = 1;
     std::size_t found = 0, kept = 0;  // pairs
@@ -105,21 +93,17 @@ class PairCache {
   // Who left the pairs of the last frame, and with them what renew() can go on from.
   enum class Source { trees, no_trees, device };
 
-  bool isPlainlySame(const PackRules& rules, const GeomUpdate& geom_update) const;
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
   int findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
                   const BoxSet& boxes, int threads);
 
   SlotSet changed_;
-  bool any_changed_ = false;  // if not, changed_ is empty
   bool all_may_have_changed_ = false;
-  bool complete_ = false;          // the last frame came to its report
-  bool running_ = false;           // its boxes and pairs are known
-  bool was_plainly_same_ = false;  // at the last update()
-  bool reported_all_ = false;      // of the candidates, in the last frame
-  bool repeats_ = false;
-  PackRules rules_;  // of the last update()
+  bool complete_ = false;      // the last frame came to its report
+  bool running_ = false;       // its boxes and pairs are known
+  bool reported_all_ = false;  // of the candidates, in the last frame
+  PackRules rules_;            // of the last update()
   Source source_ = Source::no_trees;
   bool trees_started_ = false;  // since the last start()
   ProxyTrees<float> trees_;

@@ -41,9 +41,6 @@ std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* 
 }
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
-  // Where settings and geoms are the same, neither they nor the plan need be looked at.
-  if (!request.callback && cache_.wouldRepeat(geom_update_) && statistics_.repeatFrame())
-    return call.lists.candidates.size();
   statistics_.beginFrame();
   PairBlock block(request);
   if (Policy::isSmall(call.slots(), call.settings)) {
@@ -60,7 +57,6 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
     const int used = handOutBlocks(*pairs, call.geoms(), request, frame.plan.block_threads);
     frame.clock.pause();
     frame.stats.threads = used;
-    if (frame.same && !request.callback) cache_.noteRepeat();
     if (request.concurrent())
       policy_.learnOfBatch(call.settings,
                            {Batch::blocks, used, pairs->size(), frame.clock.of(Stage::report)});

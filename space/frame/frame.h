@@ -79,8 +79,6 @@ class Pipeline {
   // from many threads at once.
   void noteUnreported(Slot slot) { cache_.noteShared(slot); }
   void noteAllUnreported() { cache_.noteAll(); }
-  // A setting changes, or what is asked of frames.
-  void noteSettings() { cache_.noteSettings(); }
   // A geom comes to a slot or leaves it.
   void noteArrival() { pair_filter_.planes().forget(); }
   void noteDeparture(const dxGeom* geom, Slot slot) {

@@ -96,13 +96,6 @@ class Statistics {
   explicit Statistics(bool sums) : sums_wanted_(sums), times_wanted_(sums) {}
 
   void beginFrame() { ++last_.frames; }
-  // Counts a frame that would do what the last one did, which was nothing. False: this one is to
-  // run, to be timed.
-  bool repeatFrame() {
-    if (sums_wanted_ || ++repeated_frames_ % timed_interval == 0) return false;
-    ++last_.frames;
-    return true;
-  }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
   void note(const dParallelSAPStats& frame, const StageClock& clock);
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
@@ -145,7 +138,6 @@ class Statistics {
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;
   unsigned small_frames_ = 0;  // since times are wanted
-  unsigned repeated_frames_ = 0;
   dParallelSAPStats last_ = {};
   FrameSums sums_;
 };

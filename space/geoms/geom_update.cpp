@@ -138,7 +138,6 @@ void GeomUpdate::listSlots(const SlotSet& set, std::size_t slots) {
 int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& rules, int threads) {
   packer_.rules = rules;
   watching_ = false;
-  watched_count_ = not_counted;
   boxes_.size = slots;
   boxes_.bits.resizeDiscarding(slots);
   boxes_.bodies.resizeDiscarding(slots);
@@ -224,8 +223,7 @@ void GeomUpdate::watchAll() {
 int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all,
                        SlotSet& changed) {
   if (!watching_) watchAll();
-  watched_count_ = watched_.count();
-  const std::size_t looks = all ? boxes_.size : watched_count_;
+  const std::size_t looks = all ? boxes_.size : watched_.count();
   if (looks == 0) return 1;
   const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
              plain = !packer_.rules.skip();
@@ -304,7 +302,6 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
   if (!watching_) watchAll();
   resizeTo(slots);
   listSlots(changed, slots);
-  if (slots_.size()) watched_count_ = not_counted;
   const auto threadsForSlots = [&] {
     return teamFor(slots_.size(), grains::packed_slots, threads);
   };

@@ -33,8 +33,6 @@ class GeomUpdate {
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.
   int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
-  // Whether the rules name none to look at, as the last notice() found.
-  bool watchesNone() const { return watched_count_ == 0; }
   // The geoms that did so, those of `changed` apart, although the rules say that it is told.
   struct Untold {
     std::size_t count = 0;
@@ -44,12 +42,6 @@ class GeomUpdate {
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
   // others now. False if boxes() has to be packed as a whole, because the facts are others now.
   bool repack(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed);
-  // repack() where no slot changed and watchesNone().
-  void keepAll() {
-    facts_.moved = 0;
-    facts_.newly_invalid.clear();
-    slots_.resizeDiscarding(0);
-  }
   // The slots of the last repack(), ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
@@ -89,8 +81,6 @@ class GeomUpdate {
   GeomPacker packer_;
   Buffer<SlotState> states_;  // by slot
   SlotSet watched_;           // slots that notice() looks at
-  static constexpr std::size_t not_counted = ~std::size_t{0};
-  std::size_t watched_count_ = not_counted;
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;

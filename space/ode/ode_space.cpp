@@ -272,7 +272,6 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     const Scene all = scene(false);
     if (needs_clean_) pipeline_.clean(all, settings_);
     observer.seeScene(all, settings_.rules);
-    noteSettings();  // the pairs are wanted, too
   });
 }
 

@@ -70,10 +70,7 @@ class ParallelSAPSpace : public dxSpace {
   bool isFast(const dxGeom* geom) const;
 
   // Which pairs begin and end, if that is asked for.
-  void turnEvents(bool on) {
-    noteSettings();
-    pipeline_.events().turn(on);
-  }
+  void turnEvents(bool on) { pipeline_.events().turn(on); }
   const PairEvents& events() const { return pipeline_.events(); }
 
   // Not while the space is locked.
@@ -81,10 +78,7 @@ class ParallelSAPSpace : public dxSpace {
   SpaceObservers& observers() { return observers_; }
 
   const Settings& settings() const { return settings_; }
-  Settings& changeSettings() {
-    noteSettings();
-    return settings_;
-  }
+  Settings& changeSettings() { return settings_; }
   // Also asks for times from now on, which the smallest scenes do without.
   const dParallelSAPStats& stats();
 
@@ -105,7 +99,6 @@ class ParallelSAPSpace : public dxSpace {
   FrameCall frameOf(const Call& call);
   void beginFrame(const Call& call);
   void endFrame(const Call& call);
-  void noteSettings() { pipeline_.noteSettings(); }
   void closeSlots();
   void checkSilent();
   static void updateOther(dxGeom* geom);
