@@ -70,8 +70,7 @@ void DeviceSweep::reserve() {
     c.keys[i].reserve(boxes);
     c.slots[i].reserve(boxes);
   }
-  keys_ = {c.keys[0].data(), c.keys[1].data()};
-  slots_ = {c.slots[0].data(), c.slots[1].data()};
+  slots_ = c.slots[1].data();
   c.starts.reserve(boxes);
   c.flags.reserve(boxes);
   c.sorted.reserve(boxes * record_bytes);
@@ -108,12 +107,8 @@ void DeviceSweep::orderAndSearch() {
       c.compute,
       [&] {
         order();
-        recorded_keys_ = sorted_keys_;
-        recorded_slots_ = sorted_slots_;
         search(false);
       });
-  sorted_keys_ = recorded_keys_;
-  sorted_slots_ = recorded_slots_;
   if (!frame_.isShared()) collect();
 }
 
@@ -121,13 +116,12 @@ void DeviceSweep::orderAndSearch() {
 void DeviceSweep::order() {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
-  assignKeys(c.boxes.data(), boxes, c.plan.data(), keys_.current, slots_.current, c.queue());
+  const KeyedSlots<std::uint32_t> assigned = {c.keys[0].data(), c.slots[0].data()};
+  assignKeys(c.boxes.data(), boxes, c.plan.data(), assigned.keys, assigned.slots, c.queue());
   mark(Classified);
-  sortByKey(keys_, slots_, boxes, c.queue());
-  sorted_keys_ = keys_;
-  sorted_slots_ = slots_;
+  sortByKey(assigned, {c.keys[1].data(), slots_}, boxes, c.queue());
   mark(Sorted);
-  cutCells(keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
+  cutCells(c.keys[1].data(), boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   mark(Packed);
 }
@@ -149,8 +143,8 @@ device::OpenLists DeviceSweep::openLists() {
 
 void DeviceSweep::buildCells() {
   Context& c = *context_;
-  packCells({c.boxes.data(), slots_.current, frame_.boxes}, c.starts.data(), c.plan.data(),
-            cellStore(), c.queue());
+  packCells({c.boxes.data(), slots_, frame_.boxes}, c.starts.data(), c.plan.data(), cellStore(),
+            c.queue());
 }
 
 // Returns whether the order has become any better.
@@ -158,21 +152,17 @@ bool DeviceSweep::divideClusters(int round) {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
   for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(boxes);
-  if (round == 0) {
-    keys_ = sorted_keys_;
-    slots_ = sorted_slots_;
-    long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
-  }
-  const OrderedBoxes ordered = {c.boxes.data(), slots_.current, boxes};
-  const bool divided = round == 0
-                           ? device::divideClusters(ordered, keys_.current, c.plan.data(),
-                                                    long_keys_.current, c.queue())
-                           : device::divideClusters(ordered, long_keys_.current, c.plan.data(),
-                                                    long_keys_.other, c.queue());
-  if (!divided) return false;
-  if (round > 0) long_keys_.swap();
-  sortByKey(long_keys_, slots_, boxes, c.queue());
-  cutCells(long_keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
+  const OrderedBoxes ordered = {c.boxes.data(), slots_, boxes};
+  const KeyedSlots<std::uint64_t> divided = {c.long_keys[0].data(), slots_};
+  std::uint64_t* const sorted = c.long_keys[1].data();
+  const bool any =
+      round == 0 ? device::divideClusters(ordered, c.keys[1].data(), c.plan.data(), divided.keys,
+                                          c.queue())
+                 : device::divideClusters(ordered, sorted, c.plan.data(), divided.keys, c.queue());
+  if (!any) return false;
+  slots_ = c.slots[slots_ == c.slots[0].data()].data();
+  sortByKey(divided, {sorted, slots_}, boxes, c.queue());
+  cutCells(sorted, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   return true;
 }

@@ -137,12 +137,7 @@ class DeviceSweep {
   // Blocks of slots whose lists are sorted but the long ones, and how many that is before the host
   // knows.
   std::size_t sorted_blocks_ = 0, blocks_at_once_ = 0;
-  device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
-  // The same after the sort, which leaves its result in either array; and after the sort that is
-  // replayed.
-  device::DoubleBuffer<std::uint32_t> sorted_keys_ = {}, sorted_slots_ = {};
-  device::DoubleBuffer<std::uint32_t> recorded_keys_ = {}, recorded_slots_ = {};
-  device::DoubleBuffer<std::uint64_t> long_keys_ = {};
+  std::uint32_t* slots_ = nullptr;  // one of the context's: in their order
 };
 
 }  // namespace ode_parallel_sap

@@ -329,26 +329,10 @@ __global__ void __launch_bounds__(block_threads)
 template <class In>
 void scan(const In* values, unsigned long long* sums, std::size_t count,
           const ScratchQueue& queue) {
-  std::size_t bytes = 0;
-  const auto size = static_cast<std::int64_t>(count);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size,
-                                            queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(queue.scratch.data(), bytes, values, sums, Add(), 0ull,
-                                            size, queue.stream));
-}
-
-// Returns which of the two has the result.
-const std::uint64_t* sortKeys(DeviceBuffer<std::uint64_t> (&buffers)[2], unsigned long long count,
-                              int bits, const ScratchQueue& queue) {
-  cub::DoubleBuffer<std::uint64_t> keys(buffers[0].data(), buffers[1].data());
-  const auto size = static_cast<std::int64_t>(count);
-  std::size_t bytes = 0;
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(queue.scratch.data(), bytes, keys, size, 0, bits,
-                                            queue.stream));
-  return keys.Current();
+  withScratch(queue, [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch, bytes, values, sums, Add(), 0ull,
+                                              static_cast<std::int64_t>(count), queue.stream));
+  });
 }
 
 int bitsFor(std::uint64_t values) {
@@ -406,8 +390,12 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
   const std::size_t blocks = blocksFor(from.words, queue);
   launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists, from,
          store.keys[0].data());
-  const std::uint64_t* const sorted =
-      sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
+  std::uint64_t* const sorted = store.keys[1].data();
+  withScratch(queue, [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch, bytes, store.keys[0].data(), sorted,
+                                              static_cast<std::int64_t>(from.words), 0,
+                                              from.word_bits + bitsFor(count - 1), queue.stream));
+  });
   launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
          lists.to);
 }
