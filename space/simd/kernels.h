@@ -179,6 +179,10 @@ struct KernelSet {
                            std::size_t count, bool exact, std::uint64_t* pairs);
 };
 
+extern const KernelSet kernels_portable;
+extern const KernelSet kernels_sse2, kernels_avx2, kernels_avx512;  // on x86-64 only
+extern const KernelSet kernels_neon;                                // on 64-bit ARM only
+
 // The set in use: the best one for this processor unless another was chosen.
 const KernelSet& kernelSet();
 
