@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <vector>
 
 #include "cuda/axis_lists/axis_kernels.h"
 #include "cuda/axis_lists/tuning.h"
 #include "cuda/device/device.h"
 #include "cuda/device/devices.h"
-#include "cuda/device/tuning.h"
 #include "space/base/floating_point.h"
 #include "space/base/packed_pair_rule.h"
 #include "space/base/pair_finder.h"
@@ -29,8 +27,6 @@ using device::CommonCounts;
 // take, 256 MB.
 constexpr std::uint64_t axis_chunk_pairs = std::uint64_t{1} << 24;
 
-// Found pairs travel this many at a time.
-constexpr std::size_t piece_pairs = device::piece_bytes / sizeof(Pair);
 // Pairs that get their slots, filters and marks.
 constexpr Grain finished_pairs = {2 * chunk_pairs, Grain::whole};
 
@@ -51,7 +47,6 @@ class DevicePart {
   // Finds the part's pairs, of its own box numbers, in no particular order.
   void find(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes,
             Buffer<Pair>& found);
-  std::size_t hostBytes() const { return staging_.bytes() + pairs_here_.bytes(); }
   std::size_t deviceBytes() const {
     std::size_t bytes = rows_.bytes() + both_.bytes() + all_.bytes() + counts_.bytes();
     for (const DeviceBuffer<std::uint32_t>& list : lists_) bytes += list.bytes();
@@ -61,15 +56,12 @@ class DevicePart {
  private:
   void reserve(const AxisPart& part, const AxisChoice& axes, std::uint64_t most_bytes);
   void sendRows(const AxisPart& part, AxisView (&views)[3]);
-  void fetch(std::uint64_t count, Buffer<Pair>& found);
 
   int processors_ = 0;
   DeviceBuffer<char> rows_;  // of all axes, as they were sent
   DeviceBuffer<std::uint32_t> lists_[3];
   DeviceBuffer<Pair> both_, all_;
   DeviceBuffer<CommonCounts> counts_;
-  PinnedBuffer<char> staging_;
-  PinnedBuffer<Pair> pairs_here_;
   PinnedBuffer<CommonCounts> counts_here_;
   Stream stream_;
 };
@@ -105,7 +97,6 @@ void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint
   }
   if (allowed && needed > allowed) throw ListsTooLong(needed, allowed);
   rows_.reserve(rows);
-  staging_.reserve(rows);
   for (int axis = 0; axis < 3; ++axis) lists_[axis].reserve(lists[axis]);
   both_.reserve(chunk);
   all_.reserve(chunk);
@@ -115,9 +106,9 @@ void DevicePart::reserve(const AxisPart& part, const AxisChoice& axes, std::uint
 
 void DevicePart::sendRows(const AxisPart& part, AxisView (&views)[3]) {
   std::size_t offset = 0;
-  const auto stage = [&](const void* from, std::size_t bytes) {
-    if (bytes) std::memcpy(staging_.data() + offset, from, bytes);
+  const auto send = [&](const void* from, std::size_t bytes) {
     char* const place = rows_.data() + offset;
+    if (bytes) CHECK_CUDA(cudaMemcpyAsync(place, from, bytes, cudaMemcpyHostToDevice, stream_));
     offset += bytes;
     return place;
   };
@@ -126,31 +117,16 @@ void DevicePart::sendRows(const AxisPart& part, AxisView (&views)[3]) {
     const RowsLayout layout(rows);
     const std::size_t end = offset + layout.bytes();
     AxisView& view = views[axis];
-    view.begins = reinterpret_cast<unsigned long long*>(stage(rows.begins.data(), layout.begins));
-    view.order = reinterpret_cast<std::uint32_t*>(stage(rows.order.data(), layout.boxes));
-    view.reach = reinterpret_cast<std::uint32_t*>(stage(rows.reach.data(), layout.boxes));
-    view.ranks = reinterpret_cast<std::uint32_t*>(stage(rows.ranks.data(), layout.ranks));
+    view.begins = reinterpret_cast<unsigned long long*>(send(rows.begins.data(), layout.begins));
+    view.order = reinterpret_cast<std::uint32_t*>(send(rows.order.data(), layout.boxes));
+    view.reach = reinterpret_cast<std::uint32_t*>(send(rows.reach.data(), layout.boxes));
+    view.ranks = reinterpret_cast<std::uint32_t*>(send(rows.ranks.data(), layout.ranks));
     view.list = lists_[axis].data();
     view.first = 0;
     view.last = rows.pairs();
     view.count = static_cast<std::uint32_t>(rows.order.size());
     view.inverted = rows.inverted;
     offset = end;
-  }
-  CHECK_CUDA(
-      cudaMemcpyAsync(rows_.data(), staging_.data(), offset, cudaMemcpyHostToDevice, stream_));
-}
-
-void DevicePart::fetch(std::uint64_t count, Buffer<Pair>& found) {
-  const std::size_t before = found.size();
-  found.resize(before + count);
-  pairs_here_.reserve(std::min<std::size_t>(count, piece_pairs));
-  for (std::size_t begin = 0; begin < count; begin += piece_pairs) {
-    const std::size_t pairs = std::min<std::size_t>(count - begin, piece_pairs);
-    CHECK_CUDA(cudaMemcpyAsync(pairs_here_.data(), all_.data() + begin, pairs * sizeof(Pair),
-                               cudaMemcpyDeviceToHost, stream_));
-    CHECK_CUDA(cudaStreamSynchronize(stream_));
-    std::memcpy(found.data() + before + begin, pairs_here_.data(), pairs * sizeof(Pair));
   }
 }
 
@@ -172,7 +148,12 @@ void DevicePart::find(const AxisPart& part, const AxisChoice& axes, std::uint64_
     CHECK_CUDA(cudaMemcpyAsync(counts_here_.data(), counts_.data(), sizeof(CommonCounts),
                                cudaMemcpyDeviceToHost, stream_));
     CHECK_CUDA(cudaStreamSynchronize(stream_));
-    fetch(counts_here_[0].all, found);
+    const std::size_t before = found.size(), count = counts_here_[0].all;
+    found.resize(before + count);
+    if (count)
+      CHECK_CUDA(cudaMemcpyAsync(found.data() + before, all_.data(), count * sizeof(Pair),
+                                 cudaMemcpyDeviceToHost, stream_));
+    CHECK_CUDA(cudaStreamSynchronize(stream_));
   }
 }
 
@@ -313,9 +294,7 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
 
 std::size_t CudaAxisLists::bytes() const {
   std::size_t bytes = endpoints_.bytes() + wide_endpoints_.bytes() + pair_order_.bytes();
-  for (const Share& share : shares_)
-    bytes +=
-        share.part.bytes() + share.found.bytes() + (share.device ? share.device->hostBytes() : 0);
+  for (const Share& share : shares_) bytes += share.part.bytes() + share.found.bytes();
   for (const Buffer<Pair>& finished : finished_) bytes += finished.bytes();
   return bytes;
 }

@@ -82,14 +82,13 @@ class LockedStorage {
 
 }  // namespace
 
-bool PageLock::covers(const void* data, std::size_t bytes) {
+void PageLock::lock(const void* data, std::size_t bytes) {
   const bool again = data == last_ && bytes == last_bytes_;
   if (!again) refused_ = false;
   last_ = data;
   last_bytes_ = bytes;
-  if (!again || refused_ || !Storage::isMapped(bytes)) return false;
-  refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes);
-  return !refused_;
+  if (again && !refused_ && Storage::isMapped(bytes))
+    refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes);
 }
 
 }  // namespace ode_parallel_sap

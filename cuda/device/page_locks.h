@@ -10,11 +10,11 @@ namespace ode_parallel_sap {
 // leaves the program with other pages than the device.
 class PageLock {
  public:
-  // Whether storage that begins at `data` and has `bytes` is locked for all devices; the calling
-  // thread's device is current. Locked when it is asked for the second time in a row, as what lasts
-  // for a frame only is not worth it. False where the system does not let it be, which is no
-  // failure: the same storage is not tried again.
-  bool covers(const void* data, std::size_t bytes);
+  // Locks storage that begins at `data` and has `bytes`, for all devices, when it is called with it
+  // the second time in a row: what lasts for a frame only is not worth it. The calling thread's
+  // device is current. That the system does not let it is no failure: copies are slower, and the
+  // same storage is not tried again.
+  void lock(const void* data, std::size_t bytes);
 
  private:
   const void* last_ = nullptr;

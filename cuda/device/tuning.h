@@ -25,8 +25,5 @@ constexpr std::size_t piece_bytes = 3 << 20;
 // fixed: what travels at a time at least, a part of that.
 constexpr std::size_t least_piece_bytes = piece_bytes / 8;
 
-// Looks at whether another thread is done before the core is given away: some 50 us.
-constexpr int spins_before_yield = 2000;
-
 }  // namespace device
 }  // namespace ode_parallel_sap

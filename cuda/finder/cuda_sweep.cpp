@@ -31,7 +31,7 @@ class CudaSweep final : public CudaPairFinder {
 
  private:
   void takeDevices();
-  void findOn(std::size_t devices, const BoxSet& boxes, int threads, PairList& pairs);
+  void findOn(std::size_t devices, const BoxSet& boxes, PairList& pairs);
   void lose(std::size_t device, const DeviceFailure& failure);
   void readTimes(const Context& first, const DeviceGroup::Times& host);
 
@@ -39,15 +39,14 @@ class CudaSweep final : public CudaPairFinder {
   std::size_t taken_ = 0;                             // of its devices
   std::vector<std::unique_ptr<DeviceSweep>> sweeps_;  // of those that have not failed
   std::size_t wanted_ = 1, devices_used_ = 0;
-  int threads_used_ = 1;
   std::vector<FailedDevice> failures_;
   bool measuring_ = false;
   CudaStageTimes times_;
 };
 
-int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
+// The calling thread drives the devices alone.
+int CudaSweep::find(const BoxSet& boxes, int, PairList& pairs) {
   if (!takes(boxes)) throw DeviceFailure("boxes of doubles are not for the device");
-  threads_used_ = 1;
   times_ = {};
   for (;;) {
     takeDevices();
@@ -58,8 +57,8 @@ int CudaSweep::find(const BoxSet& boxes, int threads, PairList& pairs) {
     if (boxes.size < 2)
       pairs.clear(1);
     else
-      findOn(devices_used_, boxes, threads, pairs);
-    if (sweeps_.size() == left) return threads_used_;
+      findOn(devices_used_, boxes, pairs);
+    if (sweeps_.size() == left) return 1;
   }
 }
 
@@ -78,7 +77,7 @@ void CudaSweep::lose(std::size_t device, const DeviceFailure& failure) {
   sweeps_.erase(sweeps_.begin() + static_cast<std::ptrdiff_t>(device));
 }
 
-void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, int threads, PairList& pairs) {
+void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, PairList& pairs) {
   std::vector<DeviceSweep*> members;
   for (std::size_t i = 0; i < devices; ++i) {
     sweeps_[i]->measuring = measuring_ && i == 0;
@@ -86,7 +85,7 @@ void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, int threads, Pa
   }
   DeviceGroup group(std::move(members));
   try {
-    threads_used_ = std::max(threads_used_, group.find(boxes, threads, pairs));
+    group.find(boxes, pairs);
     if (measuring_) group.onFirst([&](const Context& first) { readTimes(first, group.times()); });
   } catch (const DeviceFailure& failure) {
     lose(group.failed(), failure);

@@ -15,7 +15,7 @@ namespace ode_parallel_sap {
 // measuring. The stages follow each other without a gap, except that boxes arrive during `upload`
 // and pairs leave during `lists`.
 struct CudaStageTimes {
-  float upload = 0;      // first box staged until the last one is on the device
+  float upload = 0;      // first box sent until the last one is on the device
   float classify = 0;    // classes of sizes, keys
   float sort = 0;        // boxes along the curve
   float cells = 0;       // cells cut, packed and put into a tree
@@ -23,7 +23,7 @@ struct CudaStageTimes {
   float scan = 0;        // places of the lists
   float scatter = 0;     // pairs put into their lists
   float lists = 0;       // lists sorted
-  float host_wait = 0;   // on the host: from the last box staged to the number of pairs known
+  float host_wait = 0;   // on the host: from the last box sent to the number of pairs known
   float host_pairs = 0;  // on the host: from there to the last pair written
   // Of several devices those of the first; `scan` and `scatter` include what they tell each other.
   // All stages from the last box's arrival to the last list sorted.

@@ -89,24 +89,6 @@ __global__ void __launch_bounds__(level_threads) levelKernel(const ScenePlan* pl
   }
 }
 
-template <class Key>
-void sortPairs(DoubleBuffer<Key>& keys, DoubleBuffer<std::uint32_t>& slots, std::size_t count,
-               int first_bit, const ScratchQueue& queue) {
-  constexpr int bits = sizeof(Key) * 8;
-  cub::DoubleBuffer<Key> key_buffers(keys.current, keys.other);
-  cub::DoubleBuffer<std::uint32_t> slot_buffers(slots.current, slots.other);
-  std::size_t bytes = 0;
-  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, key_buffers, slot_buffers,
-                                             static_cast<std::int64_t>(count), first_bit, bits,
-                                             queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceRadixSort::SortPairs(queue.scratch.data(), bytes, key_buffers, slot_buffers,
-                                             static_cast<std::int64_t>(count), first_bit, bits,
-                                             queue.stream));
-  if (key_buffers.Current() != keys.current) keys.swap();
-  if (slot_buffers.Current() != slots.current) slots.swap();
-}
-
 }  // namespace
 
 TreeLayout::TreeLayout(std::size_t most) : records(0) {
@@ -117,15 +99,22 @@ TreeLayout::TreeLayout(std::size_t most) : records(0) {
   }
 }
 
-void sortByKey(DoubleBuffer<std::uint32_t>& keys, DoubleBuffer<std::uint32_t>& slots,
-               std::size_t count, const ScratchQueue& queue) {
-  sortPairs(keys, slots, count, 32 - keyDigitsFor(count), queue);
+template <class Key>
+void sortByKey(const KeyedSlots<Key>& from, const KeyedSlots<Key>& to, std::size_t count,
+               const ScratchQueue& queue) {
+  constexpr int bits = sizeof(Key) * 8;
+  const int first_bit = sizeof(Key) == 4 ? bits - keyDigitsFor(count) : 0;
+  const auto sort = [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceRadixSort::SortPairs(scratch, bytes, from.keys, to.keys, from.slots,
+                                               to.slots, static_cast<std::int64_t>(count),
+                                               first_bit, bits, queue.stream));
+  };
+  withScratch(queue, sort);
 }
-
-void sortByKey(DoubleBuffer<std::uint64_t>& keys, DoubleBuffer<std::uint32_t>& slots,
-               std::size_t count, const ScratchQueue& queue) {
-  sortPairs(keys, slots, count, 0, queue);
-}
+template void sortByKey(const KeyedSlots<std::uint32_t>&, const KeyedSlots<std::uint32_t>&,
+                        std::size_t, const ScratchQueue&);
+template void sortByKey(const KeyedSlots<std::uint64_t>&, const KeyedSlots<std::uint64_t>&,
+                        std::size_t, const ScratchQueue&);
 
 template <class Key>
 void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t* flags,
@@ -133,14 +122,12 @@ void cutCells(const Key* keys, std::size_t count, ScenePlan* plan, std::uint8_t*
   launch("cut cells", cutKernel<Key>, blocksForAll(count), block_threads, queue.stream, keys, count,
          plan, flags);
   const thrust::counting_iterator<std::uint32_t> places(0);
-  std::size_t bytes = 0;
-  CHECK_CUDA(cub::DeviceSelect::Flagged(nullptr, bytes, places, flags, starts,
-                                        &plan->counters.cells, static_cast<std::int64_t>(count),
-                                        queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceSelect::Flagged(queue.scratch.data(), bytes, places, flags, starts,
-                                        &plan->counters.cells, static_cast<std::int64_t>(count),
-                                        queue.stream));
+  const auto select = [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceSelect::Flagged(scratch, bytes, places, flags, starts,
+                                          &plan->counters.cells, static_cast<std::int64_t>(count),
+                                          queue.stream));
+  };
+  withScratch(queue, select);
 }
 template void cutCells(const std::uint32_t*, std::size_t, ScenePlan*, std::uint8_t*, std::uint32_t*,
                        const ScratchQueue&);

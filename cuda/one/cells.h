@@ -22,19 +22,17 @@ struct TreeLayout {
   explicit TreeLayout(std::size_t most);
 };
 
-// Two arrays that a sort uses in turn.
-template <class T>
-struct DoubleBuffer {
-  T* current;
-  T* other;
-  void swap() { std::swap(current, other); }
+// Keys, and slots that belong to them.
+template <class Key>
+struct KeyedSlots {
+  Key* keys;
+  std::uint32_t* slots;
 };
 
-// Sorts slots by keys, both `count` long; stable.
-void sortByKey(DoubleBuffer<std::uint32_t>& keys, DoubleBuffer<std::uint32_t>& slots,
-               std::size_t count, const ScratchQueue& queue);
-void sortByKey(DoubleBuffer<std::uint64_t>& keys, DoubleBuffer<std::uint32_t>& slots,
-               std::size_t count, const ScratchQueue& queue);
+// Sorts `count` slots by their keys, of 32 or 64 bits, from one place to another; stable.
+template <class Key>
+void sortByKey(const KeyedSlots<Key>& from, const KeyedSlots<Key>& to, std::size_t count,
+               const ScratchQueue& queue);
 
 // Cuts the order where digits of the keys change until no cell has more than cell_size boxes, and
 // within clusters of equal keys. starts[0..plan->cells) become the cells' first places. `flags` has

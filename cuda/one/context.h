@@ -9,11 +9,9 @@
 #include "cuda/device/device.h"
 #include "cuda/device/graph.h"
 #include "cuda/device/page_locks.h"
-#include "cuda/one/download.h"
 #include "cuda/one/lists.h"
 #include "cuda/one/scene_plan.h"
 #include "cuda/one/search.h"
-#include "cuda/one/upload.h"
 #include "space/base/box_set.h"
 
 namespace ode_parallel_sap {
@@ -50,13 +48,12 @@ struct Context {
   DeviceBuffer<char> sorted, tree;  // records
   DeviceBuffer<std::uint32_t> counts;
   DeviceBuffer<unsigned long long> begins, block_begins;
-  DeviceBuffer<std::uint32_t> has_list, long_slots;
+  DeviceBuffer<std::uint32_t> long_slots;
   device::LongListStore long_store;
   DeviceBuffer<std::uint32_t> rows;       // the first words of each list
   DeviceBuffer<device::Found> found;      // pairs beyond the rows
   DeviceBuffer<std::uint32_t> lists;      // with these in their places
-  DeviceBuffer<std::uint32_t> segments;   // sorted, as words
-  DeviceBuffer<device::Found> pairs;      // or as pairs, where they travel as such
+  DeviceBuffer<device::Found> pairs;      // sorted
   DeviceBuffer<std::uint8_t> borderline;  // of these (lists.h)
   // Only where several devices share a scene: the sums of what all have counted. What the others
   // have counted and found, if it cannot be read where it is.
@@ -66,22 +63,18 @@ struct Context {
 
   PinnedBuffer<device::Counters> host_counters;
   PinnedBuffer<unsigned long long> host_begins;
-  PinnedBuffer<std::uint32_t> host_has_list;
   PinnedBuffer<std::uint8_t> host_borderline;
 
   std::vector<int> linked, readable;  // devices it was linked with; whose memory it can read
 
   PageLock boxes_lock, bits_lock, bodies_lock, pairs_lock;
-  Upload upload;
-  Download download;
-  std::vector<std::unique_ptr<Event>> stage_events, ready;
+  std::vector<std::unique_ptr<Event>> stage_events;
   Event piece_here, slice_here, filters_here, searched, summarised, result_here;
   CachedGraph graph;
   Stream compute, up, down;
 
   std::size_t hostBytes() const {
-    return host_counters.bytes() + host_begins.bytes() + host_has_list.bytes() +
-           host_borderline.bytes() + upload.bytes() + download.bytes();
+    return host_counters.bytes() + host_begins.bytes() + host_borderline.bytes();
   }
   std::size_t deviceBytes() const {
     return boxes.bytes() + bits.bytes() + bodies.bytes() + all_counts.bytes() +
@@ -89,9 +82,8 @@ struct Context {
            keys[0].bytes() + keys[1].bytes() + slots[0].bytes() + slots[1].bytes() +
            starts.bytes() + long_keys[0].bytes() + long_keys[1].bytes() + flags.bytes() +
            sorted.bytes() + tree.bytes() + counts.bytes() + begins.bytes() + block_begins.bytes() +
-           has_list.bytes() + long_store.bytes() + long_slots.bytes() + rows.bytes() +
-           found.bytes() + lists.bytes() + segments.bytes() + pairs.bytes() + borderline.bytes() +
-           scratch.bytes();
+           long_store.bytes() + long_slots.bytes() + rows.bytes() + found.bytes() + lists.bytes() +
+           pairs.bytes() + borderline.bytes() + scratch.bytes();
   }
   ScratchQueue queue() { return {{compute, processors}, scratch}; }
   // Places for pairs beyond the rows.

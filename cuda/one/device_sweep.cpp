@@ -4,11 +4,35 @@
 
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
-#include "cuda/one/row_length.h"
+#include "cuda/one/tuning.h"
 
 namespace ode_parallel_sap {
 
 using namespace device;
+
+namespace {
+
+// fixed: a row is whole sectors of memory.
+constexpr std::uint32_t least_row = 8;
+
+// Where lists have so many pairs on average: the last length, which spares the frame a new graph,
+// unless it is too short or four times too long. Where lists are long there are no rows: 0. Rows of
+// several devices are as long as of one, since the device that has a slot's cell finds most of its
+// pairs.
+std::uint32_t rowLengthFor(double pairs_a_slot, std::uint32_t last) {
+  const double wanted = pairs_a_slot * row_places_a_pair;
+  if (wanted > most_row) return 0;
+  if (last >= wanted && last <= std::max<double>(least_row, 4 * wanted)) return last;
+  std::uint32_t length = least_row;
+  while (length < wanted) length *= 2;
+  return length;
+}
+
+std::size_t segmentsFor(std::size_t pairs) {
+  return (pairs + segment_pairs - 1) / segment_pairs;
+}
+
+}  // namespace
 
 DriverContext DeviceSweep::driverContext() {
   if (!context_) driver_context_ = driverContextOf(device_);
@@ -62,8 +86,7 @@ void DeviceSweep::reserve() {
     c.keys[i].reserve(boxes);
     c.slots[i].reserve(boxes);
   }
-  keys_ = {c.keys[0].data(), c.keys[1].data()};
-  slots_ = {c.slots[0].data(), c.slots[1].data()};
+  slots_ = c.slots[1].data();
   c.starts.reserve(boxes);
   c.flags.reserve(boxes);
   c.sorted.reserve(boxes * record_bytes);
@@ -72,11 +95,9 @@ void DeviceSweep::reserve() {
   if (frame_.isShared()) c.all_counts.reserve(slots + 1);
   c.begins.reserve(slots + 1);
   c.block_begins.reserve(blocks() + 1);
-  c.has_list.reserve((slots + 31) / 32);
   c.long_slots.reserve(slots);
   c.host_counters.reserve(1);
   c.host_begins.reserve(blocks() + 1);
-  c.host_has_list.reserve((slots + 31) / 32);
   row_length_ = frame_.row_length;
   c.rows.reserve(slots * row_length_);
   // Few are beyond rows, but each warp that has some takes chunk_places.
@@ -89,10 +110,7 @@ void DeviceSweep::reservePairs(std::size_t pairs, std::size_t beyond) {
   Context& c = *context_;
   c.found.reserve(beyond + overflow_places);
   c.lists.reserve(pairs);
-  if (frame_.in_place)
-    c.pairs.reserve(pairs);
-  else
-    c.segments.reserve(segmentedSize(pairs));
+  c.pairs.reserve(pairs);
 }
 
 void DeviceSweep::orderAndSearch() {
@@ -105,12 +123,8 @@ void DeviceSweep::orderAndSearch() {
       c.compute,
       [&] {
         order();
-        recorded_keys_ = sorted_keys_;
-        recorded_slots_ = sorted_slots_;
         search(false);
       });
-  sorted_keys_ = recorded_keys_;
-  sorted_slots_ = recorded_slots_;
   if (!frame_.isShared()) collect();
 }
 
@@ -118,13 +132,12 @@ void DeviceSweep::orderAndSearch() {
 void DeviceSweep::order() {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
-  assignKeys(c.boxes.data(), boxes, c.plan.data(), keys_.current, slots_.current, c.queue());
+  const KeyedSlots<std::uint32_t> assigned = {c.keys[0].data(), c.slots[0].data()};
+  assignKeys(c.boxes.data(), boxes, c.plan.data(), assigned.keys, assigned.slots, c.queue());
   mark(Classified);
-  sortByKey(keys_, slots_, boxes, c.queue());
-  sorted_keys_ = keys_;
-  sorted_slots_ = slots_;
+  sortByKey(assigned, {c.keys[1].data(), slots_}, boxes, c.queue());
   mark(Sorted);
-  cutCells(keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
+  cutCells(c.keys[1].data(), boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   mark(Packed);
 }
@@ -146,8 +159,8 @@ device::OpenLists DeviceSweep::openLists() {
 
 void DeviceSweep::buildCells() {
   Context& c = *context_;
-  packCells({c.boxes.data(), slots_.current, frame_.boxes}, c.starts.data(), c.plan.data(),
-            cellStore(), c.queue());
+  packCells({c.boxes.data(), slots_, frame_.boxes}, c.starts.data(), c.plan.data(), cellStore(),
+            c.queue());
 }
 
 // Returns whether the order has become any better.
@@ -155,21 +168,17 @@ bool DeviceSweep::divideClusters(int round) {
   Context& c = *context_;
   const std::size_t boxes = frame_.boxes;
   for (DeviceBuffer<std::uint64_t>& keys : c.long_keys) keys.reserve(boxes);
-  if (round == 0) {
-    keys_ = sorted_keys_;
-    slots_ = sorted_slots_;
-    long_keys_ = {c.long_keys[0].data(), c.long_keys[1].data()};
-  }
-  const OrderedBoxes ordered = {c.boxes.data(), slots_.current, boxes};
-  const bool divided = round == 0
-                           ? device::divideClusters(ordered, keys_.current, c.plan.data(),
-                                                    long_keys_.current, c.queue())
-                           : device::divideClusters(ordered, long_keys_.current, c.plan.data(),
-                                                    long_keys_.other, c.queue());
-  if (!divided) return false;
-  if (round > 0) long_keys_.swap();
-  sortByKey(long_keys_, slots_, boxes, c.queue());
-  cutCells(long_keys_.current, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
+  const OrderedBoxes ordered = {c.boxes.data(), slots_, boxes};
+  const KeyedSlots<std::uint64_t> divided = {c.long_keys[0].data(), slots_};
+  std::uint64_t* const sorted = c.long_keys[1].data();
+  const bool any =
+      round == 0 ? device::divideClusters(ordered, c.keys[1].data(), c.plan.data(), divided.keys,
+                                          c.queue())
+                 : device::divideClusters(ordered, sorted, c.plan.data(), divided.keys, c.queue());
+  if (!any) return false;
+  slots_ = c.slots[slots_ == c.slots[0].data()].data();
+  sortByKey(divided, {sorted, slots_}, boxes, c.queue());
+  cutCells(sorted, boxes, c.plan.data(), c.flags.data(), c.starts.data(), c.queue());
   buildCells();
   return true;
 }
@@ -221,7 +230,7 @@ void DeviceSweep::listOwn(const PartCounts& counts) {
 void DeviceSweep::summarise(const std::uint32_t* counts) {
   Context& c = *context_;
   summariseLists(counts, c.begins.data(), frame_.boxes, c.plan.data(),
-                 {c.has_list.data(), c.block_begins.data(), c.long_slots.data()}, c.queue());
+                 {c.block_begins.data(), c.long_slots.data()}, c.queue());
   mark(Scanned);
 }
 
@@ -231,8 +240,8 @@ void DeviceSweep::collect() {
   Context& c = *context_;
   CHECK_CUDA(cudaEventRecord(c.summarised, c.compute));
   sorted_blocks_ = frame_.isShared() ? 0 : std::min(blocks(), blocks_at_once_);
-  if (sorted_blocks_ && frame_.in_place) clearBorderline(sortedPlaces(true));
-  device::sortLists(lists(frame_.in_place), 0, sorted_blocks_, c.queue());
+  if (sorted_blocks_) clearBorderline(sortedPlaces());
+  sortLists(lists(), 0, sorted_blocks_, c.queue());
 
   CHECK_CUDA(cudaStreamWaitEvent(c.down, c.summarised, 0));
   CHECK_CUDA(cudaMemcpyAsync(c.host_counters.data(), &c.plan.data()->counters, sizeof(Counters),
@@ -241,9 +250,6 @@ void DeviceSweep::collect() {
                              (blocks() + 1) * sizeof(unsigned long long), cudaMemcpyDeviceToHost,
                              c.down));
   CHECK_CUDA(cudaEventRecord(c.result_here, c.down));
-  CHECK_CUDA(cudaMemcpyAsync(c.host_has_list.data(), c.has_list.data(),
-                             (frame_.boxes + 31) / 32 * sizeof(std::uint32_t),
-                             cudaMemcpyDeviceToHost, c.down));
 }
 
 std::size_t DeviceSweep::found() const {
@@ -263,7 +269,7 @@ bool DeviceSweep::isDone() {
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
   const bool fits =
       found() <= c.foundPlaces() && (frame_.isShared() || pairs() <= c.lists.capacity());
-  if (pairs() > sortedPlaces(frame_.in_place)) sorted_blocks_ = 0;
+  if (pairs() > sortedPlaces()) sorted_blocks_ = 0;
   const unsigned long long* const begins = c.host_begins.data();
   blocks_at_once_ = std::upper_bound(begins, begins + blocks(), most_sorted_at_once) - begins;
   pairs_expected_ = pairs() + pairs() / 4;
@@ -299,84 +305,62 @@ void DeviceSweep::takeRows(const std::uint32_t* words) {
 }
 
 // Pairs for which there is room in the lists and where they go when they are sorted.
-std::size_t DeviceSweep::sortedPlaces(bool in_place) const {
-  const Context& c = *context_;
-  return std::min(c.lists.capacity(), in_place
-                                          ? c.pairs.capacity()
-                                          : c.segments.capacity() / segment_size * segment_words);
+std::size_t DeviceSweep::sortedPlaces() const {
+  return std::min(context_->lists.capacity(), context_->pairs.capacity());
 }
 
 // The lists after scatter, and where they go when they are sorted.
-Lists DeviceSweep::lists(bool in_place) {
+Lists DeviceSweep::lists() {
   Context& c = *context_;
   ListRows rows = list_rows_;  // none yet until takeRows
   if (!frame_.isShared()) rows = {{{c.rows.data(), nullptr}}, 1, row_length_, 0};
-  Lists lists = {rows, c.lists.data(), sortedPlaces(in_place), c.begins.data(), frame_.boxes, {}};
-  if (in_place)
-    lists.to.pairs = {c.pairs.data(), c.borderline.data()};
-  else
-    lists.to.segments = c.segments.data();
-  return lists;
+  return {rows,           c.lists.data(),
+          sortedPlaces(), c.begins.data(),
+          frame_.boxes,   {c.pairs.data(), c.borderline.data()}};
 }
 
 void DeviceSweep::clearBorderline(std::size_t pairs) {
   Context& c = *context_;
-  const std::size_t segments = (pairs + segment_words - 1) / segment_words;
+  const std::size_t segments = segmentsFor(pairs);
   c.borderline.reserve(segments);
   CHECK_CUDA(cudaMemsetAsync(c.borderline.data(), 0, segments, c.compute));
 }
 
-// Calls sorted(i) when it has asked for what words [i, i + 1) * piece_words need.
+// Calls sorted(i) when it has asked for what pairs [i, i + 1) * piece_pairs need.
 template <class Sorted>
-void DeviceSweep::sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted) {
+void DeviceSweep::sortInPieces(Sorted sorted) {
   Context& c = *context_;
-  const std::size_t total = pairs(), pieces = (total + piece_words - 1) / piece_words;
+  const std::size_t total = pairs(), pieces = (total + piece_pairs - 1) / piece_pairs;
   const unsigned long long* const begins = c.host_begins.data();
   const std::uint32_t long_lists = c.host_counters[0].long_lists;
-  if (in_place != frame_.in_place) sorted_blocks_ = 0;
-  if (sorted_blocks_ == 0 && in_place) clearBorderline(total);
+  if (sorted_blocks_ == 0) clearBorderline(total);
   for (std::size_t piece = 0; piece < pieces; ++piece) {
-    const std::size_t words = std::min(total, (piece + 1) * piece_words);
+    const std::size_t words = std::min(total, (piece + 1) * piece_pairs);
     // Up to the first block that begins at or after the piece's end.
     const std::size_t end =
         words == total ? blocks() : std::lower_bound(begins, begins + blocks(), words) - begins;
     if (end > sorted_blocks_) {
-      device::sortLists(lists(in_place), sorted_blocks_, end, c.queue());
+      sortLists(lists(), sorted_blocks_, end, c.queue());
       sorted_blocks_ = end;
     }
     if (!long_lists) sorted(piece);
   }
   if (long_lists) {
-    sortLongLists(lists(in_place), {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
+    sortLongLists(lists(), {c.long_slots.data(), long_lists, c.host_counters[0].long_words},
                   c.long_store, c.queue());
     for (std::size_t piece = 0; piece < pieces; ++piece) sorted(piece);
   }
   mark(Listed);
 }
 
-void DeviceSweep::sortLists(std::size_t piece_words,
-                            const std::function<void(std::size_t)>& ready) {
-  Context& c = *context_;
-  const std::size_t pieces = (pairs() + piece_words - 1) / piece_words;
-  sent_in_place_ = false;
-  while (c.ready.size() < pieces) c.ready.push_back(std::make_unique<Event>());
-  c.segments.reserve(segmentedSize(pairs()));
-  sortInPieces(false, piece_words, [&](std::size_t piece) {
-    CHECK_CUDA(cudaEventRecord(*c.ready[piece], c.compute));
-    ready(piece);
-  });
-}
-
 void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
-  constexpr std::size_t piece_pairs = piece_segments * segment_words;
   Context& c = *context_;
-  sent_in_place_ = true;
-  const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
+  const std::size_t total = pairs(), segments = segmentsFor(total);
   if (total == 0) return mark(Listed);
   c.host_borderline.reserve(segments);
   c.pairs.reserve(total);
   const Found* const sorted = c.pairs.data();
-  sortInPieces(true, piece_pairs, [&](std::size_t piece) {
+  sortInPieces([&](std::size_t piece) {
     const std::size_t first = piece * piece_pairs, count = std::min(piece_pairs, total - first);
     CHECK_CUDA(cudaEventRecord(c.piece_here, c.compute));
     CHECK_CUDA(cudaStreamWaitEvent(c.down, c.piece_here, 0));
@@ -390,12 +374,12 @@ void DeviceSweep::sendPairs(PairList& to, std::size_t part) {
 
 void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
   Context& c = *context_;
-  const std::size_t total = pairs(), segments = (total + segment_words - 1) / segment_words;
+  const std::size_t total = pairs(), segments = segmentsFor(total);
   if (total == 0) return;
   CHECK_CUDA(cudaEventSynchronize(c.result_here));
   for (std::size_t i = 0; i < segments; ++i)
     if (c.host_borderline[i])
-      to.borderline.push_back({part, i * segment_words, std::min((i + 1) * segment_words, total)});
+      to.borderline.push_back({part, i * segment_pairs, std::min((i + 1) * segment_pairs, total)});
 }
 
 void DeviceSweep::mark(Stage stage) {

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 
 #include "cuda/one/cells.h"
@@ -15,7 +14,7 @@
 namespace ode_parallel_sap {
 
 // Calls come in the order open, begin, arrived..., order and search or orderAndSearch, isDone until
-// it is true, then sortLists or sendPairs; or release at any time. The device is current for the
+// it is true, then sendPairs and finishPairs; or release at any time. The device is current for the
 // calling thread. All but wait and release throw DeviceFailure.
 class DeviceSweep {
  public:
@@ -23,8 +22,7 @@ class DeviceSweep {
   struct Frame {
     std::size_t boxes = 0;
     bool filter_bits = false, filter_bodies = false, exact = false;
-    bool in_place = false;  // whether pairs are to travel as such (sendPairs), as far as is known
-    device::Part part;      // of the scene, which pairs are this device's
+    device::Part part;             // of the scene, which pairs are this device's
     std::uint32_t row_length = 0;  // of the rows into which pairs go; all parts' are of one length
     bool isShared() const { return part.count > 1; }
   };
@@ -42,8 +40,6 @@ class DeviceSweep {
   const Context* context() const { return context_.get(); }
 
   std::size_t slots() const { return frame_.boxes; }
-  // Whether the last frame's pairs were sent as such.
-  bool sentInPlace() const { return sent_in_place_; }
 
   void open();
   // How long rows should be, by what learn() was told last.
@@ -90,11 +86,8 @@ class DeviceSweep {
   OwnRows ownRowsOf(const DeviceSweep& part) const;
   void takeRows(const std::uint32_t* words);
 
-  // Sorts the lists, in the order in which they leave. Words [i, i + 1) * piece_words of them may
-  // leave after context()->ready[i]: ready(i) is called when that was asked for.
-  void sortLists(std::size_t piece_words, const std::function<void(std::size_t)>& ready);
-  // The same, and sends them as pairs to where they belong: a part of `pairs`, which has room for
-  // them and is locked. finishPairs waits until all are there.
+  // Sorts the lists and sends them as pairs, piece by piece, to a part of `pairs`, which has room
+  // for them. finishPairs waits until all are there.
   void sendPairs(PairList& pairs, std::size_t part);
   void finishPairs(PairList& pairs, std::size_t part);
 
@@ -120,9 +113,9 @@ class DeviceSweep {
   void collect();
   void clearBorderline(std::size_t pairs);
   template <class Sorted>
-  void sortInPieces(bool in_place, std::size_t piece_words, Sorted sorted);
-  std::size_t sortedPlaces(bool in_place) const;
-  device::Lists lists(bool in_place);
+  void sortInPieces(Sorted sorted);
+  std::size_t sortedPlaces() const;
+  device::Lists lists();
   device::CellStore cellStore();
   device::FoundPairs foundPairs();
   device::OpenLists openLists();
@@ -141,16 +134,10 @@ class DeviceSweep {
   double pairs_a_slot_ = first_pairs_a_slot;
   std::uint32_t row_length_ = 0;     // 0: no rows
   device::ListRows list_rows_ = {};  // of all parts, where there are several
-  // Blocks of slots whose lists are sorted but the long ones, as the frame's in_place says, and how
-  // many that is before the host knows.
+  // Blocks of slots whose lists are sorted but the long ones, and how many that is before the host
+  // knows.
   std::size_t sorted_blocks_ = 0, blocks_at_once_ = 0;
-  bool sent_in_place_ = false;
-  device::DoubleBuffer<std::uint32_t> keys_ = {}, slots_ = {};
-  // The same after the sort, which leaves its result in either array; and after the sort that is
-  // replayed.
-  device::DoubleBuffer<std::uint32_t> sorted_keys_ = {}, sorted_slots_ = {};
-  device::DoubleBuffer<std::uint32_t> recorded_keys_ = {}, recorded_slots_ = {};
-  device::DoubleBuffer<std::uint64_t> long_keys_ = {};
+  std::uint32_t* slots_ = nullptr;  // one of the context's: in their order
 };
 
 }  // namespace ode_parallel_sap

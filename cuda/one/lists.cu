@@ -16,24 +16,12 @@ struct Add {
   }
 };
 
-// What writes word `i` of all lists, which is of that slot, with how far it is ahead.
-struct ToSegments {
-  std::uint32_t* segments;
-  // And the header, if it is a segment's first.
-  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t slot) const {
-    segments[i + (i / segment_words + 1) * header_words] = word;
-    if (i % segment_words == 0)
-      *reinterpret_cast<uint4*>(segments + i / segment_words * segment_size) =
-          make_uint4(slot, 0, 0, 0);
-  }
-};
-struct ToPairs {
-  SortedPairs to;
-  __device__ void operator()(unsigned long long i, std::uint32_t word, std::uint32_t slot) const {
-    to.pairs[i] = Found{word & 1} << 63 | Found{slot} << 32 | (word & word_mask) >> 1;
-    if (word & 1) to.borderline[i / segment_words] = 1;
-  }
-};
+// Writes word `i` of all lists, which is of that slot, as a pair.
+__device__ void writePair(const SortedPairs& to, unsigned long long i, std::uint32_t word,
+                          std::uint32_t slot) {
+  to.pairs[i] = Found{word & 1} << 63 | Found{slot} << 32 | word >> 1;
+  if (word & 1) to.borderline[i / segment_pairs] = 1;
+}
 
 // Notes the slot if its list is long; those of a block at once, as all blocks meet at two counters.
 // There is a place for each slot.
@@ -59,15 +47,13 @@ __device__ void noteLong(std::uint32_t count, std::uint32_t slot, ScenePlan* pla
 }
 
 // One thread a slot, one block list_block slots. The last block's last threads have no slot;
-// block_begins has a place for each block and one more, has_list one for each 32 slots.
+// block_begins has a place for each block and one more.
 __global__ void __launch_bounds__(list_block)
     summariseKernel(const std::uint32_t* counts, const unsigned long long* begins,
                     std::size_t slots, ScenePlan* plan, ListSummary summary) {
   const std::size_t slot = std::size_t{blockIdx.x} * list_block + threadIdx.x;
   if (threadIdx.x == 0) summary.block_begins[blockIdx.x] = begins[slot];
   const std::uint32_t count = slot < slots ? counts[slot] : 0;
-  const unsigned lists = __ballot_sync(all_lanes, count != 0);
-  if (threadIdx.x % 32 == 0 && slot < slots) summary.has_list[slot / 32] = lists;
   noteLong(count, static_cast<std::uint32_t>(slot), plan, summary.long_slots);
   if (blockIdx.x == gridDim.x - 1 && threadIdx.x == 0)
     summary.block_begins[gridDim.x] = begins[slots];
@@ -235,16 +221,15 @@ struct ShortLists {
   std::uint32_t words[list_block * long_list];
   std::uint8_t list_at[list_block * long_list];  // of each word
   unsigned long long shift[list_block];          // what a list's words are ahead of their places
-  std::uint32_t has_list[list_block / 32], warp_sums[list_block / 32];
+  std::uint32_t warp_sums[list_block / 32];
 };
 
 // One block list_block slots, one thread a short list: sorted into shared memory, from which all
 // write word after word. These are list_block * long_list words at most, and go to where `begins`
 // says. If found pairs did not fit, scatter left places unfilled: words are anything then, and the
 // search is made again.
-template <bool of_parts, class Write>
-__global__ void __launch_bounds__(list_block)
-    sortKernel(Lists of, std::size_t first_block, Write write) {
+template <bool of_parts>
+__global__ void __launch_bounds__(list_block) sortKernel(Lists of, std::size_t first_block) {
   __shared__ ShortLists block;
   const std::size_t slots = of.slots;
   if (of.begins[slots] > of.capacity) return;
@@ -254,14 +239,12 @@ __global__ void __launch_bounds__(list_block)
   const unsigned long long end = of.begins[min(slot + 1, slots)];
   const std::uint32_t length =
       end - begin > long_list ? 0 : static_cast<std::uint32_t>(end - begin);
-  const unsigned with_list = __ballot_sync(all_lanes, begin < end);
   std::uint32_t place = length;
   for (int step = 1; step < 32; step *= 2) {
     const std::uint32_t below = __shfl_up_sync(all_lanes, place, step);
     if (lane >= step) place += below;
   }
   if (lane == 31) block.warp_sums[warp] = place;
-  if (lane == 0) block.has_list[warp] = with_list;
   place -= length;
   __syncthreads();
   std::uint32_t count = 0;
@@ -269,12 +252,6 @@ __global__ void __launch_bounds__(list_block)
     if (i == warp) place += count;
     count += block.warp_sums[i];
   }
-  // The slot before in this block that has a list.
-  unsigned before = with_list & ((1u << lane) - 1);
-  int from = warp;
-  while (!before && from > 0) before = block.has_list[--from];
-  const std::uint32_t ahead =
-      before ? t - (from * 32 + 31 - __clz(static_cast<int>(before))) : far_ahead;
 
   std::uint32_t* const to = block.words + place;
   const int longest = warpMax(static_cast<int>(length));
@@ -285,14 +262,14 @@ __global__ void __launch_bounds__(list_block)
     sortList<of_parts, 16>(of, slot, begin, length, to);
   else
     sortList<of_parts, long_list>(of, slot, begin, length, to);
-  if (length) to[0] |= min(ahead, far_ahead) << ahead_shift;
   for (std::uint32_t k = 0; k < length; ++k)
     block.list_at[place + k] = static_cast<std::uint8_t>(t);
   block.shift[t] = begin - place;
   __syncthreads();
   for (std::uint32_t i = t; i < count; i += list_block) {
     const int list = block.list_at[i];
-    write(block.shift[list] + i, block.words[i], static_cast<std::uint32_t>(first + list));
+    writePair(of.to, block.shift[list] + i, block.words[i],
+              static_cast<std::uint32_t>(first + list));
   }
 }
 
@@ -338,52 +315,24 @@ __global__ void __launch_bounds__(block_threads)
 }
 
 // The way back, once the keys are sorted: list follows list as before.
-template <class Write>
 __global__ void __launch_bounds__(block_threads)
-    spreadKernel(const std::uint64_t* keys, LongWords from, Write write) {
+    spreadKernel(const std::uint64_t* keys, LongWords from, SortedPairs to) {
   const unsigned long long stride = std::size_t{gridDim.x} * block_threads;
   for (unsigned long long i = blockIdx.x * std::size_t{block_threads} + threadIdx.x; i < from.words;
        i += stride) {
     const std::uint32_t list = static_cast<std::uint32_t>(keys[i] >> from.word_bits);
     const std::uint32_t word = static_cast<std::uint32_t>(keys[i]) & ((1u << from.word_bits) - 1);
-    const unsigned long long rank = i - from.offsets[list];
-    const std::uint32_t ahead = rank == 0 ? far_ahead << ahead_shift : 0;
-    write(from.begins[list] + rank, word | ahead, from.slots[list]);
+    writePair(to, from.begins[list] + (i - from.offsets[list]), word, from.slots[list]);
   }
 }
 
 template <class In>
 void scan(const In* values, unsigned long long* sums, std::size_t count,
           const ScratchQueue& queue) {
-  std::size_t bytes = 0;
-  const auto size = static_cast<std::int64_t>(count);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(nullptr, bytes, values, sums, Add(), 0ull, size,
-                                            queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceScan::ExclusiveScan(queue.scratch.data(), bytes, values, sums, Add(), 0ull,
-                                            size, queue.stream));
-}
-
-// Returns which of the two has the result.
-const std::uint64_t* sortKeys(DeviceBuffer<std::uint64_t> (&buffers)[2], unsigned long long count,
-                              int bits, const ScratchQueue& queue) {
-  cub::DoubleBuffer<std::uint64_t> keys(buffers[0].data(), buffers[1].data());
-  const auto size = static_cast<std::int64_t>(count);
-  std::size_t bytes = 0;
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(nullptr, bytes, keys, size, 0, bits, queue.stream));
-  queue.scratch.reserve(bytes);
-  CHECK_CUDA(cub::DeviceRadixSort::SortKeys(queue.scratch.data(), bytes, keys, size, 0, bits,
-                                            queue.stream));
-  return keys.Current();
-}
-
-// Calls use(what writes words to where they go).
-template <class Use>
-void withWriter(const Lists& lists, Use use) {
-  if (lists.to.segments)
-    use(ToSegments{lists.to.segments});
-  else
-    use(ToPairs{lists.to.pairs});
+  withScratch(queue, [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceScan::ExclusiveScan(scratch, bytes, values, sums, Add(), 0ull,
+                                              static_cast<std::int64_t>(count), queue.stream));
+  });
 }
 
 int bitsFor(std::uint64_t values) {
@@ -419,13 +368,10 @@ void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* pla
 }
 
 void sortLists(const Lists& lists, std::size_t begin, std::size_t end, const KernelQueue& queue) {
+  if (begin == end) return;
   const bool of_parts = lists.rows.length && lists.rows.parts > 1;
-  const auto sort = [&](auto write) {
-    launch("sort lists",
-           of_parts ? sortKernel<true, decltype(write)> : sortKernel<false, decltype(write)>,
-           end - begin, list_block, queue.stream, lists, begin, write);
-  };
-  if (begin != end) withWriter(lists, sort);
+  launch("sort lists", of_parts ? sortKernel<true> : sortKernel<false>, end - begin, list_block,
+         queue.stream, lists, begin);
 }
 
 void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStore& store,
@@ -444,13 +390,14 @@ void sortLongLists(const Lists& lists, const LongLists& long_lists, LongListStor
   const std::size_t blocks = blocksFor(from.words, queue);
   launch("gather long lists", gatherKernel, blocks, block_threads, queue.stream, lists, from,
          store.keys[0].data());
-  const std::uint64_t* const sorted =
-      sortKeys(store.keys, from.words, from.word_bits + bitsFor(count - 1), queue);
-  const auto spread = [&](auto write) {
-    launch("spread long lists", spreadKernel<decltype(write)>, blocks, block_threads, queue.stream,
-           sorted, from, write);
-  };
-  withWriter(lists, spread);
+  std::uint64_t* const sorted = store.keys[1].data();
+  withScratch(queue, [&](void* scratch, std::size_t& bytes) {
+    CHECK_CUDA(cub::DeviceRadixSort::SortKeys(scratch, bytes, store.keys[0].data(), sorted,
+                                              static_cast<std::int64_t>(from.words), 0,
+                                              from.word_bits + bitsFor(count - 1), queue.stream));
+  });
+  launch("spread long lists", spreadKernel, blocks, block_threads, queue.stream, sorted, from,
+         lists.to);
 }
 
 }  // namespace device

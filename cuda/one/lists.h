@@ -20,7 +20,6 @@ void scanCounts(const std::uint32_t* counts, unsigned long long* begins, std::si
 
 // What the host needs beside the plan's counters.
 struct ListSummary {
-  std::uint32_t* has_list;  // bit i: counts[i] is not 0
   // Where the lists of each block of list_block slots begin, and one more for the end.
   unsigned long long* block_begins;
   std::uint32_t* long_slots;  // whose lists are longer than long_list
@@ -48,22 +47,7 @@ void scatterPairs(const FoundPairs& found, const ScenePlan* plan, const OpenList
 void scatterOwnPairs(const Found* found, std::size_t count, const ScenePlan* plan,
                      const OpenLists& to, const KernelQueue& queue);
 
-// Words of the segments that hold `words` words, headers included.
-constexpr std::size_t segmentedSize(std::size_t words) {
-  return (words + segment_words - 1) / segment_words * segment_size;
-}
-
-// The same up to the last word: what there is to send.
-constexpr std::size_t segmentedEnd(std::size_t words) {
-  return words + (words + segment_words - 1) / segment_words * header_words;
-}
-
-// What travels at a time: at most, and at least.
-constexpr std::size_t piece_segments = piece_bytes / (segment_size * sizeof(std::uint32_t));
-constexpr std::size_t least_piece_segments =
-    least_piece_bytes / (segment_size * sizeof(std::uint32_t));
-
-// Pairs as the host has them (space/base/pair_list.h), in order, and for each segment_words of them
+// Pairs as the host has them (space/base/pair_list.h), in order, and for each segment_pairs of them
 // whether one is borderline, which is 0 before.
 struct SortedPairs {
   Found* pairs;
@@ -83,19 +67,16 @@ struct ListRows {
   std::uint32_t first_slot;
 };
 
-// The lists after scatter, and where they go when they are sorted: into segments, or as pairs. The
-// first words of a list are in its slot's rows, part after part, say k of them; the others follow
-// each other from words[begins[slot] + k] on.
+// The lists after scatter, and where they go as pairs when they are sorted. The first words of a
+// list are in its slot's rows, part after part, say k of them; the others follow each other from
+// words[begins[slot] + k] on.
 struct Lists {
   ListRows rows;
   const std::uint32_t* words;
   unsigned long long capacity;  // of words, and of where they go
   const unsigned long long* begins;
   std::size_t slots;
-  struct {
-    std::uint32_t* segments;  // null: into pairs
-    SortedPairs pairs;
-  } to;
+  SortedPairs to;
 };
 
 // Sorts the lists of blocks [begin, end) but the long ones. Does nothing if they do not fit.

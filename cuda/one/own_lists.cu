@@ -1,6 +1,5 @@
 #include "cuda/one/own_lists.h"
 //
-#include "cuda/one/own_slots.h"
 #include "cuda/one/primitives.cuh"
 
 namespace ode_parallel_sap {
@@ -16,6 +15,24 @@ __global__ void __launch_bounds__(block_threads) addKernel(PartCounts counts, st
   if (i < counts.slots)
     for (std::uint32_t part = 0; part < counts.parts; ++part) sum += counts.of[part][i];
   sums[i] = sum;
+}
+
+// The first slot of part `index` of `count`; the number of slots for the part after the last. From
+// where the lists of all parts begin (scanCounts): a part begins with the first block of list_block
+// slots ahead of which the parts before have their pairs, the same number for all.
+__device__ std::uint32_t firstSlotOf(std::uint32_t index, std::uint32_t count,
+                                     const unsigned long long* begins, std::size_t slots) {
+  if (index == count) return static_cast<std::uint32_t>(slots);
+  const unsigned long long ahead = begins[slots] / count * index;
+  std::size_t low = 0, high = slots / list_block;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (begins[middle * list_block] < ahead)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return static_cast<std::uint32_t>(low * list_block);
 }
 
 // One thread.

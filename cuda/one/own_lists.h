@@ -27,7 +27,7 @@ struct AllLists {
   std::size_t slots;
 };
 
-// Says in the plan which slots are the part's own (own_slots.h), and makes of all lists these: the
+// Says in the plan which slots are the part's own (firstSlotOf), and makes of all lists these: the
 // others become empty.
 void keepOwnLists(const AllLists& lists, const Part& part, ScenePlan* plan,
                   const KernelQueue& queue);

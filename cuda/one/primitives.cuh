@@ -30,6 +30,15 @@ inline Records recordsIn(void* memory, std::size_t count, std::size_t begin = 0)
   return {low + begin, low + count + begin};
 }
 
+// Calls one of CUB's functions as work(scratch, bytes): first for the bytes that it needs.
+template <class Work>
+void withScratch(const ScratchQueue& queue, Work work) {
+  std::size_t bytes = 0;
+  work(nullptr, bytes);
+  queue.scratch.reserve(bytes);
+  work(queue.scratch.data(), bytes);
+}
+
 // Of all lanes of the warp.
 __device__ inline int warpMin(int value) {
 #if __CUDA_ARCH__ >= 800

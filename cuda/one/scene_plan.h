@@ -37,19 +37,7 @@ constexpr std::uint32_t long_list = 32;  // fixed: registers hold so many words
 // Slots whose lists are sorted by one block.
 constexpr int list_block = 256;  // fixed: a byte tells a list of a block
 
-// How the lists travel. The words of all lists follow each other: the later slot above the lowest
-// bit, which tells that the pair is borderline. The top digits of a word tell by how many slots its
-// earlier slot is ahead of the word's before: none within a list, one or a few at its beginning, or
-// `far_ahead`: the next slot that has a list at all. Every segment of words has a header that gives
-// the earlier slot of its first word.
-// fixed: 29 bits hold a slot and a mark; a header keeps segments aligned to 16 bytes, and takes
-// 0.4 % of them.
-constexpr int ahead_shift = 29;
-constexpr std::uint32_t far_ahead = 7;
-constexpr std::uint32_t word_mask = (1u << ahead_shift) - 1;
-constexpr std::size_t segment_words = 1024;
-constexpr std::size_t header_words = 4;
-constexpr std::size_t segment_size = header_words + segment_words;
+constexpr std::size_t segment_pairs = 1024;  // fixed: sorted pairs that share a mark: borderline
 
 // Centre ranges as ordered integers (see ordered()), extents as sums of fixed-point numbers in
 // units of the class's largest extent.

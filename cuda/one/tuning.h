@@ -37,20 +37,12 @@ constexpr std::size_t row_places_a_pair = 3;
 // (6,000 boxes in one spot: 1.5 times).
 constexpr std::uint32_t most_row = 64;
 
-// What travels is cut into so many pieces at least, unless they were smaller than
+// What travels to a device is cut into so many pieces, unless they were smaller than
 // least_piece_bytes: the first can be dealt with early.
 constexpr std::size_t pieces_wanted = 4;
 
-// Pieces of a ring of pinned memory, which stays in the processor's cache.
-constexpr std::size_t ring_pieces = 8;
-
-// From this many threads a device on one of them does nothing but drive it.
-constexpr int threads_with_driver_apart = 4;
-
-// Up to this number of threads pairs travel as such, where their storage can be locked: 8 bytes
-// that no thread has to expand, in place of 4. On 6 threads 1.72 ms in place of 1.87, on 12 in
-// place of 1.53.
-constexpr int most_fetching_in_place = 8;
+// Sorted pairs that travel at a time, 6 MB: while these do, others are sorted.
+constexpr std::size_t piece_pairs = 768 * 1024;
 
 }  // namespace device
 }  // namespace ode_parallel_sap

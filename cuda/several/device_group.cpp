@@ -15,7 +15,7 @@ constexpr int most_rounds = 16;
 
 // fixed: parts of a slice that are passed on while the next ones arrive. The last one is waited
 // for.
-constexpr std::size_t most_exchanges = 16;
+constexpr std::size_t most_exchanged = 16;
 
 template <class Value>
 struct Values {
@@ -29,11 +29,6 @@ void copyBetween(DeviceSweep& to, T* at, const DeviceSweep& from, const T* value
   if (count)
     CHECK_CUDA(
         cudaMemcpyPeerAsync(at, to.device(), values, from.device(), count * sizeof(T), stream));
-}
-
-Download::Lists listsOf(const DeviceSweep& member, bool exact) {
-  const Context& c = *member.context();
-  return {c.segments.data(), member.pairs(), c.ready, c.host_has_list.data(), exact};
 }
 
 }  // namespace
@@ -107,42 +102,38 @@ struct DeviceGroup::Array {
 };
 
 // Each member's slice travels over its own link, and on from there to the others. arrived(member,
-// begin, end, stream) is called when elements [begin, end) are on their way to a member.
+// begin, end, stream) is called when elements [begin, end) are on their way to a member. An array
+// that is not locked travels as well: the driver copies it first.
 template <class Value, class Arrived>
-void DeviceGroup::bring(const Array<Value>& array, int threads, Arrived arrived) {
+void DeviceGroup::bring(const Array<Value>& array, Arrived arrived) {
   const std::size_t slice_bytes = array.count * sizeof(Value) / members_.size();
-  const int rounds = isShared() ? static_cast<int>(std::clamp<std::size_t>(
-                                      slice_bytes / device::piece_bytes, 1, most_exchanges))
-                                : 1;
-  std::vector<char> locked(members_.size());
-  each([&](DeviceSweep& member, std::size_t index) {
-    locked[index] = (member.context()->*array.lock).covers(array.from.data(), array.from.bytes());
+  const std::size_t rounds =
+      isShared() ? std::clamp<std::size_t>(slice_bytes / device::piece_bytes, 1, most_exchanged)
+                 : std::clamp<std::size_t>(slice_bytes / device::least_piece_bytes, 1,
+                                           device::pieces_wanted);
+  each([&](DeviceSweep& member, std::size_t) {
+    (member.context()->*array.lock).lock(array.from.data(), array.from.bytes());
   });
-  for (int round = 0; round < rounds; ++round)
-    bringSlices(array, {round, rounds, locked.data()}, threads, arrived);
+  for (std::size_t round = 0; round < rounds; ++round)
+    bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), arrived);
 }
 
 // A round of several brings a part of each slice.
 template <class Value, class Arrived>
-void DeviceGroup::bringSlices(const Array<Value>& array, const Round& round, int threads,
-                              Arrived arrived) {
+void DeviceGroup::bringSlices(const Array<Value>& array, int round, int rounds, Arrived arrived) {
   const int members = static_cast<int>(members_.size());
   const auto sliceOf = [&](std::size_t index) {
     const Range whole = partOf(array.count, static_cast<int>(index), members);
-    const Range part = partOf(whole.end - whole.begin, round.number, round.of);
+    const Range part = partOf(whole.end - whole.begin, round, rounds);
     return Range{whole.begin + part.begin, whole.begin + part.end};
   };
   each([&](DeviceSweep& member, std::size_t index) {
     Context& c = *member.context();
     const Range slice = sliceOf(index);
-    const Upload::Array upload = {
-        array.from.data() + slice.begin,           array.to(c) + slice.begin,
-        (slice.end - slice.begin) * sizeof(Value), sizeof(Value),
-        round.of > 1 ? 1 : device::pieces_wanted,  round.locked[index] != 0};
-    const int used = c.upload.run(upload, threads, c.up, [&](std::size_t begin, std::size_t end) {
-      arrived(member, slice.begin + begin / sizeof(Value), slice.begin + end / sizeof(Value), c.up);
-    });
-    threads_used_ = std::max(threads_used_, used);
+    CHECK_CUDA(cudaMemcpyAsync(array.to(c) + slice.begin, array.from.data() + slice.begin,
+                               (slice.end - slice.begin) * sizeof(Value), cudaMemcpyHostToDevice,
+                               c.up));
+    arrived(member, slice.begin, slice.end, c.up);
     if (isShared()) CHECK_CUDA(cudaEventRecord(c.slice_here, c.up));
   });
   each([&](DeviceSweep& member, std::size_t index) {
@@ -158,16 +149,15 @@ void DeviceGroup::bringSlices(const Array<Value>& array, const Round& round, int
 }
 
 // Boxes are counted by bin piece by piece, while the next ones travel.
-void DeviceGroup::bringBoxes(const BoxSet& boxes, int threads) {
+void DeviceGroup::bringBoxes(const BoxSet& boxes) {
   const Array<Box> array = {boxes.boxes, boxes.size, &Context::boxes_lock,
                             [](Context& c) { return reinterpret_cast<Box*>(c.boxes.data()); }};
-  bring(array, threads,
-        [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
-          if (begin < end) member.arrived(begin, end, stream);
-        });
+  bring(array, [](DeviceSweep& member, std::size_t begin, std::size_t end, cudaStream_t stream) {
+    if (begin < end) member.arrived(begin, end, stream);
+  });
 }
 
-void DeviceGroup::bringFilters(const BoxSet& boxes, int threads) {
+void DeviceGroup::bringFilters(const BoxSet& boxes) {
   const auto arrived = [](DeviceSweep& member, std::size_t, std::size_t, cudaStream_t stream) {
     Context& c = *member.context();
     CHECK_CUDA(cudaEventRecord(c.filters_here, stream));
@@ -180,20 +170,20 @@ void DeviceGroup::bringFilters(const BoxSet& boxes, int threads) {
   if (boxes.filter_bits)
     bring(Array<FilterBits>{boxes.bits, boxes.size, &Context::bits_lock,
                             [](Context& c) { return c.bits.data(); }},
-          threads, arrived);
+          arrived);
   if (boxes.filter_bodies)
     bring(Array<std::uint32_t>{boxes.bodies, boxes.size, &Context::bodies_lock,
                                [](Context& c) { return c.bodies.data(); }},
-          threads, arrived);
+          arrived);
 }
 
-void DeviceGroup::search(const BoxSet& boxes, int threads) {
+void DeviceGroup::search(const BoxSet& boxes) {
   if (!boxes.filter_bits && !boxes.filter_bodies && !members_[0]->measuring) {
     each([](DeviceSweep& member, std::size_t) { member.orderAndSearch(); });
     return;
   }
   each([](DeviceSweep& member, std::size_t) { member.order(); });
-  bringFilters(boxes, threads);
+  bringFilters(boxes);
   each([](DeviceSweep& member, std::size_t) { member.search(); });
 }
 
@@ -264,33 +254,17 @@ void DeviceGroup::complete() {
   for (DeviceSweep* member : members_) member->learn(pairs);
 }
 
-bool DeviceGroup::wantsInPlace(int threads) const {
-  return isShared() || threads <= device::most_fetching_in_place;
-}
-
-// Where the storage of a member's part is locked its pairs come as such, all members' at once.
-void DeviceGroup::fetch(const BoxSet& boxes, int threads, PairList& pairs) {
-  std::vector<char> in_place(members_.size());
+// Where the storage of the members' parts is locked their pairs come at once.
+void DeviceGroup::fetch(PairList& pairs) {
   pairs.clear(members_.size());
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
     to.resizeDiscarding(member.pairs());
-    in_place[part] =
-        wantsInPlace(threads) && member.context()->pairs_lock.covers(to.data(), to.bytes());
-    if (in_place[part]) return member.sendPairs(pairs, part);
-    Context& c = *member.context();
-    member.sortLists(Download::pieceWords(member.pairs()), [&](std::size_t piece) {
-      c.download.ask(listsOf(member, boxes.exact), piece, c.down);
-    });
+    member.context()->pairs_lock.lock(to.data(), to.bytes());
+    member.sendPairs(pairs, part);
   });
   each([&](DeviceSweep& member, std::size_t part) {
-    if (in_place[part]) return;
-    Context& c = *member.context();
-    const int used = c.download.run(listsOf(member, boxes.exact), threads, c.down, pairs, part);
-    threads_used_ = std::max(threads_used_, used);
-  });
-  each([&](DeviceSweep& member, std::size_t part) {
-    if (in_place[part]) member.finishPairs(pairs, part);
+    member.finishPairs(pairs, part);
     // Or else it may still be reading what the others found.
     if (isShared() && member.pairs() == 0)
       CHECK_CUDA(cudaStreamSynchronize(member.context()->compute));
@@ -304,9 +278,8 @@ void DeviceGroup::giveUp() {
   for (DeviceSweep* member : members_) member->release();
 }
 
-int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
+void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
   const auto count = static_cast<std::uint32_t>(members_.size());
-  threads_used_ = 1;
   try {
     each([](DeviceSweep& member, std::size_t) {
       cudaGetLastError();  // not ours
@@ -318,25 +291,23 @@ int DeviceGroup::find(const BoxSet& boxes, int threads, PairList& pairs) {
                     boxes.filter_bits,
                     boxes.filter_bodies,
                     boxes.exact,
-                    wantsInPlace(threads) && member.sentInPlace(),
                     {static_cast<std::uint32_t>(index), count},
                     row_length});
     });
     if (isShared()) link();
-    bringBoxes(boxes, threads);
+    bringBoxes(boxes);
     times_.sent = Clock::now();
     each([](DeviceSweep& member, std::size_t) { member.mark(Uploaded); });
-    search(boxes, threads);
+    search(boxes);
     complete();
     times_.known = Clock::now();
     if (isShared()) sharePairs();
-    fetch(boxes, threads, pairs);
+    fetch(pairs);
     times_.done = Clock::now();
   } catch (...) {
     giveUp();
     throw;
   }
-  return threads_used_;
 }
 
 }  // namespace ode_parallel_sap

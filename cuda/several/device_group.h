@@ -23,10 +23,9 @@ class DeviceGroup {
  public:
   explicit DeviceGroup(std::vector<DeviceSweep*> members) : members_(std::move(members)) {}
 
-  // Fills a part of `pairs` for each member. Returns the number of threads used. Throws
-  // DeviceFailure of the member failed(), and std::bad_alloc; nothing is under way then, and the
-  // members have given back all they had.
-  int find(const BoxSet& boxes, int threads, PairList& pairs);
+  // Fills a part of `pairs` for each member. Throws DeviceFailure of the member failed(), and
+  // std::bad_alloc; nothing is under way then, and the members have given back all they had.
+  void find(const BoxSet& boxes, PairList& pairs);
   std::size_t failed() const { return current_; }
   // Calls work(context) of the first member, its device being current. Throws as find() does.
   template <class Work>
@@ -60,29 +59,23 @@ class DeviceGroup {
   template <class Value>
   struct Array;
   template <class Value, class Arrived>
-  void bring(const Array<Value>& array, int threads, Arrived arrived);
-  struct Round {
-    int number, of;
-    const char* locked;  // by member: whether the array is
-  };
+  void bring(const Array<Value>& array, Arrived arrived);
   template <class Value, class Arrived>
-  void bringSlices(const Array<Value>& array, const Round& round, int threads, Arrived arrived);
+  void bringSlices(const Array<Value>& array, int round, int rounds, Arrived arrived);
   template <class Value, class ValuesOf, class Use>
   void readOthers(std::size_t index, DeviceBuffer<Value>& copies, ValuesOf valuesOf, Use use);
-  void bringBoxes(const BoxSet& boxes, int threads);
-  void bringFilters(const BoxSet& boxes, int threads);
-  void search(const BoxSet& boxes, int threads);
+  void bringBoxes(const BoxSet& boxes);
+  void bringFilters(const BoxSet& boxes);
+  void search(const BoxSet& boxes);
   void shareCounts();
   void sharePairs();
   bool divideClusters(int round);
   void complete();
-  bool wantsInPlace(int threads) const;
   void giveUp();
-  void fetch(const BoxSet& boxes, int threads, PairList& pairs);
+  void fetch(PairList& pairs);
 
   const std::vector<DeviceSweep*> members_;
   std::size_t current_ = 0;
-  int threads_used_ = 1;
   Times times_;
 };
 

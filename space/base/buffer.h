@@ -61,13 +61,6 @@ class Buffer {
     }
     size_ = size;
   }
-  // Empties it, and gives back storage that is half as large again as `enough` elements need.
-  void clearTo(std::size_t enough) {
-    size_ = 0;
-    if (capacity_ <= enough + enough / 2) return;
-    release();
-    reserve(enough);
-  }
   // Room for at least `capacity` elements.
   void reserve(std::size_t capacity) {
     if (capacity > capacity_) reallocate(capacity);

@@ -7,9 +7,6 @@
 #elif defined(__SSE2__)
 #define ODE_PARALLEL_SAP_MXCSR
 #include <xmmintrin.h>
-#elif defined(__aarch64__)
-#define ODE_PARALLEL_SAP_FPCR
-#include <cstdint>
 #else
 #include <cfenv>
 #endif
@@ -31,24 +28,6 @@ inline FloatingPointMode exactMode() {
 // Whether two modes differ in more than their sticky exception flags.
 inline bool differs(FloatingPointMode a, FloatingPointMode b) {
   return ((a ^ b) & ~0x3fu) != 0;
-}
-#elif defined(ODE_PARALLEL_SAP_FPCR)
-// The control register alone: the sticky exception flags are in another one.
-using FloatingPointMode = std::uint64_t;
-inline FloatingPointMode currentMode() {
-  FloatingPointMode mode;
-  __asm__ volatile("mrs %0, fpcr" : "=r"(mode) : : "memory");
-  return mode;
-}
-inline void setMode(FloatingPointMode mode) {
-  __asm__ volatile("msr fpcr, %0" : : "r"(mode) : "memory");
-}
-// Nearest rounding, denormals kept (FZ and FIZ clear), no traps, all else as in any new process.
-inline FloatingPointMode exactMode() {
-  return 0;
-}
-inline bool differs(FloatingPointMode a, FloatingPointMode b) {
-  return a != b;
 }
 #else
 using FloatingPointMode = std::fenv_t;

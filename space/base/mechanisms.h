@@ -32,9 +32,6 @@ constexpr bool box_classes = true;
 // So has each kind of filter bits, where many kinds never meet, and classes that no bits let meet
 // are not met.
 constexpr bool filter_classes = true;
-// Long lists of pairs and very short ones are sorted together, by digits (PairOrder). Else each by
-// itself.
-constexpr bool lists_by_digits = true;
 
 // Queries.
 

@@ -78,33 +78,14 @@ int runTeam(Region& region, int threads, Work&& work) {
   return team;
 }
 
-// Chunks of [0, count) handed out to whoever asks next.
+// Chunks of [0, count) handed out to whoever asks next. With several parts each thread takes the
+// chunks of its own part in their order, and only then what is left of others'. What neighbours
+// share is read by one thread once, instead of by all of them at different times, and lists that
+// threads make hold neighbours side by side.
 class ChunkQueue {
  public:
-  ChunkQueue(std::size_t count, std::size_t chunk) : count_(count), chunk_(chunk) {}
-  // False when nothing is left.
-  bool next(Range& range) {
-    TeamWatch::takeTurn(arrived_);
-    const std::size_t begin = next_.fetch_add(chunk_, std::memory_order_relaxed);
-    if (begin >= count_) return false;
-    range = {begin, begin + chunk_ < count_ ? begin + chunk_ : count_};
-    TeamWatch::noteWork();
-    return true;
-  }
-
- private:
-  const std::size_t count_, chunk_;
-  std::atomic<int> arrived_{0};  // threads; counted in tests
-  alignas(64) std::atomic<std::size_t> next_{0};
-};
-
-// The same, but each thread takes the chunks of its own part in their order, and only then what is
-// left of others'. What neighbours share is read by one thread once, instead of by all of them at
-// different times, and lists that threads make hold neighbours side by side.
-class PartQueue {
- public:
-  PartQueue(std::size_t count, std::size_t chunk, int team)
-      : chunk_(chunk), parts_(std::clamp(team, 1, most_parts)) {
+  ChunkQueue(std::size_t count, std::size_t chunk, int parts = 1)
+      : chunk_(chunk), parts_(std::clamp(parts, 1, most_parts)) {
     for (int part = 0; part < parts_; ++part) {
       const Range range = partOf(count, part, parts_, chunk);
       queue_[part].next.store(range.begin, std::memory_order_relaxed);
@@ -112,7 +93,7 @@ class PartQueue {
     }
   }
   // False when nothing is left.
-  bool next(Range& range, int thread) {
+  bool next(Range& range, int thread = 0) {
     TeamWatch::takeTurn(arrived_);
     for (int i = 0; i < parts_; ++i)
       if (takeFrom(queue_[(thread + i) % parts_], range)) {
@@ -124,8 +105,8 @@ class PartQueue {
 
  private:
   struct alignas(64) Part {
-    std::atomic<std::size_t> next{0};
-    std::size_t end = 0;
+    std::atomic<std::size_t> next;
+    std::size_t end;
   };
 
   // Asks first: a part that is empty stays in all caches.
@@ -141,7 +122,7 @@ class PartQueue {
   const std::size_t chunk_;
   const int parts_;
   std::atomic<int> arrived_{0};  // threads; counted in tests
-  Part queue_[most_parts];
+  Part queue_[most_parts];       // those beyond parts_ are never touched
 };
 
 // Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
@@ -156,7 +137,7 @@ int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk,
 // The same of parts.
 template <class Work>
 int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
-  PartQueue queue(count, chunk, threads);
+  ChunkQueue queue(count, chunk, threads);
   return runTeam(region, threads, [&](int thread, int) {
     for (Range range; queue.next(range, thread);) work(range, thread);
   });

@@ -48,27 +48,14 @@ class SlotSet {
     forEach({0, words()}, visit);
   }
 
-  // The set for loops that write elsewhere meanwhile. Lives as long as nobody makes room.
-  class View {
-   public:
-    bool contains(Slot slot) const { return words_[slot / word_slots] >> slot % word_slots & 1; }
-    // The first slot of the set that is not before `slot`; if there is none, past all.
-    Slot firstFrom(Slot slot) const {
-      std::size_t i = slot / word_slots;
-      if (i >= count_) return static_cast<Slot>(count_ * word_slots);
-      std::uint64_t word = words_[i] >> slot % word_slots << slot % word_slots;
-      while (!word && ++i < count_) word = words_[i];
-      return static_cast<Slot>(i * word_slots + (word ? __builtin_ctzll(word) : 0));
-    }
-
-   private:
-    friend class SlotSet;
-    View(const std::uint64_t* words, std::size_t count) : words_(words), count_(count) {}
-
-    const std::uint64_t* words_;
-    std::size_t count_;
-  };
-  View view() const { return {words_.data(), words_.size()}; }
+  // The first slot of the set that is not before `slot`; if there is none, past all.
+  Slot firstFrom(Slot slot) const {
+    std::size_t i = slot / word_slots;
+    if (i >= words()) return static_cast<Slot>(words() * word_slots);
+    std::uint64_t bits = words_[i] >> slot % word_slots << slot % word_slots;
+    while (!bits && ++i < words()) bits = words_[i];
+    return static_cast<Slot>(i * word_slots + (bits ? __builtin_ctzll(bits) : 0));
+  }
 
   void swap(SlotSet& other) noexcept { words_.swap(other.words_); }
   std::size_t bytes() const { return words_.bytes(); }

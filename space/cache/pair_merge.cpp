@@ -20,7 +20,7 @@ Region merging("pair merge: parts");
 }  // namespace
 
 // Writes one part of both lists to `merged`. Returns how many of the old pairs stayed.
-std::size_t PairMerge::run(const Task& task, const SlotSet::View& changed, Buffer<Pair>& merged) {
+std::size_t PairMerge::run(const Task& task, const SlotSet& changed, Buffer<Pair>& merged) {
   const Pair *pair = task.begin, *found = task.found_begin;
   const std::size_t found_pairs = task.found_end - found;
   merged.resizeDiscarding((task.end - pair) + found_pairs);
@@ -90,7 +90,7 @@ std::size_t PairMerge::replace(const SlotSet& changed, const PairList& found, in
   const int team = static_cast<int>(std::min<std::size_t>(threads, tasks_.size()));
   runChunks(merging, team, tasks_.size(), 1, [&](const Range& range, int) {
     const std::size_t i = range.begin;
-    kept += run(tasks_[i], changed.view(), merged_.parts[i]);
+    kept += run(tasks_[i], changed, merged_.parts[i]);
   });
   std::swap(pairs, merged_);
   return kept;

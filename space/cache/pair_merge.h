@@ -19,7 +19,7 @@ class PairMerge {
   struct Task {
     const Pair *begin, *end, *found_begin, *found_end;
   };
-  static std::size_t run(const Task& task, const SlotSet::View& changed, Buffer<Pair>& merged);
+  static std::size_t run(const Task& task, const SlotSet& changed, Buffer<Pair>& merged);
   void planTasks(const PairList& pairs, const PairList& found, int threads);
 
   std::vector<Task> tasks_;

@@ -32,7 +32,7 @@ class ThreadData {
 template <class Work>
 int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
                      bool manual_cleanup, Work&& work) {
-  PartQueue queue(count, chunk, threads);
+  ChunkQueue queue(count, chunk, threads);
   return runTeam(region, threads, [&](int thread, int) {
     const ThreadData data(thread, manual_cleanup);
     for (Range range; data.ready() && queue.next(range, thread);) work(range, thread);

@@ -125,7 +125,7 @@ void BoxClasses<Real>::choose(const BoxSet& boxes, int threads) {
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   const int parts = runTeam(surveying, threads, [&](int thread, int team) {
     std::array<ClassSummary<Real>, most>& summaries = surveys_[thread].summaries;
-    for (ClassSummary<Real>& summary : summaries) summary.clear();
+    summaries = {};
     const Range range = ownPart(boxes.size, thread, team);
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const Slot slot = static_cast<Slot>(i);

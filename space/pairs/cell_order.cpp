@@ -38,7 +38,6 @@ struct CellOrder<Real>::Cutter {
 
   ClassSummary<Real> summarise(std::size_t begin, std::size_t end) const {
     ClassSummary<Real> summary;
-    summary.clear();
     for (std::size_t i = begin; i < end; ++i) summary.add(boxes[slotOf(records[i])]);
     return summary;
   }

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
 #include "space/pairs/radix_sort.h"
 #include "space/pairs/tuning.h"
-#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -19,23 +17,9 @@ constexpr std::size_t most_buckets = std::size_t{1} << most_digits;
 // fixed: pairs of a line of the cache.
 constexpr std::size_t line_pairs = 64 / sizeof(Pair);
 constexpr std::size_t few_pairs = 64;  // fixed: counters cost more than comparing them in any case
-constexpr std::size_t longest_on_stack = 512;  // fixed: 4 kB
-constexpr int short_pair_bits = 31;            // fixed: of a word, but for the borderline mark
+constexpr int short_pair_bits = 31;    // fixed: of a word, but for the borderline mark
 
 Region counting("pair order: counts"), dealing("pair order: deal"), sorting("pair order: buckets");
-
-// Of pairs with one earlier slot: by the later slot, whatever the borderline bit.
-void sortLong(Pair* begin, Pair* end) {
-  const std::size_t count = end - begin;
-  Slot all = 0;
-  for (const Pair* pair = begin; pair < end; ++pair) all |= laterOf(*pair);
-  int bits = 1;
-  while (all >> bits) ++bits;
-  Pair on_stack[longest_on_stack];
-  Buffer<Pair> longer;
-  if (count > longest_on_stack) longer.resize(count);
-  radixSort(begin, count > longest_on_stack ? longer.data() : on_stack, count, 0, bits, 1);
-}
 
 // Returns whether one of the pairs is borderline.
 bool sortFew(Pair* pairs, std::size_t count) {
@@ -70,9 +54,9 @@ class PairOrder::ShortPair {
   int slot_bits_, bits_;
 };
 
-// All lists together, as words half as long.
+// As words half as long, in `passes` passes over them.
 template <int passes, int digit_bits>
-bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape, Pair* pairs,
+bool PairOrder::sortWords(const Pair* found, std::size_t count, const ShortPair& shape, Pair* pairs,
                           Scratch& scratch) {
   constexpr std::uint32_t digits = 1u << digit_bits;
   const auto digitOf = [](std::uint32_t word, int pass) {
@@ -81,10 +65,10 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
   scratch.counts.assign(passes * digits, 0);
   std::uint32_t* const next = scratch.counts.data();
   scratch.words.resizeDiscarding(2 * count);
-  std::uint32_t *from = scratch.words.data(), *to = from + count, *end = from, all = 0;
+  std::uint32_t *from = scratch.words.data(), *to = from + count, all = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t word = shape.of(found[i]);
-    *end++ = word;
+    from[i] = word;
     all |= word;
     for (int pass = 0; pass < passes; ++pass) ++next[pass * digits + digitOf(word, pass)];
   }
@@ -102,28 +86,6 @@ bool PairOrder::sortWords(const Pair* found, std::size_t count, ShortPair shape,
   return all >> 31;
 }
 
-// As few passes as the number of pairs is worth the counters of.
-bool PairOrder::sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
-                             Pair* pairs, Scratch& scratch) {
-  constexpr int few_digits = most_digits_alone, more_digits = most_digits + 1;
-  if (count >> most_digits == 0) {
-    if (shape.bits() <= 2 * few_digits)
-      return sortWords<2, few_digits>(found, count, shape, pairs, scratch);
-    if (shape.bits() <= 2 * (few_digits + 1))
-      return sortWords<2, few_digits + 1>(found, count, shape, pairs, scratch);
-    if (shape.bits() <= 3 * few_digits)
-      return sortWords<3, few_digits>(found, count, shape, pairs, scratch);
-    return sortWords<4, few_digits>(found, count, shape, pairs, scratch);
-  }
-  if (shape.bits() <= 2 * most_digits)
-    return sortWords<2, most_digits>(found, count, shape, pairs, scratch);
-  if (shape.bits() <= 2 * more_digits && count >> more_digits > 2)
-    return sortWords<2, more_digits>(found, count, shape, pairs, scratch);
-  if (shape.bits() <= 3 * few_digits)
-    return sortWords<3, few_digits>(found, count, shape, pairs, scratch);
-  return sortWords<3, most_digits>(found, count, shape, pairs, scratch);
-}
-
 // Pairs that no word has room for: by digits, of the earlier slots by those that differ.
 bool PairOrder::sortWide(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch) {
   Pair all = 0, differing = 0;
@@ -139,37 +101,18 @@ bool PairOrder::sortWide(Pair* pairs, std::size_t count, int slot_bits, Scratch&
   return isMarkedBorderline(all);
 }
 
-// Each list by itself.
-bool PairOrder::sortLists(const Pair* found, std::size_t count, const SlotRange& slots, Pair* pairs,
-                          Scratch& scratch) {
-  scratch.counts.assign(slots.count + 1, 0);
-  std::uint32_t* const ends = scratch.counts.data();
-  Pair all = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    ++ends[earlierOf(found[i]) - slots.first + 1];
-    all |= found[i];
-  }
-  for (std::size_t slot = 0; slot < slots.count; ++slot) ends[slot + 1] += ends[slot];
-  constexpr std::size_t read_beyond = group_size;
-  scratch.words.resizeDiscarding(count + read_beyond);
-  std::uint32_t* const words = scratch.words.data();
-  for (std::size_t i = 0; i < count; ++i)
-    words[ends[earlierOf(found[i]) - slots.first]++] =
-        laterOf(found[i]) << 1 | static_cast<std::uint32_t>(found[i] >> 63);
-  kernelSet().sortLists(words, {ends, slots.count, slots.first}, pairs, sortLong);
-  return isMarkedBorderline(all);
-}
-
-// From `found` to `pairs`, which may be the same.
+// From `found` to `pairs`, which may be the same. In as few passes as the number of pairs is worth
+// the counters of.
 bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& buckets,
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
-  const SlotRange slots{buckets.firstSlot(bucket), buckets.slotsOf(bucket)};
-  if (count > few_pairs) {
-    if (!mechanisms::lists_by_digits ||
-        (count >= short_list * slots.count && count <= long_list * slots.count))
-      return sortLists(found, count, slots, pairs, scratch);
-    const ShortPair shape(buckets, bucket);
-    if (shape.fits()) return sortByDigits(found, count, shape, pairs, scratch);
+  const ShortPair shape(buckets, bucket);
+  if (count > few_pairs && shape.fits()) {
+    const bool few_bits = shape.bits() <= 24;
+    if (count >> most_digits == 0)
+      return few_bits ? sortWords<3, 8>(found, count, shape, pairs, scratch)
+                      : sortWords<4, 8>(found, count, shape, pairs, scratch);
+    return few_bits ? sortWords<2, 12>(found, count, shape, pairs, scratch)
+                    : sortWords<3, 11>(found, count, shape, pairs, scratch);
   }
   if (found != pairs) std::copy(found, found + count, pairs);
   if (count <= few_pairs) return sortFew(pairs, count);

@@ -40,10 +40,6 @@ class PairOrder {
       return std::min(std::size_t{1} << shift, slots - std::size_t{firstSlot(bucket)});
     }
   };
-  struct SlotRange {
-    Slot first;
-    std::size_t count;
-  };
   static Buckets bucketsFor(std::size_t count, std::size_t slots, int threads);
   void deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
             Pair* dealt);
@@ -52,13 +48,9 @@ class PairOrder {
                          std::size_t bucket, Pair* pairs, Scratch& scratch);
   class ShortPair;
   template <int passes, int digit_bits>
-  static bool sortWords(const Pair* found, std::size_t count, ShortPair shape, Pair* pairs,
+  static bool sortWords(const Pair* found, std::size_t count, const ShortPair& shape, Pair* pairs,
                         Scratch& scratch);
-  static bool sortByDigits(const Pair* found, std::size_t count, const ShortPair& shape,
-                           Pair* pairs, Scratch& scratch);
   static bool sortWide(Pair* pairs, std::size_t count, int slot_bits, Scratch& scratch);
-  static bool sortLists(const Pair* found, std::size_t count, const SlotRange& slots, Pair* pairs,
-                        Scratch& scratch);
 
   std::vector<std::size_t> positions_;
   std::vector<std::size_t> bucket_begin_;

@@ -9,16 +9,6 @@
 namespace ode_parallel_sap {
 
 template <class Real>
-void ClassSummary<Real>::clear() {
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = std::numeric_limits<Real>::infinity();
-    high[axis] = -std::numeric_limits<Real>::infinity();
-    extent[axis] = 0;
-  }
-  count = 0;
-}
-
-template <class Real>
 void ClassSummary<Real>::add(const BasicBox<Real>& box) {
   for (int axis = 0; axis < 3; ++axis) {
     const Real centre = centreOf(box, axis);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "space/base/box_set.h"
 
@@ -10,11 +11,12 @@ namespace ode_parallel_sap {
 // Centre range and mean extents of a number of boxes.
 template <class Real>
 struct ClassSummary {
-  Real low[3], high[3];  // of the centres
-  double extent[3];      // sums
-  std::size_t count;
+  static constexpr Real infinity = std::numeric_limits<Real>::infinity();
+  Real low[3] = {infinity, infinity, infinity};  // of the centres
+  Real high[3] = {-infinity, -infinity, -infinity};
+  double extent[3] = {};  // sums
+  std::size_t count = 0;
 
-  void clear();
   void add(const BasicBox<Real>& box);
   void add(const ClassSummary& other);
 };

@@ -92,9 +92,12 @@ void Sweep<Real>::releaseSpare(std::size_t slots) {
     all_held += found_[thread].capacity();
     all_needed += needed(thread);
   }
-  if (2 * all_held > 3 * all_needed)
-    for (std::size_t thread = 0; thread < found_.size(); ++thread)
-      found_[thread].clearTo(needed(thread));
+  if (2 * all_held <= 3 * all_needed) return;
+  for (std::size_t thread = 0; thread < found_.size(); ++thread) {
+    const std::size_t enough = needed(thread);
+    found_[thread].release();
+    found_[thread].reserve(enough);
+  }
 }
 
 template class Sweep<float>;

@@ -48,8 +48,4 @@ constexpr std::size_t least_bucket_pairs = 512;
 // the cache.
 constexpr std::size_t pairs_at_once = 65536;
 
-// Lists of so many pairs on average are sorted one by one, in registers. Shorter and longer ones
-// are sorted together, by digits.
-constexpr std::size_t short_list = 2, long_list = 32;
-
 }  // namespace ode_parallel_sap

@@ -7,7 +7,6 @@
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
 #include "space/pairs/pair_order.h"
-#include "space/paper/axis_choice.h"
 #include "space/paper/endpoint_lists.h"
 
 namespace ode_parallel_sap {

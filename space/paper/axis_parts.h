@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "space/base/buffer.h"
-#include "space/paper/axis_choice.h"
 #include "space/paper/endpoint_lists.h"
 
 namespace ode_parallel_sap {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
@@ -31,6 +32,20 @@ struct AxisRows {
   void layOut();
   std::size_t bytes() const { return bytesOf(order, ranks, reach, begins); }
 };
+
+// The pairs of the fullest axis are looked up in the emptiest, so that few are left for the third.
+struct AxisChoice {
+  int fullest, second, third;
+};
+
+// From the number of pairs that overlap on each axis.
+inline AxisChoice chooseAxes(const std::uint64_t (&pairs)[3]) {
+  AxisChoice axes = {0, 1, 2};
+  if (pairs[axes.second] > pairs[axes.fullest]) std::swap(axes.second, axes.fullest);
+  if (pairs[axes.third] > pairs[axes.fullest]) std::swap(axes.third, axes.fullest);
+  if (pairs[axes.third] < pairs[axes.second]) std::swap(axes.third, axes.second);
+  return axes;
+}
 
 // One end point of a box. Ascending: by value, the two zeros being one; at one value lower bounds
 // before upper ones, which makes the intervals closed; then by slot.

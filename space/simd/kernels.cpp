@@ -5,13 +5,6 @@
 
 namespace ode_parallel_sap {
 
-extern const KernelSet kernels_portable;
-#if defined(__x86_64__)
-extern const KernelSet kernels_sse2, kernels_avx2, kernels_avx512;
-#elif defined(__AARCH64EL__)
-extern const KernelSet kernels_neon;
-#endif
-
 namespace {
 
 // Best first, null last.

@@ -102,14 +102,6 @@ struct CellBoxes {
   const std::uint32_t* starts;
 };
 
-// Lists of the pairs of neighbouring earlier slots: list i, that of first_slot + i, ends at
-// ends[i], where list i + 1 begins.
-struct SlotLists {
-  const std::uint32_t* ends;
-  std::size_t count;
-  std::uint32_t first_slot;
-};
-
 // Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
 // which is nothing, and a matrix of three such rows, whose columns are the box's axes.
 template <class Real>
@@ -177,11 +169,6 @@ struct KernelSet {
   const char* name;
   Kernels<float> narrow;
   Kernels<double> wide;
-  // Writes lists of pairs, ascending in each, to `sorted`. A word is a pair's later slot, below
-  // 2^30 and none twice in a list, above its borderline mark; up to fifteen words beyond the last
-  // are read. `sortLong` sorts a long list in place.
-  void (*sortLists)(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
-                    void (*sortLong)(std::uint64_t* begin, std::uint64_t* end));
   // Bit i, i < count <= 64: box i is active and not within room[i].
   std::uint64_t (*boxesOutside)(const BasicBox<float>* boxes, const BasicBox<float>* room,
                                 std::size_t count);
@@ -191,6 +178,10 @@ struct KernelSet {
   std::size_t (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept,
                            std::size_t count, bool exact, std::uint64_t* pairs);
 };
+
+extern const KernelSet kernels_portable;
+extern const KernelSet kernels_sse2, kernels_avx2, kernels_avx512;  // on x86-64 only
+extern const KernelSet kernels_neon;                                // on 64-bit ARM only
 
 // The set in use: the best one for this processor unless another was chosen.
 const KernelSet& kernelSet();

@@ -4,7 +4,6 @@
 
 namespace ode_parallel_sap {
 
-extern const KernelSet kernels_avx2;
 const KernelSet kernels_avx2 = kernel_set;
 
 }  // namespace ode_parallel_sap

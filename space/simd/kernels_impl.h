@@ -13,9 +13,6 @@
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
 #include "space/simd/tuning.h"
-#if defined(__AVX2__)
-#include "space/simd/sort_eight.h"
-#endif
 
 namespace {
 
@@ -61,33 +58,6 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
       rowAgainstCells(query, row % group_size, cells, begin, end, sink);
     }
   }
-}
-
-// Four numbers of a type.
-template <class Real>
-struct FourOf;
-template <>
-struct FourOf<float> {
-  typedef float Type __attribute__((vector_size(4 * sizeof(float))));
-  typedef int Places __attribute__((vector_size(4 * sizeof(int))));
-};
-template <>
-struct FourOf<double> {
-  typedef double Type __attribute__((vector_size(4 * sizeof(double))));
-  typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
-};
-
-// Writes four of the numbers of x and y.
-template <class Real, int p0, int p1, int p2, int p3>
-inline void pick(const typename FourOf<Real>::Type& x, const typename FourOf<Real>::Type& y,
-                 void* to) {
-#if defined(__clang__)
-  const typename FourOf<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
-#else
-  const typename FourOf<Real>::Type picked =
-      __builtin_shuffle(x, y, typename FourOf<Real>::Places{p0, p1, p2, p3});
-#endif
-  memcpy(to, &picked, sizeof picked);
 }
 
 // Four boxes become four numbers of each bound, from `lane` on.
@@ -154,61 +124,6 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
     }
 }
 
-// The later slot is above the borderline mark, so that ascending words are pairs in their order.
-inline std::uint64_t pairOfListWord(std::uint32_t word, std::uint32_t earlier) {
-  return std::uint64_t{word} << 63 | std::uint64_t{earlier} << 32 | word >> 1;
-}
-
-// A word's place in its list is the number of words below it: no comparison decides where to go
-// next, so none can be guessed wrong by the processor.
-template <std::size_t most>
-inline void sortList(const std::uint32_t* words, std::size_t count, std::uint32_t earlier,
-                     std::uint64_t* sorted) {
-  static_assert(most % group_size == 0, "rows of sixteen");
-  alignas(64) std::uint32_t keys[most];
-  const std::size_t last = (count - 1) / group_size * group_size;
-  const unsigned used = all_lanes >> (last + group_size - count);
-  for (std::size_t row = 0; row <= last; row += group_size)
-    memcpy(keys + row, words + row, group_size * sizeof *words);
-  for (std::size_t i = 0; i < count; ++i) {
-    int place = __builtin_popcount(Lanes::below(keys + last, keys[i]) & used);
-    for (std::size_t row = 0; row < last; row += group_size)
-      place += __builtin_popcount(Lanes::below(keys + row, keys[i]));
-    sorted[place] = pairOfListWord(keys[i], earlier);
-  }
-}
-
-// The longest list that is sorted so; of shorter ones the rows stay in registers.
-constexpr std::size_t longest_counted = 4 * group_size;  // fixed: work grows with its square
-
-void sortLists(const std::uint32_t* words, const SlotLists& lists, std::uint64_t* sorted,
-               void (*sortLong)(std::uint64_t* begin, std::uint64_t* end)) {
-  for (std::size_t list = 0, begin = 0; list < lists.count; begin = lists.ends[list++]) {
-    const std::uint32_t earlier = lists.first_slot + static_cast<std::uint32_t>(list);
-    const std::size_t end = lists.ends[list], count = end - begin;
-    const std::uint32_t* const from = words + begin;
-    std::uint64_t* const to = sorted + begin;
-#if defined(__AVX2__)
-    // It writes eight places at a time; the next lists overwrite what it leaves behind this one.
-    const bool has_room = begin + (count + 7) / 8 * 8 <= lists.ends[lists.count - 1];
-    if (count && count <= EightSorter::longest && has_room) {
-      EightSorter::sortShort(from, count, earlier, to);
-      continue;
-    }
-#endif
-    if (count > longest_counted) {
-      for (std::size_t i = 0; i < count; ++i) to[i] = pairOfListWord(from[i], earlier);
-      sortLong(to, to + count);
-    } else if (count > 2 * group_size) {
-      sortList<longest_counted>(from, count, earlier, to);
-    } else if (count > group_size) {
-      sortList<2 * group_size>(from, count, earlier, to);
-    } else if (count) {
-      sortList<group_size>(from, count, earlier, to);
-    }
-  }
-}
-
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
   return {packCells<Real>,     packBounds<Real>, cellPairs<Real>,   boxPairs<Real>,
@@ -217,6 +132,6 @@ constexpr Kernels<Real> kernelsFor() {
 }
 
 constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
-                                  sortLists,   boxesOutside,        keptPairs};
+                                  boxesOutside, keptPairs};
 
 }  // namespace

@@ -4,7 +4,6 @@
 
 namespace ode_parallel_sap {
 
-extern const KernelSet kernels_neon;
 const KernelSet kernels_neon = kernel_set;
 
 }  // namespace ode_parallel_sap

@@ -4,7 +4,6 @@
 
 namespace ode_parallel_sap {
 
-extern const KernelSet kernels_portable;
 const KernelSet kernels_portable = kernel_set;
 
 }  // namespace ode_parallel_sap

@@ -4,7 +4,6 @@
 
 namespace ode_parallel_sap {
 
-extern const KernelSet kernels_sse2;
 const KernelSet kernels_sse2 = kernel_set;
 
 }  // namespace ode_parallel_sap

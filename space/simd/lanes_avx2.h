@@ -96,22 +96,6 @@ struct Lanes : RegisterLanes<Lanes> {
     const int low = writeEight(slots, slot, mask & 0xff, out);
     return low + writeEight(slots + 8, slot, mask >> 8, out + low);
   }
-  using ScalarLanes::greatest;
-  using ScalarLanes::least;
-  static float least(const float* p) {
-    __m256 v = min(_mm256_load_ps(p), _mm256_load_ps(p + 8));
-    v = min(v, _mm256_permute2f128_ps(v, v, 1));
-    v = min(v, _mm256_permute_ps(v, 0x4e));
-    v = min(v, _mm256_permute_ps(v, 0xb1));
-    return _mm256_cvtss_f32(v);
-  }
-  static float greatest(const float* p) {
-    __m256 v = max(_mm256_load_ps(p), _mm256_load_ps(p + 8));
-    v = max(v, _mm256_permute2f128_ps(v, v, 1));
-    v = max(v, _mm256_permute_ps(v, 0x4e));
-    v = max(v, _mm256_permute_ps(v, 0xb1));
-    return _mm256_cvtss_f32(v);
-  }
 
  private:
   // Writes eight words, of which as many count as `mask` has bits.
@@ -124,13 +108,6 @@ struct Lanes : RegisterLanes<Lanes> {
     _mm256_storeu_si256(words, _mm256_unpacklo_epi32(later, earlier));
     _mm256_storeu_si256(words + 1, _mm256_unpackhi_epi32(later, earlier));
     return __builtin_popcount(mask);
-  }
-  // The lesser of both, or the other one where one is NaN.
-  static __m256 min(__m256 a, __m256 b) {
-    return _mm256_blendv_ps(_mm256_min_ps(a, b), a, _mm256_cmp_ps(b, b, _CMP_UNORD_Q));
-  }
-  static __m256 max(__m256 a, __m256 b) {
-    return _mm256_blendv_ps(_mm256_max_ps(a, b), a, _mm256_cmp_ps(b, b, _CMP_UNORD_Q));
   }
 };
 

@@ -76,18 +76,6 @@ struct Lanes : ScalarLanes {
                                         _mm512_extracti32x8_epi32(later, 1)));
     return count;
   }
-  using ScalarLanes::greatest;
-  using ScalarLanes::least;
-  static float least(const float* p) {
-    const __m512 v = _mm512_load_ps(p);
-    const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
-    return numbers ? _mm512_mask_reduce_min_ps(numbers, v) : p[0];
-  }
-  static float greatest(const float* p) {
-    const __m512 v = _mm512_load_ps(p);
-    const __mmask16 numbers = _mm512_cmp_ps_mask(v, v, _CMP_ORD_Q);
-    return numbers ? _mm512_mask_reduce_max_ps(numbers, v) : p[0];
-  }
 
  private:
   static __m512i word(__m256i high, __m256i low) {

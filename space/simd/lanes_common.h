@@ -1,6 +1,8 @@
 // What several sets of lanes share. Internal linkage, as in kernels_impl.h.
 #pragma once
 
+#include <string.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -25,6 +27,33 @@ struct RowByPointer {
     return mask;
   }
 };
+
+// Four numbers of a type.
+template <class Real>
+struct FourOf;
+template <>
+struct FourOf<float> {
+  typedef float Type __attribute__((vector_size(4 * sizeof(float))));
+  typedef int Places __attribute__((vector_size(4 * sizeof(int))));
+};
+template <>
+struct FourOf<double> {
+  typedef double Type __attribute__((vector_size(4 * sizeof(double))));
+  typedef long long Places __attribute__((vector_size(4 * sizeof(long long))));
+};
+
+// Writes four of the numbers of x and y.
+template <class Real, int p0, int p1, int p2, int p3>
+inline void pick(const typename FourOf<Real>::Type& x, const typename FourOf<Real>::Type& y,
+                 void* to) {
+#if defined(__clang__)
+  const typename FourOf<Real>::Type picked = __builtin_shufflevector(x, y, p0, p1, p2, p3);
+#else
+  const typename FourOf<Real>::Type picked =
+      __builtin_shuffle(x, y, typename FourOf<Real>::Places{p0, p1, p2, p3});
+#endif
+  memcpy(to, &picked, sizeof picked);
+}
 
 // What a set of lanes has no instructions for.
 struct ScalarLanes {
@@ -53,16 +82,31 @@ struct ScalarLanes {
   // The least and the greatest of sixteen, NaN apart; NaN where all are.
   template <class Real>
   static Real least(const Real* p) {
-    Real least = p[0];
-    for (int i = 1; i < 16; ++i) least = p[i] < least || least != least ? p[i] : least;
-    return least;
+    return joined(p, [](auto& all, const auto& other) {
+      all = (all < other) | (other != other) ? all : other;
+    });
   }
   template <class Real>
   static Real greatest(const Real* p) {
-    Real greatest = p[0];
-    for (int i = 1; i < 16; ++i)
-      greatest = p[i] > greatest || greatest != greatest ? p[i] : greatest;
-    return greatest;
+    return joined(p, [](auto& all, const auto& other) {
+      all = (all > other) | (other != other) ? all : other;
+    });
+  }
+
+ private:
+  template <class Real, class Join>
+  static Real joined(const Real* p, Join join) {
+    typename FourOf<Real>::Type all, other;
+    memcpy(&all, p, sizeof all);
+    for (int i = 4; i < 16; i += 4) {
+      memcpy(&other, p + i, sizeof other);
+      join(all, other);
+    }
+    pick<Real, 2, 3, 0, 1>(all, all, &other);
+    join(all, other);
+    pick<Real, 1, 0, 3, 2>(all, all, &other);
+    join(all, other);
+    return all[0];
   }
 };
 
@@ -81,12 +125,12 @@ struct RegisterLanes : ScalarLanes {
   // Which of p[0..15] are at least `value`.
   template <class Real>
   static unsigned atLeast(const Real* p, Real value) {
-    return bits<Real>([=](int i) { return Set::notBelow(p + i, value); });
+    return Set::template bits<Real>([=](int i) { return Set::notBelow(p + i, value); });
   }
   // Which of p[0..15] are at most `value`.
   template <class Real>
   static unsigned atMost(const Real* p, Real value) {
-    return bits<Real>([=](int i) { return Set::notAbove(p + i, value); });
+    return Set::template bits<Real>([=](int i) { return Set::notAbove(p + i, value); });
   }
   // Lanes are made bits once for all six bounds.
   template <class Real>
@@ -95,7 +139,7 @@ struct RegisterLanes : ScalarLanes {
 
     template <class BoxGroup>
     unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-      return bits<Real>([&](int i) {
+      return Set::template bits<Real>([&](int i) {
         const auto reach = [&](int axis) {
           const std::size_t at = axis * this->stride + i;
           return Set::both(Set::notBelow(this->upper + at, box.lower[axis][lane]),

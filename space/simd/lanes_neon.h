@@ -26,39 +26,48 @@ struct CompressBytes {
 };
 constexpr CompressBytes compress_bytes;
 
-struct Lanes {
+struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "neon";
 
-  static unsigned atLeast(const float* p, float value) {
-    const float32x4_t v = vdupq_n_f32(value);
-    return eachOf(p, [=](float32x4_t four) { return vcgeq_f32(four, v); });
+  static uint32x4_t notBelow(const float* p, float value) {
+    return vcgeq_f32(vld1q_f32(p), vdupq_n_f32(value));
   }
-  static unsigned atMost(const float* p, float value) {
-    const float32x4_t v = vdupq_n_f32(value);
-    return eachOf(p, [=](float32x4_t four) { return vcleq_f32(four, v); });
+  static uint64x2_t notBelow(const double* p, double value) {
+    return vcgeq_f64(vld1q_f64(p), vdupq_n_f64(value));
   }
-  static unsigned atLeast(const double* p, double value) {
-    const float64x2_t v = vdupq_n_f64(value);
-    return eachOf(p, [=](float64x2_t two) { return vcgeq_f64(two, v); });
+  static uint32x4_t notAbove(const float* p, float value) {
+    return vcleq_f32(vld1q_f32(p), vdupq_n_f32(value));
   }
-  static unsigned atMost(const double* p, double value) {
-    const float64x2_t v = vdupq_n_f64(value);
-    return eachOf(p, [=](float64x2_t two) { return vcleq_f64(two, v); });
+  static uint64x2_t notAbove(const double* p, double value) {
+    return vcleq_f64(vld1q_f64(p), vdupq_n_f64(value));
   }
-  template <class Real>
-  struct Row;
+  static uint32x4_t both(uint32x4_t a, uint32x4_t b) { return vandq_u32(a, b); }
+  static uint64x2_t both(uint64x2_t a, uint64x2_t b) { return vandq_u64(a, b); }
+
+  // Bit i: lane i of those that test() fills is all ones; all others are zero.
+  template <class T, class Test>
+  static unsigned bits(Test test) {
+    constexpr std::uint32_t weights[] = {1, 2, 4, 8};
+    // a + 16 b + 256 c + 4096 d, lane by lane: each register brings in bits of its own.
+    const uint32x4_t weight = vld1q_u32(weights);
+    uint32x4_t sum = vandq_u32(four<T>(test, 0), weight);
+    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 4), vshlq_n_u32(weight, 4)));
+    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 8), vshlq_n_u32(weight, 8)));
+    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 12), vshlq_n_u32(weight, 12)));
+    return vaddvq_u32(sum);
+  }
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     const uint32x4_t v = vdupq_n_u32(value);
-    return eachOf(p, [=](uint32x4_t four) { return vtstq_u32(four, v); });
+    return bits<std::uint32_t>([=](int i) { return vtstq_u32(vld1q_u32(p + i), v); });
   }
   static unsigned below(const std::uint32_t* p, std::uint32_t value) {
     const uint32x4_t v = vdupq_n_u32(value);
-    return eachOf(p, [=](uint32x4_t four) { return vcltq_u32(four, v); });
+    return bits<std::uint32_t>([=](int i) { return vcltq_u32(vld1q_u32(p + i), v); });
   }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     const uint32x4_t v = vdupq_n_u32(value);
-    return eachOf(p, [=](uint32x4_t four) { return vceqq_u32(four, v); });
+    return bits<std::uint32_t>([=](int i) { return vceqq_u32(vld1q_u32(p + i), v); });
   }
   static void compress(const std::uint32_t* p, unsigned mask, std::uint32_t* out) {
     for (; mask; mask >>= 4, p += 4) {
@@ -98,100 +107,19 @@ struct Lanes {
     }
     return static_cast<int>(out - begin);
   }
-  // Of a number and a NaN these instructions take the number.
-  static float least(const float* p) {
-    return vminnmvq_f32(vminnmq_f32(vminnmq_f32(vld1q_f32(p), vld1q_f32(p + 4)),
-                                    vminnmq_f32(vld1q_f32(p + 8), vld1q_f32(p + 12))));
-  }
-  static float greatest(const float* p) {
-    return vmaxnmvq_f32(vmaxnmq_f32(vmaxnmq_f32(vld1q_f32(p), vld1q_f32(p + 4)),
-                                    vmaxnmq_f32(vld1q_f32(p + 8), vld1q_f32(p + 12))));
-  }
-  static double least(const double* p) {
-    float64x2_t v = vld1q_f64(p);
-    for (int i = 2; i < 16; i += 2) v = vminnmq_f64(v, vld1q_f64(p + i));
-    return vminnmvq_f64(v);
-  }
-  static double greatest(const double* p) {
-    float64x2_t v = vld1q_f64(p);
-    for (int i = 2; i < 16; i += 2) v = vmaxnmq_f64(v, vld1q_f64(p + i));
-    return vmaxnmvq_f64(v);
-  }
 
  private:
-  // Bit i: lane i of the four registers is all ones; all others are zero.
-  static unsigned bits(uint32x4_t a, uint32x4_t b, uint32x4_t c, uint32x4_t d) {
-    constexpr std::uint32_t weights[] = {1, 2, 4, 8};
-    // a + 16 b + 256 c + 4096 d, lane by lane: each register brings in bits of its own.
-    const uint32x4_t weight = vld1q_u32(weights);
-    uint32x4_t sum = vandq_u32(a, weight);
-    sum = vorrq_u32(sum, vandq_u32(b, vshlq_n_u32(weight, 4)));
-    sum = vorrq_u32(sum, vandq_u32(c, vshlq_n_u32(weight, 8)));
-    sum = vorrq_u32(sum, vandq_u32(d, vshlq_n_u32(weight, 12)));
-    return vaddvq_u32(sum);
-  }
-  static uint32x4_t narrow(uint64x2_t a, uint64x2_t b) {
-    return vuzp1q_u32(vreinterpretq_u32_u64(a), vreinterpretq_u32_u64(b));
-  }
-
-  template <class Test>
-  static unsigned eachOf(const std::uint32_t* p, Test test) {
-    return bits(test(vld1q_u32(p)), test(vld1q_u32(p + 4)), test(vld1q_u32(p + 8)),
-                test(vld1q_u32(p + 12)));
-  }
-  template <class Test>
-  static unsigned eachOf(const float* p, Test test) {
-    return bits(test(vld1q_f32(p)), test(vld1q_f32(p + 4)), test(vld1q_f32(p + 8)),
-                test(vld1q_f32(p + 12)));
-  }
-  template <class Test>
-  static unsigned eachOf(const double* p, Test test) {
-    const auto four = [=](int i) {
-      return narrow(test(vld1q_f64(p + i)), test(vld1q_f64(p + i + 2)));
-    };
-    return bits(four(0), four(4), four(8), four(12));
-  }
-  // Which of four boxes reach from `lowest` to `highest` on an axis.
-  static uint32x4_t reaching(const float* lower, const float* upper, float lowest, float highest) {
-    return vandq_u32(vcgeq_f32(vld1q_f32(upper), vdupq_n_f32(lowest)),
-                     vcleq_f32(vld1q_f32(lower), vdupq_n_f32(highest)));
-  }
-  static uint32x4_t reaching(const double* lower, const double* upper, double lowest,
-                             double highest) {
-    const auto two = [=](int i) {
-      return vandq_u64(vcgeq_f64(vld1q_f64(upper + i), vdupq_n_f64(lowest)),
-                       vcleq_f64(vld1q_f64(lower + i), vdupq_n_f64(highest)));
-    };
-    return narrow(two(0), two(2));
+  template <class T, class Test>
+  static uint32x4_t four(Test test, int i) {
+    if constexpr (sizeof(T) == 4)
+      return test(i);
+    else
+      return vuzp1q_u32(vreinterpretq_u32_u64(test(i)), vreinterpretq_u32_u64(test(i + 2)));
   }
   // The words of `v` in `mask`, of four bits, low ones first.
   static uint32x4_t toFront(uint32x4_t v, unsigned mask) {
     return vreinterpretq_u32_u8(
         vqtbl1q_u8(vreinterpretq_u8_u32(v), vld1q_u8(compress_bytes.of[mask])));
-  }
-};
-
-// Sixteen boxes, read from memory each time: 24 registers would leave too few for the tests.
-template <class Real>
-struct Lanes::Row {
-  const Real *lower, *upper;
-  std::size_t stride;
-
-  Row(const Real* lower, const Real* upper, std::size_t stride)
-      : lower(lower), upper(upper), stride(stride) {}
-  // Which of them overlap a box, as closed intervals. Lanes are made bits once, after all tests.
-  template <class BoxGroup>
-  unsigned overlapping(const BoxGroup& box, unsigned lane) const {
-    const auto four = [&](int first) {
-      uint32x4_t inside = vdupq_n_u32(~0u);
-      for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t at = axis * stride + first;
-        inside = vandq_u32(
-            inside, reaching(lower + at, upper + at, box.lower[axis][lane], box.upper[axis][lane]));
-      }
-      return inside;
-    };
-    return bits(four(0), four(4), four(8), four(12));
   }
 };
 

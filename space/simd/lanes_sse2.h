@@ -49,34 +49,6 @@ struct Lanes : RegisterLanes<Lanes> {
     const __m128i v = _mm_set1_epi32(static_cast<int>(value));
     return bits<std::uint32_t>([=](int i) { return _mm_cmpeq_epi32(load(p + i), v); });
   }
-  using ScalarLanes::greatest;
-  using ScalarLanes::least;
-  // min and max return their second operand where one is NaN: NaN places come first.
-  static float least(const float* p) {
-    __m128 v = _mm_load_ps(p);
-    for (int i = 4; i < 16; i += 4) v = min(v, _mm_load_ps(p + i));
-    v = min(v, _mm_movehl_ps(v, v));
-    v = min(v, _mm_shuffle_ps(v, v, 1));
-    return _mm_cvtss_f32(v);
-  }
-  static float greatest(const float* p) {
-    __m128 v = _mm_load_ps(p);
-    for (int i = 4; i < 16; i += 4) v = max(v, _mm_load_ps(p + i));
-    v = max(v, _mm_movehl_ps(v, v));
-    v = max(v, _mm_shuffle_ps(v, v, 1));
-    return _mm_cvtss_f32(v);
-  }
-
- private:
-  // The lesser of both, or the other one where one is NaN.
-  static __m128 min(__m128 a, __m128 b) {
-    const __m128 nan = _mm_cmpunord_ps(b, b);
-    return _mm_or_ps(_mm_and_ps(nan, a), _mm_andnot_ps(nan, _mm_min_ps(a, b)));
-  }
-  static __m128 max(__m128 a, __m128 b) {
-    const __m128 nan = _mm_cmpunord_ps(b, b);
-    return _mm_or_ps(_mm_and_ps(nan, a), _mm_andnot_ps(nan, _mm_max_ps(a, b)));
-  }
 };
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "space/pairs/pair_order.h"
-#include "space/simd/kernels.h"
 #include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
@@ -66,59 +65,12 @@ TEST_CASE("Pairs come ascending, however many there are to a slot", "[pair-order
   const std::uint64_t seed = sap_test::seedOr(1);
   INFO("seed " << seed);
   sap_test::Random random(seed);
-  const KernelSet& best = kernelSet();
-  for (const KernelSet* const* set = allKernelSets(); *set; ++set) {
-    chooseKernelSet(**set);
-    PairOrder order;  // with what the shapes before left in it
-    for (const Shape& shape : shapes)
-      for (const int threads : {1, 3}) {
-        INFO((*set)->name << ", " << shape.count << " pairs of " << shape.slots << " slots, every "
-                          << shape.spread << ", " << threads << " threads");
-        checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
-                    order);
-      }
-  }
-  chooseKernelSet(best);
-}
-
-// Sets sort several words at once, which must be seen in no place that is not a pair's.
-TEST_CASE("Lists of every length leave what is behind the last pair as it was", "[pair-order]") {
-  const std::uint64_t seed = sap_test::seedOr(2);
-  INFO("seed " << seed);
-  sap_test::Random random(seed);
-  constexpr Slot first_slot = 7, later_slots = 1000;
-  constexpr std::size_t spare = 16;
-  const Pair untouched = ~Pair{0};
-  for (const KernelSet* const* set = allKernelSets(); *set; ++set)
-    for (std::size_t last = 0; last <= 80; ++last)
-      for (const std::size_t before : {0, 1, 5, 8, 13, 40}) {
-        INFO((*set)->name << ", a list of " << last << " behind one of " << before);
-        std::vector<std::uint32_t> words, ends;
-        std::vector<Pair> wanted;
-        for (const std::size_t count : {before, last}) {
-          const Slot earlier = first_slot + static_cast<Slot>(ends.size());
-          std::set<Slot> later;
-          while (later.size() < count)
-            later.insert(earlier + 1 + static_cast<Slot>(random.below(later_slots)));
-          std::vector<std::uint32_t> list;
-          for (const Slot slot : later) {
-            const bool borderline = random.chance(0.1);
-            wanted.push_back(makePair(earlier, slot) | (borderline ? borderline_bit : 0));
-            list.push_back(slot << 1 | borderline);
-          }
-          for (std::size_t i = list.size(); i > 1; --i)
-            std::swap(list[i - 1], list[random.below(i)]);
-          words.insert(words.end(), list.begin(), list.end());
-          ends.push_back(static_cast<std::uint32_t>(words.size()));
-        }
-        words.resize(words.size() + spare - 1);
-        std::vector<Pair> sorted(wanted.size() + spare, untouched);
-        wanted.resize(sorted.size(), untouched);
-        (*set)->sortLists(words.data(), {ends.data(), ends.size(), first_slot}, sorted.data(),
-                          [](Pair* begin, Pair* end) {
-                            std::sort(begin, end,
-                                      [](Pair a, Pair b) { return laterOf(a) < laterOf(b); });
-                          });
-        REQUIRE(sorted == wanted);
-      }
+  PairOrder order;  // with what the shapes before left in it
+  for (const Shape& shape : shapes)
+    for (const int threads : {1, 3}) {
+      INFO(shape.count << " pairs of " << shape.slots << " slots, every " << shape.spread << ", "
+                       << threads << " threads");
+      checkSorted(somePairs(shape.count, shape.slots, shape.spread, random), shape.slots, threads,
+                  order);
+    }
 }

@@ -111,7 +111,6 @@ class Run {
     emulation::Machine& machine = emulation::machine();
     machine.peers_readable = number % 3 == 0;
     machine.some_peers = number % 3 == 2;
-    machine.locked = random_.chance(0.3) ? 1 : 0.5;
     const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
     const std::size_t members_a_device = 1 + number / 3 % 3;
     for (std::size_t i = 0; i < most; ++i)
@@ -150,12 +149,11 @@ class Run {
   }
 
   bool find(const std::vector<DeviceSweep*>& used) {
-    const int threads = random_.chance(0.3) ? 1 : 12;
     const bool failing = random_.chance(failing_);
     if (failing) emulation::machine().fail_call = 1 + static_cast<int>(random_.below(120 * used_));
     DeviceGroup group(used);
     try {
-      group.find(scene_.boxes(), threads, pairs_);
+      group.find(scene_.boxes(), pairs_);
     } catch (const DeviceFailure&) {
       REQUIRE(failing);
       ++seen_.failures;

@@ -309,8 +309,6 @@ void* DeviceMemory::allocate(std::size_t bytes) {
 void* PinnedMemory::allocate(std::size_t bytes) {
   return newMemory(bytes);
 }
-bool PageLock::covers(const void*, std::size_t) {
-  return emulation::random().chance(machine().locked);
-}
+void PageLock::lock(const void*, std::size_t) {}
 
 }  // namespace ode_parallel_sap

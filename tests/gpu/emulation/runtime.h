@@ -28,7 +28,6 @@ struct Machine {
   bool peers_readable = true;  // or none, or, where `some_peers` is set, some
   bool some_peers = false;
   int fail_call = 0;        // the call-th from now on fails; 0: none
-  double locked = 0.5;      // how often storage of the host is locked when asked for
   std::size_t held = 0;     // bytes of device memory
   std::size_t replays = 0;  // of graphs
 };

@@ -24,9 +24,6 @@ add_executable(
   support/knobs.cpp
   "${PROJECT_SOURCE_DIR}/cuda/check/scenes.cpp"
   "${PROJECT_SOURCE_DIR}/cuda/one/device_sweep.cpp"
-  "${PROJECT_SOURCE_DIR}/cuda/one/download.cpp"
-  "${PROJECT_SOURCE_DIR}/cuda/one/expand.cpp"
-  "${PROJECT_SOURCE_DIR}/cuda/one/upload.cpp"
   "${PROJECT_SOURCE_DIR}/cuda/several/device_group.cpp"
   $<TARGET_OBJECTS:emulated-kernels>
   $<TARGET_OBJECTS:ode-parallel-sap-core>)
