@@ -25,28 +25,25 @@ class DeviceChoice {
  public:
   static constexpr int most_devices = 16;  // fixed: as many as a machine has; a limit of arrays
 
-  // What may be chosen: 1, 2, 4 ... devices up to the number given, or one number only.
+  // What may be chosen: the processor, and 1, 2, 4 ... devices up to a number, or this number only.
   class Candidates {
    public:
     static Candidates upTo(bool processor, int devices) {
-      Candidates all;
-      if (processor) all.add(0);
+      Candidates all(processor);
       for (int d = 1; d <= devices && d <= most_devices; d *= 2) all.add(d);
       return all;
     }
     static Candidates only(bool processor, int devices) {
-      Candidates all;
-      if (processor) all.add(0);
-      if (devices > 0) all.add(devices < most_devices ? devices : most_devices);
+      Candidates all(processor);
+      if (devices > 0) all.add(std::min(devices, most_devices));
       return all;
+    }
+    explicit Candidates(bool processor = false) {
+      if (processor) add(0);
     }
     const int* begin() const { return devices_; }
     const int* end() const { return devices_ + count_; }
-    bool has(int devices) const {
-      for (const int d : *this)
-        if (d == devices) return true;
-      return false;
-    }
+    bool has(int devices) const { return std::find(begin(), end(), devices) != end(); }
 
    private:
     void add(int devices) { devices_[count_++] = devices; }

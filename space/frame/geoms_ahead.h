@@ -1,16 +1,16 @@
-// Prefetches what near callbacks read of geoms.
+// Prefetches what near callbacks read of geoms. Sees ODE's private headers.
 #pragma once
-
-#include <ode/ode.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "space/base/pair_list.h"
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 
@@ -66,8 +66,14 @@ class GeomsAhead {
     }
     reportPlainly(begin, end, call);
   }
-  // For a geom, and for what one that is nearer refers to.
-  static void prefetchFor(const dxGeom* far, const dxGeom* near);
+  // For a geom, and for what one that is nearer refers to: its body, and what the program hangs on
+  // it, which need not be an address.
+  static void prefetchFor(const dxGeom* far, const dxGeom* near) {
+    constexpr std::uintptr_t least_address = 4096;  // fixed: nobody maps the first page
+    prefetch(&far->body);
+    if (near->body) prefetch(near->body);
+    if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
+  }
 
   dxGeom* const* const geoms_;
 };
