@@ -15,6 +15,8 @@ namespace ode_parallel_sap {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 thread_local TeamWatch::Member* own = nullptr;
 
 // Of OpenMP's threads, which does not tell it; 0: the system's usual size.
@@ -42,6 +44,7 @@ struct Probe {
   pthread_t thread;
   std::mutex* gate;
   long id;
+  std::atomic<bool> ran{false};
 
   bool start(const pthread_attr_t& attributes, std::mutex& closed_gate) {
     gate = &closed_gate;
@@ -51,6 +54,7 @@ struct Probe {
     Probe& probe = *static_cast<Probe*>(self);
     probe.id = threadNumber();
     const std::lock_guard<std::mutex> open(*probe.gate);
+    probe.ran.store(true, std::memory_order_relaxed);
     return nullptr;
   }
   void awaitEnd() {
@@ -72,17 +76,29 @@ int countThreads(int wanted) {
   while (count < std::min(wanted, most) && probes[count].start(attributes, gate)) ++count;
   gate.unlock();
   pthread_attr_destroy(&attributes);
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(2);
+  // At first without sleeping: a thread without a core of its own would run on this one meanwhile.
+  for (int i = 0; i < count; ++i)
+    while (!probes[i].ran.load(std::memory_order_relaxed) && Clock::now() < end) continue;
   for (int i = 0; i < count; ++i) probes[i].awaitEnd();
   return count;
 }
 
-// Leaves OpenMP with a team of the size that it returns. Calling threads take turns: what one has
-// counted, no other may take before OpenMP has it. One thread more than needed is counted, so that
-// the rest of the program has one left.
+// Leaves OpenMP with a team of the size that it returns; 0 where the threads for it are waited for
+// too long. Calling threads take turns: what one has counted, no other may take before OpenMP has
+// it. One thread more than needed is counted, so that the rest of the program has one left.
 int startTeam(int wanted) {
   static std::mutex turn;
   const std::lock_guard<std::mutex> own_turn(turn);
-  const int granted = std::max(1, countThreads(wanted));
+  int granted = 1;
+  // A single one first: on a busy host each further one is waited for as well.
+  for (const int count : {1, wanted}) {
+    const Clock::time_point begin = Clock::now();
+    granted = std::max(1, countThreads(count));
+    team_times.add(count, 0,
+                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
+    if (team_times.stalled()) return 0;
+  }
   std::atomic<int> started{0};
 #pragma omp parallel num_threads(granted)
   started.fetch_add(1, std::memory_order_relaxed);
@@ -103,7 +119,9 @@ int threadsToBeHad(int wanted) {
     // A team within a team has one thread, and OpenMP starts none for it.
     if (omp_get_active_level() >= omp_get_max_active_levels()) return 1;
     expectChildren();
-    granted = startTeam(wanted);
+    const int started = startTeam(wanted);
+    if (started == 0) return 1;
+    granted = started;
     sought = wanted;
     static std::atomic<bool> said{false};
     ThreadShortageFunction* const say = on_thread_shortage.load(std::memory_order_relaxed);
@@ -129,7 +147,6 @@ void TeamWatch::noteOwnWork() {
 
 // Nothing here orders what threads do: a sanitizer is to see all that they do at once.
 void TeamWatch::awaitOthers(std::atomic<int>& arrived) {
-  using Clock = std::chrono::steady_clock;
   if (!own) return;
   if (own->queue_ != &arrived) {
     own->queue_ = &arrived;

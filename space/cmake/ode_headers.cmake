@@ -22,6 +22,7 @@ endfunction()
 # Where the headers lie a folder deeper, <gazebo/ode/ode.h>, headers of ODE's own names include them.
 set(ode_forwards "${PROJECT_BINARY_DIR}/ode-public")
 file(REMOVE_RECURSE "${ode_forwards}")
+file(MAKE_DIRECTORY "${ode_forwards}")
 foreach(directory IN LISTS ODE_PARALLEL_SAP_ODE_INCLUDE_DIRS)
   if(NOT EXISTS "${directory}/ode/ode.h")
     file(GLOB headers RELATIVE "${directory}" "${directory}/*/ode/*.h")

@@ -23,8 +23,10 @@ inline bool needsCallingThread(const dxGeom* geom) {
          (geom->type == dTriMeshClass && has_gimpact);
 }
 
-// Whether a space holds nothing but spaces, at any depth.
+// Whether a space holds nothing but spaces, at any depth. The sorting spaces of older forks of ODE
+// keep their geoms in no list.
 inline bool isEmpty(const dxSpace* space) {
+  if (!space->first) return space->count == 0;
   for (const dxGeom* geom = space->first; geom; geom = geom->next)
     if (!IS_SPACE(geom) || !isEmpty(static_cast<const dxSpace*>(geom))) return false;
   return true;

@@ -110,7 +110,7 @@ void ParallelSAPSpace::printTotals() const {
 void ParallelSAPSpace::add(dxGeom* geom) {
   CHECK_NOT_LOCKED(this);
   dAASSERT(geom);
-  dUASSERT(geom->parent_space == 0 && geom->next == 0, "geom is already in a space");
+  dUASSERT(geom->parent_space == 0, "geom is already in a space");
   dUASSERT(!slots_.full(), "too many geoms in a parallel SAP space");
 
   if (slots_.mustClose(count)) closeSlots();

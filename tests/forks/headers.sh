@@ -8,6 +8,7 @@ kind=$1 sources=$2/ode/src public=$3/include
 
 # Both forks.
 sed -i '/dCreateConvex/,/;/ s/const //' "$public/ode/collision.h"
+sed -i '/dGeomTriMeshDataPreprocess2/d' "$public/ode/collision_trimesh.h"
 sed -i '/^#define CHECK_NOT_LOCKED/,/^$/d; /^ *CHECK_NOT_LOCKED/d' "$sources/collision_kernel.h"
 cat >>"$sources/collision_space_internal.h" <<'H'
 #define CHECK_NOT_LOCKED(space) dUASSERT(!(space) || (space)->lock_count == 0, "Invalid operation for locked space")
@@ -20,6 +21,7 @@ rm -rf "$public/gazebo" "$public/ode/version.h"
 mkdir "$public/gazebo"
 mv "$public/ode" "$public/gazebo/ode"
 sed -i '/<ode\/\(version\|odecpp.*\)\.h>/d; s/<ode\//<gazebo\/ode\//' "$public"/gazebo/ode/*.h
+sed -i '/define dNaN/d' "$public/gazebo/ode/odeconfig.h"
 sed -i '/dGeomRay[GS]et\(FirstContact\|BackfaceCull\)/d' "$public/gazebo/ode/collision.h"
 sed -i '/^class COdeOu/i using namespace _OU_NAMESPACE;' "$sources/odeou.h"
 mkdir -p "$2/deps/threadpool" "$2/made"

@@ -4,7 +4,7 @@
 # Makes of the source of ODE 0.16.2 a fork of it, in FOLDER, that says it is version 0.13.1. larger: dxGeom has
 # fields more, and all behind them lies elsewhere, as in Webots' fork (200 bytes). smaller: it has none of the
 # fields next_ex and tome_ex, as in Gazebo classic's (144 bytes); the stock spaces that use them have
-# them in a table of their own.
+# them in a table of their own. Its spaces have a mutex, and lengths up to 1e-6 are zero.
 set -euo pipefail
 kind=$1 ode=$2 folder=$3
 rm -rf "$folder"
@@ -26,7 +26,7 @@ larger)
 smaller)
   sed -i '/^ *dxGeom \*next_ex;/d; /^ *dxGeom \*\*tome_ex;/d' $kernel.h
   sed -i '/^struct dxGeom/i struct fork_links { dxGeom *next_ex; dxGeom **tome_ex; };\nfork_links \&forkLinksOf(const dxGeom *geom);\n' $kernel.h
-  sed -i '/^ *next_ex = 0;/d; /^ *tome_ex = 0;/d' $kernel.cpp
+  sed -i 's/^ *next_ex = 0;/    forkLinksOf(this) = fork_links();/; /^ *tome_ex = 0;/d' $kernel.cpp
   cat >>$kernel.cpp <<'CPP'
 
 #include <map>
@@ -39,6 +39,8 @@ CPP
   sed -Ei 's/(\([a-z]\)|[A-Za-z_0-9]+)->(next_ex|tome_ex)/forkLinksOf(\1).\2/g' ode/src/collision_sapspace.cpp \
     ode/src/collision_quadtreespace.cpp
   ! grep -n 'next_ex\|tome_ex' $kernel.h | grep -v fork_links
+  sed -i 's/^ *unsigned tls_kind;.*/&\n    std::mutex fork_mutex;/; 0,/^#include/s//#include <mutex>\n&/' $kernel.h
+  sed -Ei '/updateZeroSizedFlag/ s/!([a-z_]+)/\1 <= 1e-6/g' ode/src/{box,sphere,capsule,cylinder}.cpp
   ;;
 *)
   echo "$kind is neither larger nor smaller"

@@ -1,5 +1,8 @@
 // The oracle itself, held against ODE's own dSimpleSpace.
 #include "support/oracle.h"
+
+#include <limits>
+
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/scenes.h"
@@ -88,7 +91,7 @@ TEST_CASE("Scenes of every size have that many boxes, the same for the same seed
 TEST_CASE("The oracle keeps out what cannot take part", "[oracle]") {
   SimpleSpace space;
   World world(space.id);
-  const dReal nan = dNaN, half = dReal(0.5);
+  const dReal nan = std::numeric_limits<dReal>::quiet_NaN(), half = dReal(0.5);
   world.take(dCreateBox(space.id, 1, 1, 1));
   world.take(dCreateBox(space.id, 1, 0, 1));
   world.take(dCreateSphere(space.id, 0));

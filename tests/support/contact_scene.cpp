@@ -74,6 +74,16 @@ int userClass() {
   return number;
 }
 
+// Face angles, which the collider of convexes with meshes wants. Forks of older versions of ODE
+// have neither.
+template <class Data>
+auto buildFaceAngles(Data data, std::nullptr_t none)
+    -> decltype(dGeomTriMeshDataPreprocess2(data, 0, none)) {
+  constexpr unsigned build_face_angles = 1U << 1;  // dTRIDATAPREPROCESS_BUILD_FACE_ANGLES
+  return dGeomTriMeshDataPreprocess2(data, build_face_angles, none);
+}
+void buildFaceAngles(...) {}
+
 struct TorusMesh {
   static constexpr int kAround = 12, kAcross = 8;
   float vertices[kAround * kAcross][3];
@@ -100,8 +110,7 @@ struct TorusMesh {
     data = dGeomTriMeshDataCreate();
     dGeomTriMeshDataBuildSingle(data, vertices, sizeof vertices[0], kAround * kAcross, triangles,
                                 3 * kAround * kAcross * 2, sizeof triangles[0]);
-    // The collider of convexes with meshes wants them.
-    dGeomTriMeshDataPreprocess2(data, 1U << dTRIDATAPREPROCESS_BUILD_FACE_ANGLES, nullptr);
+    buildFaceAngles(data, nullptr);
   }
 };
 

@@ -8,21 +8,38 @@
 namespace sap_test {
 namespace {
 
+// The longest length that this ODE takes for zero: 0, but 1e-6 in Gazebo classic's fork.
+dReal longestZero() {
+  static const dReal longest = [] {
+    const dReal tiny = dReal(1e-6);
+    const dSpaceID space = dSimpleSpaceCreate(nullptr);
+    dCreateSphere(space, 1);
+    dCreateSphere(space, tiny);
+    int pairs = 0;
+    dSpaceCollide(space, &pairs,
+                  [](void* count, dGeomID, dGeomID) { ++*static_cast<int*>(count); });
+    dSpaceDestroy(space);
+    return pairs > 0 ? dReal(0) : tiny;
+  }();
+  return longest;
+}
+
 bool isZeroSized(dGeomID geom) {
+  const dReal zero = longestZero();
   dVector3 lengths;
   dReal radius = 1, length = 1;
   switch (dGeomGetClass(geom)) {
     case dSphereClass:
-      return dGeomSphereGetRadius(geom) == 0;
+      return dGeomSphereGetRadius(geom) <= zero;
     case dBoxClass:
       dGeomBoxGetLengths(geom, lengths);
-      return lengths[0] == 0 || lengths[1] == 0 || lengths[2] == 0;
+      return std::min({lengths[0], lengths[1], lengths[2]}) <= zero;
     case dCapsuleClass:  // without length it is still a sphere
       dGeomCapsuleGetParams(geom, &radius, &length);
-      return radius == 0;
+      return radius <= zero;
     case dCylinderClass:
       dGeomCylinderGetParams(geom, &radius, &length);
-      return radius == 0 || length == 0;
+      return std::min(radius, length) <= zero;
     default:
       return false;
   }
