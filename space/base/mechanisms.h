@@ -29,9 +29,6 @@ constexpr bool learned_teams = true;
 
 // Boxes that are far longer than others on an axis have cells of their own (BoxClasses).
 constexpr bool box_classes = true;
-// So has each kind of filter bits, where many kinds never meet, and classes that no bits let meet
-// are not met.
-constexpr bool filter_classes = true;
 
 // Queries.
 

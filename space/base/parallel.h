@@ -127,20 +127,18 @@ class ChunkQueue {
 
 // Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
 template <class Work>
-int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
-  ChunkQueue queue(count, chunk);
-  return runTeam(region, threads, [&](int thread, int) {
-    for (Range range; queue.next(range);) work(range, thread);
-  });
-}
-
-// The same of parts.
-template <class Work>
-int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, Work&& work) {
-  ChunkQueue queue(count, chunk, threads);
+int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work,
+              int parts = 1) {
+  ChunkQueue queue(count, chunk, parts);
   return runTeam(region, threads, [&](int thread, int) {
     for (Range range; queue.next(range, thread);) work(range, thread);
   });
+}
+
+// The same with a part for each thread.
+template <class Work>
+int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work) {
+  return runChunks(region, threads, count, chunk, work, threads);
 }
 
 }  // namespace ode_parallel_sap

@@ -30,14 +30,6 @@ bool isBounded(Real extent) {
   return extent <= std::numeric_limits<Real>::max();
 }
 
-bool areAlike(const FilterBits& a, const FilterBits& b) {
-  return a.category == b.category && a.collide == b.collide;
-}
-
-bool mayMeet(const FilterBits& a, const FilterBits& b) {
-  return (a.category & b.collide) || (b.category & a.collide);
-}
-
 }  // namespace
 
 template <class Real>
@@ -73,39 +65,7 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
 }
 
 template <class Real>
-void BoxClasses<Real>::chooseKinds(const BoxSet& boxes) {
-  kinds_ = 1;
-  if (!mechanisms::filter_classes || !boxes.filter_bits) return;
-  std::size_t kinds = 0, counts[most_kinds];
-  bool few = true;
-  forSample<Real>(boxes, [&](Slot slot) {
-    const FilterBits& bits = boxes.bits[slot];
-    std::size_t kind = 0;
-    while (kind < kinds && !areAlike(bits_[kind], bits)) ++kind;
-    if (kind == most_kinds) {
-      few = false;
-      return;
-    }
-    if (kind == kinds) {
-      bits_[kinds] = bits;
-      counts[kinds++] = 0;
-    }
-    ++counts[kind];
-  });
-  double all = 0, apart = 0;
-  for (std::size_t a = 0; a < kinds; ++a)
-    for (std::size_t b = 0; b < kinds; ++b) {
-      const double pairs = static_cast<double>(counts[a]) * static_cast<double>(counts[b]);
-      all += pairs;
-      if (!mayMeet(bits_[a], bits_[b])) apart += pairs;
-    }
-  if (few && kinds > 1 && 4 * apart >= all) kinds_ = kinds;
-}
-
-// Boxes of a kind that the sample missed are taken for the first one.
-template <class Real>
-int BoxClasses<Real>::numberOf(const BoxSet& boxes, Slot slot) const {
-  const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
+int BoxClasses<Real>::numberOf(const BasicBox<Real>& box) const {
   int shape = 0;
   bool bounded = true;
   for (int axis = 0; axis < 3; ++axis) {
@@ -113,34 +73,30 @@ int BoxClasses<Real>::numberOf(const BoxSet& boxes, Slot slot) const {
     bounded = bounded && isBounded(extent);
     shape |= (extent > most_short_[axis]) << axis;
   }
-  std::size_t kind = kinds_ - 1;
-  while (kind > 0 && !areAlike(bits_[kind], boxes.bits[slot])) --kind;
-  return static_cast<int>(kind) * shapes + (bounded ? shape : unbounded);
+  return bounded ? shape : unbounded;
 }
 
 template <class Real>
 void BoxClasses<Real>::choose(const BoxSet& boxes, int threads) {
   chooseLengths(boxes);
-  chooseKinds(boxes);
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
   const int parts = runTeam(surveying, threads, [&](int thread, int team) {
-    std::array<ClassSummary<Real>, most>& summaries = surveys_[thread].summaries;
+    std::array<ClassSummary<Real>, shapes>& summaries = surveys_[thread].summaries;
     summaries = {};
     const Range range = ownPart(boxes.size, thread, team);
     for (std::size_t i = range.begin; i < range.end; ++i) {
-      const Slot slot = static_cast<Slot>(i);
-      const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
-      if (isActive(box)) summaries[numberOf(boxes, slot)].add(box);
+      const BasicBox<Real>& box = boxesOf<Real>(boxes)[i];
+      if (isActive(box)) summaries[numberOf(box)].add(box);
     }
   });
   classes_.clear();
-  for (int number = 0; number < static_cast<int>(kinds_) * shapes; ++number) {
+  for (int number = 0; number < shapes; ++number) {
     ClassSummary<Real> summary = surveys_[0].summaries[number];
     for (int part = 1; part < parts; ++part) summary.add(surveys_[part].summaries[number]);
     if (summary.count) classes_.push_back({number, summary});
   }
   const auto sizeOf = [](const Class& one) {
-    if (one.number % shapes == unbounded) return std::numeric_limits<double>::infinity();
+    if (one.number == unbounded) return std::numeric_limits<double>::infinity();
     const double* const extent = one.summary.extent;
     return (extent[0] + extent[1] + extent[2]) / static_cast<double>(one.summary.count);
   };

@@ -144,7 +144,7 @@ void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
           order_[slot] = no_key;
           continue;
         }
-        const std::size_t of = box_classes_.of(boxes, static_cast<Slot>(slot));
+        const std::size_t of = box_classes_.of(box[slot]);
         const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
         order_[slot] = key;
         ++counts[key >> bucket_shift_];

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <mutex>
 #include <utility>
 
 #include "space/base/parallel.h"
@@ -27,7 +26,6 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels l
   std::vector<TreeView<Real>> views = std::move(views_);
   views_.clear();
   views.assign(classes.count, TreeView<Real>());
-  filter_summaries_.assign(classes.count, FilterSummary());
   std::size_t total = cells;
   for (std::size_t tree = 0; tree < classes.count; ++tree) {
     const CellClass& of = classes.first[tree];
@@ -64,7 +62,6 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
   layOut(classes, filtered, levels);
   const Kernels<Real>& kernel = kernels<Real>();
-  std::mutex summing;
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
   // Whole parents to a thread, so that each makes the bounds of its own cells at once.
@@ -83,10 +80,7 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
       kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data(), ids_.data());
       if (view.depth > 1)
         kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
-      if (!filtered) continue;
-      const FilterSummary summary = packFilters(boxes, of.starts, first, last);
-      const std::lock_guard<std::mutex> lock(summing);
-      filter_summaries_[tree].add(summary);
+      if (filtered) packFilters(boxes, first, last);
     }
   });
   packUpperLevels();
@@ -144,21 +138,15 @@ BasicBox<Real> CellTrees<Real>::boundsOf(std::size_t cell) const {
 }
 
 template <class Real>
-FilterSummary CellTrees<Real>::packFilters(const BoxSet& boxes, const std::uint32_t* starts,
-                                           std::size_t begin, std::size_t end) {
-  FilterSummary summary;
-  for (std::size_t cell = begin; cell < end; ++cell) {
-    const int count = static_cast<int>(starts[cell + 1] - starts[cell]);
+void CellTrees<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
+  for (std::size_t cell = begin; cell < end; ++cell)
     for (int lane = 0; lane < group_size; ++lane) {
       const std::uint32_t slot = ids_[cell].slot[lane];
       GroupFilter& filter = filters_[cell];
       filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
       filter.body[lane] = boxes.filter_bodies ? boxes.bodies[slot] : 0;
-      if (lane < count) summary.add({filter.category[lane], filter.collide[lane]});
     }
-  }
-  return summary;
 }
 
 template <class Real>

@@ -22,16 +22,6 @@ struct CellClasses {
   std::size_t count;
 };
 
-// The bits that a number of boxes have.
-struct FilterSummary {
-  std::uint32_t category = 0, collide = 0;
-
-  void add(const FilterSummary& other) {
-    category |= other.category;
-    collide |= other.collide;
-  }
-};
-
 template <class Real>
 class CellTrees {
  public:
@@ -59,23 +49,19 @@ class CellTrees {
   std::size_t cells(std::size_t tree) const {
     return views_[tree].depth ? views_[tree].groups[0] : 0;
   }
-  // Of the boxes at the last build, if the views have filters.
-  const FilterSummary& filters(std::size_t tree) const { return filter_summaries_[tree]; }
-  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_, filter_summaries_, views_); }
+  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_, views_); }
 
  private:
   Group<Real>* level(const TreeView<Real>& view, int depth) {
     return groups_.data() + (view.levels[depth] - groups_.data());
   }
   void layOut(const CellClasses& classes, bool filtered, Levels levels);
-  FilterSummary packFilters(const BoxSet& boxes, const std::uint32_t* starts, std::size_t begin,
-                            std::size_t end);
+  void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   void packUpperLevels();
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
   Buffer<GroupIds> ids_;
   Buffer<GroupFilter> filters_;
-  std::vector<FilterSummary> filter_summaries_;
   std::vector<TreeView<Real>> views_;
 };
 

@@ -107,7 +107,7 @@ bool PairOrder::sortBucket(const Pair* found, std::size_t count, const Buckets& 
                            std::size_t bucket, Pair* pairs, Scratch& scratch) {
   const ShortPair shape(buckets, bucket);
   if (count > few_pairs && shape.fits()) {
-    const bool few_bits = shape.bits() <= 24;
+    const bool few_bits = shape.bits() <= 24;  // three digits of 8 bits, or two of 12
     if (count >> most_digits == 0)
       return few_bits ? sortWords<3, 8>(found, count, shape, pairs, scratch)
                       : sortWords<4, 8>(found, count, shape, pairs, scratch);

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "space/base/floating_point.h"
-#include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
 #include "space/simd/sink.h"
@@ -16,33 +15,17 @@ Region sweeping("sweep: tasks");
 
 }  // namespace
 
-// Whether any boxes of two classes may meet by their bits.
-template <class Real>
-bool Sweep<Real>::mayMeet(const BoxSet& boxes, std::size_t own, std::size_t other) const {
-  if (!mechanisms::filter_classes || !boxes.filter_bits) return true;
-  const FilterSummary &a = trees_.filters(own), &b = trees_.filters(other);
-  return (a.category & b.collide) || (b.category & a.collide);
-}
-
 // Each class meets itself and all classes of larger boxes: a small cell reaches few of those.
 template <class Real>
 void Sweep<Real>::planTasks(const BoxSet& boxes, int threads) {
   tasks_.clear();
-  const std::uint32_t classes = static_cast<std::uint32_t>(trees_.count());
-  trees_to_meet_.clear();
-  trees_to_meet_.reserve(std::size_t{classes} * (classes + 1) / 2);  // tasks point to them
+  const std::size_t trees = trees_.count();
   const std::size_t share = trees_.cells() / (tasks_a_thread * threads) / group_size * group_size;
   const std::size_t task_cells = std::min(std::max(share, std::size_t{group_size}), chunk_cells);
-  for (std::uint32_t own = 0; own < classes; ++own) {
-    const std::size_t first = trees_to_meet_.size();
-    for (std::uint32_t other = own; other < classes; ++other)
-      if (mayMeet(boxes, own, other)) trees_to_meet_.push_back(other);
-    const std::size_t count = trees_to_meet_.size() - first, cells = trees_.cells(own);
-    if (count == 0) continue;
-    for (std::size_t begin = 0; begin < cells; begin += task_cells)
-      tasks_.push_back({trees_.views(), own, begin, std::min(begin + task_cells, cells),
-                        trees_to_meet_.data() + first, count, boxes.exact});
-  }
+  for (std::size_t own = 0; own < trees; ++own)
+    for (std::size_t begin = 0, cells = trees_.cells(own); begin < cells; begin += task_cells)
+      tasks_.push_back(
+          {trees_.views(), trees, own, begin, std::min(begin + task_cells, cells), boxes.exact});
 }
 
 template <class Real>

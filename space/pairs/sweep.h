@@ -22,7 +22,7 @@ class Sweep : public PairFinder {
  public:
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override {
-    return bytesOf(order_, cell_coherence_, trees_, trees_to_meet_, tasks_, found_, pair_order_);
+    return bytesOf(order_, cell_coherence_, trees_, tasks_, found_, pair_order_);
   }
 
   // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
@@ -38,7 +38,6 @@ class Sweep : public PairFinder {
   void renumber(const Slot* slots) { trees_.renumber(slots); }
 
  private:
-  bool mayMeet(const BoxSet& boxes, std::size_t own, std::size_t other) const;
   void planTasks(const BoxSet& boxes, int threads);
   void releaseSpare(std::size_t slots);
 
@@ -47,7 +46,6 @@ class Sweep : public PairFinder {
   bool kept_cells_ = false;
   std::uint64_t builds_ = 0;
   CellTrees<Real> trees_;
-  std::vector<std::uint32_t> trees_to_meet_;  // of all tasks
   std::vector<CellMeeting<Real>> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread
   PairOrder pair_order_;

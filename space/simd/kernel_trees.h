@@ -200,7 +200,6 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
 template <class Real>
 void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
   const Meeting<Real> meeting(of);
-  const bool within = of.other_count && of.others[0] == of.own;
   Workplace<Real> work;
   for (std::size_t begin = of.begin, end; begin < of.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
@@ -212,15 +211,15 @@ void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
       bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
       bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
     }
-    for (std::size_t i = 0; i < of.other_count; ++i) {
-      const TreeView<Real>& tree = of.trees[of.others[i]];
-      const std::size_t first = of.others[i] == of.own ? begin : 0;
+    for (std::size_t i = of.own; i < of.tree_count; ++i) {
+      const TreeView<Real>& tree = of.trees[i];
+      const std::size_t first = i == of.own ? begin : 0;
       forOverlappingNodes(tree, bounds, 0, first, [&](std::uint32_t group, unsigned mask) {
         work.cells.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
         if (work.cells.full()) meetCells(meeting, begin, end, false, work, sink);
       });
     }
-    meetCells(meeting, begin, end, within, work, sink);
+    meetCells(meeting, begin, end, true, work, sink);
   }
 }
 

@@ -43,17 +43,15 @@ struct TreeView {
   std::uint32_t first_cell;    // its number; 0 where there is one tree only
 };
 
-// Cells of a tree, and the trees whose cells they are to meet: all of those, but of its own only
-// what is not before a cell. The cells of all trees lie one after the other in memory, in the order
-// of the trees.
+// Cells of a tree, which are to meet those of their own tree, but for what is before a cell, and of
+// all trees after it. The cells of all trees lie one after the other in memory, in their order.
 template <class Real>
 struct CellMeeting {
   const TreeView<Real>* trees;
-  std::uint32_t own;            // tree
-  std::size_t begin, end;       // cells of it
-  const std::uint32_t* others;  // trees: `own` first, if that is one of them, and ones after it
-  std::size_t other_count;
-  bool exact;  // no bound of a box was rounded
+  std::size_t tree_count;
+  std::size_t own;         // tree
+  std::size_t begin, end;  // cells of it
+  bool exact;              // no bound of a box was rounded
 };
 
 // Set beside a slot where floats cannot decide.

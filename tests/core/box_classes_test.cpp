@@ -1,4 +1,4 @@
-// Which boxes are divided by their filter bits, sizes and shapes.
+// Which boxes are divided by their sizes and shapes.
 #include "space/pairs/box_classes.h"
 
 #include <array>
@@ -6,38 +6,11 @@
 #include <vector>
 
 #include "space/pairs/cell_order.h"
-#include "support/case.h"
 #include "support/catch.hpp"
-#include "support/scenes.h"
 
 using namespace ode_parallel_sap;
 
 namespace {
-
-BoxSet boxesOfKinds(const std::vector<FilterBits>& kinds) {
-  BoxSet boxes = makeCase(sap_test::denseCube(600, 1), false, false).boxes;
-  boxes.filter_bits = true;
-  boxes.bits.resize(boxes.size);
-  for (std::size_t slot = 0; slot < boxes.size; ++slot)
-    boxes.bits[slot] = kinds[slot % kinds.size()];
-  return boxes;
-}
-
-// The number of classes of boxes that differ by their bits only, each of which has one kind's.
-std::size_t classesOf(const std::vector<FilterBits>& kinds) {
-  const BoxSet boxes = boxesOfKinds(kinds);
-  BoxClasses<float> classes;
-  for (const int threads : {1, 3}) {
-    classes.choose(boxes, threads);
-    std::size_t all = 0;
-    for (std::size_t i = 0; i < classes.count(); ++i) all += classes.summary(i).count;
-    REQUIRE(all == boxes.size);
-    if (classes.count() == 1) continue;
-    for (Slot slot = 0; slot < boxes.size; ++slot)
-      REQUIRE(classes.of(boxes, slot) == classes.of(boxes, slot % kinds.size()));
-  }
-  return classes.count();
-}
 
 // Cubes of these sizes in turn, far apart.
 template <class Real>
@@ -63,24 +36,11 @@ void checkSizes(const std::vector<std::array<double, 3>>& sizes, std::size_t wan
   classes.choose(boxes, 3);
   REQUIRE(classes.count() == wanted);
   for (Slot slot = 0; slot < boxes.size && wanted == sizes.size(); ++slot)
-    REQUIRE(classes.of(boxes, slot) == classes.of(boxes, slot % sizes.size()));
+    REQUIRE(classes.of(boxesOf<Real>(boxes)[slot]) ==
+            classes.of(boxesOf<Real>(boxes)[slot % sizes.size()]));
 }
 
 }  // namespace
-
-TEST_CASE("Few kinds of bits of which many do not meet are classes", "[classes]") {
-  CHECK(classesOf({{1, 2}, {2, 1}}) == 2);
-  CHECK(classesOf({{1, 0}, {2, 2}}) == 2);
-  CHECK(classesOf({{1, 2}, {2, 4}, {4, 8}}) == 3);
-  CHECK(classesOf({{1, 2}, {2, 4}, {4, 8}, {8, 8}}) == 4);
-}
-
-TEST_CASE("Other kinds of bits make no classes", "[classes]") {
-  CHECK(classesOf({{1, 1}}) == 1);
-  CHECK(classesOf({{1, 3}, {2, 3}}) == 1);                                  // all meet
-  CHECK(classesOf({{1, 1}, {1, 1}, {1, 1}, {1, 1}, {1, 1}, {2, 1}}) == 1);  // nearly all
-  CHECK(classesOf({{1, 2}, {2, 4}, {4, 8}, {8, 16}, {16, 32}}) == 1);       // too many kinds
-}
 
 TEST_CASE("Boxes that are far longer on an axis are a class", "[classes]") {
   checkSizes<float>({{1, 1, 1}, {2, 1, 3}}, 1);
@@ -93,7 +53,7 @@ TEST_CASE("Boxes that are far longer on an axis are a class", "[classes]") {
 }
 
 TEST_CASE("Each cell has boxes of one class", "[classes]") {
-  const BoxSet boxes = boxesOfKinds({{1, 2}, {2, 1}});
+  const BoxSet boxes = boxesOfSizes<float>({{1, 1, 1}, {40, 1, 1}}, 600);
   CellOrder<float> order;
   Buffer<std::uint64_t> workspace;
   order.build(boxes, 1, workspace);

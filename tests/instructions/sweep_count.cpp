@@ -58,8 +58,9 @@ std::size_t loopFrames(const BoxSet& boxes, int frames) {
     found.resizeDiscarding(0);
     BufferSink sink(found);
     const CellTrees<float>& trees = sweep.trees();
-    for (std::uint32_t i = 0; i < trees.count(); ++i)
-      kernels<float>().cellPairs({trees.views(), i, 0, trees.cells(i), &i, 1, boxes.exact}, sink);
+    for (std::size_t i = 0; i < trees.count(); ++i)
+      kernels<float>().cellPairs({trees.views(), trees.count(), i, 0, trees.cells(i), boxes.exact},
+                                 sink);
   }
   return found.size();
 }

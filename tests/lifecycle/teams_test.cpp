@@ -105,14 +105,6 @@ void populateDensely(World& world, std::uint64_t seed) {
   world.addBoxes(denseCube(700, seed));
 }
 
-void populateWithGroups(World& world, std::uint64_t seed) {
-  populateDensely(world, seed);
-  for (std::size_t i = 0; i < world.geoms().size(); ++i) {
-    dGeomSetCategoryBits(world.geoms()[i], i % 2 ? 1 : 2);
-    dGeomSetCollideBits(world.geoms()[i], i % 2 ? 2 : 1);
-  }
-}
-
 const std::vector<Play>& plays() {
   static const std::vector<Play> all = {
       {"all boxes move",
@@ -153,11 +145,6 @@ const std::vector<Play>& plays() {
        moveAll,
        {"filter: exact tests", "pair gaps: within pieces", "pair gaps: moved pieces",
         "pair gaps: moved heads"}},
-      {"kinds of bits that do not meet",
-       dParallelSAPMethodSweep,
-       populateWithGroups,
-       moveAll,
-       {"box classes: survey"}},
       {"geoms at rest are left out",
        dParallelSAPMethodSweep,
        populateWithBodies,

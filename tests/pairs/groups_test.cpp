@@ -1,4 +1,4 @@
-// Boxes of few kinds of filter bits: their kinds may have cells of their own, which nobody sees.
+// Boxes of few kinds of filter bits, of which many do not meet.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <string>
