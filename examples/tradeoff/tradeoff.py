@@ -159,7 +159,7 @@ class Crew:
         key = [(winner.setting, winner.why) for winner in one.winners()]
         if one.level() >= 0 and key != self.said.get(one.name):
             self.said[one.name] = key
-            print("\n%.0f s: " % (time.monotonic() - self.began) + report.answer(one), flush=True)
+            print("\n%.0f s:\n" % (time.monotonic() - self.began) + report.answer([one]), flush=True)
 
 
 def write_between(path, text):
@@ -180,7 +180,7 @@ def main():
     if not options.report:
         cores = sorted(os.sched_getaffinity(0))[:options.at_once]
         Crew(studies, table, began + options.budget if options.budget else float("inf")).run(cores)
-    text = "\n".join(report.answer(one) for one in studies) + "\n" + report.origin(table)
+    text = report.answer(studies) + "\n" + report.origin(table)
     print("\n" + text)
     for one in studies:
         if one.settings():
