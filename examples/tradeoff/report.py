@@ -20,9 +20,9 @@ def cells(one, winner):
     if winner.setting is None:
         return [winner.why, "", "", ""]
     level = one.level_for(winner.limit)
-    bias = "" if one.bias(level) is None else ", ± %s" % percent(one.bias(level))
+    bias = ", ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
     error = "%s, of %d seeds" % (span(winner.fresh or winner.interval), (winner.fresh or winner.interval).count)
-    return [study.name_of(winner.setting) + (" (provisional: %s)" % winner.why if winner.why else ""),
+    return [study.name_of(winner.setting) + (" (uncertain: %s)" % winner.why if winner.why else ""),
             "%.3g (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(winner.setting)), error,
             "%g ms%s" % (1000 * study.REFERENCE[level].dt, bias)]
 

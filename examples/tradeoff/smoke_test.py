@@ -51,7 +51,7 @@ class Study(unittest.TestCase):
         began = time.monotonic()
         said = self.measure(*words)
         self.assertLess(time.monotonic() - began, 30)
-        self.assertIn("| Vehicle of 10 bodies |", said[said.rindex(" cores, commit ") - 2000:])
+        self.assertIn("| Vehicle |", said[said.rindex(" cores, commit ") - 2000:])
         first = keys(self.folder)
         self.measure(*words)
         self.assertEqual(keys(self.folder)[:len(first)], first)
@@ -67,7 +67,7 @@ class Study(unittest.TestCase):
         child.send_signal(signal.SIGINT)
         said = child.communicate(timeout=30)[0]
         self.assertEqual(child.returncode, 75, said)
-        self.assertIn("| Hopper of 125 bodies |", said[said.index("Interrupted"):])
+        self.assertIn("| Hopper |", said[said.index("Interrupted"):])
 
     def test_studies_a_program_alone(self):
         said = self.measure("--program", own_program, "--point", "/no/such/file", "--budget", "8")

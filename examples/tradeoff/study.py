@@ -32,12 +32,12 @@ class Setting(NamedTuple):
 
 BASE = Setting()
 KEY = ("scene", "bodies", *Setting._fields, "seed")
-GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20, 50)]
+GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20)]
 # Around the best so far, one at a time.
 VARIED = dict(iterations=(5, 10, 20, 35, 50, 100), contacts=(1, 2, 8), reducer=("deepest", "spread"), erp=(0.1, 0.4, 0.8),
               cfm=(1e-8, 1e-6), sor=(0.8, 1.0, 1.6), solver=("step",), sleep=("on",))
 STEPS = (0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.00125)
-# The reference is the finest of these that was run; what the last halving of its step changed is its bias.
+# References, from coarse to fine.
 REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(5)]
 
 
@@ -127,28 +127,29 @@ class Study:
         return self.cached("level", lambda: max((i for i, setting in enumerate(REFERENCE) if all(
             self.row(setting, seed) for seed in range(1, stats.LADDER[0] + 1))), default=-1))
 
-    def bias(self, level):
-        """What halving the step to this reference's changed on average; None where it was not halved."""
-        if level < 1:
-            return None
+    def change(self, level):
+        """By how much halving the step to this reference's changed outcomes, by six seeds; by three twice as much, to be safe."""
         def make():
-            seeds = range(1, stats.LADDER[1] + 1)
-            both = [(self.row(REFERENCE[level - 1], seed), self.row(REFERENCE[level], seed)) for seed in seeds]
-            return outcomes.bias([pair for pair in both if all(pair)])
-        return self.cached(("bias", level), make)
+            both = [[self.row(setting, seed) for setting in REFERENCE[level - 1:level + 1]] for seed in range(1, stats.LADDER[1] + 1)]
+            return min(factor * outcomes.bias(both[:count]) if all(map(all, both[:count])) else math.inf
+                       for count, factor in zip(stats.LADDER, (2, 1)))
+        return self.cached(("change", level), make) if 0 < level < len(REFERENCE) else math.inf
 
-    def lacks(self, level):
-        """Points of the reference that decide about its bias: six seeds, so that it decides once."""
-        return [point for setting in REFERENCE[max(level - 1, 0):level + 1]
-                for point in self.missing(setting, range(1, stats.LADDER[1] + 1))]
-
-    def is_fine(self, level, limit):
-        return level > 0 and not self.lacks(level) and self.bias(level) <= MOST_BIAS * limit
+    def bias(self, level):
+        """What is left of a reference's error, as ODE's is of first order. More rows never make it worse: what was certain
+        stays so."""
+        return min(self.change(level), 2 * self.change(level + 1))
 
     def level_for(self, limit):
-        """The coarsest reference that is fine enough for a limit, since it takes the least time; the finest where none is."""
-        return self.cached(("level", limit), lambda: next(
-            (level for level in range(1, self.level() + 1) if self.is_fine(level, limit)), self.level()))
+        """Of the references that are fine enough for a limit the one with most fresh seeds; of these the coarsest, which takes
+        the least time. The finest where none is."""
+        def make():
+            fine = [level for level in range(self.level() + 1) if self.bias(level) <= MOST_BIAS * limit]
+            return max(fine, key=lambda level: (-len(self.missing(REFERENCE[level], FRESH_SEEDS)), -level), default=self.level())
+        return self.cached(("level", limit), make)
+
+    def is_fine(self, limit):
+        return self.bias(self.level_for(limit)) <= MOST_BIAS * limit
 
     # Settings.
 
@@ -217,7 +218,7 @@ class Study:
     def confirmed_for(self, setting, limit):
         """The widest limit up to this one for which fresh seeds confirm the setting: what is within a limit is within every
         wider one, also if that has a coarser reference. None where there is none."""
-        return next((each for each in reversed(LIMITS) if each <= limit and self.is_fine(self.level_for(each), each) and
+        return next((each for each in reversed(LIMITS) if each <= limit and self.is_fine(each) and
                      self.verdict(setting, each) == "within" and self.fresh(setting, each) and
                      self.fresh(setting, each).high <= each), None)
 
@@ -242,14 +243,14 @@ class Study:
             return Winner(limit, best, self.interval(best, of), self.fresh(best, of), "")
         best = next(iter(self.candidates(limit)), None)
         if best:
-            why = "not confirmed with fresh seeds" if self.is_fine(self.level_for(limit), limit) else (
-                "the reference's bias is not known" if self.level() < 1 or self.lacks(self.level()) else
-                "the reference's bias is above a quarter of the limit")
+            why = "not confirmed with fresh seeds" if self.is_fine(limit) else "the reference's bias is above a quarter of the limit"
             return Winner(limit, best, self.interval(best, limit), self.fresh(best, limit), why)
         likely = [s for s in self.settings() if self.interval(s, limit).mean <= limit and not self.fresh(s, limit)]
         if not likely:
             return Winner(limit, None, None, None, "none is within" if self.settings() else "nothing was measured yet")
-        return Winner(limit, likely[0], self.interval(likely[0], limit), None, "more seeds are needed")
+        found = self.interval(likely[0], limit)
+        why = "more seeds are needed" if found.count < stats.LADDER[-1] else "%d seeds do not decide" % found.count
+        return Winner(limit, likely[0], found, None, why)
 
     def winners(self):
         return self.cached("winners", lambda: [self.winner(limit) for limit in LIMITS])
@@ -276,10 +277,10 @@ class Study:
     def finer_reference(self, limit):
         """What its bias needs to come below a quarter of the limit: six seeds, then half the step."""
         level = self.level()
-        if not self.is_fine(self.level_for(limit), limit):
-            yield from self.lacks(level)
-            if level + 1 < len(REFERENCE) and not self.lacks(level):
-                yield from self.missing(REFERENCE[level + 1], range(1, stats.LADDER[0] + 1))
+        if level > 0 and not self.is_fine(limit):
+            lacking = [point for setting in REFERENCE[level - 1:level + 1]
+                       for point in self.missing(setting, range(1, stats.LADDER[1] + 1))]
+            yield from lacking or self.missing(REFERENCE[min(level + 1, len(REFERENCE) - 1)], range(1, stats.LADDER[0] + 1))
 
     def confirm(self, limit):
         """What the cheapest candidate lacks to be named; where there is none, seeds for those that may become one."""
@@ -288,7 +289,7 @@ class Study:
             yield from self.more_seeds(limit)
         if found or self.competitors(limit):
             yield from self.finer_reference(limit)
-        for setting in found[:1] if self.is_fine(self.level_for(limit), limit) else ():
+        for setting in found[:1] if self.is_fine(limit) else ():
             yield from self.with_reference(setting, FRESH_SEEDS, limit)
 
     def improve(self, limit):

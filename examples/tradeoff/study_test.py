@@ -183,7 +183,7 @@ class Points(Made):
                 self.assertRegex(text, r"\| Made \|[^|]*\b%g\b" % (100 * limit))
             if made.settings():
                 self.assertIn("| the reference |", report.table_of(made))
-        self.assertIn("provisional", text)
+        self.assertIn("uncertain", text)
 
     def test_go_to_more_seeds_where_settings_compete(self):
         made = self.study(by_step(5.0, noise=1.0))

@@ -65,7 +65,7 @@ def studies_of(options, table):
         with open(options.program, "rb") as file:  # a new build is measured anew
             digest = hashlib.sha256(file.read()).hexdigest()[:10]
         return [study.Study("%s-%s" % (name, digest), name, "", [options.program], table)]
-    return [study.Study(name, "%s of %d bodies" % (name.capitalize(), bodies), float(bodies), [options.point, name, str(bodies)],
+    return [study.Study(name, name.capitalize(), float(bodies), [options.point, name, str(bodies)],
                         table) for name, bodies in SCENES.items() if options.scene in (None, name)]
 
 

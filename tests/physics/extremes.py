@@ -2,8 +2,8 @@
 """What ODE does to physics, by the rows of results/ that physics-table and physics-truth make:
 
     extremes.py measure PROGRAM ROWS.csv   plays extremes that have no row there yet, on all cores; goes on where it was
-    extremes.py check [PROGRAM ROWS.csv]   whether README.md has the tables of the rows; and each extreme of the program a row
-    extremes.py draw FOLDER                outcomes.png, rescues.png and truth.png of FOLDER's rows, and README.md's tables
+    extremes.py check [PROGRAM]            whether README.md has the tables of the rows, and each extreme of the program a row
+    extremes.py draw                       results/outcomes.png, rescues.png and truth.png, and README.md's tables
 """
 import concurrent.futures
 import csv
@@ -19,10 +19,10 @@ GOOD = ("stands", "stops", "settles", "holds", "keeps")
 SLIGHT = ("creeps", "jitters", "shifts", "drifts", "stretches", "sags", "never rests")
 GREEN, YELLOW, RED, DARK = "#9bd08f", "#f6dd7d", "#ea8a75", "#8d7b9c"
 WORDS = {"dSimpleSpace,\nour order": "simple", "dHashSpace": "hash", "dParallelSAPSpace": "ours"}
-STARTS = "10"
-SERIES = (("a box that bears another of so many times its mass", r"a box on one as large, 1:(\S+) of its mass"),
-          ("a stack of so many boxes", r"a stack of (\d+)"), ("a stack of 5, with steps of so many seconds",
-          r"a stack of 5, steps of (\S+) s"), ("0.2 m at a plate of 0.1 m, so many m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
+PRECISIONS, STARTS = ("double", "single"), "10"
+SERIES = (("mass that a box bears, in its own", r"a box on one as large, 1:(\S+) of its mass"), ("boxes in a stack", r"a stack of (\d+)"),
+          ("step of a stack of 5, s", r"a stack of 5, steps of (\S+) s"),
+          ("speed of 0.2 m at a plate of 0.1 m, m/s", r"boxes of 0.2 m at a plate.* (\d+) m/s"))
 # Of the scenes with an answer: CFM as ODE comes, and below which an error is rounding; steps in seconds.
 CFM, ROUNDING = dict(double=1e-10, single=1e-5), dict(double=1e-9, single=1e-4)
 NEGLIGIBLE, COARSE, FINE = 1e-3, 0.01, 0.000625
@@ -43,6 +43,10 @@ def rows_of(path):
     return {row["extreme"]: row for row in read(path)}
 
 
+def recorded():
+    return {precision: rows_of(os.path.join(RESULTS, precision + ".csv")) for precision in PRECISIONS}
+
+
 def measure(program, path):
     columns, = said(program, "columns")
     names, known = said(program, "list"), rows_of(path)
@@ -61,18 +65,15 @@ def measure(program, path):
 
 def thresholds():
     """In how many starts of ten each series does what it owes, and what rescues the first that does not in all."""
-    lines = ["| | does what it owes, of 10 starts | cheapest rescue where it does not first |", "| --- | --- | --- |"]
-    for precision in "double", "single":
-        rows = rows_of(os.path.join(RESULTS, precision + ".csv")).items()
-        for title, pattern in SERIES:
-            found = [(match.group(1), row) for match, row in ((re.fullmatch(pattern, name), row) for name, row in rows)
-                     if match and "held" in row]
-            if not found:  # rows of one start
-                continue
-            first = next((row for _, row in found if row["held"] != STARTS), None)
-            cost = " (%.2g×)" % float(first["rescue_cost"]) if first and float(first["rescue_cost"]) else ""
-            lines.append("| %s, %s | %s | %s |" % (title, precision, ", ".join("%s: %s" % (value, row["held"]) for value, row in found),
-                                                  first["rescue"] + cost if first else ""))
+    lines = ["| value: starts of ten | double precision | single precision | cheapest rescue of the first that fails |",
+             "| --- | --- | --- | --- |"]
+    for title, pattern in SERIES:
+        cells, rescues = [], []
+        for rows in recorded().values():
+            found = [(match.group(1), row) for match, row in ((re.fullmatch(pattern, name), row) for name, row in rows.items()) if match]
+            cells.append(", ".join("%s:%s" % (value, row["held"]) for value, row in found))
+            rescues.append(next(row["rescue"] for _, row in found if row["held"] != STARTS))
+        lines.append("| %s | %s | %s |" % (title, " | ".join(cells), "; ".join(dict.fromkeys(rescues))))
     return "\n".join(lines) + "\n"
 
 
@@ -137,17 +138,14 @@ def page():
     return old, new
 
 
-def check(program=None, path=None):
+def check(program=None):
     old, new = page()
     if old != new:
         sys.exit("README.md has other tables than the rows: call extremes.py draw")
-    if not program:
-        return
-    columns, = said(program, "columns")
-    known = rows_of(path)
-    lacking = [name for name in said(program, "list") if name not in known]
-    if lacking or list(next(iter(known.values()))) != columns.split(","):
-        sys.exit("%s lacks rows, or has other columns: %s" % (path, ", ".join(lacking)))
+    if program:  # of either precision
+        lacking = min((set(said(program, "list")) - set(rows) for rows in recorded().values()), key=len)
+        if lacking:
+            sys.exit("no rows of: %s" % ", ".join(lacking))
 
 
 def colour(outcome):
@@ -188,7 +186,7 @@ def rescues(plt, shared, rows):
         xs, ys = [], []
         for name in shared:
             row = rows[precision][name]
-            if row.get("held", STARTS) == STARTS and row["ours"] in GOOD:
+            if row["held"] == STARTS and row["ours"] in GOOD:
                 continue
             theme = themes.index(row["theme"])
             beside = sum(1 for x, y in zip(xs, ys) if int(round(y - shift)) == theme and x == none)
@@ -235,18 +233,18 @@ def truth(plt):
     return figure, 70
 
 
-def draw(folder):
+def draw():
     try:
         import matplotlib
     except ImportError as error:
         sys.exit("extremes.py: %s. Debian: apt-get install python3-matplotlib" % error)
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
-    rows = {p: rows_of(os.path.join(folder, p + ".csv")) for p in ("double", "single")}
+    rows = recorded()
     shared = [name for name in rows["double"] if name in rows["single"]]
     for name, (figure, dpi) in dict(outcomes=outcomes(plt, shared, rows), rescues=rescues(plt, shared, rows), truth=truth(plt)).items():
         figure.tight_layout()
-        figure.savefig(os.path.join(folder, name + ".png"), dpi=dpi)
+        figure.savefig(os.path.join(RESULTS, name + ".png"), dpi=dpi)
     text = page()[1]
     with open(PAGE, "w", encoding="utf-8") as file:
         file.write(text)
@@ -254,7 +252,7 @@ def draw(folder):
 
 def main():
     what = dict(measure=measure, check=check, draw=draw).get(sys.argv[1] if len(sys.argv) > 1 else "")
-    if not what or len(sys.argv) not in {measure: (4,), check: (2, 4), draw: (3,)}[what]:
+    if not what or len(sys.argv) not in {measure: (4,), check: (2, 3), draw: (2,)}[what]:
         sys.exit(__doc__)
     what(*sys.argv[2:])
 
