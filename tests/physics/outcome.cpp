@@ -5,8 +5,7 @@
 
 #include "../support/bounds.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -139,8 +138,8 @@ void Observer::compareFree(const Stage& stage) {
   const Vec now = vec(turned);
   const double angle = std::atan2(dot(now, third), dot(now, across));
   // It drifts by far less than a turn from one look to the next.
-  cell_coherence_ += std::remainder(angle - rate * time_ - cell_coherence_, 6.283185307179586);
-  measures_.turn = std::fabs(cell_coherence_);
+  turned_ += std::remainder(angle - rate * time_ - turned_, 6.283185307179586);
+  measures_.turn = std::fabs(turned_);
 }
 
 const Measures& Observer::end(const Stage& stage) {
@@ -204,5 +203,4 @@ bool isWhatItOwes(const std::string& outcome) {
   return false;
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

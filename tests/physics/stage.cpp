@@ -9,8 +9,7 @@
 #include "../support/bounds.h"
 #include "../support/recorder.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -345,5 +344,4 @@ bool isFinite(const Stage& stage) {
   return finite;
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -12,8 +12,7 @@
 
 #include "../../examples/tradeoff/harness/vectors.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 using Vec = tradeoff::Vector;
 using tradeoff::cross;
@@ -151,5 +150,4 @@ std::uint64_t digest(const Stage& stage, std::uint64_t before);
 // Whether all of it is finite.
 bool isFinite(const Stage& stage);
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -12,10 +12,9 @@
 #include <iostream>
 #include <sstream>
 
-#include "play.h"
+#include "extreme.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 namespace {
 
 const char* const kNames =
@@ -63,8 +62,7 @@ int run(const std::string& what, const std::string& name) {
 }
 
 }  // namespace
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics
 
 int main(int argc, char** argv) {
   dInitODE2(0);

@@ -14,8 +14,7 @@
 #include "../support/bounds.h"
 #include "stage.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -470,8 +469,7 @@ int check() {
 }
 
 }  // namespace
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics
 
 int main(int argc, char** argv) {
   dInitODE2(0);
