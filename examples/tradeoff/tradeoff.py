@@ -40,7 +40,6 @@ def parse():
     made.add_argument("--scene", choices=tuple(SCENES), help="only this one of the study's own scenes")
     made.add_argument("--point", metavar="FILE", default=POINT, help="the program tradeoff-point")
     made.add_argument("--out", metavar="DIR", help="folder of the results (default: one named by the CPU)")
-    made.add_argument("--at-once", type=int, metavar="N", help="runs side by side (default: one a core)")
     made.add_argument("--report", action="store_true", help="measure nothing: conclude from the rows that there are")
     made.add_argument("--write", metavar="FILE", help="put the answer between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
@@ -51,9 +50,6 @@ def parse():
         if path and not os.path.isfile(path) and not (options.report or name == "point" and options.program):
             made.error("--%s: there is no file %s" % (name, path))
     cores = len(os.sched_getaffinity(0))
-    options.at_once = options.at_once or cores
-    if not 1 <= options.at_once <= cores:
-        made.error("--at-once must be from 1 to the number of cores, %d" % cores)
     machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-"), cores)
     options.out = options.out or (options.program + ".study" if options.program else os.path.join(HERE, "results", machine))
     return options
@@ -178,8 +174,7 @@ def main():
     table = Table(os.path.join(options.out, "scenes.csv"), study.KEY)
     studies = studies_of(options, table)
     if not options.report:
-        cores = sorted(os.sched_getaffinity(0))[:options.at_once]
-        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(cores)
+        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(os.sched_getaffinity(0))
     text = report.answer(studies) + "\n" + report.origin(table)
     print("\n" + text)
     for one in studies:

@@ -62,8 +62,10 @@ Extremes modes();
 // Extreme::lost where the floor is at z = 0.
 bool isBelowFloor(const Stage& stage, std::size_t body);
 
-// `count` boxes one on the other, from z = `height` on.
+// `count` boxes one on the other.
 void stack(Stage& stage, int count, double side, const Vec& foot = {}, double density = 1000);
+// Extreme::build: the same on a plane.
+std::function<void(Stage&)> stackOnPlane(int count, double side = 1);
 
 // What is measured of a scene while it runs. Lengths in units of the scene. "Late" is the last
 // fifth of the steps.
@@ -94,7 +96,6 @@ class Observer {
   struct Body {
     Vec start, middle;
   };
-  double energyOf(const Stage& stage) const;
   void lookLate(const Stage& stage);
   void compareFree(const Stage& stage);
 

@@ -7,11 +7,6 @@ namespace sap_test::physics {
 
 namespace {
 
-void stackOnPlane(Stage& stage, int count, double side) {
-  stage.plane();
-  stack(stage, count, side);
-}
-
 void smallOnLarge(Stage& stage) {
   stage.plane();
   stack(stage, 1, 1000);
@@ -136,8 +131,7 @@ Extremes sizes() {
   Extremes extremes;
   for (const double side : {0.001, 0.01, 100.0, 1000.0})
     extremes.push_back({"sizes", "a stack of 5, sides of " + shortNumber(side) + " m",
-                        Demand::stand, [side](Stage& stage) { stackOnPlane(stage, 5, side); },
-                        side});
+                        Demand::stand, stackOnPlane(5, side), side});
   extremes.push_back({"sizes", "boxes of 1 mm on one of 1 km", Demand::stand, smallOnLarge, 0.001});
   extremes.push_back({"sizes", "a box of 1 km on nine of 1 m", Demand::stand, largeOnSmall});
   return extremes;
@@ -153,7 +147,7 @@ Extremes places() {
 Extremes overlaps() {
   return {within("two boxes half within each other",
                  [](Stage& stage) {
-                   stackOnPlane(stage, 1, 1);
+                   stackOnPlane(1)(stage);
                    stack(stage, 1, 1, {0.1, 0.05, 0.5});
                  }),
           within("27 boxes in one place",
@@ -221,16 +215,15 @@ Extremes shapes() {
 Extremes modes() {
   const double tiny = sizeof(dReal) == 8 ? 1e-308 : 1e-38;
   const double speck = sizeof(dReal) == 8 ? 1e-60 : 1e-6;
-  const Extreme all[] = {
-      {"denormals", "a stack of 5", Demand::stand, [](Stage& stage) { stackOnPlane(stage, 5, 1); }},
-      {"denormals", "a ball that turns at a denormal speed", Demand::conserve,
-       [tiny](Stage& stage) {
-         dWorldSetGravity(stage.world(), 0, 0, 0);
-         stage.ball({}, 0.5);
-         stage.spin(0, {0, 0, tiny / 16});
-       }},
-      {"denormals", "boxes of " + shortNumber(speck) + " m one on the other", Demand::stand,
-       [speck](Stage& stage) { stackOnPlane(stage, 3, speck); }, speck}};
+  const Extreme all[] = {{"denormals", "a stack of 5", Demand::stand, stackOnPlane(5)},
+                         {"denormals", "a ball that turns at a denormal speed", Demand::conserve,
+                          [tiny](Stage& stage) {
+                            dWorldSetGravity(stage.world(), 0, 0, 0);
+                            stage.ball({}, 0.5);
+                            stage.spin(0, {0, 0, tiny / 16});
+                          }},
+                         {"denormals", "boxes of " + shortNumber(speck) + " m one on the other",
+                          Demand::stand, stackOnPlane(3, speck), speck}};
   Extremes extremes;
   for (const Extreme& extreme : all) {
     if (&extreme != all) extremes.push_back(extreme);  // the stack is no extreme by itself

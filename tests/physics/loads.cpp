@@ -19,8 +19,7 @@ std::string power(int exponent) {
 Extreme heavyOnLight(double ratio, const std::string& text) {
   return {"mass ratios", "a box on one as large, " + text + " of its mass", Demand::stand,
           [ratio](Stage& stage) {
-            stage.plane();
-            stack(stage, 1, 1);
+            stackOnPlane(1)(stage);
             stack(stage, 1, 1, {0, 0, 1}, 1000 * ratio);
           }};
 }
@@ -37,14 +36,6 @@ Extreme lightOnHeavy(int exponent) {
 void alternating(Stage& stage) {
   stage.plane();
   for (int i = 0; i < 6; ++i) stack(stage, 1, 1, {0, 0, double(i)}, i % 2 ? 10000 : 10);
-}
-
-Extreme tower(int count) {
-  return {"structures", "a stack of " + std::to_string(count), Demand::stand,
-          [count](Stage& stage) {
-            stage.plane();
-            stack(stage, count, 1);
-          }};
 }
 
 void wall(Stage& stage) {
@@ -214,7 +205,9 @@ Extremes masses() {
 
 Extremes structures() {
   Extremes extremes;
-  for (const int count : {3, 5, 7, 10, 15, 20, 50, 100}) extremes.push_back(tower(count));
+  for (const int count : {3, 5, 7, 10, 15, 20, 50, 100})
+    extremes.push_back(
+        {"structures", "a stack of " + std::to_string(count), Demand::stand, stackOnPlane(count)});
   const auto add = [&extremes](const char* name, double unit, std::function<void(Stage&)> build) {
     extremes.push_back({"structures", name, Demand::stand, std::move(build), unit});
   };
@@ -245,6 +238,13 @@ void stack(Stage& stage, int count, double side, const Vec& foot, double density
   for (int i = 0; i < count; ++i) {
     stage.box({foot[0], foot[1], foot[2] + side * (i + 0.5)}, {side, side, side}, density);
   }
+}
+
+std::function<void(Stage&)> stackOnPlane(int count, double side) {
+  return [count, side](Stage& stage) {
+    stage.plane();
+    stack(stage, count, side);
+  };
 }
 
 const Extremes& extremes() {

@@ -95,19 +95,11 @@ bool isOutsideBox(const Stage& stage, std::size_t body) {
   return std::fmax(std::fmax(std::fabs(at[0]), std::fabs(at[1])), std::fabs(at[2])) > 0.5;
 }
 
-void boxOnPlane(Stage& stage) {
-  stage.plane();
-  stack(stage, 1, 1);
-}
-
 Extreme stackAtStep(double step, int steps) {
   Extreme extreme{"steps",
                   "a stack of 5, steps of " + shortNumber(step) + " s",
                   Demand::stand,
-                  [](Stage& stage) {
-                    stage.plane();
-                    stack(stage, 5, 1);
-                  },
+                  stackOnPlane(5),
                   1,
                   steps};
   extreme.step = step;
@@ -296,39 +288,33 @@ Extremes spins() {
 }
 
 Extremes longRuns() {
-  Extreme nervous{"long runs",
-                  "a stack of 10 that is woken every tenth step",
-                  Demand::stand,
-                  [](Stage& stage) {
-                    sleeping(stage);
-                    stage.plane();
-                    stack(stage, 10, 1);
-                  },
-                  1,
-                  1000};
-  nervous.drive = [](Stage& stage, int step) {
-    for (const dBodyID body : stage.bodies()) {
-      if (step % 10 == 0) dBodyEnable(body);
-    }
+  const auto asleep = [](int count) {
+    return [count](Stage& stage) {
+      sleeping(stage);
+      stackOnPlane(count)(stage);
+    };
   };
-  return {{"long runs", "a box at rest for 10^6 steps", Demand::stand, boxOnPlane, 1, 1000000},
-          {"long runs", "the same, which may sleep", Demand::stand,
-           [](Stage& stage) {
-             sleeping(stage);
-             boxOnPlane(stage);
-           },
-           1, 1000000},
-          {"long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand,
-           [](Stage& stage) {
-             const double angle = 0.5236;
-             dWorldSetGravity(stage.world(), real(-9.81 * std::sin(angle)), 0,
-                              real(-9.81 * std::cos(angle)));
-             boxOnPlane(stage);
-           },
-           1, 100000},
-          {"long runs", "120 sleepers that a ball of a tonne wakes", Demand::settle, storm, 0.5,
-           1500, [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < 0; }},
-          nervous};
+  const auto slope = [](Stage& stage) {
+    const double angle = 0.5236;
+    dWorldSetGravity(stage.world(), real(-9.81 * std::sin(angle)), 0,
+                     real(-9.81 * std::cos(angle)));
+    stackOnPlane(1)(stage);
+  };
+  const auto lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < 0; };
+  Extremes extremes = {
+      {"long runs", "a box at rest for 10^6 steps", Demand::stand, stackOnPlane(1), 1, 1000000},
+      {"long runs", "the same, which may sleep", Demand::stand, asleep(1), 1, 1000000},
+      {"long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand, slope, 1,
+       100000},
+      {"long runs", "120 sleepers that a ball of a tonne wakes", Demand::settle, storm, 0.5, 1500,
+       lost},
+      {"long runs", "a stack of 10 that is woken every tenth step", Demand::stand, asleep(10), 1,
+       1000}};
+  extremes.back().drive = [](Stage& stage, int step) {
+    for (const dBodyID body : stage.bodies())
+      if (step % 10 == 0) dBodyEnable(body);
+  };
+  return extremes;
 }
 
 Extremes joints() {

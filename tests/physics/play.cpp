@@ -71,9 +71,9 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   for (int step = 0; step < extreme.steps; ++step) {
     extreme.drive(stage, step);
     stage.step();
-    report->digest = digest(stage, report->digest);
+    report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
-    if (!isFinite(stage)) return "not finite";
+    if (!stage.isFinite()) return "not finite";
     observer.look(stage, step);
   }
   report->measures = observer.end(stage);

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -31,7 +32,6 @@ struct Settings {
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds
   unsigned long seed = 1;
-  double seconds = 0;  // simulated at most; 0: as the scene says
 };
 
 // Reads "--name value" pairs; throws std::invalid_argument where one is wrong.
@@ -48,8 +48,7 @@ inline Settings parseSettings(int argc, char** argv) {
       {"erp", {0, 1, [&](double v) { s.erp = v; }}},
       {"cfm", {0, 1e6, [&](double v) { s.cfm = v; }}},
       {"sor", {0.01, 2, [&](double v) { s.sor = v; }}},
-      {"seed", {0, 1e9, [&](double v) { s.seed = static_cast<unsigned long>(v); }}},
-      {"seconds", {0.01, 1e6, [&](double v) { s.seconds = v; }}}};
+      {"seed", {0, 1e9, [&](double v) { s.seed = static_cast<unsigned long>(v); }}}};
   const std::map<std::string, std::pair<std::string*, std::set<std::string>>> words = {
       {"reducer", {&s.reducer, {"first", "deepest", "spread"}}},
       {"solver", {&s.solver, {"quick", "step"}}},
@@ -172,7 +171,11 @@ class Stepper {
     const bool reduces = settings_.reducer != "first";
     int count = dCollide(first, second, reduces ? most_found : settings_.contacts, found,
                          sizeof(dContactGeom));
-    count = keepWanted(found, count);
+    // Geoms that go through each other as they should have no depth.
+    count = static_cast<int>(
+        std::remove_if(found, found + count,
+                       [this](const dContactGeom& geom) { return !wanted(geom); }) -
+        found);
     if (count == 0) return;
     for (int i = 0; i < count; ++i)
       *deepest_ = std::max(*deepest_, static_cast<double>(found[i].depth));
@@ -180,32 +183,19 @@ class Stepper {
       count = dParallelSAPKeepDeepest(found, count, settings_.contacts);
     if (settings_.reducer == "spread")
       count = dParallelSAPKeepSpread(found, count, settings_.contacts);
-    for (int i = 0; i < count; ++i) addJoint(found[i], a, b);
+    for (int i = 0; i < count; ++i)
+      if (const auto contact = wanted(found[i]))
+        dJointAttach(dJointCreateContact(world_, joints_, &*contact), a, b);
   }
 
-  // Fills in the contact; false where the scene does not want it.
-  bool wants(const dContactGeom& geom, dContact& contact) const {
-    contact = {};
+  // The contact with its surface; nothing where the scene does not want it.
+  std::optional<dContact> wanted(const dContactGeom& geom) const {
+    dContact contact = {};
     contact.geom = geom;
     contact.surface.mode = dContactApprox1;
     contact.surface.mu = static_cast<dReal>(0.6);
-    return !surface_ || surface_(contact);
-  }
-
-  // What goes through each other as it should has no depth.
-  int keepWanted(dContactGeom* found, int count) const {
-    if (!surface_) return count;
-    int kept = 0;
-    dContact contact;
-    for (int i = 0; i < count; ++i)
-      if (wants(found[i], contact)) found[kept++] = found[i];
-    return kept;
-  }
-
-  void addJoint(const dContactGeom& geom, dBodyID a, dBodyID b) {
-    dContact contact;
-    if (!wants(geom, contact)) return;
-    dJointAttach(dJointCreateContact(world_, joints_, &contact), a, b);
+    if (surface_ && !surface_(contact)) return {};
+    return contact;
   }
 
   dWorldID world_;
