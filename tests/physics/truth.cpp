@@ -99,10 +99,6 @@ Vec heading(double degrees) {
   return {std::cos(angle), std::sin(angle), 0};
 }
 
-void push(dBodyID body, const Vec& v) {
-  dBodySetLinearVel(body, real(v[0]), real(v[1]), real(v[2]));
-}
-
 constexpr double kRadius = 0.25;
 
 // A block that slides to a stop, at an angle to the axes that ODE gives a contact by itself.
@@ -111,7 +107,7 @@ Quantities slide(const TruthSetting& setting, double phase, double degrees) {
   world.plane();
   const dBodyID block = world.box({0, 0, 0.05}, {0.5, 0.5, 0.1});
   const double speed = 3 * (1 + 0.1 * phase);
-  push(block, speed * heading(degrees));
+  world.push(0, speed * heading(degrees));
   while (world.time < 1.2) world.step();
   const Vec at = vec(dBodyGetPosition(block));
   const double exact = speed * speed / (2 * world.friction * kGravity);
@@ -140,7 +136,7 @@ Quantities roll(const TruthSetting& setting, double phase, double degrees) {
   world.plane();
   const dBodyID ball = world.ball({0, 0, kRadius}, kRadius, 1000);
   const double speed = 3 * (1 + 0.1 * phase);
-  push(ball, speed * heading(degrees));
+  world.push(0, speed * heading(degrees));
   while (world.time < 2) world.step();
   const Vec v = vec(dBodyGetLinearVel(ball));
   return {{"speed", std::hypot(v[0], v[1]), speed * 5 / 7, speed * 5 / 7}};
@@ -185,8 +181,8 @@ Quantities collide(const TruthSetting& setting, double phase, double restitution
   const double m1 = 1, m2 = 3, v1 = 2, v2 = -1, closing = v1 - v2;
   const dBodyID one = world.ball({0, 0, 0}, kRadius, 1000 * m1);
   const dBodyID other = world.ball({1 + 0.1 * phase, 0, 0}, kRadius, 1000 * m2);
-  push(one, {v1, 0, 0});
-  push(other, {v2, 0, 0});
+  world.push(0, {v1, 0, 0});
+  world.push(1, {v2, 0, 0});
   while (world.time < 1) world.step();
   const double mean = (m1 * v1 + m2 * v2) / (m1 + m2);
   const double after1 = mean - m2 / (m1 + m2) * restitution * closing;

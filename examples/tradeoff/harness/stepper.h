@@ -13,7 +13,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 #include "vectors.h"
 
@@ -37,42 +37,38 @@ struct Settings {
 // Reads "--name value" pairs; throws std::invalid_argument where one is wrong.
 inline Settings parseSettings(int argc, char** argv) {
   Settings s;
-  struct Number {
-    double least, most;
-    std::function<void(double)> set;
+  const auto number = [](auto& value, double least, double most) {
+    return [&value, least, most](const std::string& text) {
+      char* end = nullptr;
+      const double read = std::strtod(text.c_str(), &end);
+      if (text.empty() || *end != '\0') throw std::invalid_argument("no number: " + text);
+      if (!(read >= least && read <= most)) throw std::invalid_argument("out of range: " + text);
+      value = static_cast<std::decay_t<decltype(value)>>(read);
+    };
   };
-  const std::map<std::string, Number> numbers = {
-      {"dt", {1e-6, 1, [&](double v) { s.dt = v; }}},
-      {"iterations", {1, 1e5, [&](double v) { s.iterations = int(v); }}},
-      {"contacts", {1, 64, [&](double v) { s.contacts = int(v); }}},
-      {"erp", {0, 1, [&](double v) { s.erp = v; }}},
-      {"cfm", {0, 1e6, [&](double v) { s.cfm = v; }}},
-      {"sor", {0.01, 2, [&](double v) { s.sor = v; }}},
-      {"seed", {0, 1e9, [&](double v) { s.seed = static_cast<unsigned long>(v); }}}};
-  const std::map<std::string, std::pair<std::string*, std::set<std::string>>> words = {
-      {"reducer", {&s.reducer, {"first", "deepest", "spread"}}},
-      {"solver", {&s.solver, {"quick", "step"}}},
-      {"sleep", {&s.sleep, {"on", "off"}}}};
+  const auto word = [](std::string& value, const std::set<std::string>& known) {
+    return [&value, known](const std::string& text) {
+      if (!known.count(text)) throw std::invalid_argument("unknown: " + text);
+      value = text;
+    };
+  };
+  const std::map<std::string, std::function<void(const std::string&)>> setters = {
+      {"--dt", number(s.dt, 1e-6, 1)},
+      {"--iterations", number(s.iterations, 1, 1e5)},
+      {"--contacts", number(s.contacts, 1, 64)},
+      {"--reducer", word(s.reducer, {"first", "deepest", "spread"})},
+      {"--erp", number(s.erp, 0, 1)},
+      {"--cfm", number(s.cfm, 0, 1e6)},
+      {"--sor", number(s.sor, 0.01, 2)},
+      {"--solver", word(s.solver, {"quick", "step"})},
+      {"--sleep", word(s.sleep, {"on", "off"})},
+      {"--seed", number(s.seed, 0, 1e9)}};
   for (int i = 1; i < argc; i += 2) {
-    const std::string option = argv[i], name = option.rfind("--", 0) == 0 ? option.substr(2) : "";
-    const auto number = numbers.find(name);
-    const auto word = words.find(name);
-    if (number == numbers.end() && word == words.end())
-      throw std::invalid_argument("no such setting: " + option);
-    if (i + 1 == argc) throw std::invalid_argument(option + " needs a value");
-    const std::string text = argv[i + 1];
-    if (word != words.end()) {
-      if (!word->second.second.count(text))
-        throw std::invalid_argument(option + ": unknown: " + text);
-      *word->second.first = text;
-      continue;
-    }
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0') throw std::invalid_argument(option + ": no number: " + text);
-    if (!(value >= number->second.least && value <= number->second.most))
-      throw std::invalid_argument(option + ": out of range: " + text);
-    number->second.set(value);
+    const auto setter = setters.find(argv[i]);
+    if (setter == setters.end())
+      throw std::invalid_argument(std::string("no such setting: ") + argv[i]);
+    if (i + 1 == argc) throw std::invalid_argument(std::string(argv[i]) + " needs a value");
+    setter->second(argv[i + 1]);
   }
   return s;
 }
