@@ -115,7 +115,6 @@ struct State {
   double square_speed = 0;  // mean, of rotation as of a body's ends
   double fastest = 0;
   size_t not_finite = 0;
-  size_t asleep = 0;
 };
 
 inline State stateOf(const Basis& basis) {
@@ -138,7 +137,6 @@ inline State stateOf(const Basis& basis) {
     now.lowest = std::min(now.lowest, height);
     now.square_speed += square;
     now.fastest = std::max(now.fastest, std::sqrt(square));
-    now.asleep += !dBodyIsEnabled(body);
     ++count;
   }
   now.height /= std::max(count, 1.0);
@@ -184,19 +182,16 @@ class Row {
  public:
   template <typename Value>
   void add(const std::string& name, const Value& value) {
-    names_ << separator() << name;
+    const char* const separator = names_.empty() ? "" : ",";
+    names_ += separator + name;
     values_.precision(9);
-    values_ << separator() << value;
-    empty_ = false;
+    values_ << separator << value;
   }
 
-  std::string text() const { return names_.str() + "\n" + values_.str() + "\n"; }
+  std::string text() const { return names_ + "\n" + values_.str() + "\n"; }
 
  private:
-  const char* separator() const { return empty_ ? "" : ","; }
-
-  bool empty_ = true;
-  std::ostringstream names_;
+  std::string names_;
   std::ostringstream values_;
 };
 
@@ -228,24 +223,6 @@ inline void applyTo(dSpaceID space, const Settings& settings, const Basis& basis
   dParallelSAPSpaceSetNumThreads(space, 1);
   dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
   for (dBodyID body : basis.bodies) dBodySetAutoDisableFlag(body, settings.sleep == "on");
-}
-
-// Of every bit of every body's state: settings that give the same are one setting.
-inline std::string digestOf(const Basis& basis) {
-  uint64_t sum = 14695981039346656037u;  // FNV-1a
-  const auto add = [&sum](const dReal* values, size_t count) {
-    const auto* bytes = reinterpret_cast<const unsigned char*>(values);
-    for (size_t i = 0; i < count * sizeof(dReal); ++i) sum = (sum ^ bytes[i]) * 1099511628211u;
-  };
-  for (dBodyID body : basis.bodies) {
-    add(dBodyGetPosition(body), 3);
-    add(dBodyGetQuaternion(body), 4);
-    add(dBodyGetLinearVel(body), 3);
-    add(dBodyGetAngularVel(body), 3);
-  }
-  char text[20];
-  std::snprintf(text, sizeof text, "x%016llx", static_cast<unsigned long long>(sum));
-  return text;
 }
 
 // Bodies nowhere, beyond a plane, or where the scene says that none should be.
@@ -280,12 +257,11 @@ class Trial {
   }
 
   Row run() {
-    const double most = settings_.seconds > 0 ? settings_.seconds : scene_.seconds;
     Rest rest(basis_);
     double energy = start_.energy;
     // A scene that does not rest is measured over all of its time but the last second, and then.
     bool falls = true;
-    double until = most;
+    double until = scene_.seconds;
     while (time_ < until - settings_.dt / 2) {
       if (scene_.control) scene_.control(time_);
       Sums& sums = falls ? falling_ : resting_;
@@ -300,7 +276,7 @@ class Trial {
         observe();
       if (falls) {
         rested_ = scene_.rests && rest.look(time_);
-        falls = !rested_ && time_ < most - rest_seconds;
+        falls = !rested_ && time_ < scene_.seconds - rest_seconds;
         if (!falls) until = time_ + rest_seconds;
       }
     }
@@ -344,9 +320,10 @@ class Trial {
     row.add("jitter", std::sqrt(resting_.square_speed / steps) / basis_.speed);
     row.add("energy_gain", (falling_.rises + resting_.rises) / weight);
     row.add("energy_drift", (resting_.energy - falling_.energy) / weight / rest_seconds);
-    row.add("asleep",
-            static_cast<double>(last_.asleep) / static_cast<double>(basis_.bodies.size()));
-    row.add("digest", digestOf(basis_));
+    char digest[20];  // settings that give the same are one setting
+    std::snprintf(digest, sizeof digest, "x%016llx",
+                  static_cast<unsigned long long>(digestOf(basis_.bodies)));
+    row.add("digest", digest);
     for (const auto& [name, sum] : observed_)
       row.add("observed_" + name, sum.first / static_cast<double>(sum.second));
     return row;
@@ -399,25 +376,12 @@ inline std::string measure(const Scene& scene, const Settings& settings) {
   return text;
 }
 
-// What the study must know of the program before it measures.
-inline std::string describe(const Scene& scene) {
-  Row row;
-  row.add("precision", sizeof(dReal) == sizeof(double) ? "double" : "single");
-  row.add("seconds", scene.seconds);
-  return row.text();
-}
-
 }  // namespace harness
 
-// The program's main: measures one point, or with --describe says what scene it is. Returns the
-// exit code: 2 where it was called wrongly.
+// The program's main: measures one point. Returns the exit code: 2 where it was called wrongly.
 inline int run(int argc, char** argv, const Scene& scene) {
   try {
-    if (argc == 2 && std::string(argv[1]) == "--describe") {
-      std::fputs(harness::describe(scene).c_str(), stdout);
-    } else {
-      std::fputs(harness::measure(scene, parseSettings(argc, argv)).c_str(), stdout);
-    }
+    std::fputs(harness::measure(scene, parseSettings(argc, argv)).c_str(), stdout);
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", argv[0], error.what());

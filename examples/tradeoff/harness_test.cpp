@@ -25,17 +25,20 @@ double measured(const tradeoff::Scene& scene, const tradeoff::Settings& settings
   throw std::out_of_range(column);
 }
 
+dBodyID addBox(dWorldID world, dSpaceID space, double x, double z, double wide, double high) {
+  const dBodyID body = dBodyCreate(world);
+  dMass mass;
+  dMassSetBox(&mass, 1000, 1, 1, 1);
+  dBodySetMass(body, &mass);
+  dBodySetPosition(body, dReal(x), 0, dReal(z));
+  dGeomSetBody(dCreateBox(space, dReal(wide), dReal(wide), dReal(high)), body);
+  return body;
+}
+
 // Two boxes, half in each other, over a plane.
 void buildOverlapping(dWorldID world, dSpaceID space, unsigned long) {
   dCreatePlane(space, 0, 0, 1, 0);
-  for (int i = 0; i < 2; ++i) {
-    const dBodyID body = dBodyCreate(world);
-    dMass mass;
-    dMassSetBox(&mass, 1000, 1, 1, 1);
-    dBodySetMass(body, &mass);
-    dBodySetPosition(body, i ? dReal(0.5) : 0, 0, dReal(0.5));
-    dGeomSetBody(dCreateBox(space, 1, 1, 1), body);
-  }
+  for (double x : {0.0, 0.5}) addBox(world, space, x, 0.5, 1, 1);
 }
 
 void testUnwantedContacts() {
@@ -83,15 +86,8 @@ double last = 0;
 tradeoff::Scene carriedBox() {
   tradeoff::Scene scene;
   scene.build = [](dWorldID world, dSpaceID space, unsigned long) {
-    for (int i = 0; i < 2; ++i) {
-      const dBodyID body = dBodyCreate(world);
-      dMass mass;
-      dMassSetBox(&mass, 1000, 1, 1, 1);
-      dBodySetMass(body, &mass);
-      if (i) dBodySetKinematic(body);
-      dBodySetPosition(body, 0, 0, i ? -1 : dReal(0.5));
-      dGeomSetBody(i ? dCreateBox(space, 40, 40, 2) : dCreateBox(space, 1, 1, 1), body);
-    }
+    addBox(world, space, 0, 0.5, 1, 1);
+    dBodySetKinematic(addBox(world, space, 0, -1, 40, 2));
   };
   scene.control = [](double time) { last = time; };
   scene.observe = [] {

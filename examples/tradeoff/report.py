@@ -12,38 +12,33 @@ def percent(share):
 
 
 def span(found):
-    return "%s (%s to %s, %d seeds)" % (percent(found.mean), percent(found.low), percent(found.high), found.count)
+    return "%s (%s to %s)" % tuple(percent(value) for value in found[:3])
 
 
-def cost(one, setting):
-    return "%.3g ms (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(setting))
-
-
-def sentence(one, winners):
-    """Who is the cheapest within these limits, and what is lacking until that is certain."""
-    winner = winners[0]
-    start = "- within %s %%: " % " and ".join("%g" % (100 * each.limit) for each in winners)
+def cells(one, winner):
+    """What is known of a limit: the cheapest setting, and what is lacking until it is certain."""
     if winner.setting is None:
-        return start + "no setting (%s)" % winner.why
-    text = "%s: %s of processor time a simulated second, error %s" % (
-        study.name_of(winner.setting), cost(one, winner.setting), span(winner.interval))
-    if winner.fresh:
-        text += ", with fresh seeds %s" % span(winner.fresh)
-    return start + text + (" (provisional: %s)" % winner.why if winner.why else "")
+        return [winner.why, "", "", ""]
+    level = one.level_for(winner.limit)
+    bias = ", ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
+    error = "%s, of %d seeds" % (span(winner.fresh or winner.interval), (winner.fresh or winner.interval).count)
+    return [study.name_of(winner.setting) + (" (uncertain: %s)" % winner.why if winner.why else ""),
+            "%.3g (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(winner.setting)), error,
+            "%g ms%s" % (1000 * study.REFERENCE[level].dt, bias)]
 
 
-def answer(one):
-    """What is to be said now."""
-    bias, level = one.bias(), one.level()
-    lines = ["%s:" % one.title, ""]
-    if level >= 0:
-        known = "was not halved yet" if bias is None else "changed outcomes by %s on average" % percent(bias)
-        lines.append("The reference has steps of %g ms; the last halving of its step %s.\n" % (
-            1000 * study.REFERENCE[level].dt, known))
-    same = {}
-    for winner in one.winners():
-        same.setdefault((winner.setting, winner.why), []).append(winner)
-    return "\n".join(lines + [sentence(one, winners) for winners in same.values()]) + "\n"
+def answer(studies):
+    """What is to be said now; limits with the same setting share a row."""
+    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error | reference's step, and its bias |",
+             "| --- | ---: | --- | ---: | ---: | ---: |"]
+    for one in studies:
+        same = {}
+        for winner in one.winners():
+            same.setdefault((winner.setting, winner.why), []).append(winner)
+        for winners in same.values():
+            limits = "%s %%" % ", ".join("%g" % (100 * winner.limit) for winner in winners)
+            lines.append("| %s |" % " | ".join([one.title, limits, *cells(one, winners[0])]))
+    return "\n".join(lines) + "\n"
 
 
 def origin(table):
@@ -60,8 +55,8 @@ def shown(one):
 
 def table_of(one):
     """What a user sees with each: the parts of the error, and beside them the depths, which are not in it."""
-    reference = study.REFERENCE[one.level()]
-    rows = {setting: [row for row in one.rows_of(setting) if row["seed"] < study.FRESH_SEED]
+    reference = study.REFERENCE[one.level_for(study.LIMITS[0])]
+    rows = {setting: [row for row in one.rows_of(setting) if row["seed"] not in study.FRESH_SEEDS]
             for setting in (*shown(one), reference)}
     parts = {setting: [outcomes.parts_of(row, one.row(reference, int(row["seed"]))) for row in found
                        if one.row(reference, int(row["seed"]))] for setting, found in rows.items()}

@@ -42,6 +42,13 @@ dBodyID addBox(dWorldID world, dSpaceID space, const Vector& side, const Vector&
                  place);
 }
 
+// The middle of a cell of a layer of `across` by `across` of them, above the origin; the layer's
+// number is i / across^2.
+Vector cellOf(int i, int across, double cell) {
+  return {cell * (i % across - (across - 1) / 2.0),
+          cell * (i / across % across - (across - 1) / 2.0), cell * (i / (across * across))};
+}
+
 // Boxes of 0.6 to 1 m in layers over a pit of planes that is about as wide as a layer, tilted a
 // little so that they do not stack like bricks.
 void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies) {
@@ -58,10 +65,9 @@ void buildHeap(dWorldID world, dSpaceID space, Random random, int bodies) {
   for (int i = 0; i < bodies; ++i) {
     Vector side;
     for (double& length : side) length = random.uniform(0.6, 1.0);
-    const Vector place = {cell * (i % across - (across - 1) / 2.0),
-                          cell * (i / across % across - (across - 1) / 2.0),
-                          1 + layer * (i / (across * across))};
-    const dBodyID body = addBox(world, space, side, place);
+    const Vector at = cellOf(i, across, cell);
+    const dBodyID body =
+        addBox(world, space, side, {at[0], at[1], 1 + layer * (i / (across * across))});
     const double angle = random.uniform(0, pi);
     dQuaternion turn = {real(std::cos(angle / 2)), real(random.uniform(-tilt, tilt)),
                         real(random.uniform(-tilt, tilt)), real(std::sin(angle / 2))};
@@ -122,10 +128,10 @@ void buildHopper(dWorldID world, dSpaceID space, Random random, int bodies) {
     const double radius = random.uniform(0.25, 0.45);
     dMass mass;
     dMassSetSphere(&mass, real(density), real(radius));
+    const Vector at = cellOf(i, across, cell);
     addBody(world, dCreateSphere(space, real(radius)), mass,
-            {cell * (i % across - (across - 1) / 2.0) + random.uniform(-0.04, 0.04),
-             cell * (i / across % across - (across - 1) / 2.0) + random.uniform(-0.04, 0.04),
-             Plate::lowest + cell * across / 2.0 + 1 + cell * (i / (across * across))});
+            {at[0] + random.uniform(-0.04, 0.04), at[1] + random.uniform(-0.04, 0.04),
+             Plate::lowest + cell * across / 2.0 + 1 + at[2]});
   }
 }
 
@@ -279,55 +285,38 @@ Mesh pebble(const Vector& half) {
   return mesh;
 }
 
-// ODE reads triangles where they are.
-class Meshes {
- public:
-  Meshes() = default;
-  ~Meshes() {
-    for (const Stored& stored : stored_) dGeomTriMeshDataDestroy(stored.data);
-  }
-  Meshes(const Meshes&) = delete;
-  Meshes& operator=(const Meshes&) = delete;
-
-  dGeomID geom(dSpaceID space, Mesh mesh) {
-    stored_.push_back({std::move(mesh), dGeomTriMeshDataCreate()});
-    const Stored& stored = stored_.back();
-    dGeomTriMeshDataBuildSingle(
-        stored.data, stored.mesh.points.data(), sizeof(Mesh::Point),
-        static_cast<int>(stored.mesh.points.size()), stored.mesh.triangles.data(),
-        static_cast<int>(3 * stored.mesh.triangles.size()), sizeof(Mesh::Triangle));
-    return dCreateTriMesh(space, stored.data, nullptr, nullptr, nullptr);
-  }
-
- private:
+// ODE reads triangles where they are, until the program ends.
+dGeomID addMesh(dSpaceID space, Mesh made) {
   struct Stored {
     Mesh mesh;
-    dTriMeshDataID data;
+    std::unique_ptr<dxTriMeshData, decltype(&dGeomTriMeshDataDestroy)> data;
   };
-  std::list<Stored> stored_;
-};
+  static std::list<Stored> all;
+  all.push_back({std::move(made), {dGeomTriMeshDataCreate(), dGeomTriMeshDataDestroy}});
+  const Mesh& mesh = all.back().mesh;
+  const dTriMeshDataID data = all.back().data.get();
+  dGeomTriMeshDataBuildSingle(data, mesh.points.data(), sizeof(Mesh::Point),
+                              static_cast<int>(mesh.points.size()), mesh.triangles.data(),
+                              static_cast<int>(3 * mesh.triangles.size()), sizeof(Mesh::Triangle));
+  return dCreateTriMesh(space, data, nullptr, nullptr, nullptr);
+}
 
 constexpr double pebbles_apart = 1.1;  // metres, at the start
 
-double bowlRadius(int across) {
-  return 1 + pebbles_apart * across;
-}
-
-void buildMeshes(dWorldID world, dSpaceID space, Random random, Meshes& meshes, int bodies) {
+// Bodies of 20 triangles each fall into a bowl.
+void buildMeshes(dWorldID world, dSpaceID space, Random random, int bodies) {
   const int across = std::max(2, static_cast<int>(std::lround(std::cbrt(bodies))));
-  const double radius = bowlRadius(across);
-  meshes.geom(space, pile::Bowl(radius, radius / 2).mesh());
+  const double radius = 1 + pebbles_apart * across;
+  addMesh(space, pile::Bowl(radius, radius / 2).mesh());
   for (int i = 0; i < bodies; ++i) {
     Vector half;
     for (double& axis : half) axis = random.uniform(0.3, 0.5);
     Mesh mesh = pebble(half);
     const dMass mass = pile::centreOfMass(mesh, density);
-    const auto place = [&random, across](int number) {
-      return pebbles_apart * (number % across - (across - 1) / 2.0) + random.uniform(-0.04, 0.04);
-    };
-    const double x = place(i), y = place(i / across);
-    const dBodyID body = addBody(world, meshes.geom(space, std::move(mesh)), mass,
-                                 {x, y, radius / 2 + pebbles_apart * (i / (across * across))});
+    const Vector at = cellOf(i, across, pebbles_apart);
+    const double x = at[0] + random.uniform(-0.04, 0.04), y = at[1] + random.uniform(-0.04, 0.04);
+    const dBodyID body =
+        addBody(world, addMesh(space, std::move(mesh)), mass, {x, y, radius / 2 + at[2]});
     dQuaternion turn;
     for (dReal& part : turn) part = real(random.uniform(-1, 1));
     dNormalize4(turn);
@@ -335,25 +324,11 @@ void buildMeshes(dWorldID world, dSpaceID space, Random random, Meshes& meshes, 
   }
 }
 
-// Bodies of 20 triangles each fall into a bowl.
-Scene meshScene(int bodies) {
-  const auto meshes = std::make_shared<Meshes>();
-  Scene scene;
-  scene.build = [meshes, bodies](dWorldID world, dSpaceID space, unsigned long seed) {
-    buildMeshes(world, space, Random(seed), *meshes, bodies);
-  };
-  // Through the bowl, whose lowest point is at 0.
-  scene.lost = [](dBodyID body) { return dBodyGetPosition(body)[2] < 0; };
-  scene.seconds = 20;
-  return scene;
-}
-
 Scene sceneNamed(const std::string& name, int bodies) {
   if (name == "vehicle") return vehicleScene(bodies);
-  if (name == "meshes") return meshScene(bodies);
   using Build = void (*)(dWorldID, dSpaceID, Random, int);
   static const std::map<std::string, Build> builds = {
-      {"heap", buildHeap}, {"hopper", buildHopper}, {"tower", buildTower}};
+      {"heap", buildHeap}, {"hopper", buildHopper}, {"meshes", buildMeshes}, {"tower", buildTower}};
   const auto found = builds.find(name);
   if (found == builds.end()) throw std::invalid_argument("no such scene: " + name);
   Scene scene;
@@ -364,6 +339,8 @@ Scene sceneNamed(const std::string& name, int bodies) {
   scene.seconds = 20;
   scene.stands = name == "tower";
   if (name == "hopper") scene.lost = leftHopper;
+  if (name == "meshes")  // through the bowl, whose lowest point is at 0
+    scene.lost = [](dBodyID body) { return dBodyGetPosition(body)[2] < 0; };
   return scene;
 }
 

@@ -9,10 +9,10 @@ import stats
 
 LIMITS = (0.01, 0.05, 0.2)
 MOST_BIAS = 0.25    # of a limit, where a setting is to be named
-FRESH = 12          # seeds of a confirmation, with which nobody was chosen
-FRESH_SEED = 1001   # the first of them
+FRESH_SEEDS = range(1001, 1013)  # of a confirmation, with which nobody was chosen
 TRIES = 3           # so many candidates at most are put to it, for each limit
 LIKELY = 1.5        # of a limit: whose mean is above gets no more seeds
+GAIN = 0.95         # of the best so far's cost: who takes more gets no more seeds
 FAVOURITES = 3      # so many competitors at a time get more seeds
 MOST_BODIES_OF_STEP = 12  # dWorldStep takes time by the cube of a heap's contacts
 
@@ -32,20 +32,21 @@ class Setting(NamedTuple):
 
 BASE = Setting()
 KEY = ("scene", "bodies", *Setting._fields, "seed")
-GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20, 50)]
+GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20)]
 # Around the best so far, one at a time.
 VARIED = dict(iterations=(5, 10, 20, 35, 50, 100), contacts=(1, 2, 8), reducer=("deepest", "spread"), erp=(0.1, 0.4, 0.8),
               cfm=(1e-8, 1e-6), sor=(0.8, 1.0, 1.6), solver=("step",), sleep=("on",))
 STEPS = (0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.00125)
-# The reference is the finest of these that was run; what the last halving of its step changed is its bias.
+# References, from coarse to fine.
 REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(5)]
 
 
 def name_of(setting):
     """In words; of what is as in the base only step and iterations."""
-    words = ["steps of %g ms" % (1000 * setting.dt)]
+    words = ["%g ms" % (1000 * setting.dt)]
     words.append("dWorldStep" if setting.solver == "step" else "%d iterations" % setting.iterations)
-    known = dict(contacts="at most %d of a pair's contacts", reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g", sleep="sleeping %s")
+    known = dict(contacts="at most %d contacts", reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g",
+                 sleep="sleeping %s")
     words += [form % getattr(setting, name) for name, form in known.items() if getattr(setting, name) != getattr(BASE, name)]
     return ", ".join(words)
 
@@ -106,13 +107,12 @@ class Study:
             self.cache[key] = make()
         return self.cache[key]
 
-    def kept(self, key, setting, make):
-        """What follows from the rows of a setting and of the reference is kept until one of these has more."""
-        level = self.level()
-        state = level, len(self.rows.get(setting, ())), len(self.rows.get(REFERENCE[level], ()))
-        if self.lasting.get((key, setting), (None,))[0] != state:
-            self.lasting[key, setting] = state, make()
-        return self.lasting[key, setting][1]
+    def kept(self, key, setting, level, make):
+        """What follows from the rows of a setting and of a reference is kept until one of these has more."""
+        state = len(self.rows.get(setting, ())), len(self.rows.get(REFERENCE[level], ()))
+        if self.lasting.get((key, setting, level), (None,))[0] != state:
+            self.lasting[key, setting, level] = state, make()
+        return self.lasting[key, setting, level][1]
 
     def row(self, setting, seed):
         return self.rows.get(setting, {}).get(seed)
@@ -127,14 +127,29 @@ class Study:
         return self.cached("level", lambda: max((i for i, setting in enumerate(REFERENCE) if all(
             self.row(setting, seed) for seed in range(1, stats.LADDER[0] + 1))), default=-1))
 
-    def bias(self):
-        """What the last halving of its step changed on average; None where it was not halved."""
-        level = self.level()
-        if level < 1:
-            return None
-        seeds = range(1, stats.LADDER[1] + 1)
-        both = [(self.row(REFERENCE[level - 1], seed), self.row(REFERENCE[level], seed)) for seed in seeds]
-        return outcomes.bias([pair for pair in both if all(pair)])
+    def change(self, level):
+        """By how much halving the step to this reference's changed outcomes, by six seeds; by three twice as much, to be safe."""
+        def make():
+            both = [[self.row(setting, seed) for setting in REFERENCE[level - 1:level + 1]] for seed in range(1, stats.LADDER[1] + 1)]
+            return min(factor * outcomes.bias(both[:count]) if all(map(all, both[:count])) else math.inf
+                       for count, factor in zip(stats.LADDER, (2, 1)))
+        return self.cached(("change", level), make) if 0 < level < len(REFERENCE) else math.inf
+
+    def bias(self, level):
+        """What is left of a reference's error, as ODE's is of first order. More rows never make it worse: what was certain
+        stays so."""
+        return min(self.change(level), 2 * self.change(level + 1))
+
+    def level_for(self, limit):
+        """Of the references that are fine enough for a limit the one with most fresh seeds; of these the coarsest, which takes
+        the least time. The finest where none is."""
+        def make():
+            fine = [level for level in range(self.level() + 1) if self.bias(level) <= MOST_BIAS * limit]
+            return max(fine, key=lambda level: (-len(self.missing(REFERENCE[level], FRESH_SEEDS)), -level), default=self.level())
+        return self.cached(("level", limit), make)
+
+    def is_fine(self, limit):
+        return self.bias(self.level_for(limit)) <= MOST_BIAS * limit
 
     # Settings.
 
@@ -166,65 +181,76 @@ class Study:
     def cost(self, setting):
         return self.cached(("cost", setting), lambda: self.costs(setting)[0])
 
-    def errors(self, setting, seeds):
-        """Of those of the seeds that were run, with the reference too."""
-        level = self.level()
+    def errors(self, setting, seeds, level):
+        """Of those of the seeds that were run, with this reference too."""
         pairs = [(self.row(setting, seed), self.row(REFERENCE[level], seed)) for seed in seeds] if level >= 0 else []
         return tuple(outcomes.error(*pair) for pair in pairs if all(pair) and pair[1]["status"] == "ok")
 
-    def interval(self, setting):
+    def interval(self, setting, limit=LIMITS[0]):
         """By as many seeds as the ladder's last step that is whole; None before its first."""
+        level = self.level_for(limit)
         def make():
-            errors = self.errors(setting, range(1, stats.LADDER[-1] + 1))
+            errors = self.errors(setting, range(1, stats.LADDER[-1] + 1), level)
             whole = [count for count in stats.LADDER if count <= len(errors)]
             return stats.interval(errors[:whole[-1]]) if whole else None
-        return self.kept("interval", setting, make)
+        return self.kept("interval", setting, level, make)
 
-    def fresh(self, setting):
+    def fresh(self, setting, limit):
+        level = self.level_for(limit)
         def make():
-            errors = self.errors(setting, self.fresh_seeds())
-            return stats.interval(errors, 1 - (1 - stats.LEVEL) / TRIES) if len(errors) == FRESH else None
-        return self.kept("fresh", setting, make)
+            errors = self.errors(setting, FRESH_SEEDS, level)
+            return stats.interval(errors, 1 - (1 - stats.LEVEL) / TRIES) if len(errors) == len(FRESH_SEEDS) else None
+        return self.kept("fresh", setting, level, make)
 
-    @staticmethod
-    def fresh_seeds():
-        return range(FRESH_SEED, FRESH_SEED + FRESH)
+    def verdict(self, setting, limit):
+        return self.interval(setting, limit).verdict(limit)
 
     def settings(self):
         """Those with an interval and a cost, one of each group, from the cheapest. The reference's own are none."""
         def make():
-            measured = [s for s in self.rows if s not in REFERENCE and self.one_of(s) == s and self.interval(s)]
+            measured = [s for s in self.rows if s not in REFERENCE and self.one_of(s) == s and
+                        all(self.interval(s, limit) for limit in LIMITS)]
             return sorted((s for s in measured if math.isfinite(self.cost(s))), key=self.cost)
         return self.cached("settings", make)
 
     # Who is named.
 
-    def refused(self, limit):
-        """Within the limit by the seeds that choose, but not by fresh ones."""
-        return [s for s in self.settings() if self.interval(s).verdict(limit) == "within" and self.fresh(s)
-                and self.fresh(s).high > limit]
+    def confirmed_for(self, setting, limit):
+        """The widest limit up to this one for which fresh seeds confirm the setting: what is within a limit is within every
+        wider one, also if that has a coarser reference. None where there is none."""
+        return next((each for each in reversed(LIMITS) if each <= limit and self.is_fine(each) and
+                     self.verdict(setting, each) == "within" and self.fresh(setting, each) and
+                     self.fresh(setting, each).high <= each), None)
+
+    def named(self, limit):
+        """Settings that are certain to be within the limit, from the cheapest."""
+        return self.cached(("named", limit), lambda: [s for s in self.settings() if self.confirmed_for(s, limit)])
 
     def candidates(self, limit):
-        """Within the limit by the seeds that choose, from the cheapest; after some refusals only what is confirmed. What is
-        within a limit is within every wider one."""
-        refused = self.refused(limit)
-        within = [s for s in self.settings() if self.interval(s).verdict(limit) == "within" and s not in refused]
-        return within if len(refused) < TRIES else [s for s in within if self.fresh(s)]
+        """Within the limit by the seeds that choose, and not refused by fresh ones, from the cheapest; after some refusals only
+        those that are named."""
+        def make():
+            within = [s for s in self.settings() if self.verdict(s, limit) == "within"]
+            refused = {s for s in within if self.fresh(s, limit) and self.fresh(s, limit).high > limit}
+            return [s for s in self.settings() if s in self.named(limit) or
+                    len(refused) < TRIES and s in within and s not in refused]
+        return self.cached(("candidates", limit), make)
 
     def winner(self, limit):
-        within, bias = self.candidates(limit), self.bias()
-        confirmed = [s for s in within if self.fresh(s)]
-        if not within:
-            refused = self.refused(limit)
-            likely = [s for s in self.settings() if self.interval(s).mean <= limit and s not in refused]
-            if not likely:
-                return Winner(limit, None, None, None, "none is within" if self.settings() else "nothing was measured yet")
-            return Winner(limit, likely[0], self.interval(likely[0]), None, "more seeds are needed")
-        best = (confirmed or within)[0]
-        why = ("the reference's step was not halved yet" if bias is None else
-               "the reference's bias is above a quarter of the limit" if bias > MOST_BIAS * limit else
-               "" if confirmed else "not confirmed with fresh seeds")
-        return Winner(limit, best, self.interval(best), self.fresh(best), why)
+        best = next(iter(self.named(limit)), None)
+        if best:
+            of = self.confirmed_for(best, limit)
+            return Winner(limit, best, self.interval(best, of), self.fresh(best, of), "")
+        best = next(iter(self.candidates(limit)), None)
+        if best:
+            why = "not confirmed with fresh seeds" if self.is_fine(limit) else "the reference's bias is above a quarter of the limit"
+            return Winner(limit, best, self.interval(best, limit), self.fresh(best, limit), why)
+        likely = [s for s in self.settings() if self.interval(s, limit).mean <= limit and not self.fresh(s, limit)]
+        if not likely:
+            return Winner(limit, None, None, None, "none is within" if self.settings() else "nothing was measured yet")
+        found = self.interval(likely[0], limit)
+        why = "more seeds are needed" if found.count < stats.LADDER[-1] else "%d seeds do not decide" % found.count
+        return Winner(limit, likely[0], found, None, why)
 
     def winners(self):
         return self.cached("winners", lambda: [self.winner(limit) for limit in LIMITS])
@@ -234,41 +260,50 @@ class Study:
     def missing(self, setting, seeds):
         return [self.point(setting, seed) for seed in seeds if not self.row(setting, seed)]
 
-    def with_reference(self, setting, seeds):
-        level = max(self.level(), 0)
-        return self.missing(REFERENCE[level], seeds) + self.missing(setting, seeds)
-
-    def more_seeds(self, setting):
-        found = self.interval(setting)
-        count = found.count if found else 0
-        more = next((step for step in stats.LADDER if step > count), None)
-        return self.with_reference(setting, range(1, more + 1)) if more else []
+    def with_reference(self, setting, seeds, limit):
+        return self.missing(REFERENCE[max(self.level_for(limit), 0)], seeds) + self.missing(setting, seeds)
 
     def competitors(self, limit):
-        """The cheapest that are likely to be within the limit, and are not known to be."""
-        known = self.candidates(limit)
-        return [s for s in self.settings() if self.interval(s).verdict(limit) == "open" and
-                self.interval(s).mean < LIKELY * limit and self.interval(s).count < stats.LADDER[-1] and
-                (not known or self.cost(s) < self.cost(known[0]))][:FAVOURITES]
+        """The cheapest that are likely to be within the limit, are not known to be, and would save something."""
+        most = GAIN * min((self.cost(s) for s in self.candidates(limit)), default=math.inf)
+        return [s for s in self.settings() if self.cost(s) < most and self.verdict(s, limit) == "open" and
+                self.interval(s, limit).mean < LIKELY * limit and self.interval(s, limit).count < stats.LADDER[-1]][:FAVOURITES]
+
+    def more_seeds(self, limit):
+        for setting in self.competitors(limit):
+            count = next(step for step in stats.LADDER if step > self.interval(setting, limit).count)
+            yield from self.with_reference(setting, range(1, count + 1), limit)
 
     def finer_reference(self, limit):
-        """What its bias needs to come below a quarter of the limit: more seeds, then half the step."""
-        bias, level = self.bias(), self.level()
-        if bias is None or bias <= MOST_BIAS * limit:
-            return
-        for setting in REFERENCE[level - 1:level + 1]:
-            yield from self.missing(setting, range(1, stats.LADDER[1] + 1))
-        if level + 1 < len(REFERENCE):
-            yield from self.missing(REFERENCE[level + 1], range(1, stats.LADDER[0] + 1))
+        """What its bias needs to come below a quarter of the limit: six seeds, then half the step."""
+        level = self.level()
+        if level > 0 and not self.is_fine(limit):
+            lacking = [point for setting in REFERENCE[level - 1:level + 1]
+                       for point in self.missing(setting, range(1, stats.LADDER[1] + 1))]
+            yield from lacking or self.missing(REFERENCE[min(level + 1, len(REFERENCE) - 1)], range(1, stats.LADDER[0] + 1))
 
-    def around(self, limit):
-        """Neighbours of the best so far that may beat it: no dearer ones of what is within the limit."""
+    def confirm(self, limit):
+        """What the cheapest candidate lacks to be named; where there is none, seeds for those that may become one."""
+        found = self.candidates(limit)
+        if not found:
+            yield from self.more_seeds(limit)
+        if found or self.competitors(limit):
+            yield from self.finer_reference(limit)
+        for setting in found[:1] if self.is_fine(limit) else ():
+            yield from self.with_reference(setting, FRESH_SEEDS, limit)
+
+    def improve(self, limit):
+        """Seeds for those that may beat the best so far, and its neighbours; no dearer ones of what is within the limit."""
+        yield from self.more_seeds(limit)
         known = self.candidates(limit)
-        best = known[0] if known else min(self.settings(), key=lambda s: self.interval(s).mean)
-        return sorted((s for s in neighbours(best, self.bodies) if not known or work_of(s) < 1.05 * work_of(best)), key=work_of)
+        best = known[0] if known else min(self.settings(), key=lambda s: self.interval(s, limit).mean)
+        near = [s for s in neighbours(best, self.bodies) if not known or work_of(s) < 1.05 * work_of(best)]
+        for setting in sorted(near, key=work_of):
+            yield from self.missing(setting, range(1, stats.LADDER[0] + 1))
 
     def wanted(self):
-        """Points in the order in which they are wanted, as far as is known now."""
+        """Points in the order in which they are wanted, as far as is known now: something certain first, then something
+        cheaper. The narrowest limit needs the finest reference, which takes the longest: it comes last."""
         self.refresh()
         first = range(1, stats.LADDER[0] + 1)
         for setting in (REFERENCE[0], BASE, *GRID):
@@ -276,14 +311,10 @@ class Study:
         if self.level() < 0 or not self.settings():
             return
         yield from self.missing(REFERENCE[1], first)
-        for limit in reversed(LIMITS):
-            for setting in self.competitors(limit):
-                yield from self.more_seeds(setting)
-            yield from self.finer_reference(limit)
-            for setting in self.candidates(limit)[:1]:
-                yield from self.with_reference(setting, self.fresh_seeds())
-            for setting in self.around(limit):
-                yield from self.missing(setting, first)
+        for limits in LIMITS[:0:-1], LIMITS[:1]:
+            for stage in self.confirm, self.improve:
+                for limit in limits:
+                    yield from stage(limit)
 
     def expected(self, point):
         """Seconds that a point takes, by those that were measured: as the same setting, or by steps and iterations."""

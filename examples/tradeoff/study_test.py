@@ -114,17 +114,19 @@ class Winners(Made):
         self.assertEqual([winner.why for winner in made.winners()], ["", "", ""])
         self.assertEqual(steps, [0.007, 0.04, 0.04])
         for winner in made.winners():
-            self.assertEqual(winner.fresh.count, study.FRESH)
+            self.assertEqual(winner.fresh.count, len(study.FRESH_SEEDS))
 
     def test_of_a_limit_are_within_every_wider_one(self):
         for slope in 0.5, 2.0, 8.0:
             made = self.study(by_step(slope, noise=1.0))
+            named = []
             for _ in range(40):
                 if not self.measure(made, 16):
                     break
-                found = [w for w in made.winners() if not w.why]
+                found, before = [w for w in made.winners() if not w.why], named
                 named = [w.limit for w in found]
                 self.assertEqual(named, list(study.LIMITS)[len(study.LIMITS) - len(named):], made.winners())
+                self.assertLessEqual(set(before), set(named))  # who was certain stays so with a finer reference
                 costs = [made.cost(w.setting) for w in found]
                 self.assertEqual(costs, sorted(costs, reverse=True))
 
@@ -132,9 +134,10 @@ class Winners(Made):
         made = self.study(by_step(10.0, noise=0.0, converged=False))  # the finest halving still changes 0.31 %
         self.measure(made)
         self.assertEqual(made.level(), len(REFERENCE) - 1)
-        self.assertAlmostEqual(made.bias(), 10 * REFERENCE[-1].dt, 4)
+        self.assertAlmostEqual(made.bias(made.level()), 10 * REFERENCE[-1].dt, 4)
         self.assertIn("bias", made.winners()[0].why)
         self.assertEqual([w.why for w in made.winners()[1:]], ["", ""])
+        self.assertLess(made.level_for(study.LIMITS[-1]), made.level())  # wide limits need no fine one
 
     def test_are_not_made_by_noise(self):
         """All settings are just beyond the limit; the least of their means is far within."""
@@ -175,12 +178,12 @@ class Points(Made):
         made = self.study(by_step(1.0, noise=1.0))
         for most in (0, 1, 5, 31, 40, 100):
             self.measure(made, most)
-            text = report.answer(made)
+            text = report.answer([made])
             for limit in study.LIMITS:
-                self.assertRegex(text, r"- within [^:]*\b%g\b" % (100 * limit))
+                self.assertRegex(text, r"\| Made \|[^|]*\b%g\b" % (100 * limit))
             if made.settings():
                 self.assertIn("| the reference |", report.table_of(made))
-        self.assertIn("provisional", text)
+        self.assertIn("uncertain", text)
 
     def test_go_to_more_seeds_where_settings_compete(self):
         made = self.study(by_step(5.0, noise=1.0))

@@ -40,7 +40,6 @@ def parse():
     made.add_argument("--scene", choices=tuple(SCENES), help="only this one of the study's own scenes")
     made.add_argument("--point", metavar="FILE", default=POINT, help="the program tradeoff-point")
     made.add_argument("--out", metavar="DIR", help="folder of the results (default: one named by the CPU)")
-    made.add_argument("--at-once", type=int, metavar="N", help="runs side by side (default: one a core)")
     made.add_argument("--report", action="store_true", help="measure nothing: conclude from the rows that there are")
     made.add_argument("--write", metavar="FILE", help="put the answer between <!-- tradeoff --> and <!-- end --> there")
     options = made.parse_args()
@@ -51,9 +50,6 @@ def parse():
         if path and not os.path.isfile(path) and not (options.report or name == "point" and options.program):
             made.error("--%s: there is no file %s" % (name, path))
     cores = len(os.sched_getaffinity(0))
-    options.at_once = options.at_once or cores
-    if not 1 <= options.at_once <= cores:
-        made.error("--at-once must be from 1 to the number of cores, %d" % cores)
     machine = "%s-%d-cores" % (re.sub(r"[^a-z0-9]+", "-", cpu().lower()).strip("-"), cores)
     options.out = options.out or (options.program + ".study" if options.program else os.path.join(HERE, "results", machine))
     return options
@@ -65,7 +61,7 @@ def studies_of(options, table):
         with open(options.program, "rb") as file:  # a new build is measured anew
             digest = hashlib.sha256(file.read()).hexdigest()[:10]
         return [study.Study("%s-%s" % (name, digest), name, "", [options.program], table)]
-    return [study.Study(name, "%s of %d bodies" % (name.capitalize(), bodies), float(bodies), [options.point, name, str(bodies)],
+    return [study.Study(name, name.capitalize(), float(bodies), [options.point, name, str(bodies)],
                         table) for name, bodies in SCENES.items() if options.scene in (None, name)]
 
 
@@ -159,7 +155,7 @@ class Crew:
         key = [(winner.setting, winner.why) for winner in one.winners()]
         if one.level() >= 0 and key != self.said.get(one.name):
             self.said[one.name] = key
-            print("\n%.0f s: " % (time.monotonic() - self.began) + report.answer(one), flush=True)
+            print("\n%.0f s:\n" % (time.monotonic() - self.began) + report.answer([one]), flush=True)
 
 
 def write_between(path, text):
@@ -178,9 +174,8 @@ def main():
     table = Table(os.path.join(options.out, "scenes.csv"), study.KEY)
     studies = studies_of(options, table)
     if not options.report:
-        cores = sorted(os.sched_getaffinity(0))[:options.at_once]
-        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(cores)
-    text = "\n".join(report.answer(one) for one in studies) + "\n" + report.origin(table)
+        Crew(studies, table, began + options.budget if options.budget else float("inf")).run(os.sched_getaffinity(0))
+    text = report.answer(studies) + "\n" + report.origin(table)
     print("\n" + text)
     for one in studies:
         if one.settings():

@@ -45,10 +45,11 @@ void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
-  physics_.see(a, b);
   static const PackRules of_static = skipping(true), of_asleep = skipping(false);
   static_ += PairRule(of_static).isLeftOut(a, b);
-  asleep_ += PairRule(of_asleep).isLeftOut(a, b);
+  const bool sleeps = PairRule(of_asleep).isLeftOut(a, b);
+  asleep_ += sleeps;
+  if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
   if (contacts == unknown) return;
   const unsigned long of_a = a->category_bits, of_b = b->category_bits;

@@ -166,9 +166,10 @@ void Physics::lookFirst(const View& view) try {
 
 void Physics::lookAgain(const View& view) try {
   const ScopedMode mode(exactMode());
-  const bool any = gather(view);
+  // No body was awake then, or a callback left the first collide.
+  const bool any = !places_.empty() && gather(view);
   from_ = from_ + most_geoms < view.count ? from_ + most_geoms : 0;
-  if (!any || places_.empty()) return;  // a callback left the first collide
+  if (!any) return;
   if (!swept_) measureStep();
   fall_ = gravity_ * step_ * step_;
   if (step_ > 0) {

@@ -43,7 +43,7 @@ class Physics {
     overlaps_.clear();
     places_.clear();
   }
-  // One of its pairs.
+  // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
   // The first collide of a look has ended.
   void lookFirst(const View& view);

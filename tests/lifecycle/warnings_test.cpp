@@ -42,7 +42,7 @@ std::string textOf(const Extreme& extreme, const Setting& setting = {}) {
   Stage stage(Pairing::ours, setting, extreme.step);
   dParallelSAPSpaceSetWarnings(stage.space(), 1);
   extreme.build(stage);
-  for (int step = 0; step < std::min(2500, extreme.steps) && isFinite(stage); ++step) {
+  for (int step = 0; step < std::min(2500, extreme.steps) && stage.isFinite(); ++step) {
     extreme.drive(stage, step);
     stage.step();
   }

@@ -1,4 +1,4 @@
-// Scenes at an extreme of physics, and what should become of each.
+// Scenes at an extreme of physics, what should become of each, and the cheapest way to get there.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,7 @@
 #include "../support/floating_point.h"
 #include "stage.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 // What a scene owes, by which its outcome is judged (outcome.h).
 enum class Demand {
@@ -29,17 +28,16 @@ struct Extreme {
   Demand demand;
   std::function<void(Stage&)> build;
   double unit = 1;  // metres: what drift, depth and speed are measured by
-  double step = 0.01;
   int steps = 300;
-  // Called before each step.
-  std::function<void(Stage&, int step)> drive = [](Stage&, int) {};
   // Whether a body is where nothing lets it come to.
   std::function<bool(const Stage&, std::size_t body)> lost = [](const Stage&, std::size_t) {
     return false;
   };
+  double step = 0.01;
   // For Demand::hold: what is wrong, 1 being all of it. As it is, the widest gap of a joint.
   std::function<double(const Stage&)> error = nullptr;
-  bool quick = false;  // in the part of the suite that CTest plays
+  // Called before each step.
+  std::function<void(Stage&, int step)> drive = [](Stage&, int) {};
   unsigned mode = FloatingPointMode::kDefault;
 };
 
@@ -61,8 +59,13 @@ Extremes spins();
 Extremes longRuns();
 Extremes modes();
 
-// `count` boxes one on the other, from z = `height` on.
+// Extreme::lost where the floor is at z = 0.
+bool isBelowFloor(const Stage& stage, std::size_t body);
+
+// `count` boxes one on the other.
 void stack(Stage& stage, int count, double side, const Vec& foot = {}, double density = 1000);
+// Extreme::build: the same on a plane.
+std::function<void(Stage&)> stackOnPlane(int count, double side = 1);
 
 // What is measured of a scene while it runs. Lengths in units of the scene. "Late" is the last
 // fifth of the steps.
@@ -93,7 +96,6 @@ class Observer {
   struct Body {
     Vec start, middle;
   };
-  double energyOf(const Stage& stage) const;
   void lookLate(const Stage& stage);
   void compareFree(const Stage& stage);
 
@@ -103,7 +105,7 @@ class Observer {
   Vec momentum_ = {0, 0, 0};
   Vec spin_ = {0, 0, 0};
   double time_ = 0;
-  double cell_coherence_ = 0;  // of the turn, radians
+  double turned_ = 0;  // of the turn, radians
   Measures measures_;
 };
 
@@ -112,5 +114,49 @@ std::string judge(const Extreme& extreme, const Measures& measures);
 // Whether that is what the scene owes.
 bool isWhatItOwes(const std::string& outcome);
 
-}  // namespace physics
-}  // namespace sap_test
+// A run in a process of its own: some end in an assertion of ODE's, a crash or no end.
+struct Result {
+  std::string outcome;  // judge()'s, "not finite", "aborts", "crashes" or "too slow"
+  Measures measures;
+  std::uint64_t digest = 0;  // of every bit of every state of every body
+  int steps = 0;             // that were made
+  double seconds = 0;        // of the processor, a run
+};
+
+struct Limits {
+  double seconds = 100;  // of the processor, after which a run is "too slow"
+  double length = 1;     // the part of its steps that is made
+  double at_least = 0;   // seconds for which runs are repeated, for a fair time
+};
+
+Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, const Limits& limits);
+
+// Whether two runs are the same, bit for bit, as far as they went.
+bool same(const Result& a, const Result& b);
+
+struct Way {
+  std::string name;
+  Setting setting;
+};
+
+// All that are tried.
+const std::vector<Way>& ways();
+
+// One start may be luck.
+constexpr int kStarts = 10;
+
+// In how many of so many starts the scene does what it owes; `all_or_none` ends with the first in
+// which it does not.
+int startsHeld(const Extreme& extreme, const Setting& setting, const Limits& limits,
+               bool all_or_none = false);
+
+struct Rescue {
+  std::string name;  // empty: none of the ways
+  double cost = 0;   // times the processor's time of the scene as ODE comes
+};
+
+// Plays the scene in all ways and takes the one that takes least time of those that hold in all
+// starts. One that takes as long as the best so far is given up.
+Rescue rescue(const Extreme& extreme, const Limits& limits);
+
+}  // namespace sap_test::physics

@@ -3,20 +3,9 @@
 
 #include "extreme.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
-
-Extreme stackOfSide(double side) {
-  Extreme extreme{"sizes", "a stack of 5, sides of " + shortNumber(side) + " m", Demand::stand,
-                  [side](Stage& stage) {
-                    stage.plane();
-                    stack(stage, 5, side);
-                  }};
-  extreme.unit = side;
-  return extreme;
-}
 
 void smallOnLarge(Stage& stage) {
   stage.plane();
@@ -49,34 +38,18 @@ Extreme farAway(double distance, bool grown) {
 }
 
 Extreme within(const char* name, std::function<void(Stage&)> build) {
-  Extreme extreme{"overlap at the start", name, Demand::settle, std::move(build)};
-  extreme.steps = 800;
-  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < -0.5; };
-  return extreme;
+  return {"overlap at the start", name, Demand::settle, std::move(build), 1, 800, isBelowFloor};
 }
 
-void twoHalfway(Stage& stage) {
-  stage.plane();
-  stack(stage, 1, 1);
-  stack(stage, 1, 1, {0.1, 0.05, 0.5});
-}
-
-void allInOne(Stage& stage) {
-  stage.plane();
-  for (int i = 0; i < 27; ++i) stack(stage, 1, 1);
-}
-
-// Sheets of triangles in the plane z = 0, whose corners `bend` puts elsewhere.
-using Bend = std::function<double(int i, int j)>;
-dGeomID sheet(Stage& stage, int cells, const Vec& side, const Bend& bend) {
+// A sheet of triangles in the plane z = 0.
+dGeomID sheet(Stage& stage, int cells, const Vec& side) {
   std::vector<dReal> vertices;
   std::vector<dTriIndex> triangles;
   const auto at = [cells](int i, int j) { return static_cast<dTriIndex>(j * (cells + 1) + i); };
   for (int j = 0; j <= cells; ++j) {
     for (int i = 0; i <= cells; ++i) {
       vertices.insert(vertices.end(), {static_cast<dReal>(side[0] * (double(i) / cells - 0.5)),
-                                       static_cast<dReal>(side[1] * (double(j) / cells - 0.5)),
-                                       static_cast<dReal>(bend(i, j))});
+                                       static_cast<dReal>(side[1] * (double(j) / cells - 0.5)), 0});
       if (i == cells || j == cells) continue;
       for (const dTriIndex corner :
            {at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}) {
@@ -87,12 +60,12 @@ dGeomID sheet(Stage& stage, int cells, const Vec& side, const Bend& bend) {
   return stage.mesh(vertices, triangles);
 }
 
-double flat(int, int) {
-  return 0;
+void largeSheet(Stage& stage) {
+  sheet(stage, 10, {20, 20, 0});
 }
 
 void degenerate(Stage& stage) {
-  sheet(stage, 10, {20, 20, 0}, flat);
+  largeSheet(stage);
   // The same sheet of points, lines and triangles of which two corners are one.
   std::vector<dReal> vertices;
   std::vector<dTriIndex> triangles;
@@ -107,11 +80,8 @@ void degenerate(Stage& stage) {
   stage.box({0, 0, 1}, {1, 1, 1});
 }
 
-Extreme shape(const char* name, double unit, std::function<void(Stage&)> build) {
-  Extreme extreme{"shapes", name, Demand::settle, std::move(build), unit};
-  extreme.steps = 600;
-  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < -0.5; };
-  return extreme;
+Extreme shape(const char* name, double unit, std::function<void(Stage&)> build, int steps = 600) {
+  return {"shapes", name, Demand::settle, std::move(build), unit, steps, isBelowFloor};
 }
 
 void needles(Stage& stage, int count) {
@@ -159,7 +129,9 @@ void heightfield(Stage& stage, bool boxes) {
 
 Extremes sizes() {
   Extremes extremes;
-  for (const double side : {0.001, 0.01, 100.0, 1000.0}) extremes.push_back(stackOfSide(side));
+  for (const double side : {0.001, 0.01, 100.0, 1000.0})
+    extremes.push_back({"sizes", "a stack of 5, sides of " + shortNumber(side) + " m",
+                        Demand::stand, stackOnPlane(5, side), side});
   extremes.push_back({"sizes", "boxes of 1 mm on one of 1 km", Demand::stand, smallOnLarge, 0.001});
   extremes.push_back({"sizes", "a box of 1 km on nine of 1 m", Demand::stand, largeOnSmall});
   return extremes;
@@ -167,18 +139,22 @@ Extremes sizes() {
 
 Extremes places() {
   Extremes extremes;
-  for (const double distance : {1e3, 1e5, 1e6, 1e9, 1e12}) {
-    for (const bool grown : {false, true}) {
-      extremes.push_back(farAway(distance, grown));
-      extremes.back().quick = distance == 1e9;
-    }
-  }
+  for (const double distance : {1e3, 1e5, 1e6, 1e9, 1e12})
+    for (const bool grown : {false, true}) extremes.push_back(farAway(distance, grown));
   return extremes;
 }
 
 Extremes overlaps() {
-  return {within("two boxes half within each other", twoHalfway),
-          within("27 boxes in one place", allInOne),
+  return {within("two boxes half within each other",
+                 [](Stage& stage) {
+                   stackOnPlane(1)(stage);
+                   stack(stage, 1, 1, {0.1, 0.05, 0.5});
+                 }),
+          within("27 boxes in one place",
+                 [](Stage& stage) {
+                   stage.plane();
+                   for (int i = 0; i < 27; ++i) stack(stage, 1, 1);
+                 }),
           within("a box nine tenths below the floor",
                  [](Stage& stage) {
                    stage.plane();
@@ -191,81 +167,71 @@ Extremes overlaps() {
                    stage.ball({0, 0, 2}, 0.3);
                  }),
           within("a box across a mesh of one sheet", [](Stage& stage) {
-            sheet(stage, 10, {20, 20, 0}, flat);
+            largeSheet(stage);
             stage.box({0.3, 0.3, 0.1}, {1, 1, 1});
           })};
 }
 
 Extremes shapes() {
-  Extremes extremes = {
-      shape("a box on a mesh of one sheet", 1,
-            [](Stage& stage) {
-              sheet(stage, 10, {20, 20, 0}, flat);
-              stage.box({0.3, 0.2, 1}, {1, 1, 1});
-            }),
-      shape("a ball of 0.1 m that falls for 50 m onto a sheet", 0.1,
-            [](Stage& stage) {
-              sheet(stage, 10, {20, 20, 0}, flat);
-              stage.ball({0.3, 0.2, 50}, 0.1);
-            }),
-      shape("a box on a mesh with triangles of no area", 1, degenerate),
-      shape("a box on triangles of 1 mm by 20 m", 1,
-            [](Stage& stage) {
-              sheet(stage, 20, {0.02, 20, 0}, flat);
-              stage.block({0, 0, -0.5}, {20, 20, 0.99});
-              stage.box({0, 0, 1}, {1, 1, 1});
-            }),
-      shape("a cube of triangles on a mesh of one sheet", 1,
-            [](Stage& stage) {
-              sheet(stage, 10, {20, 20, 0}, flat);
-              stage.meshBody({0.3, 0.2, 1}, 1);
-            }),
-      shape("a needle, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 1); }),
-      shape("thirty needles, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 30); }),
-      shape("a plate of 10 m by 1 mm", 0.001,
-            [](Stage& stage) {
-              stage.plane();
-              stage.box({0, 0, 0.5}, {10, 10, 0.001}, 8000);
-              stage.turn(0, {0, 1, 0}, 0.05);
-            }),
-      shape("balls over cliffs of a heightfield", 0.6,
-            [](Stage& stage) { heightfield(stage, false); }),
-      shape("boxes over cliffs of a heightfield", 0.6,
-            [](Stage& stage) { heightfield(stage, true); })};
-  for (std::size_t i = extremes.size() - 2; i < extremes.size(); ++i) extremes[i].steps = 1500;
+  return {shape("a box on a mesh of one sheet", 1,
+                [](Stage& stage) {
+                  largeSheet(stage);
+                  stage.box({0.3, 0.2, 1}, {1, 1, 1});
+                }),
+          shape("a ball of 0.1 m that falls for 50 m onto a sheet", 0.1,
+                [](Stage& stage) {
+                  largeSheet(stage);
+                  stage.ball({0.3, 0.2, 50}, 0.1);
+                }),
+          shape("a box on a mesh with triangles of no area", 1, degenerate),
+          shape("a box on triangles of 1 mm by 20 m", 1,
+                [](Stage& stage) {
+                  sheet(stage, 20, {0.02, 20, 0});
+                  stage.block({0, 0, -0.5}, {20, 20, 0.99});
+                  stage.box({0, 0, 1}, {1, 1, 1});
+                }),
+          shape("a cube of triangles on a mesh of one sheet", 1,
+                [](Stage& stage) {
+                  largeSheet(stage);
+                  stage.meshBody({0.3, 0.2, 1}, 1);
+                }),
+          shape("a needle, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 1); }),
+          shape("thirty needles, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 30); }),
+          shape("a plate of 10 m by 1 mm", 0.001,
+                [](Stage& stage) {
+                  stage.plane();
+                  stage.box({0, 0, 0.5}, {10, 10, 0.001}, 8000);
+                  stage.turn(0, {0, 1, 0}, 0.05);
+                }),
+          shape(
+              "balls over cliffs of a heightfield", 0.6,
+              [](Stage& stage) { heightfield(stage, false); }, 1500),
+          shape(
+              "boxes over cliffs of a heightfield", 0.6,
+              [](Stage& stage) { heightfield(stage, true); }, 1500)};
+}
+
+// Speeds, masses and lengths around the smallest normal number; a mode that flushes what is less.
+Extremes modes() {
+  const double tiny = sizeof(dReal) == 8 ? 1e-308 : 1e-38;
+  const double speck = sizeof(dReal) == 8 ? 1e-60 : 1e-6;
+  const Extreme all[] = {{"denormals", "a stack of 5", Demand::stand, stackOnPlane(5)},
+                         {"denormals", "a ball that turns at a denormal speed", Demand::conserve,
+                          [tiny](Stage& stage) {
+                            dWorldSetGravity(stage.world(), 0, 0, 0);
+                            stage.ball({}, 0.5);
+                            stage.spin(0, {0, 0, tiny / 16});
+                          }},
+                         {"denormals", "boxes of " + shortNumber(speck) + " m one on the other",
+                          Demand::stand, stackOnPlane(3, speck), speck}};
+  Extremes extremes;
+  for (const Extreme& extreme : all) {
+    if (&extreme != all) extremes.push_back(extreme);  // the stack is no extreme by itself
+    extremes.push_back(extreme);
+    extremes.back().name += ", denormals flushed";
+    extremes.back().mode = FloatingPointMode::kFlushing;
+  }
   return extremes;
 }
 
-Extremes modes() {
-  Extreme flushed{"denormals", "a stack of 5, denormals flushed", Demand::stand, [](Stage& stage) {
-                    stage.plane();
-                    stack(stage, 5, 1);
-                  }};
-  flushed.mode = FloatingPointMode::kFlushing;
-  flushed.quick = true;
-  // Speeds, masses and lengths around the smallest normal number.
-  const double tiny = sizeof(dReal) == 8 ? 1e-308 : 1e-38;
-  Extreme slow{"denormals", "a ball that turns at a denormal speed", Demand::conserve,
-               [tiny](Stage& stage) {
-                 dWorldSetGravity(stage.world(), 0, 0, 0);
-                 stage.ball({}, 0.5);
-                 stage.spin(0, {0, 0, tiny / 16});
-               }};
-  Extreme slow_flushed = slow;
-  slow_flushed.name += ", denormals flushed";
-  slow_flushed.mode = FloatingPointMode::kFlushing;
-  const double speck = sizeof(dReal) == 8 ? 1e-60 : 1e-6;
-  Extreme specks{"denormals", "boxes of " + shortNumber(speck) + " m one on the other",
-                 Demand::stand, [speck](Stage& stage) {
-                   stage.plane();
-                   stack(stage, 3, speck);
-                 }};
-  specks.unit = speck;
-  Extreme specks_flushed = specks;
-  specks_flushed.name += ", denormals flushed";
-  specks_flushed.mode = FloatingPointMode::kFlushing;
-  return {flushed, slow, slow_flushed, specks, specks_flushed};
-}
-
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -4,8 +4,7 @@
 #include "../support/bounds.h"
 #include "extreme.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -18,30 +17,30 @@ void noGravity(Stage& stage) {
 constexpr int kShots = 8;
 
 Extreme shot(const std::string& name, double thickness, std::function<void(Stage&)> shoot) {
-  Extreme extreme{"speeds", name, Demand::stop, [thickness, shoot](Stage& stage) {
-                    noGravity(stage);
-                    stage.block({thickness / 2, 0, 0}, {thickness, 30, 30});
-                    shoot(stage);
-                  }};
-  extreme.unit = thickness;
-  extreme.steps = 60;
-  extreme.lost = [thickness](const Stage& stage, std::size_t body) {
-    return stage.place(body)[0] > thickness;
-  };
-  return extreme;
+  return {"speeds",
+          name,
+          Demand::stop,
+          [thickness, shoot](Stage& stage) {
+            noGravity(stage);
+            stage.block({thickness / 2, 0, 0}, {thickness, 30, 30});
+            shoot(stage);
+          },
+          thickness,
+          60,
+          [thickness](const Stage& stage, std::size_t body) {
+            return stage.place(body)[0] > thickness;
+          }};
 }
 
 Extreme boxAt(double speed) {
-  Extreme extreme = shot("boxes of 0.2 m at a plate of 0.1 m, " + shortNumber(speed) + " m/s", 0.1,
-                         [speed](Stage& stage) {
-                           for (int i = 0; i < kShots; ++i) {
-                             const double back = speed * 0.01 * i / kShots;
-                             stage.box({-2 - back, 2.0 * i - 7, 0}, {0.2, 0.2, 0.2});
-                             stage.push(static_cast<std::size_t>(i), {speed, 0, 0});
-                           }
-                         });
-  extreme.quick = speed == 30;
-  return extreme;
+  return shot("boxes of 0.2 m at a plate of 0.1 m, " + shortNumber(speed) + " m/s", 0.1,
+              [speed](Stage& stage) {
+                for (int i = 0; i < kShots; ++i) {
+                  const double back = speed * 0.01 * i / kShots;
+                  stage.box({-2 - back, 2.0 * i - 7, 0}, {0.2, 0.2, 0.2});
+                  stage.push(static_cast<std::size_t>(i), {speed, 0, 0});
+                }
+              });
 }
 
 void bullets(Stage& stage) {
@@ -51,106 +50,78 @@ void bullets(Stage& stage) {
   }
 }
 
-Extreme headOn() {
-  Extreme extreme{"speeds", "two balls of 0.1 m head on, 100 m/s each", Demand::stop,
-                  [](Stage& stage) {
-                    noGravity(stage);
-                    for (const int side : {-1, 1}) {
-                      stage.ball({side * 2.13, 0, 0}, 0.1);
-                      stage.push(stage.bodies().size() - 1, {side * -100.0, 0, 0});
-                    }
-                  }};
-  extreme.unit = 0.1;
-  extreme.steps = 60;
-  extreme.lost = [](const Stage& stage, std::size_t body) {
-    return body == 0 ? stage.place(0)[0] > stage.place(1)[0] : false;
-  };
-  return extreme;
+void headOn(Stage& stage) {
+  noGravity(stage);
+  for (const int side : {-1, 1}) {
+    stage.ball({side * 2.13, 0, 0}, 0.1);
+    stage.push(stage.bodies().size() - 1, {side * -100.0, 0, 0});
+  }
 }
 
-Extreme fallOnto(const std::string& name, bool plane) {
-  Extreme extreme{"speeds", name, Demand::settle, [plane](Stage& stage) {
-                    if (plane) {
-                      stage.plane();
-                    } else {
-                      stage.block({0, 0, -0.5}, {100, 100, 1});
-                    }
-                    stage.box({0, 0, 1000}, {1, 1, 1});
-                  }};
-  extreme.steps = 2500;
-  extreme.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < -0.5; };
-  return extreme;
+void fallForOneKilometre(Stage& stage, bool onto_plane) {
+  if (onto_plane) {
+    stage.plane();
+  } else {
+    stage.block({0, 0, -0.5}, {100, 100, 1});
+  }
+  stage.box({0, 0, 1000}, {1, 1, 1});
 }
 
-Extreme sweepingRod() {
-  Extreme extreme{"speeds", "a rod of 4 m that turns at 60 rad/s into a post", Demand::stop,
-                  [](Stage& stage) {
-                    noGravity(stage);
-                    stage.block({1.7, 0.8, 0}, {0.1, 0.1, 4});
-                    stage.box({0, 0, 0}, {4, 0.05, 0.05});
-                    stage.hinge(stage[0], nullptr, {}, {0, 0, 1});
-                    stage.spin(0, {0, 0, 60});
-                  }};
-  extreme.unit = 0.1;
-  extreme.steps = 60;
-  extreme.lost = [](const Stage& stage, std::size_t body) {
-    return dBodyGetAngularVel(stage[body])[2] > 30;
-  };
-  return extreme;
+void sweepingRod(Stage& stage) {
+  noGravity(stage);
+  stage.block({1.7, 0.8, 0}, {0.1, 0.1, 4});
+  stage.box({0, 0, 0}, {4, 0.05, 0.05});
+  stage.hinge(stage[0], nullptr, {}, {0, 0, 1});
+  stage.spin(0, {0, 0, 60});
 }
 
-Extreme marbles() {
-  Extreme extreme{"speeds", "64 marbles of 10 mm let loose at 50 m/s in a box of 10 mm walls",
-                  Demand::stop, [](Stage& stage) {
-                    for (const double side : {-0.505, 0.505}) {
-                      stage.block({side, 0, 0}, {0.01, 1.02, 1.02});
-                      stage.block({0, side, 0}, {1.02, 0.01, 1.02});
-                      stage.block({0, 0, side}, {1.02, 1.02, 0.01});
-                    }
-                    for (int i = 0; i < 64; ++i) {
-                      stage.ball(
-                          {0.2 * (i % 4) - 0.3, 0.2 * (i / 4 % 4) - 0.3, 0.2 * (i / 16) - 0.3},
-                          0.01, 2500);
-                      const double turn = 2.4 * i, up = (i + 0.5) / 32 - 1;
-                      const double across = std::sqrt(1 - up * up) * 50;
-                      stage.push(stage.bodies().size() - 1,
-                                 {across * std::cos(turn), across * std::sin(turn), up * 50});
-                    }
-                  }};
-  extreme.unit = 0.01;
-  extreme.steps = 100;
-  extreme.lost = [](const Stage& stage, std::size_t body) {
-    const Vec at = stage.place(body);
-    return std::fmax(std::fmax(std::fabs(at[0]), std::fabs(at[1])), std::fabs(at[2])) > 0.5;
-  };
-  return extreme;
+void marbles(Stage& stage) {
+  for (const double side : {-0.505, 0.505}) {
+    stage.block({side, 0, 0}, {0.01, 1.02, 1.02});
+    stage.block({0, side, 0}, {1.02, 0.01, 1.02});
+    stage.block({0, 0, side}, {1.02, 1.02, 0.01});
+  }
+  for (int i = 0; i < 64; ++i) {
+    stage.ball({0.2 * (i % 4) - 0.3, 0.2 * (i / 4 % 4) - 0.3, 0.2 * (i / 16) - 0.3}, 0.01, 2500);
+    const double turn = 2.4 * i, up = (i + 0.5) / 32 - 1;
+    const double across = std::sqrt(1 - up * up) * 50;
+    stage.push(stage.bodies().size() - 1,
+               {across * std::cos(turn), across * std::sin(turn), up * 50});
+  }
+}
+
+bool isOutsideBox(const Stage& stage, std::size_t body) {
+  const Vec at = stage.place(body);
+  return std::fmax(std::fmax(std::fabs(at[0]), std::fabs(at[1])), std::fabs(at[2])) > 0.5;
 }
 
 Extreme stackAtStep(double step, int steps) {
-  Extreme extreme{"steps", "a stack of 5, steps of " + shortNumber(step) + " s", Demand::stand,
-                  [](Stage& stage) {
-                    stage.plane();
-                    stack(stage, 5, 1);
-                  }};
+  Extreme extreme{"steps",
+                  "a stack of 5, steps of " + shortNumber(step) + " s",
+                  Demand::stand,
+                  stackOnPlane(5),
+                  1,
+                  steps};
   extreme.step = step;
-  extreme.steps = steps;
-  extreme.quick = step == 0.1;
   return extreme;
 }
 
 Extreme pendulumAtStep(double step) {
-  Extreme extreme{"steps", "a pendulum of 1 m, steps of " + shortNumber(step) + " s", Demand::hold,
+  Extreme extreme{"steps",
+                  "a pendulum of 1 m, steps of " + shortNumber(step) + " s",
+                  Demand::hold,
                   [](Stage& stage) {
                     stage.ball({1, 0, 0}, 0.1);
                     stage.hinge(stage[0], nullptr, {}, {0, 1, 0});
-                  }};
+                  },
+                  1,
+                  static_cast<int>(10 / step)};
   extreme.step = step;
-  extreme.steps = static_cast<int>(10 / step);
   return extreme;
 }
 
-// A free body that turns for a million steps.
-Extreme turning(const char* name, const Vec& sides, const Vec& speed) {
+// A free body that turns, mostly for a million steps.
+Extreme turning(const char* name, const Vec& sides, const Vec& speed, int steps = 1000000) {
   return {"spinning for 10^6 steps",
           name,
           Demand::conserve,
@@ -164,8 +135,7 @@ Extreme turning(const char* name, const Vec& sides, const Vec& speed) {
             stage.spin(0, speed);
           },
           1,
-          0.01,
-          1000000};
+          steps};
 }
 
 void sleeping(Stage& stage) {
@@ -199,11 +169,7 @@ void chain(Stage& stage, int links, double load) {
 }
 
 Extreme hanging(const std::string& name, int links, double load) {
-  Extreme extreme{"joints", name, Demand::hold, [=](Stage& stage) { chain(stage, links, load); }};
-  extreme.unit = 0.5;
-  extreme.steps = 600;
-  extreme.quick = load == 1000;
-  return extreme;
+  return {"joints", name, Demand::hold, [=](Stage& stage) { chain(stage, links, load); }, 0.5, 600};
 }
 
 void bridge(Stage& stage) {
@@ -285,11 +251,22 @@ Extremes speeds() {
   Extremes extremes;
   for (const double speed : {10, 15, 20, 25, 30, 100, 1000}) extremes.push_back(boxAt(speed));
   extremes.push_back(shot("bullets of 10 mm at a plate of 10 mm, 900 m/s", 0.01, bullets));
-  extremes.push_back(headOn());
-  extremes.push_back(fallOnto("a box that falls for 1 km onto a plane", true));
-  extremes.push_back(fallOnto("a box that falls for 1 km onto a slab of 1 m", false));
-  extremes.push_back(sweepingRod());
-  extremes.push_back(marbles());
+  extremes.push_back({"speeds", "two balls of 0.1 m head on, 100 m/s each", Demand::stop, headOn,
+                      0.1, 60, [](const Stage& stage, std::size_t body) {
+                        return body == 0 && stage.place(0)[0] > stage.place(1)[0];
+                      }});
+  for (const bool plane : {true, false})
+    extremes.push_back(
+        {"speeds",
+         std::string("a box that falls for 1 km onto ") + (plane ? "a plane" : "a slab of 1 m"),
+         Demand::settle, [plane](Stage& stage) { fallForOneKilometre(stage, plane); }, 1, 2500,
+         isBelowFloor});
+  extremes.push_back({"speeds", "a rod of 4 m that turns at 60 rad/s into a post", Demand::stop,
+                      sweepingRod, 0.1, 60, [](const Stage& stage, std::size_t body) {
+                        return dBodyGetAngularVel(stage[body])[2] > 30;
+                      }});
+  extremes.push_back({"speeds", "64 marbles of 10 mm let loose at 50 m/s in a box of 10 mm walls",
+                      Demand::stop, marbles, 0.01, 100, isOutsideBox});
   return extremes;
 }
 
@@ -301,61 +278,43 @@ Extremes steps() {
 }
 
 Extremes spins() {
-  Extremes extremes = {
-      turning("a ball, 10 rad/s", {}, {0, 0, 10}),
-      turning("a box about its longest axis, 10 rad/s", {1, 0.5, 0.2}, {10, 0, 0}),
-      turning("a box about its middle axis, 10 rad/s", {1, 0.5, 0.2}, {0, 10, 0.01}),
-      turning("a box about no axis of its own, 3 rad/s", {1, 0.5, 0.2}, {2, 1, 2}),
-      turning("a needle of 1:1000 that tumbles, 10 rad/s", {1, 0.001, 0.001}, {1, 10, 0})};
-  Extreme fast =
-      turning("a box about no axis of its own, 1000 rad/s", {1, 0.5, 0.2}, {700, 300, 650});
-  fast.steps = 1000;
-  fast.quick = true;
-  fast.theme = "spinning for 10^6 steps";
-  fast.name += ", 1000 steps";
-  extremes.push_back(fast);
-  return extremes;
+  return {turning("a ball, 10 rad/s", {}, {0, 0, 10}),
+          turning("a box about its longest axis, 10 rad/s", {1, 0.5, 0.2}, {10, 0, 0}),
+          turning("a box about its middle axis, 10 rad/s", {1, 0.5, 0.2}, {0, 10, 0.01}),
+          turning("a box about no axis of its own, 3 rad/s", {1, 0.5, 0.2}, {2, 1, 2}),
+          turning("a needle of 1:1000 that tumbles, 10 rad/s", {1, 0.001, 0.001}, {1, 10, 0}),
+          turning("a box about no axis of its own, 1000 rad/s, 1000 steps", {1, 0.5, 0.2},
+                  {700, 300, 650}, 1000)};
 }
 
 Extremes longRuns() {
-  Extreme rest{"long runs", "a box at rest for 10^6 steps", Demand::stand, [](Stage& stage) {
-                 stage.plane();
-                 stack(stage, 1, 1);
-               }};
-  rest.steps = 1000000;
-  Extreme asleep = rest;
-  asleep.name = "the same, which may sleep";
-  asleep.build = [](Stage& stage) {
-    sleeping(stage);
-    stage.plane();
-    stack(stage, 1, 1);
+  const auto asleep = [](int count) {
+    return [count](Stage& stage) {
+      sleeping(stage);
+      stackOnPlane(count)(stage);
+    };
   };
-  Extreme slope{"long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand,
-                [](Stage& stage) {
-                  const double angle = 0.5236;
-                  dWorldSetGravity(stage.world(), static_cast<dReal>(-9.81 * std::sin(angle)), 0,
-                                   static_cast<dReal>(-9.81 * std::cos(angle)));
-                  stage.plane();
-                  stack(stage, 1, 1);
-                }};
-  slope.steps = 100000;
-  Extreme woken{"long runs", "120 sleepers that a ball of a tonne wakes", Demand::settle, storm};
-  woken.steps = 1500;
-  woken.unit = 0.5;
-  woken.lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < 0; };
-  Extreme nervous{"long runs", "a stack of 10 that is woken every tenth step", Demand::stand,
-                  [](Stage& stage) {
-                    sleeping(stage);
-                    stage.plane();
-                    stack(stage, 10, 1);
-                  }};
-  nervous.steps = 1000;
-  nervous.drive = [](Stage& stage, int step) {
-    for (const dBodyID body : stage.bodies()) {
+  const auto slope = [](Stage& stage) {
+    const double angle = 0.5236;
+    dWorldSetGravity(stage.world(), real(-9.81 * std::sin(angle)), 0,
+                     real(-9.81 * std::cos(angle)));
+    stackOnPlane(1)(stage);
+  };
+  const auto lost = [](const Stage& stage, std::size_t body) { return stage.place(body)[2] < 0; };
+  Extremes extremes = {
+      {"long runs", "a box at rest for 10^6 steps", Demand::stand, stackOnPlane(1), 1, 1000000},
+      {"long runs", "the same, which may sleep", Demand::stand, asleep(1), 1, 1000000},
+      {"long runs", "a box on a slope of 30 degrees for 10^5 steps", Demand::stand, slope, 1,
+       100000},
+      {"long runs", "120 sleepers that a ball of a tonne wakes", Demand::settle, storm, 0.5, 1500,
+       lost},
+      {"long runs", "a stack of 10 that is woken every tenth step", Demand::stand, asleep(10), 1,
+       1000}};
+  extremes.back().drive = [](Stage& stage, int step) {
+    for (const dBodyID body : stage.bodies())
       if (step % 10 == 0) dBodyEnable(body);
-    }
   };
-  return {rest, asleep, slope, woken, nervous};
+  return extremes;
 }
 
 Extremes joints() {
@@ -377,5 +336,4 @@ Extremes joints() {
   return extremes;
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -5,8 +5,7 @@
 
 #include "../support/bounds.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -33,27 +32,6 @@ double fallSpeed(const Extreme& extreme) {
   return std::sqrt(2 * 9.81 * extreme.unit) / extreme.unit;
 }
 
-double spinEnergy(dBodyID body) {
-  return dot(vec(dBodyGetAngularVel(body)), tradeoff::spinOf(body)) / 2;
-}
-
-double gapOf(dJointID joint) {
-  dVector3 a, b;
-  switch (dJointGetType(joint)) {
-    case dJointTypeBall:
-      dJointGetBallAnchor(joint, a);
-      dJointGetBallAnchor2(joint, b);
-      break;
-    case dJointTypeHinge:
-      dJointGetHingeAnchor(joint, a);
-      dJointGetHingeAnchor2(joint, b);
-      break;
-    default:
-      return 0;
-  }
-  return distance(vec(a), vec(b));
-}
-
 void raise(double& most, double value) {
   // A NaN is the most.
   if (!(value <= most)) most = value;
@@ -69,24 +47,13 @@ Observer::Observer(const Extreme& extreme, const Stage& stage) : extreme_(extrem
     bodies_.push_back(body);
     energy_scale_ += tradeoff::massOf(stage[i]) * length(gravity) * extreme.unit;
   }
-  energy_ = energyOf(stage);
+  energy_ = stage.energy();
   for (const dBodyID body : stage.bodies()) {
     energy_scale_ += 0.5 * square(length(vec(dBodyGetLinearVel(body))));
   }
   if (stage.bodies().empty()) return;
   momentum_ = tradeoff::spinOf(stage[0]);
   spin_ = vec(dBodyGetAngularVel(stage[0]));
-}
-
-// Of motion and height.
-double Observer::energyOf(const Stage& stage) const {
-  const Vec gravity = tradeoff::gravityOf(stage.world());
-  double energy = 0;
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    energy += tradeoff::massOf(stage[i]) * (0.5 * square(length(vec(dBodyGetLinearVel(stage[i])))) -
-                                            dot(gravity, stage.place(i))) +
-              spinEnergy(stage[i]);
-  return energy;
 }
 
 void Observer::look(Stage& stage, int step) {
@@ -105,7 +72,7 @@ void Observer::look(Stage& stage, int step) {
   if (extreme_.demand == Demand::conserve) {
     compareFree(stage);
   } else if (energy_scale_ > 0) {
-    raise(measures_.gain, std::fmax(0, (energyOf(stage) - energy_) / energy_scale_));
+    raise(measures_.gain, std::fmax(0, (stage.energy() - energy_) / energy_scale_));
   }
 }
 
@@ -122,7 +89,7 @@ void Observer::lookLate(const Stage& stage) {
 
 // The body turns about one of its axes at a constant rate, if it began so.
 void Observer::compareFree(const Stage& stage) {
-  if (energy_ != 0) measures_.energy = spinEnergy(stage[0]) / energy_ - 1;
+  if (energy_ != 0) measures_.energy = tradeoff::spinEnergyOf(stage[0]) / energy_ - 1;
   const double momentum = length(momentum_);
   if (momentum != 0)
     measures_.momentum = distance(tradeoff::spinOf(stage[0]), momentum_) / momentum;
@@ -139,8 +106,8 @@ void Observer::compareFree(const Stage& stage) {
   const Vec now = vec(turned);
   const double angle = std::atan2(dot(now, third), dot(now, across));
   // It drifts by far less than a turn from one look to the next.
-  cell_coherence_ += std::remainder(angle - rate * time_ - cell_coherence_, 6.283185307179586);
-  measures_.turn = std::fabs(cell_coherence_);
+  turned_ += std::remainder(angle - rate * time_ - turned_, 6.283185307179586);
+  measures_.turn = std::fabs(turned_);
 }
 
 const Measures& Observer::end(const Stage& stage) {
@@ -204,5 +171,4 @@ bool isWhatItOwes(const std::string& outcome) {
   return false;
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

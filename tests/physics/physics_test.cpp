@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "physics/play.h"
+#include "physics/extreme.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 
@@ -49,15 +49,17 @@ TEST_CASE("At every physical extreme our pairs lead to the same bits as dSimpleS
 }
 
 TEST_CASE("Some physical extremes lead to the same bits to their end") {
-  int played = 0;
-  for (const Extreme& extreme : extremes()) {
-    if (!extreme.quick) continue;
-    ++played;
-    INFO(extreme.theme << ": " << extreme.name);
-    CHECK(same(play(extreme, Pairing::ours, {}, {}),
-               play(extreme, Pairing::simple_in_our_order, {}, {})));
+  for (const char* name :
+       {"a box on one as large, 1:10^4 of its mass", "a stack of 20",
+        "boxes of 0.2 m at a plate of 0.1 m, 30 m/s", "a stack of 5, steps of 0.1 s",
+        "a stack of 5, 1e+09 m away, moved there", "a stack of 5, 1e+09 m away, built there",
+        "a chain of 20 links with a load of 1000 links",
+        "a box about no axis of its own, 1000 rad/s, 1000 steps",
+        "a stack of 5, denormals flushed"}) {
+    INFO(name);
+    CHECK(same(play(named(name), Pairing::ours, {}, {}),
+               play(named(name), Pairing::simple_in_our_order, {}, {})));
   }
-  CHECK(played >= 8);
 }
 
 TEST_CASE("Outcomes are told apart by what is measured") {

@@ -1,4 +1,4 @@
-#include "play.h"
+#include "extreme.h"
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -13,8 +13,7 @@
 #include <ctime>
 #include <stdexcept>
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -72,9 +71,9 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
   for (int step = 0; step < extreme.steps; ++step) {
     extreme.drive(stage, step);
     stage.step();
-    report->digest = digest(stage, report->digest);
+    report->digest = tradeoff::digestOf(stage.bodies(), report->digest);
     report->steps = step + 1;
-    if (!isFinite(stage)) return "not finite";
+    if (!stage.isFinite()) return "not finite";
     observer.look(stage, step);
   }
   report->measures = observer.end(stage);
@@ -124,32 +123,21 @@ bool same(const Result& a, const Result& b) {
 
 namespace {
 
-Setting with(double erp, double cfm, double correction = 0, double damping = 0,
-             bool finite_rotation = false) {
-  Setting setting;
-  setting.erp = erp;
-  setting.cfm = cfm;
-  setting.correction = correction;
-  setting.damping = damping;
-  setting.finite_rotation = finite_rotation;
-  return setting;
-}
-
-// More work for the solver.
-Way way(bool exact, int iterations, int divide, double erp, double cfm) {
-  Way way;
-  way.setting = with(erp, cfm);
-  way.setting.exact = exact;
-  way.setting.iterations = iterations;
-  way.setting.divide = divide;
-  const auto add = [&way](const std::string& words) {
-    way.name += (way.name.empty() ? "" : ", ") + words;
+// The settings that differ from ODE's own name it.
+Way named(const Setting& setting) {
+  Way way{"", setting};
+  const auto add = [&way](bool differs, const std::string& words) {
+    if (differs) way.name += (way.name.empty() ? "" : ", ") + words;
   };
-  if (erp != 0.2) add("ERP " + shortNumber(erp));
-  if (exact) add("dWorldStep");
-  if (cfm != kOdesCfm) add("CFM 1e-5");
-  if (iterations != 20) add(std::to_string(iterations) + " iterations");
-  if (divide > 1) add(divide == 2 ? "half the step" : "a step of 1/" + std::to_string(divide));
+  const int divide = setting.divide;
+  add(setting.erp != 0.2, "ERP " + shortNumber(setting.erp));
+  add(setting.exact, "dWorldStep");
+  add(setting.cfm != kOdesCfm, setting.cfm == 0 ? "CFM 0" : "CFM 1e-5");
+  add(setting.iterations != 20, std::to_string(setting.iterations) + " iterations");
+  add(divide > 1, divide == 2 ? "half the step" : "a step of 1/" + std::to_string(divide));
+  add(setting.correction > 0, "correcting velocity of " + shortNumber(setting.correction) + " m/s");
+  add(setting.damping > 0, "damping of " + shortNumber(setting.damping));
+  add(setting.finite_rotation, "finite rotations");
   return way;
 }
 
@@ -157,24 +145,35 @@ Way way(bool exact, int iterations, int divide, double erp, double cfm) {
 
 const std::vector<Way>& ways() {
   static const std::vector<Way> all = [] {
-    constexpr double cfm = kOdesCfm, soft = 1e-5;
-    std::vector<Way> ways = {{"ERP 0.8", with(0.8, cfm)},
-                             {"ERP 0.05", with(0.05, cfm)},
-                             {"CFM 0", with(0.2, 0)},
-                             {"CFM 1e-5", with(0.2, soft)},
-                             {"ERP 0.8, CFM 1e-5", with(0.8, soft)},
-                             {"correcting velocity of 10 m/s", with(0.2, cfm, 10)},
-                             {"correcting velocity of 1 m/s", with(0.2, cfm, 1)},
-                             {"correcting velocity of 0.1 m/s", with(0.2, cfm, 0.1)},
-                             {"damping of 0.01", with(0.2, cfm, 0, 0.01)},
-                             {"finite rotations", with(0.2, cfm, 0, 0, true)}};
+    std::vector<Way> ways;
+    const auto add = [&ways](auto... change) {
+      Setting setting;
+      (change(setting), ...);
+      ways.push_back(named(setting));
+    };
+    const auto erp = [](double value) { return [=](Setting& s) { s.erp = value; }; };
+    const auto cfm = [](double value) { return [=](Setting& s) { s.cfm = value; }; };
+    const auto quick = [](int iterations, int divide) {
+      return [=](Setting& s) { s.iterations = iterations, s.divide = divide; };
+    };
+    const auto exact = [](int divide) {
+      return [=](Setting& s) { s.exact = true, s.divide = divide; };
+    };
+    constexpr double soft = 1e-5;
+    for (const double value : {0.8, 0.05}) add(erp(value));
+    for (const double value : {0.0, soft}) add(cfm(value));
+    add(erp(0.8), cfm(soft));
+    for (const double speed : {10.0, 1.0, 0.1}) add([=](Setting& s) { s.correction = speed; });
+    add([](Setting& s) { s.damping = 0.01; });
+    add([](Setting& s) { s.finite_rotation = true; });
     for (const int divide : {1, 2, 4, 10, 100}) {
       for (const int iterations : {20, 50, 100, 300, 1000})
         if ((divide > 1 || iterations > 20) && (divide < 10 || iterations <= 100))
-          ways.push_back(way(false, iterations, divide, 0.2, cfm));
-      for (const double of : {cfm, soft}) ways.push_back(way(true, 20, divide, 0.2, of));
+          add(quick(iterations, divide));
+      add(exact(divide));
+      add(exact(divide), cfm(soft));
     }
-    for (const int divide : {1, 4}) ways.push_back(way(false, 100, divide, 0.8, cfm));
+    for (const int divide : {1, 4}) add(erp(0.8), quick(100, divide));
     return ways;
   }();
   return all;
@@ -233,5 +232,4 @@ Rescue rescue(const Extreme& extreme, const Limits& limits) {
   return best;
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -9,8 +9,7 @@
 #include "../support/bounds.h"
 #include "../support/recorder.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 namespace {
 
@@ -314,36 +313,43 @@ void Stage::step() {
   }
 }
 
-namespace {
-
-template <typename Look>
-void forAllNumbers(const Stage& stage, Look&& look) {
-  for (const dBodyID body : stage.bodies()) {
-    for (int i = 0; i < 3; ++i) look(dBodyGetPosition(body)[i]);
-    for (int i = 0; i < 4; ++i) look(dBodyGetQuaternion(body)[i]);
-    for (int i = 0; i < 3; ++i) look(dBodyGetLinearVel(body)[i]);
-    for (int i = 0; i < 3; ++i) look(dBodyGetAngularVel(body)[i]);
+double Stage::energy() const {
+  const Vec gravity = tradeoff::gravityOf(world_);
+  double sum = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Vec v = vec(dBodyGetLinearVel(bodies_[i]));
+    sum += tradeoff::massOf(bodies_[i]) * (dot(v, v) / 2 - dot(gravity, place(i))) +
+           tradeoff::spinEnergyOf(bodies_[i]);
   }
+  return sum;
 }
 
-}  // namespace
-
-// FNV-1a (Fowler, Noll, Vo), a number at a time.
-std::uint64_t digest(const Stage& stage, std::uint64_t before) {
-  forAllNumbers(stage, [&before](dReal number) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &number, sizeof number);
-    before = (before ^ bits) * 0x100000001b3u;
-    before ^= before >> 32;
+bool Stage::isFinite() const {
+  const auto finite = [](const dReal* numbers, int count) {
+    return std::all_of(numbers, numbers + count,
+                       [](dReal number) { return std::isfinite(number); });
+  };
+  return std::all_of(bodies_.begin(), bodies_.end(), [&finite](dBodyID body) {
+    return finite(dBodyGetPosition(body), 3) && finite(dBodyGetQuaternion(body), 4) &&
+           finite(dBodyGetLinearVel(body), 3) && finite(dBodyGetAngularVel(body), 3);
   });
-  return before;
 }
 
-bool isFinite(const Stage& stage) {
-  bool finite = true;
-  forAllNumbers(stage, [&finite](dReal number) { finite = finite && std::isfinite(number); });
-  return finite;
+double gapOf(dJointID joint) {
+  dVector3 a, b;
+  switch (dJointGetType(joint)) {
+    case dJointTypeBall:
+      dJointGetBallAnchor(joint, a);
+      dJointGetBallAnchor2(joint, b);
+      break;
+    case dJointTypeHinge:
+      dJointGetHingeAnchor(joint, a);
+      dJointGetHingeAnchor2(joint, b);
+      break;
+    default:
+      return 0;
+  }
+  return length(minus(vec(a), vec(b)));
 }
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

@@ -12,8 +12,7 @@
 
 #include "../../examples/tradeoff/harness/vectors.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 
 using Vec = tradeoff::Vector;
 using tradeoff::cross;
@@ -106,7 +105,9 @@ class Stage {
   dBodyID operator[](std::size_t body) const { return bodies_[body]; }
   // Where the body is, seen from what moved with all of it.
   Vec place(std::size_t body) const;
-  const Setting& setting() const { return setting_; }
+  // Of motion and height.
+  double energy() const;
+  bool isFinite() const;  // every number of every body's state
 
   double friction = 0.8;
   // Changes a contact's surface, if there is any.
@@ -146,10 +147,7 @@ class Stage {
   bool seeds_ = true;
 };
 
-// Every bit of every body's state, added to a digest of those before.
-std::uint64_t digest(const Stage& stage, std::uint64_t before);
-// Whether all of it is finite.
-bool isFinite(const Stage& stage);
+// The distance between a joint's two anchors.
+double gapOf(dJointID joint);
 
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics

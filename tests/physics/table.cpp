@@ -2,8 +2,7 @@
 // it:
 //
 //     physics-table list         the names of all extremes
-//     physics-table columns      of a row
-//     physics-table row NAME     one extreme, as a row of CSV
+//     physics-table row NAME     one extreme, as two lines of CSV: names and values
 //
 // A row has the outcome with three kinds of pairs, whether the first and the last are the same bit
 // for bit, in how many of ten starts the scene does what it owes, and the cheapest rescue that
@@ -12,10 +11,9 @@
 #include <iostream>
 #include <sstream>
 
-#include "play.h"
+#include "extreme.h"
 
-namespace sap_test {
-namespace physics {
+namespace sap_test::physics {
 namespace {
 
 const char* const kNames =
@@ -51,25 +49,23 @@ std::string rowOf(const Extreme& extreme) {
 }
 
 int run(const std::string& what, const std::string& name) {
-  if (what == "columns") std::cout << kNames << "\n";
   for (const Extreme& extreme : extremes()) {
     if (what == "list") std::cout << extreme.name << "\n";
     if (what == "row" && extreme.name == name) {
-      std::cout << rowOf(extreme) << "\n";
+      std::cout << kNames << "\n" << rowOf(extreme) << "\n";
       return 0;
     }
   }
-  return what == "list" || what == "columns" ? 0 : 2;
+  return what == "list" ? 0 : 2;
 }
 
 }  // namespace
-}  // namespace physics
-}  // namespace sap_test
+}  // namespace sap_test::physics
 
 int main(int argc, char** argv) {
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
   const int code = sap_test::physics::run(argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "");
-  if (code) std::cerr << "physics-table list, columns, or row NAME\n";
+  if (code) std::cerr << "physics-table list, or row NAME\n";
   return code;
 }

@@ -9,10 +9,11 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <utility>
+#include <type_traits>
 
 #include "vectors.h"
 
@@ -31,49 +32,43 @@ struct Settings {
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds
   unsigned long seed = 1;
-  double seconds = 0;  // simulated at most; 0: as the scene says
 };
 
 // Reads "--name value" pairs; throws std::invalid_argument where one is wrong.
 inline Settings parseSettings(int argc, char** argv) {
   Settings s;
-  struct Number {
-    double least, most;
-    std::function<void(double)> set;
+  const auto number = [](auto& value, double least, double most) {
+    return [&value, least, most](const std::string& text) {
+      char* end = nullptr;
+      const double read = std::strtod(text.c_str(), &end);
+      if (text.empty() || *end != '\0') throw std::invalid_argument("no number: " + text);
+      if (!(read >= least && read <= most)) throw std::invalid_argument("out of range: " + text);
+      value = static_cast<std::decay_t<decltype(value)>>(read);
+    };
   };
-  const std::map<std::string, Number> numbers = {
-      {"dt", {1e-6, 1, [&](double v) { s.dt = v; }}},
-      {"iterations", {1, 1e5, [&](double v) { s.iterations = int(v); }}},
-      {"contacts", {1, 64, [&](double v) { s.contacts = int(v); }}},
-      {"erp", {0, 1, [&](double v) { s.erp = v; }}},
-      {"cfm", {0, 1e6, [&](double v) { s.cfm = v; }}},
-      {"sor", {0.01, 2, [&](double v) { s.sor = v; }}},
-      {"seed", {0, 1e9, [&](double v) { s.seed = static_cast<unsigned long>(v); }}},
-      {"seconds", {0.01, 1e6, [&](double v) { s.seconds = v; }}}};
-  const std::map<std::string, std::pair<std::string*, std::set<std::string>>> words = {
-      {"reducer", {&s.reducer, {"first", "deepest", "spread"}}},
-      {"solver", {&s.solver, {"quick", "step"}}},
-      {"sleep", {&s.sleep, {"on", "off"}}}};
+  const auto word = [](std::string& value, const std::set<std::string>& known) {
+    return [&value, known](const std::string& text) {
+      if (!known.count(text)) throw std::invalid_argument("unknown: " + text);
+      value = text;
+    };
+  };
+  const std::map<std::string, std::function<void(const std::string&)>> setters = {
+      {"--dt", number(s.dt, 1e-6, 1)},
+      {"--iterations", number(s.iterations, 1, 1e5)},
+      {"--contacts", number(s.contacts, 1, 64)},
+      {"--reducer", word(s.reducer, {"first", "deepest", "spread"})},
+      {"--erp", number(s.erp, 0, 1)},
+      {"--cfm", number(s.cfm, 0, 1e6)},
+      {"--sor", number(s.sor, 0.01, 2)},
+      {"--solver", word(s.solver, {"quick", "step"})},
+      {"--sleep", word(s.sleep, {"on", "off"})},
+      {"--seed", number(s.seed, 0, 1e9)}};
   for (int i = 1; i < argc; i += 2) {
-    const std::string option = argv[i], name = option.rfind("--", 0) == 0 ? option.substr(2) : "";
-    const auto number = numbers.find(name);
-    const auto word = words.find(name);
-    if (number == numbers.end() && word == words.end())
-      throw std::invalid_argument("no such setting: " + option);
-    if (i + 1 == argc) throw std::invalid_argument(option + " needs a value");
-    const std::string text = argv[i + 1];
-    if (word != words.end()) {
-      if (!word->second.second.count(text))
-        throw std::invalid_argument(option + ": unknown: " + text);
-      *word->second.first = text;
-      continue;
-    }
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0') throw std::invalid_argument(option + ": no number: " + text);
-    if (!(value >= number->second.least && value <= number->second.most))
-      throw std::invalid_argument(option + ": out of range: " + text);
-    number->second.set(value);
+    const auto setter = setters.find(argv[i]);
+    if (setter == setters.end())
+      throw std::invalid_argument(std::string("no such setting: ") + argv[i]);
+    if (i + 1 == argc) throw std::invalid_argument(std::string(argv[i]) + " needs a value");
+    setter->second(argv[i + 1]);
   }
   return s;
 }
@@ -172,7 +167,11 @@ class Stepper {
     const bool reduces = settings_.reducer != "first";
     int count = dCollide(first, second, reduces ? most_found : settings_.contacts, found,
                          sizeof(dContactGeom));
-    count = keepWanted(found, count);
+    // Geoms that go through each other as they should have no depth.
+    count = static_cast<int>(
+        std::remove_if(found, found + count,
+                       [this](const dContactGeom& geom) { return !wanted(geom); }) -
+        found);
     if (count == 0) return;
     for (int i = 0; i < count; ++i)
       *deepest_ = std::max(*deepest_, static_cast<double>(found[i].depth));
@@ -180,32 +179,19 @@ class Stepper {
       count = dParallelSAPKeepDeepest(found, count, settings_.contacts);
     if (settings_.reducer == "spread")
       count = dParallelSAPKeepSpread(found, count, settings_.contacts);
-    for (int i = 0; i < count; ++i) addJoint(found[i], a, b);
+    for (int i = 0; i < count; ++i)
+      if (const auto contact = wanted(found[i]))
+        dJointAttach(dJointCreateContact(world_, joints_, &*contact), a, b);
   }
 
-  // Fills in the contact; false where the scene does not want it.
-  bool wants(const dContactGeom& geom, dContact& contact) const {
-    contact = {};
+  // The contact with its surface; nothing where the scene does not want it.
+  std::optional<dContact> wanted(const dContactGeom& geom) const {
+    dContact contact = {};
     contact.geom = geom;
     contact.surface.mode = dContactApprox1;
     contact.surface.mu = static_cast<dReal>(0.6);
-    return !surface_ || surface_(contact);
-  }
-
-  // What goes through each other as it should has no depth.
-  int keepWanted(dContactGeom* found, int count) const {
-    if (!surface_) return count;
-    int kept = 0;
-    dContact contact;
-    for (int i = 0; i < count; ++i)
-      if (wants(found[i], contact)) found[kept++] = found[i];
-    return kept;
-  }
-
-  void addJoint(const dContactGeom& geom, dBodyID a, dBodyID b) {
-    dContact contact;
-    if (!wants(geom, contact)) return;
-    dJointAttach(dJointCreateContact(world_, joints_, &contact), a, b);
+    if (surface_ && !surface_(contact)) return {};
+    return contact;
   }
 
   dWorldID world_;

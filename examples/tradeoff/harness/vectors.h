@@ -5,6 +5,8 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 namespace tradeoff {
 
@@ -62,6 +64,27 @@ inline Vector gravityOf(dWorldID world) {
   dVector3 gravity;
   dWorldGetGravity(world, gravity);
   return vectorOf(gravity);
+}
+
+inline double spinEnergyOf(dBodyID body) {
+  return dot(vectorOf(dBodyGetAngularVel(body)), spinOf(body)) / 2;
+}
+
+// Of every bit of every body's state (FNV-1a by Fowler, Noll, Vo), after what came before.
+inline uint64_t digestOf(const std::vector<dBodyID>& bodies,
+                         uint64_t before = 14695981039346656037u) {
+  const auto add = [&before](const dReal* values, size_t count) {
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values);
+    for (size_t i = 0; i < count * sizeof(dReal); ++i)
+      before = (before ^ bytes[i]) * 1099511628211u;
+  };
+  for (dBodyID body : bodies) {
+    add(dBodyGetPosition(body), 3);
+    add(dBodyGetQuaternion(body), 4);
+    add(dBodyGetLinearVel(body), 3);
+    add(dBodyGetAngularVel(body), 3);
+  }
+  return before;
 }
 
 }  // namespace tradeoff
