@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <limits>
 #include <new>
+#include <set>
 
 #include "space/base/floating_point.h"
 #include "space/contacts/collider_threads.h"
@@ -336,7 +336,7 @@ void Physics::noteContacts() {
   std::sort(order.begin(), order.end(),
             [](const Body* a, const Body* b) { return a->height > b->height; });
   double contacts = 0, pairs = 0, touching = 0, idle = 0;
-  std::vector<dBodyID> others;
+  std::set<dBodyID> others;
   std::vector<Body*> below;
   for (Body* body : order) {
     others.clear();
@@ -348,8 +348,9 @@ void Physics::noteContacts() {
         body->jointed = true;
         return;
       }
-      others.push_back(with);
-      Body* const other = moves(with) ? find(with) : nullptr;
+      others.insert(with);
+      ++contacts;
+      Body* const other = find(with);
       const double least = other ? 0.1 * std::min(body->size, other->size) : 0;
       if (!other)
         ++bearers;
@@ -360,9 +361,7 @@ void Physics::noteContacts() {
     });
     if (others.empty()) continue;
     body->touches = true;
-    contacts += static_cast<double>(others.size());
-    std::sort(others.begin(), others.end(), std::less<dBodyID>());
-    pairs += static_cast<double>(std::unique(others.begin(), others.end()) - others.begin());
+    pairs += static_cast<double>(others.size());
     bearers += below.size();
     for (Body* other : below)
       other->carried += (body->mass + body->carried) / static_cast<double>(bearers);
@@ -399,7 +398,7 @@ void Physics::noteJoints() {
   std::vector<Body*> order;
   const auto forLinks = [this](Body* body, auto use) {
     forJoints(body->id, [&](dJointID joint, dBodyID with) {
-      if (!isContact(joint)) use(moves(with) ? find(with) : nullptr);
+      if (!isContact(joint)) use(find(with));
     });
   };
   for (auto& [id, body] : bodies_) {

@@ -20,13 +20,9 @@
 namespace ode_parallel_sap {
 
 // The contacts of one space's pairs, while it reports them, for the thread that it reports them to.
-//
-// A call of dCollide is answered if its pair, in this order, is the one being reported or a little
-// behind the last one answered; if it was collided beforehand with the same flags and in the same
-// floating-point mode; and if no geom of the pair has become dirty, left the space or come to a
-// body since. Whatever changes what dCollide reads of a geom of the classes that are precomputed
-// makes it dirty, of which its space hears while it is clean, as all geoms are when a report
-// begins.
+// README.md says which calls of dCollide they answer. Whatever changes what dCollide reads of a
+// geom of the classes that are precomputed makes it dirty, of which its space hears while it is
+// clean, as all geoms are when a report begins.
 class PrecomputedContacts final : public LastStage {
  public:
   struct Counts {
