@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <utility>
 
-#include "space/contacts/collider_threads.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
@@ -14,12 +14,7 @@ namespace {
 constexpr double least_share = 0.05;                 // fixed: of the pairs; less is no advice
 constexpr unsigned long long least_untouched = 100;  // fixed: 3 % at most touch, by 95 in 100
 
-PackRules skipping(bool of_static) {
-  PackRules rules;
-  rules.skip_static = of_static;
-  rules.skip_asleep = !of_static;
-  return rules;
-}
+constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
 
 }  // namespace
 
@@ -36,35 +31,31 @@ bool Advice::isDue() {
 }
 
 void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
-  const Physics::View view = {geoms, slots, swept, ode_collide.load(std::memory_order_relaxed)};
   const unsigned place = std::exchange(place_, interval);
-  if (place == 0) physics_.lookFirst(view);
-  if (place == 1) physics_.lookAgain(view);
+  if (place == 0) physics_.lookFirst(geoms, slots, swept);
+  if (place == 1) physics_.lookAgain(geoms, slots, swept);
 }
 
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
-  static const PackRules of_static = skipping(true), of_asleep = skipping(false);
   static_ += PairRule(of_static).isLeftOut(a, b);
   const bool sleeps = PairRule(of_asleep).isLeftOut(a, b);
   asleep_ += sleeps;
   if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
   if (contacts == unknown) return;
-  const unsigned long of_a = a->category_bits, of_b = b->category_bits;
-  count({std::min(of_a, of_b), std::max(of_a, of_b), 1, contacts > 0 ? 1u : 0u});
+  count(std::minmax<unsigned long>({a->category_bits, b->category_bits}),
+        {1, contacts > 0 ? 1u : 0u});
 }
 
-void Advice::count(const Layers& more) {
-  for (std::size_t i = 0; i < used_layers_; ++i) {
-    Layers& layers = layers_[i];
-    if (layers.a != more.a || layers.b != more.b) continue;
-    layers.pairs += more.pairs;
-    layers.touching += more.touching;
-    return;
-  }
-  if (used_layers_ < layers_.size()) layers_[used_layers_++] = more;
+void Advice::count(const Categories& categories, const Contacts& more) try {
+  constexpr std::size_t most = 16;  // what finds no room are few pairs, or no layers
+  if (layers_.size() == most && layers_.count(categories) == 0) return;
+  Contacts& all = layers_[categories];
+  all.pairs += more.pairs;
+  all.touching += more.touching;
+} catch (const std::bad_alloc&) {
 }
 
 void Advice::add(const Advice& other) {
@@ -72,7 +63,7 @@ void Advice::add(const Advice& other) {
   static_ += other.static_;
   asleep_ += other.asleep_;
   clear_ += other.clear_;
-  for (std::size_t i = 0; i < other.used_layers_; ++i) count(other.layers_[i]);
+  for (const auto& [categories, contacts] : other.layers_) count(categories, contacts);
   physics_.add(other.physics_);
 }
 
@@ -89,13 +80,12 @@ std::vector<std::string> Advice::lines() const {
   name(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
   name(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
   // Geoms whose categories the program left as they are cannot be kept apart by them.
-  for (std::size_t i = 0; i < used_layers_; ++i) {
-    const Layers& layers = layers_[i];
-    if (layers.touching || layers.pairs < least_untouched || ~layers.b == 0) continue;
+  for (const auto& [categories, contacts] : layers_) {
+    if (contacts.touching || contacts.pairs < least_untouched || ~categories.second == 0) continue;
     char option[128];
     std::snprintf(option, sizeof option, "collide bits that keep categories 0x%lx and 0x%lx apart",
-                  layers.a, layers.b);
-    name(layers.pairs, option, "none of them touched");
+                  categories.first, categories.second);
+    name(contacts.pairs, option, "none of them touched");
   }
   std::vector<std::string> all = physics_.lines();
   if (!line.empty()) all.insert(all.begin(), line);

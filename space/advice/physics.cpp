@@ -1,40 +1,66 @@
-#include "space/advice/physics.h"
+#include "space/advice/advice.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <limits>
 #include <new>
+#include <set>
 
 #include "space/base/floating_point.h"
+#include "space/contacts/collider_threads.h"
 
 namespace ode_parallel_sap {
 
 namespace {
 
-// Thresholds lie between rows of tests/physics/results/double.csv, where nothing else is said.
-constexpr double least_ratio = 10;      // 1:10 stands in 8 starts of 10, and so do stacks of less
-constexpr double ratio_falls = 0.02;    // between 1:10 (0.01) and 1:30 (0.03)
-constexpr double built_falls = 0.006;   // between stacks of 5 (0.0049) and 7, and logs (0.0061)
-constexpr double heap_falls = 0.055;    // between the study's hopper (0.044), a wall (0.063)
-constexpr double soft_falls = 0.012;    // CFM 1e-5, ERP 0.8: between stacks of 10 and 15 (0.0147)
-constexpr double soft_share = 0.01;     // CFM 1e-5 with boxes of a tonne, which rescues these
-constexpr double small_falls = 0.009;   // between boxes over cliffs (0.0016), a ruler (0.0098)
-constexpr double fast_sizes = 1.75;     // between boxes at 15 m/s (1.5) and at 20 m/s (2)
-constexpr double deep_share = 0.1;      // kDepth of outcome.cpp
-constexpr double deep_ways = 3;         // an impact is as deep as its way, and not more (README.md)
-constexpr double soft_sizes = 0.1;      // between boxes of 10^9 kg (0.049), sides of 1000 m (0.25)
-constexpr double hanging_falls = 0.09;  // between a ring of 12 (0.039) and a chain of 10 (0.098)
-constexpr double turning_angle = 0.02;  // a box about no axis of its own, 3 rad/s, drifts (0.03)
-constexpr double spacing_share = 0.002;  // kCreep of outcome.cpp
-constexpr double idle_share = 0.5;       // examples/SOLVER.md: boxes at rest
-constexpr double contacts_a_pair = 5;    // examples/SOLVER.md: 4 do as well as 64
+// What is seen, from which measure on, and what rescues its rows in tests/physics. A limit lies
+// between rows of tests/physics/results/double.csv, where nothing else is said.
+struct Row {
+  double limit;
+  const char* text;
+};
+constexpr Row table[] = {
+    // In falls: sizes by which gravity moves a body in a step.
+    {0.02,  // between 1:10 (0.01) and 1:30 (0.03)
+     "mass-ratio: a body lies on one of 1/%.3g of its mass: dWorldStep, or a smaller step"},
+    {0.006,  // between stacks of 5 (0.0049) and 7, and logs (0.0061)
+     "load: a body bears %.3g times its mass: ERP 0.8 with CFM 1e-5, dWorldStep, or a smaller "
+     "step"},
+    {0.009,  // between boxes over cliffs (0.0016), a ruler (0.0098)
+     "small: gravity moves a body by %.2g %% of its size in a step: a smaller step, or dWorldStep "
+     "with CFM 1e-5"},
+    // In sizes.
+    {1.75,  // between boxes at 15 m/s (1.5) and at 20 m/s (2)
+     "fast: a body moves in a step by %.3g times the thickness of what it may hit: a smaller step, "
+     "or dParallelSAPSpaceSetSweptBounds and steps in parts"},
+    {0.1,  // kDepth of outcome.cpp
+     "deep: a contact is %.3g %% of a body's size deep: dWorldSetContactMaxCorrectingVel, or "
+     "dWorldStep with CFM 1e-5"},
+    {0.1,  // between boxes of 10^9 kg (0.049), sides of 1000 m (0.25)
+     "soft: CFM lets a body sink by %.3g %% of its size: CFM 0"},
+    {0.09,  // falls; between a ring of 12 (0.039) and a chain of 10 (0.098)
+     "hanging: %.3g times a body's mass hang on its joints: a smaller step"},
+    {0.02,  // a box about no axis of its own, 3 rad/s, drifts (0.03)
+     "turning: a free body turns by %.2g radians in a step: dBodySetFiniteRotationMode, or a "
+     "smaller step"},
+    {0.002,  // sizes; kCreep of outcome.cpp
+     "far: a body is %.3g from the origin, where numbers are coarse for its size: another origin"},
+    {0.5,  // examples/SOLVER.md: boxes at rest
+     "restless: %.0f %% of the bodies that touch lie still and may not sleep: "
+     "dWorldSetAutoDisableFlag"},
+    {5,  // examples/SOLVER.md: 4 do as well as 64
+     "contacts: a pair has %.2g contacts: at most 4, by dParallelSAPKeepSpread"}};
+
+constexpr double least_ratio = 10;    // 1:10 stands in 8 starts of 10, and so do stacks of less
+constexpr double heap_falls = 0.055;  // between the study's hopper (0.044), a wall (0.063)
+constexpr double soft_falls = 0.012;  // CFM 1e-5, ERP 0.8: between stacks of 10 and 15 (0.0147)
+constexpr double soft_share = 0.01;   // CFM 1e-5 with boxes of a tonne, which rescues these
+constexpr double deep_ways = 3;       // an impact is as deep as its way, and not more (README.md)
 
 constexpr std::size_t most_geoms = 2048;  // fixed: of a look
-constexpr std::size_t most_places = 64;   // fixed: any few
-constexpr std::size_t most_overlaps = 8;  // fixed: each costs a dCollide
 constexpr int most_joints = 128;          // fixed: of a body; dBodyGetJoint counts from the first
+constexpr std::size_t most_overlaps = 8;  // fixed: the header says so
 constexpr double least_idle = 16;         // fixed: bodies; fewer cost nothing
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -137,7 +163,7 @@ void Physics::see(dGeomID a, dGeomID b) try {
     overlap =
         std::min(overlap, number(std::min(p[i + 1], q[i + 1])) - number(std::max(p[i], q[i])));
   const Overlap found = {a, b, overlap / smallerSize(a, b)};
-  if (!(found.share > deep_share)) return;
+  if (!(found.share > table[deep].limit)) return;
   if (overlaps_.size() < most_overlaps) return overlaps_.push_back(found);
   const auto least = std::min_element(
       overlaps_.begin(), overlaps_.end(),
@@ -146,29 +172,24 @@ void Physics::see(dGeomID a, dGeomID b) try {
 } catch (const std::bad_alloc&) {
 }
 
-void Physics::lookFirst(const View& view) try {
+void Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
   const ScopedMode mode(exactMode());
   places_.clear();
-  if (!gather(view)) return;
-  noteDepths(view.collide);
-  const auto remember = [this](std::vector<Place>& places, std::size_t stride) {
-    for (std::size_t i = 0; i < bodies_.size(); i += stride) {
-      places.emplace_back();
-      places.back().id = bodies_[i].id;
-      dBodyCopyPosition(bodies_[i].id, places.back().position);
-      dBodyCopyQuaternion(bodies_[i].id, places.back().turn);
-    }
-  };
-  remember(places_, 1 + bodies_.size() / most_places);
-  if (first_places_.empty()) remember(first_places_, 1);
+  if (!gather(geoms, count, swept)) return;
+  noteDepths();
+  for (const auto& [id, body] : bodies_) {
+    dBodyCopyPosition(id, places_[id].position);
+    dBodyCopyQuaternion(id, places_[id].turn);
+  }
+  if (first_places_.empty()) first_places_ = places_;
 } catch (const std::bad_alloc&) {
 }
 
-void Physics::lookAgain(const View& view) try {
+void Physics::lookAgain(const dGeomID* geoms, std::size_t count, dReal swept) try {
   const ScopedMode mode(exactMode());
   // No body was awake then, or a callback left the first collide.
-  const bool any = !places_.empty() && gather(view);
-  from_ = from_ + most_geoms < view.count ? from_ + most_geoms : 0;
+  const bool any = !places_.empty() && gather(geoms, count, swept);
+  from_ = from_ + most_geoms < count ? from_ + most_geoms : 0;
   if (!any) return;
   if (!swept_) measureStep();
   fall_ = gravity_ * step_ * step_;
@@ -182,14 +203,14 @@ void Physics::lookAgain(const View& view) try {
 }
 
 // False where no body moves.
-bool Physics::gather(const View& view) {
-  swept_ = view.swept > 0;
-  if (swept_) step_ = number(view.swept);
+bool Physics::gather(const dGeomID* geoms, std::size_t count, dReal swept) {
+  swept_ = swept > 0;
+  if (swept_) step_ = number(swept);
   bodies_.clear();
   thinnest_fixed_ = infinity;
   any_sheet_ = false;
-  for (std::size_t i = from_; i < std::min(view.count, from_ + most_geoms); ++i) {
-    const dGeomID geom = view.geoms[i];
+  for (std::size_t i = from_; i < std::min(count, from_ + most_geoms); ++i) {
+    const dGeomID geom = geoms[i];
     if (!geom || dGeomIsSpace(geom)) continue;
     const dBodyID id = dGeomGetBody(geom);
     if (!moves(id)) {
@@ -199,53 +220,31 @@ bool Physics::gather(const View& view) {
         thinnest_fixed_ = std::min(thinnest_fixed_, sidesOf(geom)[0]);
     } else if (dBodyIsEnabled(id)) {
       const std::array<double, 3> sides = sidesOf(geom);
-      bodies_.emplace_back();
-      bodies_.back().id = id;
-      bodies_.back().size = sides[1];
-      bodies_.back().thin = sides[0];
-      bodies_.back().reach = reachOf(geom, id);
+      Body& body = bodies_[id];
+      body.id = id;
+      body.size = std::max(body.size, sides[1]);
+      body.thin = std::max(body.thin, sides[0]);
+      body.reach = std::max(body.reach, reachOf(geom, id));
     }
   }
   if (bodies_.empty()) return false;
-  mergeBodies();
-  world_ = dBodyGetWorld(bodies_[0].id);
+  world_ = dBodyGetWorld(bodies_.begin()->first);
   dWorldGetGravity(world_, down_);
   gravity_ = lengthOf(down_);
   return true;
 }
 
-// Of each body's geoms one entry remains.
-void Physics::mergeBodies() {
-  std::sort(bodies_.begin(), bodies_.end(),
-            [](const Body& a, const Body& b) { return std::less<dBodyID>()(a.id, b.id); });
-  std::size_t last = 0;
-  for (std::size_t i = 1; i < bodies_.size(); ++i) {
-    if (bodies_[i].id != bodies_[last].id) {
-      bodies_[++last] = bodies_[i];
-      continue;
-    }
-    bodies_[last].size = std::max(bodies_[last].size, bodies_[i].size);
-    bodies_[last].thin = std::max(bodies_[last].thin, bodies_[i].thin);
-    bodies_[last].reach = std::max(bodies_[last].reach, bodies_[i].reach);
-  }
-  bodies_.resize(last + 1);
-}
-
 Physics::Body* Physics::find(dBodyID id) {
-  const auto at = std::lower_bound(
-      bodies_.begin(), bodies_.end(), id,
-      [](const Body& body, dBodyID other) { return std::less<dBodyID>()(body.id, other); });
-  return at != bodies_.end() && at->id == id ? &*at : nullptr;
+  const auto at = bodies_.find(id);
+  return at == bodies_.end() ? nullptr : &at->second;
 }
 
 // Whether it lies where the program put it. What fell there is a heap, which need not stand.
 bool Physics::isBuilt(const Body& body) const {
-  const auto at = std::lower_bound(
-      first_places_.begin(), first_places_.end(), body.id,
-      [](const Place& place, dBodyID id) { return std::less<dBodyID>()(place.id, id); });
-  if (at == first_places_.end() || at->id != body.id) return false;
+  const auto at = first_places_.find(body.id);
+  if (at == first_places_.end()) return false;
   dVector3 way;
-  dSubtractVectors3(way, dBodyGetPosition(body.id), at->position);
+  dSubtractVectors3(way, dBodyGetPosition(body.id), at->second.position);
   return lengthOf(way) < 0.1 * body.size;
 }
 
@@ -254,9 +253,9 @@ bool Physics::isBuilt(const Body& body) const {
 void Physics::measureStep() {
   constexpr double epsilon = std::numeric_limits<dReal>::epsilon();
   std::vector<double> steps;
-  for (const Place& place : places_) {
-    if (!find(place.id)) continue;  // it may not exist any more
-    const dReal *const now = dBodyGetPosition(place.id), *const v = dBodyGetLinearVel(place.id);
+  for (const auto& [id, place] : places_) {
+    if (!find(id)) continue;  // it may not exist any more
+    const dReal *const now = dBodyGetPosition(id), *const v = dBodyGetLinearVel(id);
     double finest = 1000, step = 0;  // finest: way in spacings of numbers
     for (int i = 0; i < 3; ++i) {
       const double way = number(now[i]) - number(place.position[i]);
@@ -266,8 +265,8 @@ void Physics::measureStep() {
       step = way / number(v[i]);
     }
     dQuaternion by;
-    dQMultiply2(by, dBodyGetQuaternion(place.id), place.turn);
-    const double spin = lengthOf(dBodyGetAngularVel(place.id)), half = std::fabs(number(by[0]));
+    dQMultiply2(by, dBodyGetQuaternion(id), place.turn);
+    const double spin = lengthOf(dBodyGetAngularVel(id)), half = std::fabs(number(by[0]));
     if (step == 0 && spin > 0 && half > 0) step = 2 * lengthOf(by + 1) / half / spin;
     if (step > 0 && step < infinity) steps.push_back(step);
   }
@@ -278,9 +277,11 @@ void Physics::measureStep() {
 }
 
 // Collides the pairs again of which the program has made contact joints.
-void Physics::noteDepths(decltype(&dCollide) collide) {
-  for (const Overlap& pair : overlaps_) {
-    dBodyID body = dGeomGetBody(pair.a), other = dGeomGetBody(pair.b);
+void Physics::noteDepths() {
+  const auto collide = ode_collide.load(std::memory_order_relaxed);
+  for (const Overlap& overlap : overlaps_) {
+    const dGeomID a = overlap.a, b = overlap.b;
+    dBodyID body = dGeomGetBody(a), other = dGeomGetBody(b);
     if (!moves(body)) std::swap(body, other);
     if (!moves(body)) continue;  // by a callback
     bool touches = false;
@@ -292,10 +293,10 @@ void Physics::noteDepths(decltype(&dCollide) collide) {
     if (!touches || (speed > 0 && step_ == 0)) continue;
     dContactGeom contacts[8];
     double depth = 0;
-    const int found = collide(pair.a, pair.b, 8, contacts, sizeof(dContactGeom));
+    const int found = collide(a, b, 8, contacts, sizeof(dContactGeom));
     for (int i = 0; i < found; ++i) depth = std::max(depth, number(contacts[i].depth));
-    const double share = depth / smallerSize(pair.a, pair.b);
-    if (depth > deep_ways * speed * step_) note(deep, share, deep_share, 100 * share);
+    const double share = depth / smallerSize(a, b);
+    if (depth > deep_ways * speed * step_) note(deep, share, 100 * share);
   }
   overlaps_.clear();
 }
@@ -305,13 +306,14 @@ void Physics::noteFast() {
   if (swept_) return;
   double thinnest = infinity, next = infinity;  // of bodies
   double mean[3] = {0, 0, 0};
-  for (const Body& body : bodies_) {
+  for (const auto& [id, body] : bodies_) {
     next = std::min(next, std::max(thinnest, body.thin));
     thinnest = std::min(thinnest, body.thin);
     for (int i = 0; i < 3; ++i)
-      mean[i] += number(dBodyGetLinearVel(body.id)[i]) / static_cast<double>(bodies_.size());
+      mean[i] += number(dBodyGetLinearVel(id)[i]) / static_cast<double>(bodies_.size());
   }
-  for (const Body& body : bodies_) {
+  for (const auto& entry : bodies_) {
+    const Body& body = entry.second;
     const dReal* const v = dBodyGetLinearVel(body.id);
     // Bodies that fly side by side do not meet.
     const dVector3 apart = {v[0] - static_cast<dReal>(mean[0]), v[1] - static_cast<dReal>(mean[1]),
@@ -320,8 +322,7 @@ void Physics::noteFast() {
     const double way = lengthOf(v) * step_ + turned,
                  among_bodies = lengthOf(apart) * step_ + turned;
     const auto meets = [&](double way, double side, double thin) {
-      if (side < infinity && way >= (body.thin + side) / 2)
-        note(fast, way / thin, fast_sizes, way / thin);
+      if (side < infinity && way >= (body.thin + side) / 2) note(fast, way / thin, way / thin);
     };
     meets(way, thinnest_fixed_, std::min(thinnest_fixed_, body.thin));
     if (any_sheet_) meets(way, 0, body.thin / 2);
@@ -333,7 +334,7 @@ void Physics::noteFast() {
 // What each body carries, handed down to those on which it lies, the highest first.
 void Physics::noteContacts() {
   std::vector<Body*> order;
-  for (Body& body : bodies_) {
+  for (auto& [id, body] : bodies_) {
     dMass mass;
     dBodyGetMass(body.id, &mass);
     body.mass = number(mass.mass);
@@ -344,7 +345,7 @@ void Physics::noteContacts() {
   std::sort(order.begin(), order.end(),
             [](const Body* a, const Body* b) { return a->height > b->height; });
   double contacts = 0, pairs = 0, touching = 0, idle = 0;
-  std::vector<dBodyID> others;
+  std::set<dBodyID> others;
   std::vector<Body*> below;
   for (Body* body : order) {
     others.clear();
@@ -356,8 +357,9 @@ void Physics::noteContacts() {
         body->jointed = true;
         return;
       }
-      others.push_back(with);
-      Body* const other = moves(with) ? find(with) : nullptr;
+      others.insert(with);
+      ++contacts;
+      Body* const other = find(with);
       const double least = other ? 0.1 * std::min(body->size, other->size) : 0;
       if (!other)
         ++bearers;
@@ -368,9 +370,7 @@ void Physics::noteContacts() {
     });
     if (others.empty()) continue;
     body->touches = true;
-    contacts += static_cast<double>(others.size());
-    std::sort(others.begin(), others.end(), std::less<dBodyID>());
-    pairs += static_cast<double>(std::unique(others.begin(), others.end()) - others.begin());
+    pairs += static_cast<double>(others.size());
     bearers += below.size();
     for (Body* other : below)
       other->carried += (body->mass + body->carried) / static_cast<double>(bearers);
@@ -380,25 +380,26 @@ void Physics::noteContacts() {
             lengthOf(dBodyGetLinearVel(body->id)) < gravity_ * step_ &&
             lengthOf(dBodyGetAngularVel(body->id)) * body->size < 2 * gravity_ * step_;
   }
-  if (pairs > 0) note(many_contacts, contacts / pairs, contacts_a_pair, contacts / pairs);
-  if (idle >= least_idle) note(restless, idle / touching, idle_share, 100 * idle / touching);
+  if (pairs > 0) note(many_contacts, contacts / pairs, contacts / pairs);
+  if (idle >= least_idle) note(restless, idle / touching, 100 * idle / touching);
 }
 
 void Physics::noteCarried(const Body& body, double heaviest) {
   const double fall = fall_ / body.size, ratio = heaviest / body.mass;
   const double times = body.carried / body.mass;
   const double cfm = number(dWorldGetCFM(world_)), erp = number(dWorldGetERP(world_));
-  if (ratio >= least_ratio) note(mass_ratio, ratio * fall, ratio_falls, ratio);
+  if (ratio >= least_ratio) note(mass_ratio, ratio * fall, ratio);
   const bool is_soft = cfm * body.mass >= soft_share && erp >= 0.8;
-  const double most = !isBuilt(body) ? heap_falls : is_soft ? soft_falls : built_falls;
-  if (times >= 0.5) note(load, (1 + times) * fall, most, times);
-  note(small_body, fall, small_falls, 100 * fall);
+  const double usual = table[load].limit;
+  const double most = !isBuilt(body) ? heap_falls : is_soft ? soft_falls : usual;
+  if (times >= 0.5) note(load, (1 + times) * fall * usual / most, times);
+  note(small_body, fall, 100 * fall);
   // By so much a contact gives that bears it all.
   const double sink = cfm * step_ * (body.mass + body.carried) * gravity_ / erp / body.size;
-  note(soft, sink, soft_sizes, 100 * sink);
+  note(soft, sink, 100 * sink);
   const dReal* const at = dBodyGetPosition(body.id);
   const double spacing = number(std::numeric_limits<dReal>::epsilon()) * lengthOf(at) / body.size;
-  note(far_away, spacing, spacing_share, lengthOf(at));
+  note(far_away, spacing, lengthOf(at));
 }
 
 // What hangs on each body by joints, from the farthest from the world on.
@@ -406,10 +407,10 @@ void Physics::noteJoints() {
   std::vector<Body*> order;
   const auto forLinks = [this](Body* body, auto use) {
     forJoints(body->id, [&](dJointID joint, dBodyID with) {
-      if (!isContact(joint)) use(moves(with) ? find(with) : nullptr);
+      if (!isContact(joint)) use(find(with));
     });
   };
-  for (Body& body : bodies_) {
+  for (auto& [id, body] : bodies_) {
     body.carried = 0;
     if (!body.jointed) continue;
     bool is_fixed = false;
@@ -435,14 +436,14 @@ void Physics::noteJoints() {
       if (bears(other)) other->carried += (body->mass + body->carried) / bearers;
     });
     const double times = body->carried / body->mass;
-    if (times >= 0.5) note(hanging, (1 + times) * fall_ / body->size, hanging_falls, times);
+    if (times >= 0.5) note(hanging, (1 + times) * fall_ / body->size, times);
   }
 }
 
 // Bodies with three different moments of inertia that nothing touches. Under gravity something soon
 // will.
 void Physics::noteTurning() {
-  for (const Body& body : bodies_) {
+  for (const auto& [id, body] : bodies_) {
     if (body.touches || body.jointed || (gravity_ > 0 && dBodyGetGravityMode(body.id))) continue;
     dMass mass;
     dBodyGetMass(body.id, &mass);
@@ -450,13 +451,13 @@ void Physics::noteTurning() {
     std::sort(inertia.begin(), inertia.end());
     const double angle = lengthOf(dBodyGetAngularVel(body.id)) * step_;
     if (inertia[1] > 1.01 * inertia[0] && inertia[2] > 1.01 * inertia[1])
-      note(turning, angle, turning_angle, angle);
+      note(turning, angle, angle);
   }
 }
 
-void Physics::note(Regime regime, double measure, double threshold, double number) {
-  Worst& worst = worst_[regime];
-  if (measure / threshold > worst.excess) worst = {measure / threshold, number};
+void Physics::note(Regime regime, double measure, double number) {
+  const double excess = measure / table[regime].limit;
+  if (excess > worst_[regime].excess) worst_[regime] = {excess, number};
 }
 
 void Physics::add(const Physics& other) {
@@ -465,31 +466,11 @@ void Physics::add(const Physics& other) {
 }
 
 std::vector<std::string> Physics::lines() const {
-  // In the order of Regime: what was seen, and what rescues its rows in tests/physics.
-  static const char* const forms[regimes] = {
-      "mass-ratio: a body lies on one of 1/%.3g of its mass: dWorldStep, or a smaller step",
-      "load: a body bears %.3g times its mass: ERP 0.8 with CFM 1e-5, dWorldStep, or a smaller "
-      "step",
-      "small: gravity moves a body by %.2g %% of its size in a step: a smaller step, or dWorldStep "
-      "with CFM 1e-5",
-      "fast: a body moves in a step by %.3g times the thickness of what it may hit: a smaller "
-      "step, "
-      "or dParallelSAPSpaceSetSweptBounds and steps in parts",
-      "deep: a contact is %.3g %% of a body's size deep: dWorldSetContactMaxCorrectingVel, or "
-      "dWorldStep with CFM 1e-5",
-      "soft: CFM lets a body sink by %.3g %% of its size: CFM 0",
-      "hanging: %.3g times a body's mass hang on its joints: a smaller step",
-      "turning: a free body turns by %.2g radians in a step: dBodySetFiniteRotationMode, or a "
-      "smaller step",
-      "far: a body is %.3g from the origin, where numbers are coarse for its size: another origin",
-      "restless: %.0f %% of the bodies that touch lie still and may not sleep: "
-      "dWorldSetAutoDisableFlag",
-      "contacts: a pair has %.2g contacts: at most 4, by dParallelSAPKeepSpread"};
   std::vector<std::string> all;
   for (std::size_t i = 0; i < regimes; ++i) {
     if (worst_[i].excess < 1) continue;
     char line[192];
-    std::snprintf(line, sizeof line, forms[i], worst_[i].number);
+    std::snprintf(line, sizeof line, table[i].text, worst_[i].number);
     all.emplace_back(line);
   }
   return all;

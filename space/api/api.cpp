@@ -38,9 +38,11 @@ std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAP
   return events.size();
 }
 
-std::size_t castRays(dSpaceID space, const RayRequest& request,
-                     const char* caller = __builtin_FUNCTION()) {
+std::size_t castRays(dSpaceID space, std::size_t ray_size, std::size_t hit_size,
+                     const RayRequest& request, const char* caller) {
   ParallelSAPSpace& own = checked(space, caller);
+  require(ray_size == sizeof(dParallelSAPRay) && hit_size == sizeof(dParallelSAPRayHit),
+          "rays or hits of another version of this header", caller);
   constexpr int known = 0xffff | dParallelSAPRayFirstContact | dParallelSAPRayBackfaceCull |
                         dParallelSAPRayClosestHit;
   require(request.rays || request.count == 0, "no rays", caller);
@@ -136,14 +138,29 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
   own.collidePairs({data, flags, callback});
 }
 
-size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays, size_t count, int flags,
-                             dParallelSAPRayHit* nearest) {
-  return castRays(space, {rays, count, flags, nearest, nullptr, nullptr});
+size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size, dSpaceID space,
+                                  const dParallelSAPRay* rays, size_t count, int flags,
+                                  dParallelSAPRayHit* nearest) {
+  return castRays(space, ray_size, hit_size, {rays, count, flags, nearest, nullptr, nullptr},
+                  "dParallelSAPSpaceRays");
 }
 
-size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays, size_t count,
-                                int flags, void* data, dParallelSAPRayCallback* callback) {
-  return castRays(space, {rays, count, flags, nullptr, data, callback});
+size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size, dSpaceID space,
+                                     const dParallelSAPRay* rays, size_t count, int flags,
+                                     void* data, dParallelSAPRayCallback* callback) {
+  return castRays(space, ray_size, hit_size, {rays, count, flags, nullptr, data, callback},
+                  "dParallelSAPSpaceRayHits");
+}
+
+// Likewise.
+size_t(dParallelSAPSpaceRays)(dSpaceID space, const dParallelSAPRay* rays, size_t count, int flags,
+                              dParallelSAPRayHit* nearest) {
+  return dParallelSAPSpaceRays(space, rays, count, flags, nearest);
+}
+
+size_t(dParallelSAPSpaceRayHits)(dSpaceID space, const dParallelSAPRay* rays, size_t count,
+                                 int flags, void* data, dParallelSAPRayCallback* callback) {
+  return dParallelSAPSpaceRayHits(space, rays, count, flags, data, callback);
 }
 
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {

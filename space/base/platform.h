@@ -1,5 +1,5 @@
 // All that depends on the operating system or is GCC's and Clang's alone, but for files in memory
-// and images of ODE (contacts/library_copy), pages of the system's (storage.h) and vectors (simd).
+// and images of ODE (space/images), pages of the system's (storage.h) and vectors (simd).
 #pragma once
 
 #include <cstddef>

@@ -305,12 +305,8 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   const FrameCall& call = frame.call;
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
-  const LastStage::Pairs of_frame = {pairs,
-                                     call.geoms(),
-                                     call.slots(),
-                                     frame.plan.contact_threads,
-                                     threadsFor(call.settings),
-                                     frame.plan.leave_out};
+  const LastStage::Pairs of_frame = {pairs, call.geoms(), frame.plan.contact_threads,
+                                     threadsFor(call.settings), frame.plan.leave_out};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();

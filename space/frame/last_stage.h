@@ -17,7 +17,6 @@ class LastStage {
   struct Pairs {
     const PairList& list;
     dxGeom* const* geoms;  // by slot
-    std::size_t slots;
     int threads, most_threads;  // that pay just now; that the space may use
     bool leave_out;             // boxes that are certainly apart are not collided
   };

@@ -42,18 +42,26 @@ class Pool {
     std::unique_lock<std::mutex> guard(lock_);
     if (closed_) return;
     take(wanted, lent);
-    const std::size_t missing = missingOf(wanted, lent.size());
+    const std::size_t missing =
+        can_load_ ? std::min(wanted - lent.size(), most_images - seats_.size()) : 0;
     if (missing) pairs_ += pairs;
+    const char* why = nullptr;
     if (missing && pairs_ >= grained(pairs_worth_an_image) * missing) {
       pairs_ = 0;
-      loading_ += missing;
+      can_load_ = false;  // another thread meanwhile
       guard.unlock();
-      const char* const why = load(missing, lent);
+      why = load(missing, lent);
       guard.lock();
-      loading_ -= missing;
-      if (why) complain(guard, why);
+      can_load_ = !why;
     }
     if (lent.size() == 1) giveBack(lent);
+    const std::size_t threads = std::max<std::size_t>(1, seats_.size());
+    guard.unlock();
+    if (why)
+      dMessage(0,
+               "parallel SAP space: heightfields, and meshes where ODE has no thread-local "
+               "storage, are collided by at most %zu of the threads: %s",
+               threads, why);
   }
 
   void takeBack(Lent& lent) {
@@ -69,11 +77,6 @@ class Pool {
 
   Pool() {
     onFork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); }, [] { get().beginChild(); });
-  }
-
-  std::size_t missingOf(std::size_t wanted, std::size_t have) const {
-    const std::size_t room = most_images - std::min(most_images, seats_.size() + loading_);
-    return failed_ ? 0 : std::min(wanted - have, room);
   }
 
   // Those of lower numbers first: a thread mostly gets the image again that is in its cache.
@@ -112,18 +115,6 @@ class Pool {
     return "there is no memory for it";
   }
 
-  void complain(std::unique_lock<std::mutex>& guard, const char* why) {
-    if (failed_) return;
-    failed_ = true;
-    const std::size_t threads = seats_.size() < 2 ? 1 : seats_.size();
-    guard.unlock();
-    dMessage(0,
-             "parallel SAP space: heightfields, and meshes where ODE has no thread-local storage, "
-             "are collided by at most %zu of the threads: %s",
-             threads, why);
-    guard.lock();
-  }
-
   // Images whose threads are not there any more are left as they are.
   void beginChild() {
     for (Seat& seat : seats_)
@@ -143,9 +134,8 @@ class Pool {
   std::mutex lock_;
   std::condition_variable returned_;
   std::vector<Seat> seats_;
-  std::size_t loading_ = 0;
   std::uint64_t pairs_ = 0;
-  bool failed_ = false, closed_ = false;
+  bool can_load_ = true, closed_ = false;
 };
 
 }  // namespace

@@ -1,15 +1,101 @@
 #include "space/images/ode_image.h"
 
+#include <dlfcn.h>
+#include <link.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <sstream>
+#include <utility>
 
 #include "space/geoms/ode_heightfield.h"
 
 namespace ode_parallel_sap {
 
 namespace {
+
+// Whether a test has this part of loading a copy fail: "static", "file", "memory", "load",
+// "contents" or "table" in ODE_PARALLEL_SAP_TEST_IMAGE_FAULT.
+bool copyFails(const char* part) {
+  const char* const fault = std::getenv("ODE_PARALLEL_SAP_TEST_IMAGE_FAULT");
+  return fault && std::strcmp(fault, part) == 0;
+}
+
+using Search = std::pair<std::uintptr_t, LoadedLibrary>;  // an address, and what is found
+
+int compareLibrary(dl_phdr_info* info, std::size_t, void* data) {
+  auto& [address, found] = *static_cast<Search*>(data);
+  LoadedLibrary library;
+  library.base = info->dlpi_addr;
+  library.path = info->dlpi_name;
+  bool holds = false;
+  for (int i = 0; i < info->dlpi_phnum; ++i) {
+    const ElfW(Phdr)& header = info->dlpi_phdr[i];
+    if (header.p_type == PT_DYNAMIC) {
+      library.dynamic_begin = header.p_offset;
+      library.dynamic_end = header.p_offset + header.p_filesz;
+    }
+    if (header.p_type != PT_LOAD) continue;
+    const std::uintptr_t begin = library.base + header.p_vaddr;
+    library.segments.push_back({begin, begin + header.p_memsz, (header.p_flags & PF_W) != 0});
+    holds = holds || library.segments.back().holds(address);
+  }
+  if (holds) found = std::move(library);
+  return holds;
+}
+
+// Makes DT_SYMBOLIC of the DT_SONAME in the bytes of a library's file.
+bool makeSymbolic(const LoadedLibrary& library, std::string& bytes) {
+  ElfW(Dyn) entry;
+  const std::size_t end = std::min(library.dynamic_end, bytes.size());
+  for (std::size_t at = library.dynamic_begin; at + sizeof entry <= end; at += sizeof entry) {
+    std::memcpy(&entry, &bytes[at], sizeof entry);
+    if (entry.d_tag != DT_SONAME) continue;
+    entry.d_tag = DT_SYMBOLIC;
+    std::memcpy(&bytes[at], &entry, sizeof entry);
+    return true;
+  }
+  return false;
+}
+
+// A file in memory; closed with this object.
+struct MemoryFile {
+  const int number = copyFails("memory") ? -1 : memfd_create("ode-image", MFD_CLOEXEC);
+
+  MemoryFile() = default;
+  ~MemoryFile() { close(number); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  // The dynamic linker takes two files of one name for one, and numbers of files come back when
+  // they are closed: each copy is named by a path with a few slashes more.
+  std::string path() const {
+    static std::atomic<unsigned> copies{0};
+    return "/proc/self/fd" + std::string(1 + copies.fetch_add(1), '/') + std::to_string(number);
+  }
+};
+
+// The same bytes wherever nothing is written: code and constants.
+bool sameContents(const LoadedLibrary& a, const LoadedLibrary& b) {
+  if (a.segments.size() != b.segments.size() || copyFails("contents")) return false;
+  for (std::size_t i = 0; i < a.segments.size(); ++i) {
+    const Segment &s = a.segments[i], &t = b.segments[i];
+    if (s.begin - a.base != t.begin - b.base || s.end - s.begin != t.end - t.begin ||
+        s.writable != t.writable)
+      return false;
+    if (!s.writable && std::memcmp(reinterpret_cast<const void*>(s.begin),
+                                   reinterpret_cast<const void*>(t.begin), s.end - s.begin) != 0)
+      return false;
+  }
+  return true;
+}
 
 // What the program's ODE makes of it where no function is set differs from message to error, and
 // it takes a text only by an ellipsis.
@@ -49,109 +135,101 @@ bool isHeightfield(const dxGeom* geom) {
 
 }  // namespace
 
+LoadedLibrary libraryAt(const void* address) {
+  Search search = {reinterpret_cast<std::uintptr_t>(address), {}};
+  dl_iterate_phdr(compareLibrary, &search);
+  return std::move(search.second);
+}
+
 // The text of its configuration lies in ODE's library itself, where the address of a function may
 // be that of a stub in the program or of what a preloaded library has in its place.
 const char* OdeImage::load() {
   const LoadedLibrary original = libraryAt(dGetConfiguration());
   program_base_ = original.base;
-  if (const char* const why = copy_.load(original, "libode.so")) return why;
-  if (!initialise()) return "a copy of ODE does not begin to work";
+  if (const char* const why = loadCopy(original)) return why;
+  IN_IMAGE(dSetMessageHandler)(handOn<dMessage, dGetMessageHandler>);
+  IN_IMAGE(dSetErrorHandler)(handOn<dError, dGetErrorHandler>);
+  IN_IMAGE(dSetDebugHandler)(handOn<dDebug, dGetDebugHandler>);
+  if (!IN_IMAGE(dInitODE2)(0) ||
+      !IN_IMAGE(dAllocateODEDataForThread)(static_cast<unsigned>(dAllocateMaskAll)))
+    return "a copy of ODE does not begin to work";
+  collide_ = IN_IMAGE(dCollide);
   own_table_ = findTable();
   if (!own_table_ || copyFails("table")) return "ODE's table of colliders is not where it was";
-  const std::uintptr_t place = reinterpret_cast<std::uintptr_t>(own_table_) - copy_.library().base;
+  const std::uintptr_t place = reinterpret_cast<std::uintptr_t>(own_table_) - library_.base;
   programs_table_ = reinterpret_cast<const Table*>(program_base_ + place);
-  if (!learnSizes() || !makeHeightfield()) return "ODE's geoms are not laid out as expected";
+  makeHeightfield();
   return nullptr;
 }
 
-bool OdeImage::initialise() {
-  const auto set_message = IN_IMAGE(dSetMessageHandler);
-  const auto set_error = IN_IMAGE(dSetErrorHandler);
-  const auto set_debug = IN_IMAGE(dSetDebugHandler);
-  const auto init = IN_IMAGE(dInitODE2);
-  const auto allocate = IN_IMAGE(dAllocateODEDataForThread);
-  collide_ = IN_IMAGE(dCollide);
-  if (!set_message || !set_error || !set_debug || !init || !allocate || !collide_) return false;
-  set_message(handOn<dMessage, dGetMessageHandler>);
-  set_error(handOn<dError, dGetErrorHandler>);
-  set_debug(handOn<dDebug, dGetDebugHandler>);
-  return init(0) && allocate(static_cast<unsigned>(dAllocateMaskAll));
+const char* OdeImage::loadCopy(const LoadedLibrary& original) {
+  const std::string name = "libode.so";
+  if (original.segments.empty() || original.path.empty() || copyFails("static"))
+    return "ODE is not a shared library here";
+  std::ifstream in(original.path, std::ios::binary);
+  std::ostringstream contents;
+  if (!(contents << in.rdbuf()) || copyFails("file"))
+    return "the file of ODE's library cannot be read";
+  std::string bytes = contents.str();
+  if (original.path.compare(original.path.rfind('/') + 1, name.size(), name) != 0 ||
+      !makeSymbolic(original, bytes))
+    return "ODE is part of another library";
+  if (copyFails("load")) bytes[EI_CLASS] = ELFCLASSNONE;
+  const MemoryFile file;
+  const std::string path = file.path();
+  std::ofstream out(path, std::ios::binary);
+  if (!out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+    return "this system has no room for files in memory";
+  handle_ = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  link_map* map = nullptr;
+  if (!handle_ || dlinfo(handle_, RTLD_DI_LINKMAP, &map) != 0)
+    return "a copy of ODE's library cannot be loaded";
+  library_ = libraryAt(map->l_ld);
+  if (library_.base == original.base || !sameContents(original, library_))
+    return "ODE's library is not what its file holds";
+  return nullptr;
+}
+
+void* OdeImage::symbol(const char* name) const {
+  return dlsym(handle_, name);
 }
 
 // ODE does not tell where its table of colliders is, but what is written into it is found again.
 const OdeImage::Table* OdeImage::findTable() const {
+  const auto hasMarks = [](const Table& table) {
+    return table.entries[dFirstUserClass][dFirstUserClass].collider == mark &&
+           table.entries[dLastUserClass][dLastUserClass].collider == otherMark;
+  };
   const auto set_collider = IN_IMAGE(dSetColliderOverride);
-  if (!set_collider) return nullptr;
   set_collider(dFirstUserClass, dFirstUserClass, mark);
   set_collider(dLastUserClass, dLastUserClass, otherMark);
   const Table* found = nullptr;
-  for (const Segment& segment : copy_.library().segments) {
+  for (const Segment& segment : library_.segments) {
     constexpr std::uintptr_t step = alignof(Table);
     std::uintptr_t at = (segment.begin + step - 1) / step * step;
     for (; segment.writable && !found && at + sizeof(Table) <= segment.end; at += step)
-      if (isTable(*reinterpret_cast<const Table*>(at))) found = reinterpret_cast<const Table*>(at);
+      if (hasMarks(*reinterpret_cast<const Table*>(at))) found = reinterpret_cast<const Table*>(at);
   }
   set_collider(dFirstUserClass, dFirstUserClass, nullptr);
   set_collider(dLastUserClass, dLastUserClass, nullptr);
   return found;
 }
 
-// With both marks in it, and with a collider of the image's own code for two boxes.
-bool OdeImage::isTable(const Table& table) const {
-  if (table.entries[dFirstUserClass][dFirstUserClass].collider != mark ||
-      table.entries[dLastUserClass][dLastUserClass].collider != otherMark)
-    return false;
-  const std::uintptr_t of_boxes = address(table.entries[dBoxClass][dBoxClass]);
-  for (const Segment& segment : copy_.library().segments)
-    if (!segment.writable && segment.holds(of_boxes)) return true;
-  return false;
-}
-
-// By the memory that the image asks for when it makes a geom of a class: the private headers of
-// meshes would need OPCODE's, and sizes are then those of this very library.
-bool OdeImage::learnSizes() {
-  const auto set_alloc = IN_IMAGE(dSetAllocHandler);
-  const auto destroy = IN_IMAGE(dGeomDestroy);
-  if (!set_alloc || !destroy) return false;
-  const auto learn = [&](int geom_class, auto create, auto... arguments) {
-    if (!create) return;
-    first_size = 0;
-    dxGeom* const geom = create(nullptr, arguments...);
-    sizes_[geom_class] = first_size;
-    destroy(geom);
-  };
-  constexpr dReal one = 1;
-  static dReal numbers[4] = {};  // not const, for forks
-  static unsigned none[1] = {};
-  set_alloc(noteAllocation);
-  learn(dSphereClass, IN_IMAGE(dCreateSphere), one);
-  learn(dBoxClass, IN_IMAGE(dCreateBox), one, one, one);
-  learn(dCapsuleClass, IN_IMAGE(dCreateCapsule), one, one);
-  learn(dCylinderClass, IN_IMAGE(dCreateCylinder), one, one);
-  learn(dRayClass, IN_IMAGE(dCreateRay), one);
-  learn(dConvexClass, IN_IMAGE(dCreateConvex), numbers, 0, numbers, 1, none);
-  if (dCheckConfiguration("ODE_EXT_trimesh"))
-    learn(dTriMeshClass, IN_IMAGE(dCreateTriMesh), nullptr, nullptr, nullptr, nullptr);
-  set_alloc(nullptr);
-  return sizes_[dSphereClass] > sizeof(dxGeom) && sizes_[dBoxClass] > sizes_[dSphereClass];
-}
-
-bool OdeImage::makeHeightfield() {
-  const auto create_data = IN_IMAGE(dGeomHeightfieldDataCreate);
-  const auto build = IN_IMAGE(dGeomHeightfieldDataBuildSingle);
-  const auto create = IN_IMAGE(dCreateHeightfield);
-  if (!create_data || !build || !create) return false;
-  static const float heights[12] = {};
-  heightfield_data_ = create_data();
-  build(heightfield_data_, heights, 0, 5, 7, 3, 4, 2, 11, 13, 1);
-  heightfield_ = create(nullptr, heightfield_data_, 0);
-  const dxHeightfieldData& data = *heightfield_data_;
-  return heightfield_->type == dHeightfieldClass &&
-         static_cast<const dxHeightfield*>(heightfield_)->m_p_data == &data && data.m_fWidth == 5 &&
-         data.m_fDepth == 7 && data.m_nWidthSamples == 3 && data.m_nDepthSamples == 4 &&
-         data.m_fScale == 2 && data.m_fOffset == 11 && data.m_fThickness == 13 &&
-         data.m_bWrapMode == 1 && data.m_nGetHeightMode == 3 && data.m_pHeightData == heights &&
-         !data.m_pGetHeightCallback;
+// And learns the size of a mesh, by the memory that the image asks for when it makes one: the
+// private headers of meshes would need OPCODE's.
+void OdeImage::makeHeightfield() {
+  static const float heights[4] = {};
+  heightfield_data_ = IN_IMAGE(dGeomHeightfieldDataCreate)();
+  IN_IMAGE(dGeomHeightfieldDataBuildSingle)
+  (heightfield_data_, heights, 0, 1, 1, 2, 2, 1, 0, 0, 0);
+  heightfield_ = IN_IMAGE(dCreateHeightfield)(nullptr, heightfield_data_, 0);
+  if (!dCheckConfiguration("ODE_EXT_trimesh")) return;
+  first_size = 0;
+  IN_IMAGE(dSetAllocHandler)(noteAllocation);
+  const dGeomID mesh = IN_IMAGE(dCreateTriMesh)(nullptr, nullptr, nullptr, nullptr, nullptr);
+  IN_IMAGE(dSetAllocHandler)(nullptr);
+  sizes_[dTriMeshClass] = first_size;
+  IN_IMAGE(dGeomDestroy)(mesh);
 }
 
 #undef IN_IMAGE

@@ -3,38 +3,56 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "space/contacts/thread_colliders.h"
 #include "space/geoms/ode_private.h"
-#include "space/images/library_copy.h"
 
 namespace ode_parallel_sap {
+
+// A part of a loaded library, in memory.
+struct Segment {
+  std::uintptr_t begin, end;
+  bool writable;
+
+  bool holds(std::uintptr_t address) const { return address >= begin && address < end; }
+};
+
+struct LoadedLibrary {
+  std::uintptr_t base = 0;
+  std::string path;  // of the file it was loaded from; empty for the program itself
+  std::vector<Segment> segments;
+  std::size_t dynamic_begin = 0, dynamic_end = 0;  // the dynamic section's place in the file
+};
+
+// The library that an address of this process lies in; without segments if none.
+LoadedLibrary libraryAt(const void* address);
 
 // Functions of ODE that one thread may call while others call those of the program's ODE or of
 // other images. It is the same machine code, so its colliders find the same contacts; geoms are the
 // program's, and their virtual functions are its, too.
 //
-// What ODE 0.16 keeps in static variables, and what becomes of it in an image:
-// - the trimesh colliders' cache (where there is no thread-local storage), the list of one free
-//   pose: the image's own, which is what it is for;
-// - the table of colliders: the image's own, as ODE makes it. What dSetColliderOverride changed in
-//   the program's is seen by comparing the two (`hasProgramsCollider`);
-// - classes of the user: the program's alone;
-// - functions for messages and errors: the image's hand on to the program's (dMessage, dError,
-//   dDebug), whatever those are at that time;
-// - functions for memory (dSetAllocHandler): the image's own, which are malloc's. What an image
-//   allocates, a cache or a geom within a collider, it also frees;
-// - the count of dInitODE2, thread-local storage, OPCODE's and OU's handlers, default threading:
-//   the image's own, made ready when it is loaded and never closed;
-// - random numbers, clocks, worlds' tags: no collider reads them. libccd has none.
+// | static variables of ODE 0.16 | in an image |
+// | --- | --- |
+// | cache of the trimesh colliders, list of one free pose | its own |
+// | table of colliders | its own; `hasProgramsCollider` compares it with the program's |
+// | classes of the user | none |
+// | functions for messages and errors | they call the program's |
+// | functions for memory | malloc's; an image frees whatever it allocates |
+// | count of dInitODE2, thread-local storage, OPCODE's and OU's handlers | its own, never closed |
+// | random numbers, clocks, tags of worlds | no collider reads them |
+//
+// It shares nothing with the program's ODE but the libraries that both need: it is loaded from a
+// file in memory, in which DT_SYMBOLIC has taken the place of the library's DT_SONAME, so that it
+// finds its own functions and variables first and that nobody who asks for the library by name
+// gets it. (RTLD_DEEPBIND would do that, too, but bind malloc past what a program preloads.)
 //
 // ODE's collider of heightfields keeps its triangles in the heightfield and its contacts with a
 // plane in the heightfield's data, and puts the other geom, or its body, into the heightfield's
-// frame for a while. Here it does all that to copies: the heightfield and the data are the image's,
-// which takes on the values of the program's; of the other geom, bytes and pose are copied into
-// storage that is reused. None of it is left in the contacts. Whatever the collider reads it has
-// written before, for the same pair, so contacts do not depend on what the buffers held.
+// frame for a while. Here it does all that to copies, whose storage is reused. None of it is left
+// in the contacts, and the collider reads only what it has written for the same pair.
 class OdeImage final : public ThreadCollider {
  public:
   // Loads one, for the life of the process. Null, or why it could not.
@@ -49,9 +67,10 @@ class OdeImage final : public ThreadCollider {
     const Entry &own = own_table_->entries[class_a][class_b],
                 &program = programs_table_->entries[class_a][class_b];
     return own.collider && program.collider && own.reverse == program.reverse &&
-           address(own) - copy_.library().base == address(program) - program_base_;
+           address(own) - library_.base == address(program) - program_base_;
   }
-  void* symbol(const char* name) const { return copy_.symbol(name); }
+  // Null if there is none.
+  void* symbol(const char* name) const;
 
  private:
   // As in ODE's collision_kernel.cpp.
@@ -66,21 +85,23 @@ class OdeImage final : public ThreadCollider {
   static std::uintptr_t address(const Entry& entry) {
     return reinterpret_cast<std::uintptr_t>(entry.collider);
   }
-  bool initialise();
+  const char* loadCopy(const LoadedLibrary& original);
   const Table* findTable() const;
-  bool isTable(const Table& table) const;
-  bool learnSizes();
-  bool makeHeightfield();
+  void makeHeightfield();
   dxGeom* heightfieldLike(const dxGeom* original);
   dxGeom* copyOf(const dxGeom* geom);
 
-  LibraryCopy copy_;
+  void* handle_ = nullptr;
+  LoadedLibrary library_;
   std::uintptr_t program_base_ = 0;
   decltype(&dCollide) collide_ = nullptr;
   const Table* own_table_ = nullptr;
   const Table* programs_table_ = nullptr;
-  std::size_t sizes_[dGeomNumClasses] = {};  // bytes of a geom of a class, 0 where not known
-  dxGeom* heightfield_ = nullptr;            // without place
+  // Bytes of a geom of a class from spheres to convexes, and of a mesh; 0 where not known.
+  std::size_t sizes_[dGeomNumClasses] = {
+      sizeof(dxSphere), sizeof(dxBox),   sizeof(dxCapsule), sizeof(dxCylinder), 0,
+      sizeof(dxRay),    sizeof(dxConvex)};
+  dxGeom* heightfield_ = nullptr;  // without place
   dHeightfieldDataID heightfield_data_ = nullptr;
   std::vector<double> bytes_;  // of the geom that meets a heightfield
   dxPosR pose_;                // likewise

@@ -10,7 +10,7 @@
 
 #include "space/base/buffer.h"
 #include "space/frame/frame.h"
-#include "space/rays/ray_lists.h"
+#include "space/rays/ray_caster.h"
 
 namespace ode_parallel_sap {
 

@@ -13,7 +13,6 @@
 
 namespace ode_parallel_sap {
 
-std::atomic<int> PrecomputedContacts::reports_{0};
 std::atomic<bool> PrecomputedContacts::stopped_{false};
 thread_local PrecomputedContacts* PrecomputedContacts::reporting_now_ = nullptr;
 
@@ -51,36 +50,20 @@ void copyWritten(const dContactGeom& from, dContactGeom& to) {
 
 }  // namespace
 
-// While it lives, dCollide on this thread is answered from these contacts, or watched.
-class PrecomputedContacts::Report {
- public:
-  explicit Report(PrecomputedContacts& contacts) : contacts_(contacts) {
-    contacts.endReport();
-    contacts.outer_ = reporting_now_;
-    contacts.reporting_ = true;
-    reporting_now_ = &contacts;
-    reports_.fetch_add(1, std::memory_order_relaxed);
-  }
-  ~Report() {
-    contacts_.endReport();
-    contacts_.learn();
-  }
-  Report(const Report&) = delete;
-  Report& operator=(const Report&) = delete;
-
- private:
-  PrecomputedContacts& contacts_;
-};
+// From now on dCollide on this thread is answered from these contacts, or watched.
+void PrecomputedContacts::beginReport() {
+  endReport();
+  outer_ = reporting_now_;
+  reporting_ = true;
+  reporting_now_ = this;
+}
 
 // If there is one: a callback that was left by longjmp has left its report standing.
 void PrecomputedContacts::endReport() {
   reporting_ = false;
-  for (PrecomputedContacts** report = &reporting_now_; *report; report = &(*report)->outer_) {
-    if (*report != this) continue;
-    *report = outer_;
-    reports_.fetch_sub(1, std::memory_order_relaxed);
-    return;
-  }
+  PrecomputedContacts** report = &reporting_now_;
+  while (*report && *report != this) report = &(*report)->outer_;
+  if (*report) *report = outer_;
 }
 
 // One thread gains nothing.
@@ -98,16 +81,17 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
     constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
     least_share_ = 1.0 / most + margin;
   }
-  habits_.beginReport(least_share_);
-  slots_ = pairs.slots;
+  if (habit_.pairs) flags_ = habit_.isWorth(least_share_) ? habit_.flags : 0;
+  habit_.pairs = habit_.votes = 0;
   next_place_ = next_answer_ = 0;
   geoms_ = {};
-  changed_any_ = changed_all_ = false;
+  changed_.clear();
+  changed_all_ = false;
   mode_ = currentMode();
   last_ = {};
   list_.resizeDiscarding(0);
   // Where modes cannot be compared nothing would be answered.
-  if (habits_.wantsAny() && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
+  if (flags_ && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
     collide(pairs, collided);
   return true;
 } catch (const std::bad_alloc&) {
@@ -119,7 +103,6 @@ void PrecomputedContacts::release() {
   list_ = Buffer<dParallelSAPPair>();
   found_ = Buffer<Found>();
   shares_.clear();
-  changed_ = Buffer<unsigned char>();
 }
 
 // A team that does not pay just now gets a part of the pairs, from which is learnt what they take
@@ -151,58 +134,72 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
 void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread,
                                        bool leave_out) {
   Share& share = shares_[static_cast<std::size_t>(thread)];
-  int flags[most_apart_pairs];
   std::uint32_t wanted = 0;
   for (std::size_t place = begin; place < end; ++place) {
     if (place + 2 * pairs_ahead < list_.size())
       prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
-    const dParallelSAPPair& pair = list_[place];
-    flags[place - begin] = habits_.wantedFlags(CollideHabits::kindOf(pair.o1, pair.o2));
+    const auto [o1, o2] = list_[place];
     found_[place] = {};
-    if (flags[place - begin]) {
-      found_[place] = {0, 0, static_cast<std::uint16_t>(thread), bodiesOf(pair)};
-      wanted |= std::uint32_t{1} << (place - begin);
-      ++share.pairs;
-    }
+    if (!mayPrecompute(o1, o2)) continue;
+    found_[place] = {0, 0, static_cast<std::uint16_t>(thread), bodiesOf(o1, o2)};
+    wanted |= std::uint32_t{1} << (place - begin);
+    ++share.pairs;
   }
   if (leave_out) {
     const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
     share.apart.add(boxes);
     wanted &= ~boxes.apart;
   }
-  for (; wanted; wanted &= wanted - 1) {
-    const int i = __builtin_ctz(wanted);
-    collidePair(begin + static_cast<std::size_t>(i), flags[i], thread);
-  }
+  for (; wanted; wanted &= wanted - 1)
+    collidePair(begin + static_cast<std::size_t>(__builtin_ctz(wanted)), thread);
 }
 
-void PrecomputedContacts::collidePair(std::size_t place, int flags, int thread) {
+void PrecomputedContacts::collidePair(std::size_t place, int thread) {
   Buffer<dContactGeom>& contacts = shares_[static_cast<std::size_t>(thread)].contacts;
   Found& found = found_[place];
   found.first = contacts.size();
-  contacts.resize(found.first + static_cast<std::size_t>(flags));
+  contacts.resize(found.first + static_cast<std::size_t>(flags_));
   dContactGeom* const own = contacts.data() + found.first;
-  for (int i = 0; i < std::min<int>(flags, most_contacts); ++i)
+  for (int i = 0; i < std::min<int>(flags_, most_contacts); ++i)
     for (dReal* const fourth : {&own[i].pos[3], &own[i].normal[3]})
       std::memcpy(fourth, &unwritten, sizeof unwritten);
   const auto collide = ode_collide.load(std::memory_order_relaxed);
-  const int count = collide(list_[place].o1, list_[place].o2, flags, own, sizeof *own);
+  const int count = collide(list_[place].o1, list_[place].o2, flags_, own, sizeof *own);
   found.count = static_cast<std::uint32_t>(count);
   if (found.count > most_contacts) found.thread = nobody;
   contacts.resize(found.first + found.count);
 }
 
-// Which geoms of a pair have a body, and an offset from it: ODE takes the quaternion of a body as
-// it is, and makes a geom's own from its matrix. It takes a body from a geom without a trace, as
-// that stays where it is.
-std::uint16_t PrecomputedContacts::bodiesOf(const dParallelSAPPair& pair) {
-  return static_cast<std::uint16_t>((pair.o1->body ? 1 : 0) | (pair.o2->body ? 2 : 0) |
-                                    (pair.o1->offset_posr ? 4 : 0) |
-                                    (pair.o2->offset_posr ? 8 : 0));
+// Spheres, boxes, capsules and cylinders: all that dCollide reads of them lies in the geoms and
+// their bodies, and whoever changes it makes the geom dirty. (Vertices, heights and the flags of
+// rays change without a trace, other classes are the program's.) Not planes: handing out the
+// contacts of a pair takes some 300 instructions and ODE's colliders with a plane 50 to 300
+// (callgrind). Geoms of one body are not collided while they are that.
+bool PrecomputedContacts::mayPrecompute(const dxGeom* o1, const dxGeom* o2) {
+  static_assert(dSphereClass == 0 && dCylinderClass == 3, "spheres to cylinders come first");
+  const auto isKnown = [](const dxGeom* geom) {
+    return geom && geom->type >= 0 && geom->type <= dCylinderClass;
+  };
+  return isKnown(o1) && isKnown(o2) && !(o1->body && o1->body == o2->body);
+}
+
+// Which geoms of a pair have a body: ODE takes the quaternion of a body as it is, and makes a
+// geom's own from its matrix. It takes a body from a geom without a trace, as that stays where it
+// is.
+std::uint16_t PrecomputedContacts::bodiesOf(const dxGeom* o1, const dxGeom* o2) {
+  return static_cast<std::uint16_t>((o1->body ? 1 : 0) | (o2->body ? 2 : 0));
 }
 
 void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* callback) {
-  const Report report(*this);
+  struct End {
+    PrecomputedContacts& contacts;
+    ~End() {
+      contacts.endReport();
+      contacts.learn();
+    }
+  };
+  beginReport();
+  const End end{*this};
   const auto call = [&](Pair pair) {
     dxGeom *const a = pairs.geoms[earlierOf(pair)], *const b = pairs.geoms[laterOf(pair)];
     pair_ = pair;
@@ -211,7 +208,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     if (later < list_.size() && found_[later].count && found_[later].thread != nobody)
       prefetch(shares_[found_[later].thread].contacts.data() + found_[later].first);
     // A geom that was destroyed in this report must not be looked at.
-    if (!changed_any_) habits_.notePair(CollideHabits::kindOf(a, b));
+    if (!anyChanged()) habit_.pairs += mayPrecompute(a, b);
     callback(data, a, b);
   };
   const GeomsAhead ahead(pairs.geoms);
@@ -223,34 +220,26 @@ void PrecomputedContacts::learn() {
   if (always_) return;
   const bool enough =
       static_cast<double>(last_.used) >= least_share_ * static_cast<double>(last_.precomputed);
-  if (!enough || !habits_.wouldWantAny(least_share_)) {
+  if (!enough || !habit_.isWorth(least_share_)) {
     back_off_.failed();
-    habits_.forget();
+    habit_ = {};
+    flags_ = 0;
   } else if (last_.precomputed) {
     back_off_.paid();
   }
 }
 
-void PrecomputedContacts::noteChange(Slot slot) {
-  if (!reporting_ || changed_all_) return;
-  if (!changed_any_) {
-    changed_any_ = true;
-    try {
-      changed_.resizeDiscarding(slots_);
-      std::fill(changed_.begin(), changed_.end(), 0);
-    } catch (const std::bad_alloc&) {
-      changed_all_ = true;
-      return;
-    }
-  }
-  if (slot < slots_) changed_[slot] = 1;
+void PrecomputedContacts::noteChange(Slot slot) try {
+  if (reporting_ && !changed_all_) changed_.insert(slot);
+} catch (const std::bad_alloc&) {
+  changed_all_ = true;
 }
 
 // Once something has changed, of the pair that is reported only: whose slots are known.
 bool PrecomputedContacts::isUnchanged(std::size_t place) const {
-  if (!changed_any_) return true;
-  return !changed_all_ && place + 1 == next_place_ && !changed_[earlierOf(pair_)] &&
-         !changed_[laterOf(pair_)];
+  if (!anyChanged()) return true;
+  return !changed_all_ && place + 1 == next_place_ && !changed_.count(earlierOf(pair_)) &&
+         !changed_.count(laterOf(pair_));
 }
 
 // Some programs gather a few pairs before they collide them.
@@ -265,9 +254,10 @@ std::size_t PrecomputedContacts::placeBehind(const dxGeom* o1, const dxGeom* o2)
 // Most programs collide the pair that is reported.
 int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
                                    int skip) {
-  const int kind = CollideHabits::kindOf(o1, o2);
-  habits_.noteCall(kind, flags);
-  if (habits_.wantedFlags(kind) != flags || flags == 0) return -1;
+  if (!mayPrecompute(o1, o2)) return -1;
+  // With CONTACTS_UNIMPORTANT some of ODE's colliders fail: nobody is to call one in vain.
+  if (flags == (flags & 0xffff)) habit_.vote(flags);
+  if (flags_ != flags || flags == 0) return -1;
   const bool reported = o1 == geoms_.o1 && o2 == geoms_.o2;
   const std::size_t place = reported ? next_place_ - 1 : placeBehind(o1, o2);
   if (place >= list_.size() || !isUnchanged(place)) return -1;
@@ -275,7 +265,7 @@ int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGe
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
   const Found& found = found_[place];
-  if (found.thread == nobody || found.bodies != bodiesOf({o1, o2})) return -1;
+  if (found.thread == nobody || found.bodies != bodiesOf(o1, o2)) return -1;
   const dContactGeom* const own = shares_[found.thread].contacts.data() + found.first;
   for (std::uint32_t i = 0; i < found.count; ++i)
     copyWritten(own[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +
@@ -290,7 +280,7 @@ int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGe
 
 int PrecomputedContacts::answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
                                 int skip) {
-  return reporting_now_ && o1 && o2 ? reporting_now_->answerOwn(o1, o2, flags, contacts, skip) : -1;
+  return reporting_now_ ? reporting_now_->answerOwn(o1, o2, flags, contacts, skip) : -1;
 }
 
 }  // namespace ode_parallel_sap

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <unordered_set>
 #include <vector>
 
 #include "space/base/back_off.h"
@@ -14,18 +15,14 @@
 #include "space/base/floating_point.h"
 #include "space/base/tuning.h"
 #include "space/frame/last_stage.h"
-#include "space/preload/collide_habits.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 
 // The contacts of one space's pairs, while it reports them, for the thread that it reports them to.
-//
-// A call of dCollide is answered if its pair, in this order, is the one being reported or a little
-// behind the last one answered; if it was collided beforehand with the same flags and in the same
-// floating-point mode; and if no geom of the pair has become dirty, left the space or come to a
-// body since. Whatever changes what dCollide reads of a geom of the classes that are precomputed
-// makes it dirty, of which its space hears while it is clean, as all geoms are when a report
-// begins.
+// README.md says which calls of dCollide they answer. Whatever changes what dCollide reads of a
+// geom of the classes that are precomputed makes it dirty, of which its space hears while it is
+// clean, as all geoms are when a report begins.
 class PrecomputedContacts final : public LastStage {
  public:
   struct Counts {
@@ -47,28 +44,25 @@ class PrecomputedContacts final : public LastStage {
   bool prepare(const Pairs& pairs, Collided& collided) override;
   void report(const Pairs& pairs, void* data, dNearCallback* callback) override;
   void noteChange(Slot slot) override;
-  void noteNewSlots() override { changed_any_ = changed_all_ = true; }
+  void noteNewSlots() override { changed_all_ = true; }
   void release() override;
-  std::size_t bytes() const override { return bytesOf(list_, found_, shares_, changed_); }
+  std::size_t bytes() const override { return bytesOf(list_, found_, shares_); }
 
   // What dCollide returns, or -1: that is for dCollide to say. Of whatever this thread's callbacks
   // are being told.
   static int answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
-  // Reports of all threads that are watched: where there is none, answer() knows nothing.
-  static const std::atomic<int>& reports() { return reports_; }
   // From now on nothing is precomputed or answered: there are colliders of the program's.
   static void stop() { stopped_.store(true, std::memory_order_relaxed); }
 
   const Counts& counts() const { return all_; }
 
  private:
-  class Report;
   // Contacts [first, first + count) of a thread's share.
   struct Found {
     std::size_t first = 0;
     std::uint32_t count = 0;
     std::uint16_t thread = nobody;
-    std::uint16_t bodies = 0;  // see bodiesOf()
+    std::uint16_t bodies = 0;  // as of bodiesOf()
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
@@ -78,17 +72,35 @@ class PrecomputedContacts final : public LastStage {
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
 
-  static std::uint16_t bodiesOf(const dParallelSAPPair& pair);
+  // Of a report's pairs that may be precomputed: their number, and by how many the calls of
+  // dCollide with `flags` are more than all others.
+  struct Habit {
+    std::uint32_t pairs = 0, votes = 0;
+    int flags = 0;
+
+    void vote(int called) {
+      if (votes == 0) flags = called;
+      votes += called == flags ? 1u : ~0u;
+    }
+    bool isWorth(double least_share) const {
+      return pairs > 0 && votes > 0 &&
+             static_cast<double>(votes) >= least_share * static_cast<double>(pairs);
+    }
+  };
+
+  static bool mayPrecompute(const dxGeom* o1, const dxGeom* o2);
+  static std::uint16_t bodiesOf(const dxGeom* o1, const dxGeom* o2);
   void collide(const Pairs& pairs, Collided& collided);
   void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_out);
-  void collidePair(std::size_t place, int flags, int thread);
-  void learn();
+  void collidePair(std::size_t place, int thread);
+  void beginReport();
   void endReport();
+  void learn();
+  bool anyChanged() const { return changed_all_ || !changed_.empty(); }
   bool isUnchanged(std::size_t place) const;
   std::size_t placeBehind(const dxGeom* o1, const dxGeom* o2) const;
   int answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
 
-  static std::atomic<int> reports_;
   static std::atomic<bool> stopped_;
   static thread_local PrecomputedContacts* reporting_now_;
 
@@ -96,7 +108,8 @@ class PrecomputedContacts final : public LastStage {
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff back_off_{2 * retry_frames};
   double least_share_ = 0;  // of the pairs, that must be asked for to make it pay
-  CollideHabits habits_;
+  Habit habit_;
+  int flags_ = 0;  // with which pairs are precomputed in this report; 0: they are not
   Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
   Buffer<Found> found_;            // of these
   std::vector<Share> shares_;      // by thread
@@ -105,13 +118,12 @@ class PrecomputedContacts final : public LastStage {
   // Of the report that runs.
   bool reporting_ = false;
   PrecomputedContacts* outer_ = nullptr;  // within whose report it runs
-  std::size_t slots_ = 0;
-  std::size_t next_place_ = 0;   // of the pair after the one that is reported
-  std::size_t next_answer_ = 0;  // the place after that of the last one answered
-  Pair pair_ = 0;                // that is reported, and its geoms
+  std::size_t next_place_ = 0;            // of the pair after the one that is reported
+  std::size_t next_answer_ = 0;           // the place after that of the last one answered
+  Pair pair_ = 0;                         // that is reported, and its geoms
   dParallelSAPPair geoms_ = {};
-  bool changed_any_ = false, changed_all_ = false;
-  Buffer<unsigned char> changed_;  // by slot, once there is one
+  std::unordered_set<Slot> changed_;
+  bool changed_all_ = false;
 
   Counts last_, all_;  // of the last report, and of all
 };

@@ -21,26 +21,24 @@
 
 #if defined(dDOUBLE)
 #define PRECISION "double"
-#define PRECISION_TOKEN "ODE_double_precision"
 #else
 #define PRECISION "single"
-#define PRECISION_TOKEN "ODE_single_precision"
 #endif
 
 /* The kinds of space, by class from dFirstSpaceClass on. */
 #define KINDS (dLastSpaceClass - dFirstSpaceClass + 1)
 static const char* const kind_names[KINDS] = {"simple", "hash", "sap", "quadtree"};
 
-static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
-static int settings_read = 0;
+static pthread_once_t settings = PTHREAD_ONCE_INIT;
 static int wanted[KINDS];
+
+/* Accessed atomically. An ODE is known by its type information of dxSpace; there is rarely more
+ * than one in a process. */
 static unsigned long replaced[KINDS], left[KINDS];
-/* An ODE is known by its type information of dxSpace; there is rarely more than one in a process.
- */
 static const void* fitting_ode = NULL;
 static const void* refused_ode = NULL;
-static const dParallelSAPStandIns* stand_ins = NULL; /* other threads read it atomically */
-static int own_colliders = 0;                        /* dSetColliderOverride was called; likewise */
+static const dParallelSAPStandIns* stand_ins = NULL;
+static int own_colliders = 0; /* dSetColliderOverride was called */
 
 /* The symbol `name` as the code at `caller` would get it without the preload library: from the
  * objects that every object sees, or else from those that the caller's own object was linked with,
@@ -93,8 +91,6 @@ static void readWanted(const char* list) {
 }
 
 static void readSettings(void) {
-  if (settings_read) return;
-  settings_read = 1;
   const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
   readWanted(list ? list : "hash,sap,quadtree");
   const char* const stats = getenv("ODE_PARALLEL_SAP_STATS");
@@ -111,7 +107,7 @@ static const dParallelSAPStandIns* load(const void* ode, const void* caller, cha
                                         size_t size) {
   int (*const has)(const char*) =
       (int (*)(const char*))realSymbol("dCheckConfiguration", caller, NULL);
-  if (!has || !has(PRECISION_TOKEN)) {
+  if (!has || !has("ODE_" PRECISION "_precision")) {
     snprintf(why, size, "%s does not have " PRECISION " precision, for which this was built",
              fileOf(ode));
     return NULL;
@@ -137,95 +133,40 @@ static const dParallelSAPStandIns* load(const void* ode, const void* caller, cha
   return NULL;
 }
 
-/* The library's stand-ins for the ODE that the caller uses, or null. Takes the mutex for its own
- * variables only: the loader has a lock of its own, which a plug-in's constructors hold when they
- * make a space. */
+/* The library's stand-ins for the ODE that the caller uses, or null. Takes no lock: the loader has
+ * one of its own, which a plug-in's constructors hold when they make a space. */
 static const dParallelSAPStandIns* judge(const void* caller) {
   static const char hidden[] = "hidden";
   const void* ode = realSymbol("_ZTI7dxSpace", caller, NULL);
   if (!ode) ode = hidden;
-  pthread_mutex_lock(&mutex);
-  const int fits = ode == fitting_ode, refused = ode == refused_ode;
-  const dParallelSAPStandIns* const known = stand_ins;
-  pthread_mutex_unlock(&mutex);
-  if (fits) return known;
-  if (refused) return NULL;
+  if (ode == __atomic_load_n(&fitting_ode, __ATOMIC_SEQ_CST))
+    return __atomic_load_n(&stand_ins, __ATOMIC_SEQ_CST);
+  if (ode == __atomic_load_n(&refused_ode, __ATOMIC_SEQ_CST)) return NULL;
 
   char why[1024] = "the program's ODE hides what a space is derived from";
   const dParallelSAPStandIns* const verdict =
       ode != hidden ? load(ode, caller, why, sizeof why) : NULL;
-  dParallelSAPCollideFunction* const collide =
-      verdict ? (dParallelSAPCollideFunction*)realSymbol("dCollide", caller, (const void*)&dCollide)
-              : NULL;
-  if (collide) verdict->set_collide(collide); /* before another thread can have a space */
-  pthread_mutex_lock(&mutex);
-  const int first = refused_ode != ode;
-  if (verdict) {
-    fitting_ode = ode;
-    __atomic_store_n(&stand_ins, verdict, __ATOMIC_SEQ_CST);
-  } else {
-    refused_ode = ode;
+  if (!verdict) {
+    if (__atomic_exchange_n(&refused_ode, ode, __ATOMIC_SEQ_CST) != ode)
+      fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
+    return NULL;
   }
-  pthread_mutex_unlock(&mutex);
-  if (verdict && (!collide || __atomic_load_n(&own_colliders, __ATOMIC_SEQ_CST)))
-    verdict->stop_contacts();
-  if (!verdict && first) fprintf(stderr, "ode-parallel-sap: nothing is replaced: %s\n", why);
+  dParallelSAPCollideFunction* const collide =
+      (dParallelSAPCollideFunction*)realSymbol("dCollide", caller, (const void*)&dCollide);
+  if (collide) verdict->set_collide(collide); /* before another thread can have a space */
+  __atomic_store_n(&stand_ins, verdict, __ATOMIC_SEQ_CST);
+  __atomic_store_n(&fitting_ode, ode, __ATOMIC_SEQ_CST);
+  if (!collide || __atomic_load_n(&own_colliders, __ATOMIC_SEQ_CST)) verdict->stop_contacts();
   return verdict;
 }
 
 /* The space that takes the place of a stock space of this class; null: it is left to ODE. */
 static dSpaceID create(dSpaceID parent, int space_class, const void* caller) {
   const int kind = space_class - dFirstSpaceClass;
-  pthread_mutex_lock(&mutex);
-  readSettings();
-  const int wants = wanted[kind];
-  pthread_mutex_unlock(&mutex);
-  const dParallelSAPStandIns* const use = wants ? judge(caller) : NULL;
-  pthread_mutex_lock(&mutex);
-  ++(use ? replaced : left)[kind];
-  pthread_mutex_unlock(&mutex);
+  pthread_once(&settings, readSettings);
+  const dParallelSAPStandIns* const use = wanted[kind] ? judge(caller) : NULL;
+  __atomic_fetch_add(use ? &replaced[kind] : &left[kind], 1, __ATOMIC_RELAXED);
   return use ? use->create(parent, space_class) : NULL;
-}
-
-static void* real(const char* name, const void* caller, const void* own) {
-  void* const function = realSymbol(name, caller, own);
-  if (function) return function;
-  fprintf(stderr, "ode-parallel-sap: %s is called, but no ODE that has it is found\n", name);
-  abort();
-}
-
-#define ORIGINAL(function) ((__typeof__(&function))real(#function, CALLER, (const void*)&function))
-
-PUBLIC dSpaceID dSimpleSpaceCreate(dSpaceID parent) {
-  const dSpaceID space = create(parent, dSimpleSpaceClass, CALLER);
-  return space ? space : ORIGINAL(dSimpleSpaceCreate)(parent);
-}
-
-PUBLIC dSpaceID dHashSpaceCreate(dSpaceID parent) {
-  const dSpaceID space = create(parent, dHashSpaceClass, CALLER);
-  return space ? space : ORIGINAL(dHashSpaceCreate)(parent);
-}
-
-PUBLIC dSpaceID dSweepAndPruneSpaceCreate(dSpaceID parent, int axis_order) {
-  const dSpaceID space = create(parent, dSweepAndPruneSpaceClass, CALLER);
-  return space ? space : ORIGINAL(dSweepAndPruneSpaceCreate)(parent, axis_order);
-}
-
-PUBLIC dSpaceID dQuadTreeSpaceCreate(dSpaceID parent, const dVector3 center, const dVector3 extents,
-                                     int depth) {
-  const dSpaceID space = create(parent, dQuadTreeSpaceClass, CALLER);
-  return space ? space : ORIGINAL(dQuadTreeSpaceCreate)(parent, center, extents, depth);
-}
-
-/* ODE itself would take a stand-in for a dxHashSpace and write beyond its fields. */
-PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
-  if (!stand_ins || !stand_ins->set_levels(space, minlevel, maxlevel))
-    ORIGINAL(dHashSpaceSetLevels)(space, minlevel, maxlevel);
-}
-
-PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  if (!stand_ins || !stand_ins->get_levels(space, minlevel, maxlevel))
-    ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
 }
 
 /* The function `name` as `caller` would get it. To ask the dynamic linker takes longer than many a
@@ -242,10 +183,13 @@ static void* originalOf(const char* name, const void* caller, const void* own, v
   if (original) return original;
   const size_t place = (size_t)caller / 4 % callers;
   if (kept[place].caller == caller && kept[place].own == own) return kept[place].original;
-  original = real(name, caller, own);
-  const int everywhere = dlsym(RTLD_NEXT, name) != NULL;
+  original = realSymbol(name, caller, own);
+  if (!original) {
+    fprintf(stderr, "ode-parallel-sap: %s is called, but no ODE that has it is found\n", name);
+    abort();
+  }
   if (!dlopen(fileOf(original), RTLD_LAZY | RTLD_NOLOAD | RTLD_NODELETE)) return original;
-  if (everywhere) {
+  if (dlsym(RTLD_NEXT, name)) {
     __atomic_store_n(of_all, original, __ATOMIC_RELAXED);
   } else {
     kept[place].caller = caller;
@@ -255,18 +199,44 @@ static void* originalOf(const char* name, const void* caller, const void* own, v
   return original;
 }
 
-#define KEPT_ORIGINAL(function, of_all) \
-  ((__typeof__(&function))originalOf(#function, CALLER, (const void*)&function, &of_all))
+#define ORIGINAL(function)                                                                 \
+  __extension__({                                                                          \
+    static void* of_all = NULL;                                                            \
+    (__typeof__(&function))originalOf(#function, CALLER, (const void*)&function, &of_all); \
+  })
+
+/* A function that makes a stock space. */
+#define MAKES(space_class, function, declared, passed)          \
+  PUBLIC dSpaceID function declared {                           \
+    const dSpaceID space = create(parent, space_class, CALLER); \
+    return space ? space : ORIGINAL(function) passed;           \
+  }
+
+MAKES(dSimpleSpaceClass, dSimpleSpaceCreate, (dSpaceID parent), (parent))
+MAKES(dHashSpaceClass, dHashSpaceCreate, (dSpaceID parent), (parent))
+MAKES(dSweepAndPruneSpaceClass, dSweepAndPruneSpaceCreate, (dSpaceID parent, int axis_order),
+      (parent, axis_order))
+MAKES(dQuadTreeSpaceClass, dQuadTreeSpaceCreate,
+      (dSpaceID parent, const dVector3 center, const dVector3 extents, int depth),
+      (parent, center, extents, depth))
+
+/* ODE itself would take a stand-in for a dxHashSpace and write beyond its fields. */
+PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
+  if (!stand_ins || !stand_ins->set_levels(space, minlevel, maxlevel))
+    ORIGINAL(dHashSpaceSetLevels)(space, minlevel, maxlevel);
+}
+
+PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
+  if (!stand_ins || !stand_ins->get_levels(space, minlevel, maxlevel))
+    ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
+}
 
 /* Contacts that are known need no ODE. */
 PUBLIC int dCollide(dGeomID o1, dGeomID o2, int flags, dContactGeom* contact, int skip) {
-  static void* of_all = NULL;
   const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE);
-  if (use && __atomic_load_n(use->reports, __ATOMIC_RELAXED)) {
-    const int count = use->collide(o1, o2, flags, contact, skip);
-    if (count >= 0) return count;
-  }
-  return KEPT_ORIGINAL(dCollide, of_all)(o1, o2, flags, contact, skip);
+  const int count = use ? use->collide(o1, o2, flags, contact, skip) : -1;
+  if (count >= 0) return count;
+  return ORIGINAL(dCollide)(o1, o2, flags, contact, skip);
 }
 
 /* The program's own colliders may be anything. */
@@ -280,10 +250,9 @@ PUBLIC void dSetColliderOverride(int i, int j, dColliderFn* fn) {
 /* What ODE does not tell spaces of. Told before the call, while a body still has its geoms. */
 #define TELLS(what, whose, function, declared, passed)                                     \
   PUBLIC void function declared {                                                          \
-    static void* of_all = NULL;                                                            \
     const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE); \
     if (use && whose) use->what(whose);                                                    \
-    KEPT_ORIGINAL(function, of_all) passed;                                                \
+    ORIGINAL(function) passed;                                                             \
   }
 
 TELLS(geom_changed, geom, dGeomSetCategoryBits, (dGeomID geom, unsigned long bits), (geom, bits))

@@ -81,19 +81,16 @@ class StandIn final : public ParallelSAPSpace {
   const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
-const char* misfit() {
-  ParallelSAPSpace space(nullptr);
-  return misfitOfODE(&space);
-}
-
-dSpaceID create(dSpaceID parent, int space_class) {
-  return new StandIn(parent, space_class);
+// A stand-in for a dHashSpace; null if it is no stand-in.
+StandIn* hashSpace(dSpaceID space, const char* caller) {
+  StandIn* const own = dynamic_cast<StandIn*>(space);
+  if (own) require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
+  return own;
 }
 
 int setLevels(dSpaceID space, int minlevel, int maxlevel) {
-  StandIn* const own = dynamic_cast<StandIn*>(space);
+  StandIn* const own = hashSpace(space, "dHashSpaceSetLevels");
   if (!own) return 0;
-  require(own->type == dHashSpaceClass, "argument must be a hash space", "dHashSpaceSetLevels");
   require(minlevel <= maxlevel, "must have minlevel <= maxlevel", "dHashSpaceSetLevels");
   own->minlevel = minlevel;
   own->maxlevel = maxlevel;
@@ -101,12 +98,10 @@ int setLevels(dSpaceID space, int minlevel, int maxlevel) {
 }
 
 int getLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  const StandIn* const own = dynamic_cast<StandIn*>(space);
-  if (!own) return 0;
-  require(own->type == dHashSpaceClass, "argument must be a hash space", "dHashSpaceGetLevels");
-  if (minlevel) *minlevel = own->minlevel;
-  if (maxlevel) *maxlevel = own->maxlevel;
-  return 1;
+  const StandIn* const own = hashSpace(space, "dHashSpaceGetLevels");
+  if (own && minlevel) *minlevel = own->minlevel;
+  if (own && maxlevel) *maxlevel = own->maxlevel;
+  return own != nullptr;
 }
 
 void report() {
@@ -147,33 +142,26 @@ void bodyChanged(dBodyID body) {
     geomChanged(geom);
 }
 
-void setCollide(dParallelSAPCollideFunction* collide) {
-  ode_collide.store(collide, std::memory_order_relaxed);
-}
-
-const int* reports() {
-  static_assert(sizeof(std::atomic<int>) == sizeof(int) && std::atomic<int>::is_always_lock_free,
-                "read by a function of C");
-  return reinterpret_cast<const int*>(&PrecomputedContacts::reports());
-}
-
 }  // namespace
 
 }  // namespace ode_parallel_sap
 
 const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
   using namespace ode_parallel_sap;
-  static const dParallelSAPStandIns stand_ins = {misfit,
-                                                 create,
-                                                 setLevels,
-                                                 getLevels,
-                                                 report,
-                                                 setCollide,
-                                                 reports(),
-                                                 PrecomputedContacts::answer,
-                                                 geomChanged,
-                                                 bodyChanged,
-                                                 ParallelSAPSpace::notifyAll,
-                                                 PrecomputedContacts::stop};
+  static const dParallelSAPStandIns stand_ins = {
+      [] {
+        ParallelSAPSpace space(nullptr);
+        return misfitOfODE(&space);
+      },
+      [](dSpaceID parent, int space_class) -> dSpaceID { return new StandIn(parent, space_class); },
+      setLevels,
+      getLevels,
+      report,
+      [](auto* collide) { ode_collide.store(collide, std::memory_order_relaxed); },
+      PrecomputedContacts::answer,
+      geomChanged,
+      bodyChanged,
+      ParallelSAPSpace::notifyAll,
+      PrecomputedContacts::stop};
   return &stand_ins;
 }

@@ -24,8 +24,6 @@ typedef struct dParallelSAPStandIns {
   void (*report)(void);
   /* The dCollide behind the preload library's, which the library calls; before the first space. */
   void (*set_collide)(dParallelSAPCollideFunction* collide);
-  /* To be read atomically: while it is 0 no stand-in reports pairs whose contacts it may know. */
-  const int* reports;
   /* What dCollide is to return, or -1: dCollide is to be called. */
   dParallelSAPCollideFunction* collide;
   /* A geom may have other bits, another body or another enabled state; so may those of a body; so

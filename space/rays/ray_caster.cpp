@@ -1,6 +1,7 @@
 #include "space/rays/ray_caster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <new>
 #include <tuple>
@@ -14,7 +15,7 @@
 #include "space/contacts/thread_colliders.h"
 #include "space/contacts/thread_data.h"
 #include "space/geoms/pair_rule.h"
-#include "space/rays/ray_probe.h"
+#include "space/rays/ray_bounds.h"
 
 namespace ode_parallel_sap {
 
@@ -25,6 +26,93 @@ Region casting("rays: rays"), colliding_on_images("rays: geoms on images");
 using Waiting = RayLists::Waiting;
 using Block = RayLists::Block;
 using Share = RayLists::Share;
+
+// The distance of hits decides, then where the geoms stand. NaN is farther than all else.
+bool isNearer(const RayFound& a, const RayFound& b) {
+  const dReal p = a.hit.distance, q = b.hit.distance;
+  if (p < q || q < p) return p < q;
+  if ((p != p) != (q != q)) return q != q;
+  return std::tie(a.target.slot, a.target.within, a.contact) <
+         std::tie(b.target.slot, b.target.within, b.contact);
+}
+
+bool isBefore(const RayFound& a, const RayFound& b) {
+  return a.ray != b.ray ? a.ray < b.ray : isNearer(a, b);
+}
+
+dParallelSAPRayHit hitOf(dGeomID geom, const dContactGeom& contact) {
+  dParallelSAPRayHit hit = {};
+  hit.geom = geom;
+  hit.distance = contact.depth;
+  for (int axis = 0; axis < 3; ++axis) {
+    hit.pos[axis] = contact.pos[axis];
+    hit.normal[axis] = contact.normal[axis];
+  }
+  hit.side = contact.side2;
+  return hit;
+}
+
+// A ray of ODE's that a thread casts one ray after the other with.
+class RayProbe {
+ public:
+  // As the flags of dParallelSAPSpaceRays. To be made and destroyed by the calling thread.
+  explicit RayProbe(int flags)
+      : most_contacts_(flags & most_contacts_mask), ray_(dCreateRay(nullptr, 1)) {
+    if (most_contacts_ == 0) most_contacts_ = 1;
+    // Forks of ODE have other functions for these.
+    if (flags & dParallelSAPRayFirstContact) ray_->gflags |= RAY_FIRSTCONTACT;
+    if (flags & dParallelSAPRayBackfaceCull) ray_->gflags |= RAY_BACKFACECULL;
+    if (flags & dParallelSAPRayClosestHit) ray_->gflags |= RAY_CLOSEST_HIT;
+  }
+  ~RayProbe() { dGeomDestroy(ray_); }
+  RayProbe(const RayProbe&) = delete;
+  RayProbe& operator=(const RayProbe&) = delete;
+
+  // False where it can hit nothing.
+  bool aim(const dParallelSAPRay& ray) {
+    if (!isRay(ray)) return false;
+    const dReal *const at = ray.origin, *const to = ray.direction;
+    dGeomRaySet(ray_, at[0], at[1], at[2], to[0], to[1], to[2]);
+    dGeomRaySetLength(ray_, ray.length);
+    const bool all_bits = ray.category_bits == 0 && ray.collide_bits == 0;
+    ray_->category_bits = all_bits ? ~0ul : ray.category_bits;
+    ray_->collide_bits = all_bits ? ~0ul : ray.collide_bits;
+    updateAABB(ray_);
+    return !hasNaN(ray_);
+  }
+  dxGeom* geom() const { return ray_; }
+  const dReal* origin() const { return ray_->final_posr->pos; }
+  // As ODE has made it of length 1.
+  void direction(dReal* direction) const {
+    for (int axis = 0; axis < 3; ++axis) direction[axis] = ray_->final_posr->R[4 * axis + 2];
+  }
+
+  // dCollide of the ray and a geom: the number of contacts.
+  int collide(dxGeom* geom, ThreadCollider* image) {
+    constexpr int skip = sizeof(dContactGeom);
+    contacts_.resizeDiscarding(static_cast<std::size_t>(most_contacts_));
+    dContactGeom* const found = contacts_.data();
+    return image ? image->collide(ray_, geom, most_contacts_, found, skip)
+                 : collideInTurn(ray_, geom, most_contacts_, found, skip);
+  }
+  const dContactGeom& contact(int i) const { return contacts_[static_cast<std::size_t>(i)]; }
+
+ private:
+  static constexpr int most_contacts_mask = 0xffff;  // as of dCollide
+
+  static bool isRay(const dParallelSAPRay& ray) {
+    bool finite = true, directed = false;
+    for (int axis = 0; axis < 3; ++axis) {
+      finite = finite && std::isfinite(ray.origin[axis]) && std::isfinite(ray.direction[axis]);
+      directed = directed || ray.direction[axis] != 0;
+    }
+    return finite && directed && ray.length >= 0;
+  }
+
+  int most_contacts_;
+  dxGeom* const ray_;
+  Buffer<dContactGeom> contacts_;
+};
 
 bool pairs(const dxGeom* geom, const dxGeom* ray) {
   return boxesOverlap(geom, ray) && isEnabled(geom) && filtersMatch(geom, ray);
@@ -38,21 +126,69 @@ class RayCaster::Pass {
   Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, RayLists& store)
       : caster_(caster), geoms_(geoms), request_(request), store_(store) {}
 
-  void begin(int threads, bool trees);
-  void castAll(int threads, bool manual_cleanup);
-  void collideOnImages(int threads, bool manual_cleanup);
-  void collideRest();
+  // What the calling thread alone may ask ODE for.
+  void begin(int threads, bool trees) {
+    trees_ = trees;
+    const std::size_t team = static_cast<std::size_t>(threads);
+    // The nearest of a mesh's triangles is what ODE looks for only then.
+    const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
+    while (probes_.size() < team) probes_.emplace_back(flags);
+    if (store_.shares.size() < team) store_.shares.resize(team);
+    for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
+    store_.blocks.resizeDiscarding(request_.count);
+  }
+
+  void castAll(int threads, bool manual_cleanup) {
+    constexpr std::size_t most = grains::cast_rays.work / 4;
+    const int team = teamFor(request_.count, grains::cast_rays, threads);
+    const std::size_t chunk = chunkOf(request_.count, most, team);
+    runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
+                     [&](const Range& range, int thread) {
+                       for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                         castOne(ray, thread, team == 1);
+                     });
+  }
+
+  void collideOnImages(int threads, bool manual_cleanup) {
+    gather(store_.shares, &Share::image, store_.waiting);
+    const Buffer<Waiting>& waiting = store_.waiting;
+    const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
+                                 waiting.size());
+    if (images.count() == 0) {
+      for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
+      return;
+    }
+    const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
+    runPartsWithData(
+        colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
+        [&](const Range& range, int thread) {
+          for (std::size_t i = range.begin; i < range.end; ++i)
+            if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
+              collideLate(waiting[i], thread, &images[thread]);
+            else
+              store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
+        });
+  }
+
+  void collideRest() {
+    gather(store_.shares, &Share::calling_thread, store_.waiting);
+    std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
+      return std::tie(a.ray, a.target.slot, a.target.within) <
+             std::tie(b.ray, b.target.slot, b.target.within);
+    });
+    for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
+  }
+
   // Sorts what came late, and makes room for the hits of a ray. Nothing after it needs memory.
-  void gatherLate();
-  // What then is reported needs no pass: a callback may leave it by longjmp.
-  static std::size_t tell(const RayRequest& request, RayLists& store) {
-    return request.nearest ? tellNearest(request, store) : tellAll(request, store);
+  void gatherLate() {
+    gather(store_.shares, &Share::late, store_.late);
+    std::sort(store_.late.begin(), store_.late.end(), isBefore);
+    std::uint32_t most = 0;
+    for (const Block& block : store_.blocks) most = std::max(most, block.count);
+    store_.hits.reserve(most + store_.late.size());
   }
 
  private:
-  static std::size_t tellNearest(const RayRequest& request, const RayLists& store);
-  static std::size_t tellAll(const RayRequest& request, RayLists& store);
-
   // A ray on its way.
   struct Flight {
     std::size_t ray;
@@ -61,18 +197,128 @@ class RayCaster::Pass {
     bool alone;  // no other thread collides
     dReal reach;
     RayFound nearest;
-    std::size_t waiting;
   };
 
-  void castOne(std::size_t ray, int thread, bool alone);
-  void meetAll(Flight& flight) const;
-  void meetBounded(Flight& flight) const;
-  void meetOthers(Flight& flight, const GeomTree& tree) const;
-  void meet(Flight& flight, dxGeom* geom, RayTarget target) const;
-  void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const;
-  void hit(Flight& flight, dxGeom* geom, RayTarget target) const;
-  void land(Flight& flight, int thread) const;
-  void collideLate(const Waiting& waiting, int thread, ThreadCollider* image);
+  void castOne(std::size_t ray, int thread, bool alone) {
+    RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
+    Share& share = store_.shares[static_cast<std::size_t>(thread)];
+    Block& block = store_.blocks[ray];
+    block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
+    const dParallelSAPRay& asked = request_.rays[ray];
+    if (!probe.aim(asked)) return;
+    Flight flight = {ray, probe, share, alone, asked.length, {}};
+    {
+      const ScopedMode exact(exactMode());
+      if (trees_) {
+        meetBounded(flight);
+        meetOthers(flight, caster_.others_);
+      } else {
+        meetAll(flight);
+      }
+    }
+    if (flight.nearest.hit.geom) share.found.push_back(flight.nearest);
+    block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
+    std::sort(share.found.begin() + block.first, share.found.end(), isNearer);
+  }
+
+  void meetAll(Flight& flight) const {
+    for (std::size_t slot = 0; slot < geoms_.size(); ++slot) {
+      if (slot + prefetch_distance < geoms_.size())
+        if (const dxGeom* const later = geoms_[slot + prefetch_distance]) prefetch(later->aabb);
+      if (geoms_[slot]) meet(flight, geoms_[slot], {static_cast<Slot>(slot), 0});
+    }
+  }
+
+  void meetBounded(Flight& flight) const {
+    dReal direction[3];
+    flight.probe.direction(direction);
+    const dReal* const origin = flight.probe.origin();
+    if (!isUsualRay(origin, direction)) {
+      meetOthers(flight, caster_.bounded_);
+      return;
+    }
+    caster_.bounded_.withTree([&](const auto& tree) {
+      using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
+      Real limit = limitFor<Real>(flight.reach);
+      tree.visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
+        meet(flight, geoms_[slot], {slot, 0});
+        limit = limitFor<Real>(flight.reach);
+      });
+    });
+  }
+
+  // Those that its box overlaps.
+  void meetOthers(Flight& flight, const GeomTree& of) const {
+    of.withTree([&](const auto& tree) {
+      using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
+      if (tree.holdsNone()) return;
+      bool coarse;
+      Slot* const slots = flight.share.slots.data();
+      const std::size_t count = tree.find(boxOf<Real>(flight.probe.geom(), coarse), slots);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Slot slot = slots[i] & ~borderline_slot;
+        meet(flight, geoms_[slot], {slot, 0});
+      }
+    });
+  }
+
+  void meet(Flight& flight, dxGeom* geom, RayTarget target) const {
+    if (!pairs(geom, flight.probe.geom())) return;
+    if (IS_SPACE(geom)) {
+      meetWithin(flight, static_cast<dxSpace*>(geom), target);
+      return;
+    }
+    if (flight.alone) {
+      const ScopedMode programs(mode_);
+      if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
+      return;
+    }
+    const ColliderUse use = colliderUse(flight.probe.geom(), geom);
+    if (use == ColliderUse::Light || use == ColliderUse::Heavy) {
+      const ScopedMode programs(mode_);
+      hit(flight, geom, target);
+    } else {
+      Share& share = flight.share;
+      (use == ColliderUse::OwnCollider ? share.image : share.calling_thread)
+          .push_back({flight.ray, target, geom});
+    }
+  }
+
+  // As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
+  void meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
+    for (dxGeom* geom = space->first; geom; geom = geom->next) {
+      if (!IS_SPACE(geom))
+        meet(flight, geom, target);
+      else if (pairs(geom, flight.probe.geom()))
+        meetWithin(flight, static_cast<dxSpace*>(geom), target);
+      ++target.within;
+    }
+  }
+
+  void hit(Flight& flight, dxGeom* geom, RayTarget target) const {
+    const int count = flight.probe.collide(geom, nullptr);
+    for (int i = 0; i < count; ++i) {
+      const RayFound found = {flight.ray, target, static_cast<std::uint32_t>(i),
+                              hitOf(geom, flight.probe.contact(i))};
+      if (!request_.nearest) {
+        flight.share.found.push_back(found);
+      } else if (!flight.nearest.hit.geom || isNearer(found, flight.nearest)) {
+        flight.nearest = found;
+        if (found.hit.distance < flight.reach) flight.reach = found.hit.distance;
+      }
+    }
+  }
+
+  void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
+    RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
+    probe.aim(request_.rays[waiting.ray]);
+    if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
+    const int count = probe.collide(waiting.geom, image);
+    for (int i = 0; i < count; ++i)
+      store_.shares[static_cast<std::size_t>(thread)].late.push_back(
+          {waiting.ray, waiting.target, static_cast<std::uint32_t>(i),
+           hitOf(waiting.geom, probe.contact(i))});
+  }
 
   const RayCaster& caster_;
   const Geoms& geoms_;
@@ -83,238 +329,36 @@ class RayCaster::Pass {
   bool trees_ = false;
 };
 
-// What the calling thread alone may ask ODE for.
-void RayCaster::Pass::begin(int threads, bool trees) {
-  trees_ = trees;
-  const std::size_t team = static_cast<std::size_t>(threads);
-  // The nearest of a mesh's triangles is what ODE looks for only then.
-  const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
-  while (probes_.size() < team) probes_.emplace_back(flags);
-  if (store_.shares.size() < team) store_.shares.resize(team);
-  for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
-  if (!request_.nearest) store_.blocks.resizeDiscarding(request_.count);
-}
+namespace {
 
-void RayCaster::Pass::castAll(int threads, bool manual_cleanup) {
-  constexpr std::size_t most = grains::cast_rays.work / 4;
-  const int team = teamFor(request_.count, grains::cast_rays, threads);
-  const std::size_t chunk = chunkOf(request_.count, most, team);
-  runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
-                   [&](const Range& range, int thread) {
-                     for (std::size_t ray = range.begin; ray < range.end; ++ray)
-                       castOne(ray, thread, team == 1);
-                   });
-}
-
-void RayCaster::Pass::castOne(std::size_t ray, int thread, bool alone) {
-  RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-  Share& share = store_.shares[static_cast<std::size_t>(thread)];
-  if (request_.nearest)
-    request_.nearest[ray] = {};
-  else
-    store_.blocks[ray] = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
-  const dParallelSAPRay& asked = request_.rays[ray];
-  if (!probe.aim(asked)) return;
-  Flight flight = {ray, probe, share, alone, asked.length, {}, 0};
-  flight.nearest.ray = ray;
-  {
-    const ScopedMode exact(exactMode());
-    if (trees_) {
-      meetBounded(flight);
-      meetOthers(flight, caster_.others_);
-    } else {
-      meetAll(flight);
-    }
-  }
-  land(flight, thread);
-}
-
-void RayCaster::Pass::meetAll(Flight& flight) const {
-  for (std::size_t slot = 0; slot < geoms_.size(); ++slot) {
-    if (slot + prefetch_distance < geoms_.size())
-      if (const dxGeom* const later = geoms_[slot + prefetch_distance]) prefetch(later->aabb);
-    if (geoms_[slot]) meet(flight, geoms_[slot], {static_cast<Slot>(slot), 0});
-  }
-}
-
-void RayCaster::Pass::meetBounded(Flight& flight) const {
-  dReal direction[3];
-  flight.probe.direction(direction);
-  const dReal* const origin = flight.probe.origin();
-  if (!isUsualRay(origin, direction)) {
-    meetOthers(flight, caster_.bounded_);
-    return;
-  }
-  caster_.bounded_.withTree([&](const auto& tree) {
-    using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
-    Real limit = limitFor<Real>(flight.reach);
-    tree.visitAlong(rayQuery<Real>(origin, direction), limit, [&](Slot slot) {
-      meet(flight, geoms_[slot], {slot, 0});
-      limit = limitFor<Real>(flight.reach);
-    });
-  });
-}
-
-// Those that its box overlaps.
-void RayCaster::Pass::meetOthers(Flight& flight, const GeomTree& of) const {
-  of.withTree([&](const auto& tree) {
-    using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
-    if (tree.holdsNone()) return;
-    bool coarse;
-    Slot* const slots = flight.share.slots.data();
-    const std::size_t count = tree.find(boxOf<Real>(flight.probe.geom(), coarse), slots);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Slot slot = slots[i] & ~borderline_slot;
-      meet(flight, geoms_[slot], {slot, 0});
-    }
-  });
-}
-
-void RayCaster::Pass::meet(Flight& flight, dxGeom* geom, RayTarget target) const {
-  if (!pairs(geom, flight.probe.geom())) return;
-  if (IS_SPACE(geom)) {
-    meetWithin(flight, static_cast<dxSpace*>(geom), target);
-    return;
-  }
-  if (flight.alone) {
-    const ScopedMode programs(mode_);
-    if (passesAABBTests(geom, flight.probe.geom())) hit(flight, geom, target);
-    return;
-  }
-  switch (colliderUse(flight.probe.geom(), geom)) {
-    case ColliderUse::Light:
-    case ColliderUse::Heavy: {
-      const ScopedMode programs(mode_);
-      hit(flight, geom, target);
-      break;
-    }
-    case ColliderUse::OwnCollider:
-      flight.share.image.push_back({flight.ray, target, geom});
-      ++flight.waiting;
-      break;
-    case ColliderUse::CallingThread:
-      flight.share.calling_thread.push_back({flight.ray, target, geom});
-      ++flight.waiting;
-      break;
-  }
-}
-
-// As a near callback would that calls dSpaceCollide2 of the ray and the sub-space.
-void RayCaster::Pass::meetWithin(Flight& flight, dxSpace* space, RayTarget& target) const {
-  for (dxGeom* geom = space->first; geom; geom = geom->next) {
-    if (!IS_SPACE(geom))
-      meet(flight, geom, target);
-    else if (pairs(geom, flight.probe.geom()))
-      meetWithin(flight, static_cast<dxSpace*>(geom), target);
-    ++target.within;
-  }
-}
-
-void RayCaster::Pass::hit(Flight& flight, dxGeom* geom, RayTarget target) const {
-  const int count = flight.probe.collide(geom, nullptr);
-  for (int i = 0; i < count; ++i) {
-    const RayFound found = {flight.ray, target, static_cast<std::uint32_t>(i),
-                            hitOf(geom, flight.probe.contact(i))};
-    if (!request_.nearest) {
-      flight.share.found.push_back(found);
-    } else if (!flight.nearest.hit.geom || isNearer(found, flight.nearest)) {
-      flight.nearest = found;
-      if (found.hit.distance < flight.reach) flight.reach = found.hit.distance;
-    }
-  }
-}
-
-void RayCaster::Pass::land(Flight& flight, int thread) const {
-  if (!request_.nearest) {
-    Block& block = store_.blocks[flight.ray];
-    Buffer<RayFound>& found = store_.shares[static_cast<std::size_t>(thread)].found;
-    block.count = static_cast<std::uint32_t>(found.size() - block.first);
-    std::sort(found.begin() + block.first, found.end(), isNearer);
-  } else if (flight.nearest.hit.geom) {
-    request_.nearest[flight.ray] = flight.nearest.hit;
-    if (flight.waiting) flight.share.late.push_back(flight.nearest);
-  }
-}
-
-void RayCaster::Pass::collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
-  RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-  probe.aim(request_.rays[waiting.ray]);
-  if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
-  const int count = probe.collide(waiting.geom, image);
-  for (int i = 0; i < count; ++i)
-    store_.shares[static_cast<std::size_t>(thread)].late.push_back(
-        {waiting.ray, waiting.target, static_cast<std::uint32_t>(i),
-         hitOf(waiting.geom, probe.contact(i))});
-}
-
-void RayCaster::Pass::collideOnImages(int threads, bool manual_cleanup) {
-  gather(store_.shares, &Share::image, store_.waiting);
-  const Buffer<Waiting>& waiting = store_.waiting;
-  const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
-                               waiting.size());
-  if (images.count() == 0) {
-    for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
-    return;
-  }
-  const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
-  runPartsWithData(
-      colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
-      [&](const Range& range, int thread) {
-        for (std::size_t i = range.begin; i < range.end; ++i)
-          if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
-            collideLate(waiting[i], thread, &images[thread]);
-          else
-            store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
-      });
-}
-
-void RayCaster::Pass::collideRest() {
-  gather(store_.shares, &Share::calling_thread, store_.waiting);
-  std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
-    return std::tie(a.ray, a.target.slot, a.target.within) <
-           std::tie(b.ray, b.target.slot, b.target.within);
-  });
-  for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
-}
-
-void RayCaster::Pass::gatherLate() {
-  gather(store_.shares, &Share::late, store_.late);
-  std::sort(store_.late.begin(), store_.late.end(), isBefore);
-  if (request_.nearest) return;
-  std::uint32_t most = 0;
-  for (const Block& block : store_.blocks) most = std::max(most, block.count);
-  store_.hits.reserve(most + store_.late.size());
-}
-
-std::size_t RayCaster::Pass::tellNearest(const RayRequest& request, const RayLists& store) {
-  for (std::size_t i = 0; i < store.late.size(); ++i)
-    if (i == 0 || store.late[i].ray != store.late[i - 1].ray)
-      request.nearest[store.late[i].ray] = store.late[i].hit;
-  std::size_t hits = 0;
-  for (std::size_t ray = 0; ray < request.count; ++ray)
-    hits += request.nearest[ray].geom != nullptr;
-  return hits;
-}
-
-std::size_t RayCaster::Pass::tellAll(const RayRequest& request, RayLists& store) {
+// Needs no pass: a callback may leave it by longjmp.
+std::size_t report(const RayRequest& request, RayLists& store) {
   std::size_t all = 0;
   const RayFound* late = store.late.begin();
   for (std::size_t ray = 0; ray < request.count; ++ray) {
+    if (request.nearest) request.nearest[ray] = {};
     const Block& block = store.blocks[ray];
-    const RayFound* const found = store.shares[block.thread].found.data() + block.first;
     const RayFound* const first_late = late;
     while (late != store.late.end() && late->ray == ray) ++late;
     const std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
     if (count == 0) continue;
     store.hits.resizeDiscarding(count);
-    const RayFound *a = found, *const a_end = found + block.count, *b = first_late;
+    const RayFound* a = store.shares[block.thread].found.data() + block.first;
+    const RayFound *const a_end = a + block.count, *b = first_late;
     for (dParallelSAPRayHit& hit : store.hits)
       hit = a != a_end && (b == late || isNearer(*a, *b)) ? a++->hit : b++->hit;
-    request.all(request.data, request.first + ray, store.hits.data(), count);
-    all += count;
+    if (request.nearest)
+      request.nearest[ray] = store.hits[0];
+    else
+      request.all(request.data, request.first + ray, store.hits.data(), count);
+    all += request.nearest ? 1 : count;
   }
   return all;
 }
+
+}  // namespace
+
+RayCaster::RayCaster() : bounded_(hasBoundedHits), others_(hasUnboundedHits) {}
 
 // Whether there are trees.
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
@@ -339,7 +383,7 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
     release();
     return castOneByOne(geoms, request, lists);
   }
-  return Pass::tell(request, lists);
+  return report(request, lists);
 }
 
 // Without trees, and with memory for the hits of one ray.
@@ -347,10 +391,11 @@ std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& reques
                                     RayLists& lists) {
   std::size_t hits = 0;
   for (std::size_t ray = 0; ray < request.count; ++ray) {
-    const RayRequest one = {request.rays + ray, 1,
-                            request.flags,      request.nearest ? request.nearest + ray : nullptr,
-                            request.data,       request.all,
-                            request.first + ray};
+    RayRequest one = request;
+    one.rays += ray;
+    one.count = 1;
+    one.first += ray;
+    if (one.nearest) one.nearest += ray;
     try {
       Pass pass(*this, geoms, one, lists);
       pass.begin(1, false);
@@ -359,7 +404,7 @@ std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& reques
     } catch (const std::bad_alloc&) {
       dDebug(0, "parallel SAP space: no memory for the hits of one ray");
     }
-    hits += Pass::tell(one, lists);
+    hits += report(one, lists);
     lists = RayLists();
   }
   return hits;

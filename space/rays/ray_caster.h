@@ -5,13 +5,65 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
+#include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/queries/geom_tree.h"
-#include "space/rays/ray_bounds.h"
-#include "space/rays/ray_lists.h"
 
 namespace ode_parallel_sap {
+
+// Where a geom stands: its slot, or that of the sub-space that it is in, and its place within.
+struct RayTarget {
+  Slot slot;
+  std::uint32_t within;
+};
+
+struct RayFound {
+  std::size_t ray;
+  RayTarget target;
+  std::uint32_t contact;  // of those that dCollide found
+  dParallelSAPRayHit hit;
+};
+
+// Lists of hits, in storage that outlasts the batch.
+struct RayLists {
+  // A geom that a ray may hit, if its collider may only run elsewhere.
+  struct Waiting {
+    std::size_t ray;
+    RayTarget target;
+    dxGeom* geom;
+  };
+  // Hits [first, first + count) of a thread's share.
+  struct Block {
+    std::size_t first;
+    std::uint32_t count, thread;
+  };
+  struct alignas(64) Share {
+    Buffer<RayFound> found;
+    Buffer<RayFound> late;  // of what waited, in no order
+    Buffer<Waiting> image, calling_thread;
+    Buffer<Slot> slots;
+
+    void clear(std::size_t slots_of_space) {
+      found.resizeDiscarding(0);
+      late.resizeDiscarding(0);
+      image.resizeDiscarding(0);
+      calling_thread.resizeDiscarding(0);
+      slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
+    }
+    std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
+  };
+
+  std::vector<Share> shares;  // by thread
+  Buffer<Block> blocks;       // by ray
+  Buffer<Waiting> waiting;
+  Buffer<RayFound> late;
+  Buffer<dParallelSAPRayHit> hits;
+
+  std::size_t bytes() const { return bytesOf(shares, blocks, waiting, late, hits); }
+};
 
 struct RayRequest {
   const dParallelSAPRay* rays;
@@ -39,7 +91,7 @@ class RayCaster {
     bool manual_cleanup;  // the threads leave no data in ODE
   };
 
-  RayCaster() = default;
+  RayCaster();
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
@@ -55,10 +107,9 @@ class RayCaster {
   bool clean(const Geoms& geoms) { return bounded_.clean(geoms); }
   // Whether it gave back what it holds.
   bool noteFrame() {
-    const bool given_back = bounded_.noteFrame();
-    if (!others_.noteFrame() && !given_back) return false;
-    release();
-    return true;
+    const bool bounded = bounded_.noteFrame(), others = others_.noteFrame();
+    if (bounded || others) release();
+    return bounded || others;
   }
 
   // Casts the rays and reports what they hit. All AABBs are up to date, and no other batch uses
@@ -78,7 +129,7 @@ class RayCaster {
   bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
   std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request, RayLists& lists);
 
-  GeomTree bounded_{hasBoundedHits}, others_{hasUnboundedHits};
+  GeomTree bounded_, others_;
 };
 
 }  // namespace ode_parallel_sap

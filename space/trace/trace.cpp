@@ -1,9 +1,12 @@
 #include "space/trace/trace.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <utility>
@@ -17,7 +20,7 @@ namespace {
 // That of the process which loaded the library, so not of one that was forked from it.
 const long first_process = processNumber();
 
-// Files that were named by openLater() and are begun.
+// Files that were made with a first frame.
 std::atomic<int> files_begun{0};
 
 std::uint32_t wordOf(const PackRules& rules) {
@@ -26,29 +29,81 @@ std::uint32_t wordOf(const PackRules& rules) {
          (rules.cull_planes ? trace_format::cull_planes : 0u);
 }
 
+std::uint64_t checksumOf(const TraceBytes& head, const TraceBytes& contents) {
+  std::uint64_t checksum = trace_format::checksum_begin, word = 0;
+  for (const TraceBytes* bytes : {&head, &contents})
+    for (std::size_t i = 0; i < bytes->size(); i += sizeof word) {
+      std::memcpy(&word, bytes->data() + i, sizeof word);
+      checksum = trace_format::addToChecksum(checksum, word);
+    }
+  return checksum;
+}
+
+// "e": programs that this one starts do not get the file.
+#if defined(__GLIBC__)
+constexpr char write_mode[] = "wbe";  // fixed: the C library's
+#else
+constexpr char write_mode[] = "wb";  // fixed: the C library's
+#endif
+
 }  // namespace
+
+bool TraceFile::open(const std::string& path) {
+  path_ = path;
+  whole_ = 0;
+  errno = ENOTSUP;
+  // Records are written as they lie in memory.
+  if (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__) file_.reset(std::fopen(path.c_str(), write_mode));
+  if (!file_) {
+    dMessage(0, "parallel SAP space: the trace %s cannot be written: %s", path.c_str(),
+             std::strerror(errno));
+    return false;
+  }
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
+  head_.clear();
+  head_.append(trace_format::magic, trace_format::tag_bytes);
+  if (!put(head_)) return false;
+  whole_ = head_.size();
+  return true;
+}
+
+void TraceFile::write(const char (&tag)[9], TraceBytes& contents) {
+  if (!file_) return;
+  contents.pad();
+  head_.clear();
+  head_.append(tag, trace_format::tag_bytes);
+  head_.put(std::uint64_t{contents.size()});
+  head_.put(checksumOf(head_, contents));
+  if (put(head_) && put(contents)) whole_ += head_.size() + contents.size();
+}
+
+// Nothing is buffered, so that the chunks of a program that crashes are in the file.
+bool TraceFile::put(const TraceBytes& bytes) {
+  errno = 0;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size()) return true;
+  giveUp(std::strerror(errno));
+  return false;
+}
+
+// Cuts the file itself, since another one may have its name by now. A pipe cannot be cut.
+void TraceFile::giveUp(const char* why) {
+  if (!file_) return;
+  dMessage(0, "parallel SAP space: the trace %s ends here: %s", path_.c_str(), why);
+  (void)!ftruncate(fileno(file_.get()), static_cast<off_t>(whole_));
+  file_.reset();
+}
 
 bool Trace::open(const std::string& path) {
   later_.clear();
   process_ = processNumber();
   if (!file_.open(path)) return false;
   bytes_.clear();
-  bytes_.put32(trace_format::version);
-  bytes_.put32(trace_format::byte_order);
-  bytes_.put32(sizeof(dReal));
-  bytes_.put32(static_cast<std::uint32_t>(every_));
-  bytes_.putText(dGetConfiguration());
+  const std::string ode = dGetConfiguration();
+  bytes_.put(trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
+             static_cast<std::uint32_t>(ode.size()));
+  bytes_.append(ode.data(), ode.size());
   file_.write(trace_format::header_tag, bytes_);
   return file_.isOpen();
-}
-
-std::string Trace::nameOfNext() const {
-  std::string name = later_;
-  const std::string number = std::to_string(processNumber());
-  for (std::size_t at = 0; (at = name.find("%p", at)) != std::string::npos; at += number.size())
-    name.replace(at, 2, number);
-  const int files = files_begun.fetch_add(1) + 1;
-  return files == 1 ? name : name + "." + std::to_string(files);
 }
 
 bool Trace::openNamed() {
@@ -56,7 +111,12 @@ bool Trace::openNamed() {
     later_.clear();
     return false;
   }
-  return open(nameOfNext());
+  std::string name = later_;
+  const std::string number = std::to_string(processNumber());
+  for (std::size_t at = 0; (at = name.find("%p", at)) != std::string::npos; at += number.size())
+    name.replace(at, 2, number);
+  const int files = files_begun.fetch_add(1) + 1;
+  return open(files == 1 ? name : name + "." + std::to_string(files));
 }
 
 bool Trace::wantsScene() {
@@ -70,11 +130,7 @@ void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put64(frames_);
-  bytes_.put32(wordOf(rules));
-  bytes_.put32(0);
-  const double tolerance = static_cast<double>(rules.tolerance);
-  bytes_.putReals(&tolerance, 1);
+  bytes_.put(frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
   changes_.write(scene, bytes_);
   file_.write(trace_format::frame_tag, bytes_);
   wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before
@@ -97,9 +153,7 @@ void Trace::see(dGeomID a, dGeomID b, int) {
 void Trace::endPairs() try {
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put64(frames_);
-  bytes_.put64(pairs_);
-  bytes_.put64(sum_);
+  bytes_.put(frames_, pairs_, sum_);
   file_.write(trace_format::pairs_tag, bytes_);
 } catch (const std::bad_alloc&) {
   file_.giveUp("out of memory");
@@ -114,7 +168,6 @@ std::unique_ptr<Trace> Trace::fromEnvironment() {
   const std::size_t colon = path.rfind(':');
   if (colon != std::string::npos && colon + 1 < path.size() &&
       path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
-    errno = 0;
     const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
     every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
     path.resize(colon);
@@ -123,9 +176,7 @@ std::unique_ptr<Trace> Trace::fromEnvironment() {
     dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
     return nullptr;
   }
-  auto trace = std::make_unique<Trace>(every);
-  trace->openLater(path);
-  return trace;
+  return std::make_unique<Trace>(every, std::move(path));
 }
 
 }  // namespace ode_parallel_sap

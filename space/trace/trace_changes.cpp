@@ -1,10 +1,14 @@
 #include "space/trace/trace_changes.h"
 
 #include <algorithm>
+#include <cstring>
+#include <iterator>
 
 namespace ode_parallel_sap {
 
 namespace {
+
+constexpr std::uint32_t none = 0;
 
 // Three rows of three: ODE's have a fourth number, which says nothing.
 void copyPose(const dReal* position, const dReal* rotation, dReal (&pose)[trace_format::pose]) {
@@ -83,24 +87,12 @@ BodyRecord recordOf(dBodyID body) {
   return record;
 }
 
+template <class Record>
+bool same(const Record& a, const Record& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
 }  // namespace
-
-void GeomRecord::put(TraceBytes& bytes) const {
-  for (const std::uint32_t word :
-       {traits.number, traits.parent, traits.geom_class, traits.flags, traits.body, traits.none})
-    bytes.put32(word);
-  bytes.put64(traits.category_bits);
-  bytes.put64(traits.collide_bits);
-  bytes.putReals(traits.params, trace_format::params);
-  bytes.putReals(pose, trace_format::pose);
-  bytes.putReals(bounds, trace_format::bounds);
-}
-
-void BodyRecord::put(TraceBytes& bytes) const {
-  bytes.put32(number);
-  bytes.put32(flags);
-  bytes.putReals(pose, trace_format::pose);
-}
 
 // `geoms` as they are before it: null where a slot is free.
 void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
@@ -110,19 +102,31 @@ void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
 
 void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   ++frame_;
-  for (List* list : {&removed_, &body_list_, &geom_list_, &poses_, &bounds_}) list->clear();
+  for (TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
+    list->clear();
   present_.swap(present_before_);
   present_.clear();
   slots_.resize(std::max(slots_.size(), scene.slots.size()));
   for (std::size_t slot = 0; slot < scene.slots.size(); ++slot)
     if (const dxGeom* const geom = scene.slots[slot]) visit(geom, 0, slots_[slot]);
-  findRemoved();
   dropUnseen();
-  for (const List* list : {&removed_, &body_list_, &geom_list_, &poses_, &bounds_})
-    bytes.put32(list->count);
-  bytes.put32(0);
-  for (const List* list : {&removed_, &body_list_, &geom_list_, &poses_, &bounds_})
-    bytes.append(list->bytes);
+  std::sort(present_.begin(), present_.end());
+  std::vector<std::uint32_t> removed;
+  std::set_difference(present_before_.begin(), present_before_.end(), present_.begin(),
+                      present_.end(), std::back_inserter(removed));
+  removed_.append(removed.data(), removed.size() * sizeof removed[0]);
+  const auto putCount = [&](const TraceBytes& list, std::size_t entry) {
+    bytes.put(static_cast<std::uint32_t>(list.size() / entry));
+  };
+  putCount(removed_, sizeof removed[0]);
+  putCount(changed_bodies_, sizeof(BodyRecord));
+  putCount(changed_geoms_, sizeof(GeomRecord));
+  putCount(poses_, 8 + sizeof GeomRecord::pose + sizeof GeomRecord::bounds);
+  putCount(bounds_, 8 + sizeof GeomRecord::bounds);
+  bytes.put(none);
+  removed_.pad();
+  for (const TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
+    bytes.append(list->data(), list->size());
 }
 
 // `last`: what was written of this geom; its number is 0 if nothing was.
@@ -133,14 +137,11 @@ void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& l
   now.traits.body = numberOf(geom->body);
   present_.push_back(now.traits.number);
   compare(now, last);
-  if (IS_SPACE(geom)) visitInner(static_cast<const dxSpace*>(geom), now.traits.number);
-}
-
-void TraceChanges::visitInner(const dxSpace* space, std::uint32_t number) {
-  for (const dxGeom* geom = space->first; geom; geom = geom->next) {
-    Seen<GeomRecord>& inner = inner_[geom];
+  if (!IS_SPACE(geom)) return;
+  for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next) {
+    Seen<GeomRecord>& inner = inner_[own];
     inner.frame = frame_;
-    visit(geom, number, inner.record);
+    visit(own, now.traits.number, inner.record);
   }
 }
 
@@ -152,46 +153,19 @@ std::uint32_t TraceChanges::numberOf(dBodyID body) {
   known.frame = frame_;
   BodyRecord now = recordOf(body);
   now.number = known.record.number ? known.record.number : ++last_body_;
-  if (!same(now, known.record)) {
-    ++body_list_.count;
-    now.put(body_list_.bytes);
-    known.record = now;
-  }
+  if (!same(now, known.record)) changed_bodies_.put(now);
+  known.record = now;
   return now.number;
 }
 
 void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
-  const auto putNumber = [&](List& list) {
-    ++list.count;
-    list.bytes.put32(now.traits.number);
-    list.bytes.put32(0);
-  };
-  if (!same(now.traits, last.traits)) {
-    ++geom_list_.count;
-    now.put(geom_list_.bytes);
-  } else if (!same(now.pose, last.pose)) {
-    putNumber(poses_);
-    poses_.bytes.putReals(now.pose, trace_format::pose);
-    poses_.bytes.putReals(now.bounds, trace_format::bounds);
-  } else if (!same(now.bounds, last.bounds)) {
-    putNumber(bounds_);
-    bounds_.bytes.putReals(now.bounds, trace_format::bounds);
-  } else {
-    return;
-  }
+  if (!same(now.traits, last.traits))
+    changed_geoms_.put(now);
+  else if (!same(now.pose, last.pose))
+    poses_.put(now.traits.number, none, now.pose, now.bounds);
+  else if (!same(now.bounds, last.bounds))
+    bounds_.put(now.traits.number, none, now.bounds);
   last = now;
-}
-
-void TraceChanges::findRemoved() {
-  std::sort(present_.begin(), present_.end());
-  auto here = present_.begin();
-  for (const std::uint32_t number : present_before_) {
-    while (here != present_.end() && *here < number) ++here;
-    if (here != present_.end() && *here == number) continue;
-    ++removed_.count;
-    removed_.bytes.put32(number);
-  }
-  if (removed_.count % 2) removed_.bytes.put32(0);
 }
 
 // What is not there any more: another one may come to its address.

@@ -1,24 +1,40 @@
 // What changed in a space since the last frame of its trace. Sees ODE's private headers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <unordered_map>
 #include <vector>
 
 #include "space/geoms/scene.h"
 #include "space/geoms/slots.h"
-#include "space/trace/trace_file.h"
 #include "space/trace/trace_format.h"
 
 namespace ode_parallel_sap {
 
-// Records have no gaps, so that their bytes can be compared: a NaN is what it is.
-template <class Record>
-bool same(const Record& a, const Record& b) {
-  return std::memcmp(&a, &b, sizeof a) == 0;
-}
+// The contents of a chunk.
+class TraceBytes {
+ public:
+  void clear() { bytes_.clear(); }
+  void append(const void* from, std::size_t size) {
+    const auto* const begin = static_cast<const unsigned char*>(from);
+    bytes_.insert(bytes_.end(), begin, begin + size);
+  }
+  // Numbers, or records of numbers without gaps.
+  template <class... Values>
+  void put(const Values&... values) {
+    (append(&values, sizeof values), ...);
+  }
+  // Zeros up to a multiple of eight bytes.
+  void pad() { bytes_.resize((bytes_.size() + 7) / 8 * 8); }
+  const unsigned char* data() const { return bytes_.data(); }
+  std::size_t size() const { return bytes_.size(); }
 
+ private:
+  std::vector<unsigned char> bytes_;
+};
+
+// As in the file. Records have no gaps, so that their bytes can be compared: a NaN is what it is.
 struct GeomRecord {
   // What seldom changes.
   struct Traits {
@@ -28,16 +44,14 @@ struct GeomRecord {
   } traits;
   dReal pose[trace_format::pose];
   dReal bounds[trace_format::bounds];
-
-  void put(TraceBytes& bytes) const;
 };
 
 struct BodyRecord {
   std::uint32_t number, flags;
   dReal pose[trace_format::pose];
-
-  void put(TraceBytes& bytes) const;
 };
+static_assert(sizeof(GeomRecord) == 40 + 22 * sizeof(dReal), "no gaps");
+static_assert(sizeof(BodyRecord) == 8 + 12 * sizeof(dReal), "no gaps");
 
 // Geoms get numbers from 1 on when they are first written. Those of the space keep theirs until
 // they leave it, so numbers ascend in the order of the report; those of spaces within it are known
@@ -64,20 +78,9 @@ class TraceChanges {
     Record record;
     std::uint64_t frame;  // in which it was there
   };
-  struct List {
-    std::uint32_t count = 0;
-    TraceBytes bytes;
-    void clear() {
-      count = 0;
-      bytes.clear();
-    }
-  };
-
   void visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& last);
-  void visitInner(const dxSpace* space, std::uint32_t number);
   std::uint32_t numberOf(dBodyID body);
   void compare(const GeomRecord& now, GeomRecord& last);
-  void findRemoved();
   void dropUnseen();
 
   std::vector<GeomRecord> slots_;
@@ -86,7 +89,8 @@ class TraceChanges {
   std::vector<std::uint32_t> present_, present_before_;
   std::uint32_t last_geom_ = 0, last_body_ = 0;
   std::uint64_t frame_ = 0;
-  List removed_, body_list_, geom_list_, poses_, bounds_;
+  // Of the frame that is written.
+  TraceBytes removed_, changed_bodies_, changed_geoms_, poses_, bounds_;
 };
 
 }  // namespace ode_parallel_sap

@@ -18,8 +18,7 @@
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
  *   other bounds (infinite, inverted, denormal, huge) count as they are, in every floating-point
- *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins. (The
- *   box of a stock sub-space leaves out such bounds.)
+ *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
@@ -31,18 +30,14 @@
  *   the frame of a GPU that fails; one message and the statistics say so. Without memory for all
  *   pairs, the callback's changes count at once.
  *
- * Which call when: dSpaceCollide always works. dParallelSAPSpaceCollideContacts is for callbacks
- * that call dCollide and make joints, dParallelSAPSpaceCollidePairs for millions of pairs or
- * callbacks on many threads, SetEvents for pairs that begin or end, dParallelSAPSpaceRays for rays.
- *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
- * must not share heightfield data, to which ODE's collider writes. OpenMP's threads outlive a
- * collide, so dlclose leaves the library and ODE, or a plug-in with a static one, in memory.
+ * must not share heightfield data, to which ODE's collider writes. dlclose leaves the library in
+ * memory, as OpenMP's threads outlive a collide.
  *
  * Errors: a wrong argument is an assertion, as in ODE: dDebug names the function. Fields may come
- * at the end of dParallelSAPStats and dParallelSAPContactCallbacks later; each call passes their
- * size. All other structs stay as they are. */
+ * at the end of the structs of statistics, contact callbacks, rays and hits later; each call passes
+ * their size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 
@@ -68,18 +63,17 @@ extern "C" {
  * unless dSpaceSetCleanup (space, 0) was called. */
 ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
 
-/* 1 if dParallelSAPSpaceCreate made the space, else 0. (dGeomGetClass returns
- * dSweepAndPruneSpaceClass: ODE has no class numbers for spaces from outside.) */
+/* 1 if dParallelSAPSpaceCreate made the space, else 0. */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Declares that a class of dCreateGeomClass has no AABBTest. Spaces then save its calls, from their
- * next collide to the end of the process, also after dCloseODE. Any thread may call it. */
+/* Declares, to the end of the process, that a class of dCreateGeomClass has no AABBTest, to save
+ * its calls. Any thread may call it. */
 ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
  * frames; it loads the CUDA driver once GPUs could have saved some 50 ms. The CUDA back end runs
  * AxisLists, and Sweep if floats are fine enough; other frames run on the CPU. dMessage reports a
- * GPU that fails, and it is not used again. Each thread's current CUDA device and context stay. */
+ * GPU that fails, and it is not used again. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,
@@ -107,8 +101,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
  * number (processor affinity, OMP_NUM_THREADS), or one thread while other programs make a team
  * slower. Small scenes use one, and so does a forked child whose parent had started threads. If the
- * system allows fewer, these do the work, and dMessage says so once. OpenMP ends the program at a
- * limit that is reached after a thread's first collide with that number. */
+ * system allows fewer at the first collide, these do the work, and dMessage says so once. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -148,8 +141,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int cou
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
 /* Called on the calling thread for each pair with a space in it, in order. The pairs that it adds
- * replace it, by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair), or, in a model, dSpaceCollide
- * ((dSpaceID) o1, pairs, dParallelSAPAddPair). It may do what near callbacks may. */
+ * replace it, mostly by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair). It may do what near
+ * callbacks may. */
 typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void* pairs);
 
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
@@ -172,9 +165,9 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
 
 /* The narrow phase on the threads of the space: finds the pairs of dSpaceCollide, calls dCollide
  * with these flags, or those of the flags callback, and reports the contacts. `data` goes to all
- * callbacks. None may change a geom: all pairs are collided before the first report. The space
- * keeps memory for all contacts. Without it, pairs are collided and reported one by one, and flags
- * and reduce callbacks may be called again. Flags for no contact need a flags callback.
+ * callbacks. None may change a geom: all pairs are collided before the first report. Without memory
+ * for all contacts, pairs are collided one by one, and flags and reduce callbacks may be called
+ * again. Flags for no contact need a flags callback.
  *
  * The calling thread needs ODE's data, as for dCollide (dAllocateODEDataForThread); others allocate
  * and keep theirs. With dSpaceSetManualCleanup the others' data are freed at the end, also those
@@ -225,7 +218,7 @@ typedef struct dParallelSAPRay {
   dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
   dReal length;                /* 0 or more */
   unsigned long category_bits; /* as dGeomSetCategoryBits. If both are 0, the ray has all bits */
-  unsigned long collide_bits;  /* as dGeomSetCollideBits.  of both, as a new geom has */
+  unsigned long collide_bits;  /* as dGeomSetCollideBits. */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
@@ -251,8 +244,8 @@ enum {
  * no effect. A ray hits nothing if its origin or direction is not finite, its direction 0, or its
  * length negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
  *
- * Threads: as in dParallelSAPSpaceCollideContacts, with the space locked. Overridden colliders of
- * rays with spheres, boxes, capsules and cylinders may run on any thread, for some geoms.
+ * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
+ * boxes, capsules and cylinders may run on any thread.
  *
  * Order: of hits at one distance, that of the geom added earlier counts, and of its contacts the
  * first. The geoms of a sub-space have its place, and among each other the order of dSpaceGetGeom,
@@ -275,8 +268,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
  * pairs began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
  * known before the first report, and stay until the next collide finds its pairs. A collide within
- * a callback of this space has none. Without memory for them a collide has none, dMessage says so
- * once, and the next one is compared with the last that had events. */
+ * a callback of this space, or without memory for them, has none: a later one has them. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
@@ -338,9 +330,8 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 /* A trace: every `every`-th collide, dSpaceCollide2 apart, writes the space's geoms and number of
  * pairs to the file `path`, to be replayed without the program (space/trace in the sources).
  * Returns 1, or 0 if the file cannot be made. Each call ends the trace before it; `path` 0 does
- * only that. Two spaces must not share a file. If writing fails, dMessage says so once, and it ends
- * with a whole frame. GetTrace returns `every`, or 0. A traced frame counts no geom as moved.
- * Collides in callbacks and forked children write none. Not while the space is locked. */
+ * only that. If writing fails, dMessage says so once. GetTrace returns `every`, or 0. Collides in
+ * callbacks and forked children write none. Not while the space is locked. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 
@@ -351,21 +342,18 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
  * Forces are not covered. A sub-space has a step of its own; stock spaces around it ignore that.
- * dGeomGetAABB returns the swept box. ODE's colliders of heightfields, of convexes with meshes and
- * of GIMPACT's meshes read it, and may find others. */
+ * ODE's colliders of heightfields, of convexes with meshes and of GIMPACT's meshes read the box. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 
 /* 1 if the motion |d| + a * r of a geom of this space was more than half of its smallest side when
- * its swept box was last made, so that it might pass through another geom, else 0. The side is that
- * of a sphere, box, capsule or cylinder, else the AABB's. Many threads may call it. */
+ * its swept box was last made, so that it might pass through another geom, else 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* Nonzero: two of each 64 collides, dSpaceCollide2 apart, look for regimes in which ODE's solver is
- * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. The
- * step is that of SetSweptBounds, or measured. When the callbacks are done, up to 2,048 geoms and
- * their bodies' joints are read, which no other thread may change meanwhile, and dCollide is called
- * for up to eight pairs with contact joints. Not while the space is locked. */
+ * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. At
+ * the end of these, up to 2,048 geoms and their bodies' joints are read, which no other thread may
+ * change meanwhile, and dCollide runs for up to eight pairs. Not while the space is locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
@@ -404,26 +392,38 @@ typedef struct dParallelSAPStats {
   unsigned long long candidates_kept; /* pairs of fat boxes, from an earlier frame */
 } dParallelSAPStats;
 
-/* Fills *stats; all zero before the first collide. One frame in sixteen is timed in scenes of up to
- * 120 geoms, from the first call on, and of those without callback or changes under SetNotified. */
+/* Fills *stats; all zero before the first collide. In scenes of up to 120 geoms one frame in
+ * sixteen is timed, from the first call on. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
-/* With the size of the program's struct; macros call these. Unknown fields become 0, unknown
- * callbacks are an error. Those without size, for dlsym and older programs, know version 0.1's. */
+/* With the sizes of the program's structs; macros call these. Unknown fields of the statistics
+ * become 0, unknown callbacks and other sizes of rays and hits are an error. The functions without
+ * size, for dlsym and older programs, know version 0.1's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
-/* Likewise. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
     size_t size, dSpaceID space, void* data, int flags,
     const dParallelSAPContactCallbacks* callbacks);
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size,
+                                                       dSpaceID space, const dParallelSAPRay* rays,
+                                                       size_t count, int flags,
+                                                       dParallelSAPRayHit* nearest);
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size,
+                                                          dSpaceID space,
+                                                          const dParallelSAPRay* rays, size_t count,
+                                                          int flags, void* data,
+                                                          dParallelSAPRayCallback* callback);
+#define dParallelSAPSpaceGetStats(a, b) \
+  dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), a, b)
+#define dParallelSAPSpaceRays(a, b, c, d, e) \
+  dParallelSAPSpaceRaysSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), a, b, c, d, e)
+#define dParallelSAPSpaceRayHits(a, b, c, d, e, f)                                               \
+  dParallelSAPSpaceRayHitsSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), a, b, c, d, \
+                                e, f)
 #if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L)
-#define dParallelSAPSpaceGetStats(...) \
-  dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), __VA_ARGS__)
 #define dParallelSAPSpaceCollideContacts(...) \
   dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), __VA_ARGS__)
 #else /* C89: no variadic macros, nor compound literals, whose commas need them */
-#define dParallelSAPSpaceGetStats(a, b) \
-  dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), a, b)
 #define dParallelSAPSpaceCollideContacts(a, b, c, d) \
   dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), a, b, c, d)
 #endif
