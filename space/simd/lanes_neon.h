@@ -46,14 +46,12 @@ struct Lanes : RegisterLanes<Lanes> {
 
   // Bit i: lane i of those that test() fills is all ones; all others are zero.
   template <class T, class Test>
-  static unsigned bits(Test test) {
+  [[gnu::always_inline]] static unsigned bits(Test test) {
     constexpr std::uint32_t weights[] = {1, 2, 4, 8};
-    // a + 16 b + 256 c + 4096 d, lane by lane: each register brings in bits of its own.
     const uint32x4_t weight = vld1q_u32(weights);
-    uint32x4_t sum = vandq_u32(four<T>(test, 0), weight);
-    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 4), vshlq_n_u32(weight, 4)));
-    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 8), vshlq_n_u32(weight, 8)));
-    sum = vorrq_u32(sum, vandq_u32(four<T>(test, 12), vshlq_n_u32(weight, 12)));
+    uint32x4_t sum = {};
+    // Lane by lane: each register brings in bits of its own.
+    for (int i = 0; i < 16; i += 4) sum |= four<T>(test, i) & (weight << i);
     return vaddvq_u32(sum);
   }
 
@@ -110,7 +108,7 @@ struct Lanes : RegisterLanes<Lanes> {
 
  private:
   template <class T, class Test>
-  static uint32x4_t four(Test test, int i) {
+  [[gnu::always_inline]] static uint32x4_t four(Test test, int i) {
     if constexpr (sizeof(T) == 4)
       return test(i);
     else
