@@ -241,6 +241,35 @@ TEST_CASE("Statistics fill the struct that the program was compiled with, whatev
   CHECK((bytesOf(function) == bytesOf(now)));
 }
 
+TEST_CASE("Rays and hits pass their size, and other sizes than this version's are errors",
+          "[api]") {
+  const Space space;
+  dCreateSphere(space, 1);
+  const dParallelSAPRay ray = {{0, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0};
+  dParallelSAPRayHit hit = {};
+  constexpr std::size_t of_ray = sizeof ray, of_hit = sizeof hit;
+  for (const std::size_t less_or_more : {-sizeof(void*), sizeof(void*)}) {
+    CHECK_THROWS_AS(
+        dParallelSAPSpaceRaysSized(of_ray + less_or_more, of_hit, space, &ray, 1, 0, &hit),
+        OdeAssertion);
+    CHECK_THROWS_AS(dParallelSAPSpaceRayHitsSized(of_ray, of_hit + less_or_more, space, &ray, 1, 0,
+                                                  nullptr, nullptr),
+                    OdeAssertion);
+  }
+  CHECK(dParallelSAPSpaceRaysSized(of_ray, of_hit, space, &ray, 1, 0, &hit) == 1);
+  CHECK(hit.distance == 4);
+  // The macros and the functions of these names.
+  CHECK(dParallelSAPSpaceRays(space, &ray, 1, 0, &hit) == 1);
+  CHECK((dParallelSAPSpaceRays)(space, &ray, 1, 0, &hit) == 1);
+  const auto count = [](void* hits, std::size_t, const dParallelSAPRayHit*, std::size_t more) {
+    *static_cast<std::size_t*>(hits) += more;
+  };
+  std::size_t hits = 0;
+  CHECK(dParallelSAPSpaceRayHits(space, &ray, 1, 0, &hits, count) == 1);
+  CHECK((dParallelSAPSpaceRayHits)(space, &ray, 1, 0, &hits, count) == 1);
+  CHECK(hits == 2);
+}
+
 TEST_CASE("Callbacks are taken from a struct of any size; fields that are not known are errors",
           "[api]") {
   const Space space;
