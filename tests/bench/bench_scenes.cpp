@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "mesh_data.h"
 #include "pile_recording.h"
 #include "random.h"
 #include "scenes.h"
@@ -392,9 +393,39 @@ void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
   }
 }
 
+Boxes centred(const MeshBoxes& boxes) {
+  Boxes all;
+  for (const MeshBox& box : boxes) {
+    sap_test::Box other;
+    std::copy_n(box.lower, 3, other.low);
+    std::copy_n(box.upper, 3, other.high);
+    all.push_back(centred(other));
+  }
+  return all;
+}
+
+Boxes cloth(std::size_t n, std::uint64_t) {
+  // Of side x side vertices: about three edges each.
+  const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(n) / 3)) + 3;
+  Boxes edges = centred(madeCloth(side).edges);
+  edges.resize(n);
+  return edges;
+}
+
+void addMeshes(std::vector<SceneKind>& kinds, const std::string& directory) {
+  for (const Mesh& mesh : readMeshes(directory)) {
+    const auto boxes = std::make_shared<const Boxes>(centred(mesh.edges));
+    kinds.push_back({mesh.name, "edges of a mesh", any_number,
+                     [boxes](std::size_t, std::uint64_t seed) {
+                       return std::make_unique<SwingingScene>(*boxes, seed);
+                     },
+                     boxes->size()});
+  }
+}
+
 }  // namespace
 
-std::vector<SceneKind> sceneKinds(const std::string& piles) {
+std::vector<SceneKind> sceneKinds(const std::string& piles, const std::string& meshes) {
   std::vector<SceneKind> kinds;
   for (const sap_test::BoxScene& scene : sap_test::boxScenes()) kinds.push_back(ofTests(scene));
   kinds.push_back(swinging("log-sizes-2", "sizes over two decades", any_number,
@@ -440,7 +471,9 @@ std::vector<SceneKind> sceneKinds(const std::string& piles) {
       broadmark("free-fall", "Broadmark: 4 g downwards", BroadmarkScene::FreeFall, false));
   kinds.push_back(broadmark("gravity", "Broadmark: 4 g in a direction that turns",
                             BroadmarkScene::Gravity, false));
+  kinds.push_back(swinging("cloth", "edges of a cloth in folds", any_number, cloth));
   addPiles(kinds, piles);
+  if (!meshes.empty()) addMeshes(kinds, meshes);
   return kinds;
 }
 
