@@ -59,7 +59,7 @@ struct Cell {
   int threads;
   std::vector<double> times{};    // of a step
   std::vector<double> answers{};  // of each step
-  std::size_t hits = 0;           // of the last one
+  std::size_t hits = 0;           // in the first one
 };
 
 void keepNearest(void* data, dGeomID o1, dGeomID o2) {
@@ -208,9 +208,9 @@ void run(const Kind& kind, std::size_t n, std::size_t queries, double moving, co
         scene.move(moving);
         const double ms = scene.ask();
         cell.answers.push_back(scene.answer());
+        if (cell.answers.size() == 1) cell.hits = scene.hits();
         return ms;
       });
-      cell.hits = scene.hits();
     }
   compareAnswers(cells);
   for (const Cell& cell : cells)
