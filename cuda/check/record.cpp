@@ -186,7 +186,7 @@ void recordScene(const Scene& scene, std::size_t size, const std::vector<int>& w
     bench::Row row =
         rowOf(scene.name, size, nameOf(way), finders.threads(), times.at(way), frames.pairs());
     addStages(row, stagesOf(frames, finders, way));
-    csv.write(row.add("chosen", chosen).addMachine());
+    csv.write(row.add("chosen", chosen));
   }
   std::fprintf(stderr, "%s %zu\n", scene.name.c_str(), size);
 }

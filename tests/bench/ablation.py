@@ -2,9 +2,8 @@
 """What each mechanism of space/base/mechanisms.h gains: the library is built once without each, and timed in turn with
 the whole one over the scenes of the benchmarks.
 
-    cmake --preset release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF
-    cmake --build build/release
-    tests/bench/ablation.py measure build/release ablation.csv
+    cmake --preset release -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF && cmake --build build/release
+    tests/bench/ablation.py measure build/release/tests/bench ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
@@ -17,11 +16,11 @@ import csv
 import math
 import os
 import re
+import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
-
-import variants
 
 HEADER = "space/base/mechanisms.h"
 # There is one thread but in few cells.
@@ -36,33 +35,105 @@ def mechanisms(source):
     return re.findall(r"// ([^\n]*(?:\n// [^\n]*)*)\nconstexpr bool (\w+) = true;", text)
 
 
+def build(options, names, directory):
+    """The folder of the library without each mechanism: a copy of the project, compiled again after each edit of the header."""
+    source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
+    shutil.copytree(options.source, source, ignore=shutil.ignore_patterns("build", ".git"))
+    subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
+                    "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
+    with open(os.path.join(source, HEADER)) as file:
+        text = file.read()
+    libraries = {}
+    for name in names:
+        with open(os.path.join(source, HEADER), "w") as file:
+            file.write(text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
+        subprocess.run(["cmake", "--build", made, "--parallel", str(options.jobs), "--target", "ode-parallel-sap"], check=True,
+                       stdout=subprocess.DEVNULL)
+        libraries[name] = os.path.join(directory, name)
+        shutil.copytree(os.path.join(made, "space"), libraries[name], symlinks=True,
+                        ignore=lambda folder, files: [file for file in files if not file.startswith("libode-parallel-sap.so")])
+        print("built", name, flush=True)
+    return libraries
+
+
+# What is timed: program, arguments, columns of its CSV that tell cells apart, and the column of the time. The scenes
+# of pair-benchmark are found pairs first, so a variant that finds others is not timed.
+def measurements(quick):
+    ours = ["--peers=parallel-sap", "--seconds=%g" % (0.02 if quick else 0.03), "--rounds=1"]
+    told = ["--peers=parallel-sap:notified-begun-ended"] + ours[1:]
+    pairs = ("scene", "n", "threads", "moving")
+    seconds = "%g" % (0.02 if quick else 0.05)
+    many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,log-sizes-6,giant-among-dust," \
+           "bars-among-cubes,long-bars,thin-bars,brownian-assorted,trembling,jumps,crowd-and-cube,touching-lattice,one-place,cloth"
+    few = "dense-cube,heap,straight-line"
+    return [
+        ("pair-benchmark", ["--scenes=" + many, "--sizes=" + ("1000" if quick else "300,3000,30000")] + ours, pairs),
+        ("pair-benchmark", ["--scenes=dense-cube,crowd-and-cube", "--sizes=" + ("2000" if quick else "10000,200000")] +
+         ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64", "--still"] + ours, pairs),
+        ("pair-benchmark", ["--scenes=" + few, "--sizes=300" + ("" if quick else ",30000"), "--still"] + ours,
+         pairs),
+        # Of a program that tells what it changes, and asks what began and ended.
+        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--moving=0.01"] + told,
+         pairs),
+        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--still"] + told, pairs),
+        ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=" + seconds,
+                            "--rounds=1"], ("setting", "n", "threads")),
+        ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
+                             "--queries=100", "--seconds=" + seconds, "--rounds=1"],
+         ("kind", "n", "queries", "moving")),
+        # With one thread nobody looks ahead.
+        ("query-benchmark", ["--spaces=parallel-sap", "--kinds=spaces", "--queries=100" + ("" if quick else ",10000"),
+                             "--sizes=" + ("1000" if quick else "1000,32000"), "--threads=2", "--seconds=" + seconds,
+                             "--rounds=1"], ("kind", "n", "queries", "moving", "threads")),
+    ]
+
+
+def timeOf(program, row):
+    """The least of all frames is what others on the machine disturb least; but where frames differ all count."""
+    scene = row.get("scene", "")
+    if scene in ("crowd-and-cube", "trembling") or scene.startswith("pile-") or row.get("setting") == "others-move":
+        return "mean_ms"
+    return "min_ms" if "min_ms" in row else "median_ms"
+
+
+def timesOf(options, library, runs):
+    """Milliseconds a cell, by its name."""
+    times = {}
+    environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
+                       OMP_WAIT_POLICY="active")
+    for program, arguments, keys in runs:
+        with tempfile.TemporaryDirectory() as directory:
+            table = os.path.join(directory, "table.csv")
+            command = [os.path.join(options.programs, program)] + arguments + ["--csv=" + table]
+            if options.cores is not None:
+                command = ["taskset", "-c", options.cores] + command
+            subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            with open(table) as file:
+                for row in csv.DictReader(file):
+                    if row.get("status", "ok") != "ok":
+                        continue
+                    name = " ".join([program.split("-")[0]] + ["%s=%s" % (key, row[key]) for key in keys])
+                    times[name] = float(row[timeOf(program, row)])
+    return times
+
+
 def measure(options):
-    project = variants.Project(options.source, options.build, options.programs, options.database)
-    names = [name for _, name in mechanisms(options.source)]
-    wanted = options.only or names + ["nothing"]
-    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
-        libraries = {}
-        project.prepare(directory, options.jobs)
-        for name in ["whole"] + wanted:
-            edit = None if name in ("whole", "nothing") else (HEADER, name, "false")
-            libraries[name] = project.make(os.path.join(directory, name), edit, options.jobs)
-            print("built", name, flush=True)
-        run(project, libraries, wanted, options)
-
-
-def run(project, libraries, wanted, options):
     """In each round each program is run with every library in turn; the file is written after each program."""
-    least = {name: {} for name in libraries}
-    for number in range(options.rounds):
-        for measurement in variants.measurements(options.quick):
-            if options.of and measurement[0] not in options.of:
-                continue
-            for name, library in libraries.items():
-                times = variants.measure(project, library, options.quick, options.cores, [measurement])
-                for cell, ms in times.items():
-                    least[name][cell] = min(ms, least[name].get(cell, math.inf))
-            write(options.csv, wanted, least)
-        print("round", number + 1, flush=True)
+    wanted = options.only or [name for _, name in mechanisms(options.source)] + ["nothing"]
+    least = {name: {} for name in ["whole"] + wanted}
+    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+        libraries = build(options, list(least), directory)
+        for number in range(options.rounds):
+            for measurement in measurements(options.quick):
+                if options.of and measurement[0] not in options.of:
+                    continue
+                for name, library in libraries.items():
+                    for cell, ms in timesOf(options, library, [measurement]).items():
+                        least[name][cell] = min(ms, least[name].get(cell, math.inf))
+                write(options.csv, wanted, least)
+            print("round", number + 1, flush=True)
 
 
 def write(path, wanted, least):
@@ -137,7 +208,7 @@ def main():
     commands = parser.add_subparsers(required=True)
     measuring = commands.add_parser("measure")
     measuring.set_defaults(run=measure)
-    measuring.add_argument("build")
+    measuring.add_argument("programs", help="where the benchmarks are")
     measuring.add_argument("csv")
     measuring.add_argument("--only", nargs="+", metavar="MECHANISM")
     measuring.add_argument("--of", nargs="+", metavar="PROGRAM", help="only what these benchmarks time")
@@ -145,8 +216,7 @@ def main():
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     measuring.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")
     measuring.add_argument("--cores", help="processors to keep to, as of taskset")
-    measuring.add_argument("--programs", help="where the benchmarks are; default: in the build")
-    measuring.add_argument("--database", help="compile_commands.json; default: the build's")
+    measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
     measuring.add_argument("--temporary", help="directory for the variants")
     tabulating = commands.add_parser("table")
     tabulating.set_defaults(run=table)

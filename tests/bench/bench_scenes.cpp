@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "mesh_data.h"
 #include "pile_recording.h"
 #include "random.h"
 #include "scenes.h"
@@ -107,13 +108,11 @@ class ShiftingScene : public MovingScene {
   int frame_ = 0;
 };
 
-// Unit cubes that are somewhere else in every frame: in a dense cube, in a crowd of which every
-// twentieth couple overlaps, or in both by turns, for eight frames each.
+// Unit cubes that are somewhere else in every frame: in a dense cube or, if `crowds`, by turns in a
+// crowd of which every twentieth couple overlaps, for eight frames each.
 class JumpingScene : public MovingScene {
  public:
-  enum Place { Cube, Crowd, Both };
-
-  JumpingScene(std::size_t n, std::uint64_t seed, Place place) : place_(place), random_(seed) {
+  JumpingScene(std::size_t n, std::uint64_t seed, bool crowds) : crowds_(crowds), random_(seed) {
     boxes_.resize(n);
     jump();
   }
@@ -126,7 +125,7 @@ class JumpingScene : public MovingScene {
   void jump() {
     constexpr double crowd_side = 5;
     const double cube_side = 0.95 * std::cbrt(static_cast<double>(boxes_.size()));
-    const bool crowd = place_ == Crowd || (place_ == Both && frame_ % 16 < 8);
+    const bool crowd = crowds_ && frame_ % 16 < 8;
     const double side = crowd ? std::min(crowd_side, cube_side) : cube_side;
     for (CentredBox& box : boxes_) {
       const double x = random_.between(0, side), y = random_.between(0, side);
@@ -134,7 +133,7 @@ class JumpingScene : public MovingScene {
     }
   }
 
-  const Place place_;
+  const bool crowds_;
   Random random_;
   int frame_ = 0;
 };
@@ -144,7 +143,7 @@ class JumpingScene : public MovingScene {
 // inside a ball, thrown back by the walls. They do not hinder one another.
 class BroadmarkScene : public MovingScene {
  public:
-  enum Motion { Brownian, FreeFall, Gravity };
+  enum Motion { Brownian, Gravity };
 
   BroadmarkScene(std::size_t n, std::uint64_t seed, Motion motion, bool assorted)
       : motion_(motion), random_(seed) {
@@ -162,9 +161,8 @@ class BroadmarkScene : public MovingScene {
     if (motion_ == Brownian) disturb();
     const double turn = 0.02 * frame_;
     const double g = motion_ == Brownian ? 0 : 4 * 9.81;
-    const double pull[3] = {motion_ == Gravity ? g * std::sin(turn) : 0,
-                            motion_ == Gravity ? g * std::sin(turn / 3) * std::cos(turn) : 0,
-                            motion_ == Gravity ? -g * std::cos(turn / 3) * std::cos(turn) : -g};
+    const double pull[3] = {g * std::sin(turn), g * std::sin(turn / 3) * std::cos(turn),
+                            -g * std::cos(turn / 3) * std::cos(turn)};
     for (std::size_t i = 0; i < boxes_.size(); ++i)
       for (int axis = 0; axis < 3; ++axis) step(i, axis, pull[axis]);
   }
@@ -313,31 +311,16 @@ Boxes logSizes(std::size_t n, double decades, std::uint64_t seed) {
   return boxes;
 }
 
-// Unit cubes, of which some are as large as `large`, in a cube with `room` for each.
-Boxes twoSizes(std::size_t n, std::size_t one_of, const double (&large)[3], double room,
-               std::uint64_t seed) {
+// Unit cubes, of which every tenth is a bar of 1 x 1 x 40.
+Boxes barsAmongCubes(std::size_t n, std::uint64_t seed) {
   Random random(seed);
-  const double side = std::cbrt(static_cast<double>(n) * room);
+  const double side = std::cbrt(static_cast<double>(n) * 6);
   Boxes boxes;
   for (std::size_t i = 0; i < n; ++i) {
     const double x = random.between(0, side), y = random.between(0, side);
     boxes.push_back(cube(x, y, random.between(0, side), 0.5));
-    if (i % one_of != 0) continue;
-    const std::size_t turn = random.below(3);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      boxes.back().half[axis] = static_cast<dReal>(large[(axis + turn) % 3] / 2);
+    if (i % 10 == 0) boxes.back().half[2 - random.below(3)] = 20;
   }
-  return boxes;
-}
-
-// Two dense cubes so far apart that float coordinates tell nothing inside them.
-Boxes distantClusters(std::size_t n, std::uint64_t seed) {
-  Boxes boxes = centred(sap_test::denseCube(n / 2, seed));
-  for (CentredBox& box : boxes) box.centre[0] += static_cast<dReal>(1e12);
-  for (const CentredBox& box : centred(sap_test::denseCube(n - n / 2, seed + 1)))
-    boxes.push_back(box);
-  Random random(seed + 2);
-  for (std::size_t i = n; i > 1; --i) std::swap(boxes[i - 1], boxes[random.below(i)]);
   return boxes;
 }
 
@@ -348,10 +331,9 @@ SceneKind swinging(const char* name, const char* about, std::size_t most, Make m
           }};
 }
 
-SceneKind jumping(const char* name, const char* about, std::size_t most,
-                  JumpingScene::Place place) {
+SceneKind jumping(const char* name, const char* about, std::size_t most, bool crowds) {
   return {name, about, most, [=](std::size_t n, std::uint64_t seed) {
-            return std::make_unique<JumpingScene>(n, seed, place);
+            return std::make_unique<JumpingScene>(n, seed, crowds);
           }};
 }
 
@@ -392,55 +374,67 @@ void addPiles(std::vector<SceneKind>& kinds, const std::string& directory) {
   }
 }
 
+Boxes centred(const MeshBoxes& boxes) {
+  Boxes all;
+  for (const MeshBox& box : boxes) {
+    sap_test::Box other;
+    std::copy_n(box.lower, 3, other.low);
+    std::copy_n(box.upper, 3, other.high);
+    all.push_back(centred(other));
+  }
+  return all;
+}
+
+Boxes cloth(std::size_t n, std::uint64_t) {
+  // Of side x side vertices: about three edges each.
+  const auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(n) / 3)) + 3;
+  Boxes edges = centred(madeCloth(side).edges);
+  edges.resize(n);
+  return edges;
+}
+
+void addMeshes(std::vector<SceneKind>& kinds, const std::string& directory) {
+  for (const Mesh& mesh : readMeshes(directory)) {
+    const auto boxes = std::make_shared<const Boxes>(centred(mesh.edges));
+    kinds.push_back({mesh.name, "edges of a mesh", any_number,
+                     [boxes](std::size_t, std::uint64_t seed) {
+                       return std::make_unique<SwingingScene>(*boxes, seed);
+                     },
+                     boxes->size()});
+  }
+}
+
 }  // namespace
 
-std::vector<SceneKind> sceneKinds(const std::string& piles) {
+std::vector<SceneKind> sceneKinds(const std::string& piles, const std::string& meshes) {
   std::vector<SceneKind> kinds;
   for (const sap_test::BoxScene& scene : sap_test::boxScenes()) kinds.push_back(ofTests(scene));
   kinds.push_back(swinging("log-sizes-2", "sizes over two decades", any_number,
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 2, seed); }));
-  kinds.push_back(swinging("log-sizes-4", "sizes over four decades", any_number,
-                           [](std::size_t n, std::uint64_t seed) { return logSizes(n, 4, seed); }));
   kinds.push_back(swinging("log-sizes-6", "sizes over six decades", any_number,
                            [](std::size_t n, std::uint64_t seed) { return logSizes(n, 6, seed); }));
-  kinds.push_back(swinging("two-sizes", "every fiftieth 20 times as large", any_number,
-                           [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, 50, {20, 20, 20}, 44, seed);
-                           }));
-  kinds.push_back(swinging("two-sizes-dense", "the same with 44 pairs a box", 100000,
-                           [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, 50, {20, 20, 20}, 4.4, seed);
-                           }));
-  kinds.push_back(swinging("walls", "every fiftieth 1 x 20 x 20", any_number,
-                           [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, 50, {1, 20, 20}, 6, seed);
-                           }));
-  kinds.push_back(swinging("bars-among-cubes", "every tenth 1 x 1 x 40", any_number,
-                           [](std::size_t n, std::uint64_t seed) {
-                             return twoSizes(n, 10, {1, 1, 40}, 6, seed);
-                           }));
-  kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back(
-      swinging("distant-clusters", "two dense cubes 1e12 apart", any_number, distantClusters));
+      swinging("bars-among-cubes", "every tenth 1 x 1 x 40", any_number, barsAmongCubes));
+  kinds.push_back(swinging("thin-bars", "1 x 1 x 20 along each axis", any_number, thinBars));
   kinds.push_back({"trembling", "a dense cube, each box by a thousandth a frame", any_number,
                    [](std::size_t n, std::uint64_t seed) {
                      return std::make_unique<SwingingScene>(centred(sap_test::denseCube(n, seed)),
                                                             seed, 0.001);
                    }});
-  kinds.push_back(jumping("jumps", "a dense cube, each box anywhere in each frame", any_number,
-                          JumpingScene::Cube));
-  kinds.push_back(jumping("crowd", "jumps in a cube of side 5", 10000, JumpingScene::Crowd));
   kinds.push_back(
-      jumping("crowd-and-cube", "crowd and jumps, eight frames each", 10000, JumpingScene::Both));
+      jumping("jumps", "a dense cube, each box anywhere in each frame", any_number, false));
+  kinds.push_back(jumping("crowd-and-cube",
+                          "jumps in a cube of side 5 and in a dense one, eight frames each", 10000,
+                          true));
   kinds.push_back(broadmark("brownian", "Broadmark: hundredth of the velocities new a frame",
                             BroadmarkScene::Brownian, false));
   kinds.push_back(broadmark("brownian-assorted", "Broadmark: sizes 0.5 to 2, a tenth long bars",
                             BroadmarkScene::Brownian, true));
-  kinds.push_back(
-      broadmark("free-fall", "Broadmark: 4 g downwards", BroadmarkScene::FreeFall, false));
   kinds.push_back(broadmark("gravity", "Broadmark: 4 g in a direction that turns",
                             BroadmarkScene::Gravity, false));
+  kinds.push_back(swinging("cloth", "edges of a cloth in folds", any_number, cloth));
   addPiles(kinds, piles);
+  if (!meshes.empty()) addMeshes(kinds, meshes);
   return kinds;
 }
 

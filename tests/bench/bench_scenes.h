@@ -32,8 +32,8 @@ struct SceneKind {
   std::size_t always = 0;  // boxes, whatever is asked for; 0: as many as that
 };
 
-// The distributions of the tests, more of them, and frames recorded from piles where `piles` names
-// a directory that has some.
-std::vector<SceneKind> sceneKinds(const std::string& piles);
+// The distributions of the tests, more of them, frames recorded from piles where the directory
+// `piles` has some, and edges of the meshes in the directory `meshes`, if it is not empty.
+std::vector<SceneKind> sceneKinds(const std::string& piles, const std::string& meshes);
 
 }  // namespace bench

@@ -45,34 +45,8 @@ Row& Row::add(const char* column, double value) {
 Row& Row::addTimes(const std::vector<double>& ms) {
   return add("samples", ms.size())
       .add("median_ms", median(ms))
-      .add("min_ms", *std::min_element(ms.begin(), ms.end()));
-}
-
-Row& Row::addMachine() {
-  const Machine& m = machine();
-  return add("cpu", m.cpu)
-      .add("cores", m.cores)
-      .add("gpu", m.gpu)
-      .add("driver", m.driver)
-      .add("compiler", m.compiler)
-      .add("flags", m.flags)
-      .add("commit", m.commit)
-      .add("date", m.date);
-}
-
-std::string Row::names() const {
-  std::string line;
-  for (const auto& [name, value] : cells_) line += (line.empty() ? "" : ",") + name;
-  return line;
-}
-
-std::string Row::values() const {
-  std::string line;
-  for (const auto& cell : cells_) {
-    if (&cell != &cells_.front()) line += ',';
-    line += quoted(cell.second);
-  }
-  return line;
+      .add("min_ms", least(ms))
+      .add("mean_ms", mean(ms));
 }
 
 Csv::Csv(const CsvFile& file) {
@@ -87,13 +61,38 @@ Csv::~Csv() {
   if (file_) std::fclose(file_);
 }
 
-void Csv::write(const Row& row) {
+void Csv::write(Row row) {
+  std::string text;
+  for (const auto& [name, value] : row.cells_)
+    if (!value.empty()) text += name + "=" + value + "  ";
+  std::printf("%s\n", text.c_str());
+  std::fflush(stdout);
   if (!file_) return;
-  if (needs_names_) std::fprintf(file_, "%s\n", row.names().c_str());
+  const Machine& m = machine();
+  row.add("cpu", m.cpu)
+      .add("cores", m.cores)
+      .add("gpu", m.gpu)
+      .add("driver", m.driver)
+      .add("compiler", m.compiler)
+      .add("flags", m.flags)
+      .add("commit", m.commit)
+      .add("date", m.date);
+  std::string names, values;
+  for (const auto& [name, value] : row.cells_) {
+    const char* const comma = names.empty() ? "" : ",";
+    names += comma + name;
+    values += comma + quoted(value);
+  }
+  if (needs_names_) std::fprintf(file_, "%s\n", names.c_str());
   needs_names_ = false;
-  std::fprintf(file_, "%s\n", row.values().c_str());
+  std::fprintf(file_, "%s\n", values.c_str());
   std::fflush(file_);
   if (std::ferror(file_)) throw std::runtime_error("the CSV file cannot be written");
+}
+
+double least(const std::vector<double>& values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  return *std::min_element(values.begin(), values.end());
 }
 
 double mean(const std::vector<double>& values) {

@@ -15,15 +15,11 @@ class Row {
   Row& add(const char* column, int value);
   // Four digits; nothing for NaN.
   Row& add(const char* column, double value);
-  // How many samples there are (one at least), their median and the least.
+  // How many samples there are, their median, the least and the mean.
   Row& addTimes(const std::vector<double>& ms);
-  // CPU, GPU, compiler, commit, date: the last columns of every file.
-  Row& addMachine();
-
-  std::string names() const;
-  std::string values() const;
 
  private:
+  friend class Csv;
   std::vector<std::pair<std::string, std::string>> cells_;
 };
 
@@ -33,16 +29,17 @@ struct CsvFile {
   bool append = false;
 };
 
-// Rows with the same columns, each on disk as soon as it is written.
+// Rows with the same columns, each on disk as soon as it is written. CPU, GPU, compiler, commit and
+// date are the last columns of every file.
 class Csv {
  public:
   // Throws std::runtime_error.
   explicit Csv(const CsvFile& file);
-  Csv(const std::string& path, bool append) : Csv(CsvFile{path, append}) {}
   ~Csv();
   Csv(const Csv&) = delete;
   Csv& operator=(const Csv&) = delete;
-  void write(const Row& row);
+  // Prints the row, too.
+  void write(Row row);
 
  private:
   std::FILE* file_ = nullptr;
@@ -52,5 +49,6 @@ class Csv {
 // NaN if there is none.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);
+double least(const std::vector<double>& values);
 
 }  // namespace bench

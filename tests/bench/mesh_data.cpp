@@ -1,13 +1,14 @@
 #include "mesh_data.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <utility>
-
-#include "ply_mesh.h"
 
 namespace bench {
 namespace {
@@ -21,50 +22,39 @@ constexpr KnownPairs known_pairs[] = {
     {"cloth-funnel-227", 172385, 62771},
 };
 
+static_assert(sizeof(MeshBox) == 6 * sizeof(double), "boxes are read as they are");
+
 MeshBoxes readBoxes(const std::string& path) {
-  const std::string bytes = readWhole(path);
-  constexpr std::size_t box_bytes = 6 * sizeof(double);
-  if (bytes.size() % box_bytes) throw std::runtime_error(path + ": no whole number of boxes");
-  MeshBoxes boxes(bytes.size() / box_bytes);
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const char* const at = bytes.data() + i * box_bytes + axis * sizeof(double);
-      boxes[i].lower[axis] = numberAt<double>(at, false);
-      boxes[i].upper[axis] = numberAt<double>(at + 3 * sizeof(double), false);
-    }
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw std::runtime_error(path + ": cannot be read");
+  const std::streamoff bytes = file.tellg();
+  if (bytes % std::streamoff{sizeof(MeshBox)})
+    throw std::runtime_error(path + ": no whole number of boxes");
+  MeshBoxes boxes(static_cast<std::size_t>(bytes) / sizeof(MeshBox));
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(boxes.data()), bytes);
   return boxes;
 }
+
+// Triangles at one time.
+struct Triangles {
+  std::vector<std::array<double, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> faces;
+};
 
 bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && !text.compare(text.size() - end.size(), end.size(), end);
 }
 
-// "<scene>-<number of the first frame>".
-std::string nameOf(const fs::path& scene, const fs::path& frame) {
-  const std::string stem = frame.stem().string();
-  const std::size_t digits = stem.find_last_not_of("0123456789");
-  return scene.filename().string() + "-" +
-         (digits == std::string::npos ? stem : stem.substr(digits + 1));
-}
-
-std::vector<fs::path> framesOf(const fs::path& scene) {
-  std::vector<fs::path> frames;
-  if (fs::is_directory(scene / "frames"))
-    for (const auto& entry : fs::directory_iterator(scene / "frames"))
-      if (entry.path().extension() == ".ply") frames.push_back(entry.path());
-  std::sort(frames.begin(), frames.end());
-  return frames;
-}
-
 // The bounds of some corners in two frames.
 class Corners {
  public:
-  Corners(const PlyMesh& first, const PlyMesh& second) : first_(first), second_(second) {
+  Corners(const Triangles& first, const Triangles& second) : first_(first), second_(second) {
     std::fill(box_.lower, box_.lower + 3, infinity);
     std::fill(box_.upper, box_.upper + 3, -infinity);
   }
   Corners& add(std::uint32_t vertex) {
-    for (const PlyMesh* mesh : {&first_, &second_})
+    for (const Triangles* mesh : {&first_, &second_})
       for (std::size_t axis = 0; axis < 3; ++axis) {
         box_.lower[axis] = std::min(box_.lower[axis], mesh->vertices[vertex][axis]);
         box_.upper[axis] = std::max(box_.upper[axis], mesh->vertices[vertex][axis]);
@@ -79,12 +69,12 @@ class Corners {
   }
 
  private:
-  const PlyMesh &first_, &second_;
+  const Triangles &first_, &second_;
   MeshBox box_;
 };
 
 // Boxes of what moves in a straight line between two frames.
-Mesh boxesBetween(const std::string& name, const PlyMesh& first, const PlyMesh& second) {
+Mesh boxesBetween(const std::string& name, const Triangles& first, const Triangles& second) {
   Mesh mesh;
   mesh.name = name;
   for (std::uint32_t vertex = 0; vertex < first.vertices.size(); ++vertex)
@@ -103,8 +93,8 @@ Mesh boxesBetween(const std::string& name, const PlyMesh& first, const PlyMesh& 
 }
 
 // The cloth at a time: as wide as it has vertices, in waves of which four lie on one another.
-PlyMesh clothAt(std::size_t side, double time) {
-  PlyMesh cloth;
+Triangles clothAt(std::size_t side, double time) {
+  Triangles cloth;
   const double n = static_cast<double>(side);
   for (std::size_t row = 0; row < side; ++row)
     for (std::size_t column = 0; column < side; ++column) {
@@ -123,14 +113,6 @@ PlyMesh clothAt(std::size_t side, double time) {
 
 }  // namespace
 
-Mesh meshBetween(const std::string& name, const std::string& first_ply,
-                 const std::string& second_ply) {
-  const PlyMesh first = readPly(first_ply), second = readPly(second_ply);
-  if (first.vertices.size() != second.vertices.size() || first.faces != second.faces)
-    throw std::runtime_error(second_ply + ": another mesh than " + first_ply);
-  return boxesBetween(name, first, second);
-}
-
 Mesh madeCloth(std::size_t side) {
   return boxesBetween("made-cloth-" + std::to_string(side), clothAt(side, 0), clothAt(side, 0.1));
 }
@@ -148,10 +130,6 @@ std::vector<Mesh> readMeshes(const std::string& directory) {
       meshes.push_back({fs::path(start).filename().string(), readBoxes(file),
                         readBoxes(start + "-edges.f64"), readBoxes(start + "-faces.f64")});
     }
-    const std::vector<fs::path> frames = framesOf(path);
-    if (frames.size() >= 2)
-      meshes.push_back(
-          meshBetween(nameOf(path, frames[0]), frames[0].string(), frames[1].string()));
   }
   if (meshes.empty()) throw std::runtime_error(directory + ": no meshes");
   return meshes;

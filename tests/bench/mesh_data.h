@@ -19,20 +19,10 @@ struct Mesh {
   MeshBoxes vertices, edges, faces;
 };
 
-// All meshes of a directory, by name, in two formats:
-//
-//   <name>-vertices.f64, -edges.f64, -faces.f64    boxes of six little-endian doubles each: lower
-//                                                  x y z, upper x y z
-//   <scene>/frames/*.ply                           the Scalable-CCD data set: the first two frames
-//                                                  by name, whose boxes are computed
-//
-// Throws std::runtime_error where a file is not as it should be or where there is no mesh.
+// All meshes of a directory, by name: <name>-vertices.f64, -edges.f64 and -faces.f64, boxes of six
+// little-endian doubles each, lower x y z and upper x y z (ply_boxes.py makes them of frames in
+// PLY). Throws std::runtime_error where a file is not as it should be or where there is no mesh.
 std::vector<Mesh> readMeshes(const std::string& directory);
-
-// The boxes of what moves in a straight line between two frames of binary PLY, each bound moved
-// outward by one double.
-Mesh meshBetween(const std::string& name, const std::string& first_ply,
-                 const std::string& second_ply);
 
 // A cloth of side x side vertices in folds that touch, moving: made by a formula, for where there
 // are no data.

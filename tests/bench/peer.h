@@ -91,19 +91,11 @@ struct PeerKind {
   std::function<std::unique_ptr<Peer>(int threads)> create;
 };
 
-// All that were built in, in the order in which they are run.
-const std::vector<PeerKind>& peerKinds();
+// All that were built in: each file in peers/ adds its own before main().
+std::vector<PeerKind>& peerKinds();
 
-// One function a file in peers/, each appending its kinds.
-void addParallelSapPeers(std::vector<PeerKind>& kinds);
-void addOdePeers(std::vector<PeerKind>& kinds);
-void addEmbreePeers(std::vector<PeerKind>& kinds);
-void addCgalPeers(std::vector<PeerKind>& kinds);
-void addBulletPeers(std::vector<PeerKind>& kinds);
-void addFclPeers(std::vector<PeerKind>& kinds);
-void addPhysXPeers(std::vector<PeerKind>& kinds);
-void addJoltPeers(std::vector<PeerKind>& kinds);
-void addBox3dPeers(std::vector<PeerKind>& kinds);
-void addScalableCcdPeers(std::vector<PeerKind>& kinds);
+struct AddPeers {
+  explicit AddPeers(void (*add)(std::vector<PeerKind>& kinds)) { add(peerKinds()); }
+};
 
 }  // namespace bench

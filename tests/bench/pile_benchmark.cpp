@@ -4,15 +4,11 @@
 // a recording of a whole run (balls-run) each moment is measured by itself: two frames in turn.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <cstdio>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "counting.h"
-#include "csv.h"
 #include "pile_recording.h"
 #include "presets.h"
 #include "program.h"
@@ -23,13 +19,11 @@ namespace {
 
 struct Wishes {
   std::string piles = ".";
-  CsvFile csv;
   std::vector<std::string> scenes{"cubes", "balls", "skittles"};
   std::vector<std::string> methods{"brute-force", "sweep"};
   std::vector<int> threads{1, 2};
   std::vector<int> devices{1};
-  int rounds = 3;        // turns of each method and number of threads
-  double seconds = 0.3;  // of collides in a turn
+  Timing timing{3, 0.3, {}};
 };
 
 struct Method {
@@ -160,24 +154,18 @@ class Pile {
 
 void takeTurn(Pile& pile, Cell& cell, double seconds) {
   if (!pile.use(cell) || !pile.check(cell)) return;
+  std::vector<double> times;
   pile.next();  // what the method still has to allocate
-  double spent = 0;
-  for (int i = 0; i < 3 || spent < 1000 * seconds; ++i) {
+  timeFrames(times, 0, seconds, [&] {
     cell.samples.push_back(pile.next());
-    spent += cell.samples.back().total_ms;
-  }
+    return cell.samples.back().total_ms;
+  });
 }
 
-double medianOf(const Cell& cell, double dParallelSAPStats::*stage) {
+std::vector<double> timesOf(const Cell& cell, double dParallelSAPStats::*stage) {
   std::vector<double> values;
   for (const dParallelSAPStats& stats : cell.samples) values.push_back(stats.*stage);
-  return median(values);
-}
-
-double leastOf(const Cell& cell, double dParallelSAPStats::*stage) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const dParallelSAPStats& stats : cell.samples) least = std::min(least, stats.*stage);
-  return least;
+  return values;
 }
 
 Row rowOf(const Pile& pile, const std::string& scene, const Cell& cell) {
@@ -194,16 +182,15 @@ Row rowOf(const Pile& pile, const std::string& scene, const Cell& cell) {
       .add("devices_used", last.devices)
       .add("samples", cell.samples.size())
       .add("pairs", static_cast<std::size_t>(last.pairs))
-      .add("update_ms", medianOf(cell, &dParallelSAPStats::update_ms))
-      .add("synchronise_ms", medianOf(cell, &dParallelSAPStats::synchronise_ms))
-      .add("overlap_ms", medianOf(cell, &dParallelSAPStats::extract_ms))
-      .add("filter_ms", medianOf(cell, &dParallelSAPStats::filter_ms))
-      .add("report_ms", medianOf(cell, &dParallelSAPStats::report_ms))
-      .add("total_ms", medianOf(cell, &dParallelSAPStats::total_ms))
-      .add("min_update_ms", leastOf(cell, &dParallelSAPStats::update_ms))
-      .add("min_overlap_ms", leastOf(cell, &dParallelSAPStats::extract_ms))
-      .add("min_total_ms", leastOf(cell, &dParallelSAPStats::total_ms))
-      .addMachine();
+      .add("update_ms", median(timesOf(cell, &dParallelSAPStats::update_ms)))
+      .add("synchronise_ms", median(timesOf(cell, &dParallelSAPStats::synchronise_ms)))
+      .add("overlap_ms", median(timesOf(cell, &dParallelSAPStats::extract_ms)))
+      .add("filter_ms", median(timesOf(cell, &dParallelSAPStats::filter_ms)))
+      .add("report_ms", median(timesOf(cell, &dParallelSAPStats::report_ms)))
+      .add("total_ms", median(timesOf(cell, &dParallelSAPStats::total_ms)))
+      .add("min_update_ms", least(timesOf(cell, &dParallelSAPStats::update_ms)))
+      .add("min_overlap_ms", least(timesOf(cell, &dParallelSAPStats::extract_ms)))
+      .add("min_total_ms", least(timesOf(cell, &dParallelSAPStats::total_ms)));
   return row;
 }
 
@@ -218,32 +205,20 @@ std::vector<Cell> cellsOf(const Wishes& wishes) {
   return cells;
 }
 
-void write(const Pile& pile, const std::string& scene, const Cell& cell, Csv& csv) {
-  if (cell.samples.empty()) {
-    std::printf("%-10s %5u %-16s %7d %7d is not to be had here\n", scene.c_str(), pile.step(),
-                cell.method.name, cell.devices, cell.threads);
-    return;
-  }
-  std::printf("%-10s %5u %-16s %7d %7d %7zu %12.4f %12.4f %12.4f\n", scene.c_str(), pile.step(),
-              cell.method.name, cell.devices, cell.threads, cell.samples.size(),
-              medianOf(cell, &dParallelSAPStats::update_ms),
-              medianOf(cell, &dParallelSAPStats::extract_ms),
-              medianOf(cell, &dParallelSAPStats::total_ms));
-  csv.write(rowOf(pile, scene, cell));
-}
-
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv);
-  std::printf("%-10s %5s %-16s %7s %7s %7s %12s %12s %12s\n", "scene", "step", "method", "devices",
-              "threads", "frames", "update ms", "overlap ms", "total ms");
+  Csv csv(wishes.timing.csv);
   for (const std::string& scene : wishes.scenes) {
     Pile pile(scene, wishes.piles);
     for (std::size_t moment = 0; moment < pile.moments(); ++moment) {
       pile.chooseMoment(moment);
       std::vector<Cell> cells = cellsOf(wishes);
-      for (int round = 0; round < wishes.rounds; ++round)
-        for (Cell& cell : cells) takeTurn(pile, cell, wishes.seconds);
-      for (const Cell& cell : cells) write(pile, scene, cell, csv);
+      for (int round = 0; round < wishes.timing.rounds; ++round)
+        for (Cell& cell : cells) takeTurn(pile, cell, wishes.timing.seconds);
+      for (const Cell& cell : cells)
+        if (cell.samples.empty())
+          std::printf("%s: %s is not to be had here\n", scene.c_str(), cell.method.name);
+        else
+          csv.write(rowOf(pile, scene, cell));
     }
   }
 }
@@ -253,16 +228,13 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  const std::string self = argv[0];
-  if (self.find('/') != std::string::npos) wishes.piles = self.substr(0, self.rfind('/'));
+  wishes.piles = bench::folderOf(argv[0]);
   bench::Program program("pile-benchmark: AABB update and overlap time on recorded piles");
   program.add("--piles", wishes.piles, "where record-piles wrote; default: beside the program");
   program.add("--scenes", wishes.scenes);
   program.add("--methods", wishes.methods, "brute-force, sweep, axis-lists, cuda, cuda-axis-lists");
   program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
   program.add("--devices", wishes.devices, "GPUs, of the methods that run on them");
-  program.add("--rounds", wishes.rounds, "turns of each method and number of threads");
-  program.add("--seconds", wishes.seconds, "of collides in a turn");
-  program.add(wishes.csv);
+  program.add(wishes.timing);
   return program.run(argc, argv, [&] { bench::run(wishes); });
 }

@@ -1,4 +1,4 @@
-// What the main functions of the benchmarks share.
+// What all benchmarks share: options, the loop that times frames, and rows.
 #pragma once
 
 #include <ode/ode.h>
@@ -10,8 +10,34 @@
 #include <vector>
 
 #include "csv.h"
+#include "stopwatch.h"
 
 namespace bench {
+
+// Contenders take turns. Each is made anew for a turn and plays its frames alone.
+struct Timing {
+  int rounds = 2;        // turns of each
+  double seconds = 0.5;  // of timed frames in a turn
+  CsvFile csv;
+};
+
+// Plays the frames of a turn: some that are not timed, then at least one, up to three within a
+// second, and as many as fill the turn. next() returns milliseconds, which are added to `times`.
+template <class Next>
+void timeFrames(std::vector<double>& times, int untimed, double seconds, Next next) {
+  for (int frame = 0; frame < untimed; ++frame) next();
+  double spent = 0;
+  for (int frame = 0; frame == 0 || spent < 1000 * seconds || (frame < 3 && spent < 1000);
+       ++frame) {
+    times.push_back(next());
+    spent += times.back();
+  }
+}
+
+// A dNearCallback; `pairs` points to a std::size_t.
+inline void countPair(void* pairs, dGeomID, dGeomID) {
+  ++*static_cast<std::size_t*>(pairs);
+}
 
 // The options of a benchmark, and its way from them to an exit code.
 class Program {
@@ -30,9 +56,11 @@ class Program {
   CLI::Option* add(const std::string& name, bool& flag, const std::string& about = "") {
     return app_.add_flag(name, flag, about);
   }
-  void add(CsvFile& csv) {
-    add("--csv", csv.path, "file to write");
-    add("--append", csv.append, "to what the file holds");
+  void add(Timing& timing) {
+    add("--rounds", timing.rounds, "turns of each contender");
+    add("--seconds", timing.seconds, "of timed frames in a turn");
+    add("--csv", timing.csv.path, "file to write");
+    add("--append", timing.csv.append, "to what the file holds");
   }
 
   // Reads the options, calls work() between dInitODE2() and dCloseODE(), and returns the program's
@@ -55,5 +83,11 @@ class Program {
  private:
   CLI::App app_;
 };
+
+// The folder of a program, by its argv[0].
+inline std::string folderOf(const std::string& program) {
+  const std::size_t slash = program.rfind('/');
+  return slash == std::string::npos ? "." : program.substr(0, slash);
+}
 
 }  // namespace bench

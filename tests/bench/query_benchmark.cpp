@@ -1,16 +1,14 @@
-// dSpaceCollide2: what rays, probes and spaces against a space cost, here and in ODE's spaces,
-// while none, some or all of the space's geoms move between the steps.
+// What rays, probes and spaces against a space cost, here and in ODE's spaces, while none, some or
+// all of the space's geoms move between the steps: dSpaceCollide2, and dParallelSAPSpaceRays beside
+// a loop of dSpaceCollide2 that looks for the nearest hits.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "counting.h"
-#include "csv.h"
 #include "moving_cubes.h"
 #include "program.h"
 
@@ -19,20 +17,32 @@ namespace {
 
 using sap_test::Random;
 
+struct Kind {
+  const char* name;
+  enum { kOneByOne, kAsSpace, kNearest } how;
+  double length;  // of rays; 0: the queries are unit cubes
+  bool all_move;  // the queries are in a space of ours and move
+};
+constexpr Kind kinds[] = {
+    {"rays", Kind::kOneByOne, 10, false},       {"short-rays", Kind::kOneByOne, 2, false},
+    {"probes", Kind::kOneByOne, 0, false},      {"space", Kind::kAsSpace, 0, false},
+    {"spaces", Kind::kAsSpace, 0, true},        {"nearest", Kind::kNearest, 1e3, false},
+    {"short-nearest", Kind::kNearest, 2, false}};
+constexpr char batch[] = "parallel-sap:batch";
+
 struct Wishes {
-  std::vector<std::string> spaces{"parallel-sap", "dHashSpace", "dQuadTreeSpace", "dSimpleSpace"};
-  std::vector<std::string> kinds{"rays", "short-rays", "probes", "space"};
+  std::vector<std::string> spaces{"parallel-sap", batch, "dHashSpace", "dQuadTreeSpace",
+                                  "dSimpleSpace"};
+  std::vector<std::string> kinds{"rays", "short-rays", "probes", "space", "nearest"};
   std::vector<std::size_t> sizes{32000};
   std::vector<std::size_t> queries{1000};
   std::vector<double> moving{0, 0.01, 1};
   std::vector<int> threads{0};
-  double seconds = 0.5;  // of timed queries in a turn
-  int rounds = 2;        // turns of each space
-  CsvFile csv;
+  Timing timing;
 };
 
 dSpaceID createSpace(const std::string& name, double side) {
-  if (name == "parallel-sap") return dParallelSAPSpaceCreate(nullptr);
+  if (name == "parallel-sap" || name == batch) return dParallelSAPSpaceCreate(nullptr);
   if (name == "dHashSpace") return dHashSpaceCreate(nullptr);
   if (name == "dSimpleSpace") return dSimpleSpaceCreate(nullptr);
   if (name == "dSweepAndPruneSpace") return dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
@@ -47,24 +57,43 @@ dSpaceID createSpace(const std::string& name, double side) {
 struct Cell {
   std::string space;
   int threads;
-  std::vector<double> times{};  // of a step
-  std::vector<std::size_t> hits{};
+  std::vector<double> times{};    // of a step
+  std::vector<double> answers{};  // of each step
+  std::size_t hits = 0;           // in the first one
 };
+
+void keepNearest(void* data, dGeomID o1, dGeomID o2) {
+  dParallelSAPRayHit& nearest = *static_cast<dParallelSAPRayHit*>(data);
+  dContactGeom contact;
+  const dGeomID geom = dGeomGetClass(o1) == dRayClass ? o2 : o1;
+  const dGeomID ray = geom == o1 ? o2 : o1;
+  if (!dCollide(ray, geom, 1, &contact, sizeof contact)) return;
+  if (nearest.geom && nearest.distance <= contact.depth) return;
+  nearest.geom = geom;
+  nearest.distance = contact.depth;
+}
 
 // Unit cubes in a space of some kind, and what is asked of it.
 class Scene {
  public:
-  Scene(const Cell& cell, const std::string& kind, std::size_t n, std::size_t queries)
-      : side_(std::cbrt(static_cast<double>(n)) * 0.95),
+  Scene(const Cell& cell, const Kind& kind, std::size_t n, std::size_t queries)
+      : kind_(kind),
+        is_batch_(cell.space == batch),
+        // Where rays end at what they hit the cubes are further apart: a street, not a heap.
+        spread_(kind.how == Kind::kNearest ? 4 : 1),
+        side_(std::cbrt(static_cast<double>(n)) * 0.95 * spread_),
         cubes_(createSpace(cell.space, side_)),
-        probes_(kind == "spaces" ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr)),
-        as_space_(kind == "space" || kind == "spaces"),
-        all_move_(kind == "spaces") {
+        probes_(kind.all_move ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr)) {
     if (dSpaceIsParallelSAP(cubes_.space()))
       dParallelSAPSpaceSetNumThreads(cubes_.space(), cell.threads);
-    for (const sap_test::Box& box : sap_test::denseCube(n, 1)) cubes_.add(box, false);
+    for (sap_test::Box box : sap_test::denseCube(n, 1)) {
+      for (double* bounds : {box.low, box.high})
+        for (int axis = 0; axis < 3; ++axis) bounds[axis] *= spread_;
+      cubes_.add(box, false);
+    }
     Random random(2);
-    for (std::size_t i = 0; i < queries; ++i) queries_.push_back(createQuery(kind, random));
+    for (std::size_t i = 0; i < queries; ++i) addQuery(random);
+    hits_.resize(queries);
   }
   ~Scene() { dSpaceDestroy(probes_); }
   Scene(const Scene&) = delete;
@@ -76,7 +105,7 @@ class Scene {
     const std::size_t movers = static_cast<std::size_t>(part * static_cast<double>(n));
     for (std::size_t i = 0; i < movers; ++i) cubes_.move((next_ + i) % n, 0.1);
     next_ = (next_ + movers) % n;
-    if (all_move_ && movers > 0)
+    if (kind_.all_move && movers > 0)
       for (const dGeomID query : queries_) {
         const dReal* const at = dGeomGetPosition(query);
         dGeomSetPosition(query, at[0], at[1], at[2]);
@@ -86,106 +115,126 @@ class Scene {
   // Milliseconds of all queries of a step.
   double ask() {
     const dGeomID space = reinterpret_cast<dGeomID>(cubes_.space());
-    hits_ = 0;
+    pairs_ = 0;
     const Stopwatch clock;
-    if (as_space_)
-      dSpaceCollide2(space, reinterpret_cast<dGeomID>(probes_), &hits_, countPair);
+    if (is_batch_)
+      dParallelSAPSpaceRays(cubes_.space(), rays_.data(), rays_.size(), 0, hits_.data());
+    else if (kind_.how == Kind::kAsSpace)
+      dSpaceCollide2(space, reinterpret_cast<dGeomID>(probes_), &pairs_, countPair);
+    else if (kind_.how == Kind::kOneByOne)
+      for (const dGeomID query : queries_) dSpaceCollide2(space, query, &pairs_, countPair);
     else
-      for (const dGeomID query : queries_) dSpaceCollide2(space, query, &hits_, countPair);
+      for (std::size_t i = 0; i < queries_.size(); ++i) {
+        hits_[i] = {};
+        dSpaceCollide2(queries_[i], space, &hits_[i], keepNearest);
+      }
     return clock.milliseconds();
   }
 
-  std::size_t hits() const { return hits_; }
+  // Pairs, or rays that hit something.
+  std::size_t hits() const {
+    if (kind_.how != Kind::kNearest) return pairs_;
+    return static_cast<std::size_t>(std::count_if(
+        hits_.begin(), hits_.end(), [](const dParallelSAPRayHit& hit) { return hit.geom; }));
+  }
+  // What all spaces must agree about: the hits, and their distances if these are asked for.
+  double answer() const {
+    double sum = static_cast<double>(hits());
+    if (kind_.how == Kind::kNearest)
+      for (const dParallelSAPRayHit& hit : hits_)
+        if (hit.geom) sum += static_cast<double>(hit.distance);
+    return sum;
+  }
 
  private:
-  dGeomID createQuery(const std::string& kind, Random& random) {
-    const dReal at[] = {static_cast<dReal>(random.between(0, side_)),
-                        static_cast<dReal>(random.between(0, side_)),
-                        static_cast<dReal>(random.between(0, side_))};
-    if (kind != "rays" && kind != "short-rays") {
-      const dGeomID probe = dCreateBox(probes_, 1, 1, 1);
-      dGeomSetPosition(probe, at[0], at[1], at[2]);
-      return probe;
+  void addQuery(Random& random) {
+    dReal at[3], way[3];
+    for (dReal& coordinate : at) coordinate = static_cast<dReal>(random.between(0, side_));
+    if (kind_.length == 0) {
+      queries_.push_back(dCreateBox(probes_, 1, 1, 1));
+      dGeomSetPosition(queries_.back(), at[0], at[1], at[2]);
+      return;
     }
-    const dGeomID ray = dCreateRay(probes_, kind == "rays" ? 10 : 2);
-    dGeomRaySet(ray, at[0], at[1], at[2], static_cast<dReal>(random.gauss()),
-                static_cast<dReal>(random.gauss()), static_cast<dReal>(random.gauss()));
-    return ray;
+    for (dReal& part : way) part = static_cast<dReal>(random.gauss());
+    dParallelSAPRay ray = {};
+    ray.category_bits = ray.collide_bits = ~0ul;
+    std::copy_n(at, 3, ray.origin);
+    std::copy_n(way, 3, ray.direction);
+    ray.length = static_cast<dReal>(kind_.length);
+    rays_.push_back(ray);
+    queries_.push_back(dCreateRay(probes_, ray.length));
+    dGeomRaySet(queries_.back(), at[0], at[1], at[2], way[0], way[1], way[2]);
   }
 
-  const double side_;
+  const Kind& kind_;
+  const bool is_batch_;
+  const double spread_, side_;
   MovingCubes cubes_;
   dSpaceID probes_;
-  bool as_space_, all_move_;
   std::vector<dGeomID> queries_;
-  std::size_t next_ = 0, hits_ = 0;
+  std::vector<dParallelSAPRay> rays_;
+  std::vector<dParallelSAPRayHit> hits_;
+  std::size_t next_ = 0, pairs_ = 0;
 };
 
-void takeTurn(Cell& cell, const std::string& kind, std::size_t n, std::size_t queries,
-              double moving, double seconds) {
-  Scene scene(cell, kind, n, queries);
-  constexpr int first_steps = 3;  // not timed
-  double spent = 0;
-  std::vector<std::size_t> hits;
-  for (int step = 0; step < first_steps + 3 || spent < 1000 * seconds; ++step) {
-    scene.move(moving);
-    const double time = scene.ask();
-    hits.push_back(scene.hits());
-    if (step < first_steps) continue;
-    cell.times.push_back(time);
-    spent += time;
-  }
-  if (hits.size() > cell.hits.size()) cell.hits = hits;
-}
-
 // All spaces saw the same steps, as far as each got.
-void compareHits(const std::vector<Cell>& cells) {
+void compareAnswers(const std::vector<Cell>& cells) {
   for (const Cell& cell : cells)
-    for (std::size_t i = 0; i < std::min(cell.hits.size(), cells[0].hits.size()); ++i)
-      if (cell.hits[i] != cells[0].hits[i])
-        throw std::runtime_error("wrong: " + cell.space + " reports " +
-                                 std::to_string(cell.hits[i]) + " pairs, " + cells[0].space + " " +
-                                 std::to_string(cells[0].hits[i]));
+    for (std::size_t i = 0; i < std::min(cell.answers.size(), cells[0].answers.size()); ++i)
+      if (cell.answers[i] != cells[0].answers[i])
+        throw std::runtime_error("wrong: " + cell.space + " answers " +
+                                 std::to_string(cell.answers[i]) + ", " + cells[0].space + " " +
+                                 std::to_string(cells[0].answers[i]));
 }
 
-void tell(const Cell& cell, const std::string& kind, std::size_t n, std::size_t queries,
-          double moving, Csv& csv) {
-  const double ms = median(cell.times), each = 1000 * ms / static_cast<double>(queries);
-  const double hits = static_cast<double>(cell.hits.front()) / static_cast<double>(queries);
-  std::printf("%-10s %8zu %8zu %7g %-20s %7d %12.4f %12.4f %12.4f %10.2f\n", kind.c_str(), n,
-              queries, moving, cell.space.c_str(), cell.threads, ms,
-              *std::min_element(cell.times.begin(), cell.times.end()), each, hits);
-  std::fflush(stdout);
-  csv.write(Row()
-                .add("kind", kind)
-                .add("n", n)
-                .add("queries", queries)
-                .add("moving", moving)
-                .add("space", cell.space)
-                .add("threads", cell.threads)
-                .addTimes(cell.times)
-                .add("us_per_query", each)
-                .add("hits_per_query", hits)
-                .addMachine());
+std::vector<Cell> cellsOf(const Kind& kind, const Wishes& wishes) {
+  std::vector<Cell> cells;
+  for (const std::string& space : wishes.spaces) {
+    if (space == batch && kind.how != Kind::kNearest) continue;
+    const bool takes_threads = space == "parallel-sap" || space == batch;
+    for (const int threads : takes_threads ? wishes.threads : std::vector<int>{1})
+      cells.push_back(Cell{space, threads});
+  }
+  return cells;
 }
 
-void run(const Wishes& wishes) {
-  Csv csv(wishes.csv);
-  std::printf("%-10s %8s %8s %7s %-20s %7s %12s %12s %12s %10s\n", "kind", "geoms", "queries",
-              "moving", "space", "threads", "ms a step", "least", "us a query", "hits");
-  for (const std::string& kind : wishes.kinds)
-    for (std::size_t n : wishes.sizes)
-      for (std::size_t queries : wishes.queries)
-        for (double moving : wishes.moving) {
-          std::vector<Cell> cells;
-          for (const std::string& space : wishes.spaces)
-            for (const int threads : space == "parallel-sap" ? wishes.threads : std::vector<int>{1})
-              cells.push_back(Cell{space, threads});
-          for (int round = 0; round < wishes.rounds; ++round)
-            for (Cell& cell : cells) takeTurn(cell, kind, n, queries, moving, wishes.seconds);
-          compareHits(cells);
-          for (const Cell& cell : cells) tell(cell, kind, n, queries, moving, csv);
-        }
+void run(const Kind& kind, std::size_t n, std::size_t queries, double moving, const Timing& timing,
+         std::vector<Cell> cells, Csv& csv) {
+  for (int round = 0; round < timing.rounds; ++round)
+    for (Cell& cell : cells) {
+      Scene scene(cell, kind, n, queries);
+      cell.answers.clear();
+      timeFrames(cell.times, 3, timing.seconds, [&] {
+        scene.move(moving);
+        const double ms = scene.ask();
+        cell.answers.push_back(scene.answer());
+        if (cell.answers.size() == 1) cell.hits = scene.hits();
+        return ms;
+      });
+    }
+  compareAnswers(cells);
+  for (const Cell& cell : cells)
+    csv.write(
+        Row()
+            .add("kind", kind.name)
+            .add("n", n)
+            .add("queries", queries)
+            .add("moving", moving)
+            .add("space", cell.space)
+            .add("threads", cell.threads)
+            .addTimes(cell.times)
+            .add("us_per_query", 1000 * median(cell.times) / static_cast<double>(queries))
+            .add("hits_per_query", static_cast<double>(cell.hits) / static_cast<double>(queries)));
+}
+
+void runAll(const Wishes& wishes) {
+  Csv csv(wishes.timing.csv);
+  for (const Kind& kind : kinds)
+    if (std::count(wishes.kinds.begin(), wishes.kinds.end(), kind.name))
+      for (const std::size_t n : wishes.sizes)
+        for (const std::size_t queries : wishes.queries)
+          for (const double moving : wishes.moving)
+            run(kind, n, queries, moving, wishes.timing, cellsOf(kind, wishes), csv);
 }
 
 }  // namespace
@@ -193,20 +242,20 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  bench::Program program(
-      "query-benchmark: dSpaceCollide2 of rays, probes and spaces against a space of unit cubes");
+  bench::Program program("query-benchmark: rays, probes and spaces against a space of unit cubes");
+  std::vector<std::string> names;
+  for (const bench::Kind& kind : bench::kinds) names.push_back(kind.name);
   program.add("--spaces", wishes.spaces, "also dSweepAndPruneSpace");
   program
       .add("--kinds", wishes.kinds,
            "rays (ten cubes long), short-rays (two), probes (unit cubes), space (one of the "
-           "probes), spaces (the same, of ours, whose probes move)")
-      ->check(CLI::IsMember({"rays", "short-rays", "probes", "space", "spaces"}));
+           "probes), spaces (the same, of ours, whose probes move), nearest (rays that end at "
+           "their nearest hits), short-nearest")
+      ->check(CLI::IsMember(names));
   program.add("--sizes", wishes.sizes, "geoms in the space");
   program.add("--queries", wishes.queries, "rays or probes a step");
   program.add("--moving", wishes.moving, "part of the geoms that moves between two steps");
   program.add("--threads", wishes.threads, "of our space; 0: as many as it takes by itself");
-  program.add("--rounds", wishes.rounds, "turns of each space");
-  program.add("--seconds", wishes.seconds, "of queries in a turn");
-  program.add(wishes.csv);
-  return program.run(argc, argv, [&] { bench::run(wishes); });
+  program.add(wishes.timing);
+  return program.run(argc, argv, [&] { bench::runAll(wishes); });
 }

@@ -1,63 +1,87 @@
 // Scenes of which little moves: what a frame costs against one in which everything does, with all
-// pairs reported, with those at rest left out, and with a tolerance.
+// pairs reported, with those at rest left out, and with a tolerance. And what planes cost.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <cmath>
 #include <string>
 #include <vector>
 
-#include "counting.h"
-#include "csv.h"
 #include "moving_cubes.h"
 #include "program.h"
+#include "random.h"
 
 namespace bench {
 namespace {
 
 enum Movers { kAll, kSome, kOthersEachFrame, kNone };
+enum Flags {
+  kBodies = 1,  // those that move are on bodies
+  kAsleep = 2,  // the others are on disabled bodies
+  kSkipStatic = 4,
+  kSkipAsleep = 8,
+  kNotified = 16,  // the space is told of what ODE does not tell, of which there is nothing
+  kGround = 32,
+  kBowl = 64,  // of oblique planes around all cubes
+  kCullPlanes = 128
+};
 
 // What moves, what the others are, and what is asked of the space.
 struct Setting {
   const char* name;
   Movers movers;
-  bool bodies;  // those that move are on bodies
-  bool asleep;  // the others are on disabled bodies
-  bool skip_static, skip_asleep;
-  double tolerance;
-  bool notified;  // it is told of what ODE does not tell, of which there is nothing
+  int flags = 0;
+  double tolerance = 0;
+
+  bool has(Flags flag) const { return flags & flag; }
+  // Of `n` geoms, where `some` is what the user asked for.
+  std::size_t moving(std::size_t n, std::size_t some) const {
+    return movers == kAll ? n : movers == kNone ? 0 : some;
+  }
 };
 constexpr Setting settings[] = {
-    {"all-move", kAll, false, false, false, false, 0, false},
-    {"some-move", kSome, false, false, false, false, 0, false},
-    {"some-move-told", kSome, false, false, false, false, 0, true},
-    {"none-move", kNone, true, true, false, false, 0, false},
-    {"none-move-told", kNone, true, true, false, false, 0, true},
-    {"others-move", kOthersEachFrame, false, false, false, false, 0, false},
-    {"some-awake", kSome, true, true, false, false, 0, false},
-    {"skip-asleep", kSome, true, true, true, true, 0, false},
-    {"skip-asleep-told", kSome, true, true, true, true, 0, true},
-    {"skip-static", kSome, true, false, true, false, 0, false},
-    {"tolerance-0.2", kAll, false, false, false, false, 0.2, false},
-    {"tolerance-0.002", kAll, false, false, false, false, 0.002, false},
+    {"all-move", kAll},
+    {"some-move", kSome},
+    {"some-move-told", kSome, kNotified},
+    {"none-move", kNone, kBodies | kAsleep},
+    {"none-move-told", kNone, kBodies | kAsleep | kNotified},
+    {"others-move", kOthersEachFrame},
+    {"some-awake", kSome, kBodies | kAsleep},
+    {"skip-asleep", kSome, kBodies | kAsleep | kSkipStatic | kSkipAsleep},
+    {"skip-asleep-told", kSome, kBodies | kAsleep | kSkipStatic | kSkipAsleep | kNotified},
+    {"skip-static", kSome, kBodies | kSkipStatic},
+    {"tolerance-0.2", kAll, 0, 0.2},
+    {"tolerance-0.002", kAll, 0, 0.002},
+    {"ground", kAll, kBodies | kGround},
+    {"ground-culled", kAll, kBodies | kGround | kCullPlanes},
+    {"bowl", kAll, kBodies | kBowl},
+    {"bowl-culled", kAll, kBodies | kBowl | kCullPlanes},
 };
-
-// Of `n` geoms, where `some` is what the user asked for.
-std::size_t moversOf(const Setting& setting, std::size_t n, std::size_t some) {
-  if (setting.movers == kAll) return n;
-  return setting.movers == kNone ? 0 : some;
-}
 
 struct Wishes {
   std::vector<std::size_t> sizes{400000};
   std::vector<std::string> names;
   double moving = 0.01;  // part of the geoms, or their number if above 1
   double step = 0.01;    // widths of a box
-  double seconds = 2;    // of timed frames in a turn
-  int rounds = 2;
   int threads = 1;
-  CsvFile csv;
+  Timing timing{2, 2, {}};
 };
+
+// Their open sides hold the ball around the cube, but for its outermost shell.
+void addBowl(dSpaceID space, double side) {
+  constexpr int planes = 40;
+  sap_test::Random random(2);
+  for (int i = 0; i < planes; ++i) {
+    double normal[3], length = 0, through = 0;
+    for (double& part : normal) part = random.gauss();
+    for (const double part : normal) length += part * part;
+    length = std::sqrt(length);
+    for (const double part : normal) through += part / length * side / 2;
+    dCreatePlane(space, static_cast<dReal>(normal[0]), static_cast<dReal>(normal[1]),
+                 static_cast<dReal>(normal[2]),
+                 static_cast<dReal>((through - 0.85 * side) * length));
+  }
+}
 
 class Scene {
  public:
@@ -69,24 +93,29 @@ class Scene {
     const dSpaceID space = cubes_.space();
     dParallelSAPSpaceSetNumThreads(space, wishes.threads);
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetSkipStatic(space, setting.skip_static);
-    dParallelSAPSpaceSetSkipAsleep(space, setting.skip_asleep);
+    dParallelSAPSpaceSetSkipStatic(space, setting.has(kSkipStatic));
+    dParallelSAPSpaceSetSkipAsleep(space, setting.has(kSkipAsleep));
+    dParallelSAPSpaceSetCullPlanes(space, setting.has(kCullPlanes));
     dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(setting.tolerance));
-    dParallelSAPSpaceSetNotified(space, setting.notified);
+    dParallelSAPSpaceSetNotified(space, setting.has(kNotified));
+    if (setting.has(kGround)) dCreatePlane(space, 0, 0, 1, 0);
+    if (setting.has(kBowl)) addBowl(space, std::cbrt(static_cast<double>(n)) * 0.95);
     for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
-      const bool moves = cubes_.size() < movers;
-      const dGeomID geom = cubes_.add(box, moves ? setting.bodies : setting.asleep);
-      if (!moves && setting.asleep) dBodyDisable(dGeomGetBody(geom));
+      const bool moves = setting.movers == kAll || cubes_.size() < movers;
+      const dGeomID geom = cubes_.add(box, setting.has(moves ? kBodies : kAsleep));
+      if (!moves && setting.has(kAsleep)) dBodyDisable(dGeomGetBody(geom));
     }
   }
 
-  void move() {
-    const std::size_t moves = moversOf(setting_, cubes_.size(), movers_);
+  double next() {
+    const std::size_t moves = setting_.moving(cubes_.size(), movers_);
     for (std::size_t i = 0; i < moves; ++i)
       cubes_.move(setting_.movers == kOthersEachFrame ? cubes_.any() : i, step_);
+    pairs_ = 0;
+    const Stopwatch clock;
+    dSpaceCollide(cubes_.space(), &pairs_, countPair);
+    return clock.milliseconds();
   }
-
-  double frame() { return timeCollide(cubes_.space(), pairs_); }
   std::size_t pairs() const { return pairs_; }
   dParallelSAPStats stats() const {
     dParallelSAPStats stats;
@@ -103,31 +132,14 @@ class Scene {
 };
 
 struct Cell {
-  const Setting* setting;
+  const Setting& setting;
   std::vector<double> times{};
   std::size_t pairs = 0;
   dParallelSAPStats stats{};
 };
 
-void takeTurn(Cell& cell, std::size_t n, std::size_t movers, const Wishes& wishes) {
-  Scene scene(*cell.setting, n, movers, wishes);
-  constexpr int first_frames = 4;  // not timed
-  double spent = 0;
-  for (int frame = 0; frame < first_frames + 5 || spent < 1000 * wishes.seconds; ++frame) {
-    scene.move();
-    const double time = scene.frame();
-    if (frame < first_frames) continue;
-    cell.times.push_back(time);
-    spent += time;
-  }
-  cell.pairs = scene.pairs();
-  cell.stats = scene.stats();
-}
-
 void run(const Wishes& wishes) {
-  Csv csv(wishes.csv);
-  std::printf("%-14s %9s %8s %7s %11s %11s %8s %10s %10s\n", "setting", "geoms", "movers",
-              "threads", "median ms", "mean ms", "ratio", "pairs", "kept");
+  Csv csv(wishes.timing.csv);
   for (const std::size_t n : wishes.sizes) {
     const std::size_t movers = static_cast<std::size_t>(
         wishes.moving > 1 ? wishes.moving : wishes.moving * static_cast<double>(n));
@@ -135,34 +147,29 @@ void run(const Wishes& wishes) {
     for (const Setting& setting : settings)
       if (wishes.names.empty() || &setting == settings ||
           std::find(wishes.names.begin(), wishes.names.end(), setting.name) != wishes.names.end())
-        cells.push_back({&setting});
-    for (int round = 0; round < wishes.rounds; ++round)
-      for (Cell& cell : cells) takeTurn(cell, n, movers, wishes);
-    for (const Cell& cell : cells) {
-      // The mean, since now and then a frame tidies up for many.
-      const double ratio = mean(cell.times) / mean(cells[0].times);
-      std::printf("%-14s %9zu %8zu %7d %11.4f %11.4f %8.4f %10zu %10llu\n", cell.setting->name, n,
-                  moversOf(*cell.setting, n, movers), wishes.threads, median(cell.times),
-                  mean(cell.times), ratio, cell.pairs, cell.stats.kept);
-      std::fflush(stdout);
+        cells.push_back({setting});
+    for (int round = 0; round < wishes.timing.rounds; ++round)
+      for (Cell& cell : cells) {
+        Scene scene(cell.setting, n, movers, wishes);
+        timeFrames(cell.times, 4, wishes.timing.seconds, [&] { return scene.next(); });
+        cell.pairs = scene.pairs();
+        cell.stats = scene.stats();
+      }
+    for (const Cell& cell : cells)
       csv.write(Row()
-                    .add("setting", cell.setting->name)
+                    .add("setting", cell.setting.name)
                     .add("n", n)
-                    .add("movers", moversOf(*cell.setting, n, movers))
+                    .add("movers", cell.setting.moving(n, movers))
                     .add("threads", wishes.threads)
-                    .add("samples", cell.times.size())
-                    .add("median_ms", median(cell.times))
-                    .add("mean_ms", mean(cell.times))
-                    .add("max_ms", *std::max_element(cell.times.begin(), cell.times.end()))
-                    .add("ratio", ratio)
+                    .addTimes(cell.times)
+                    // The mean, since now and then a frame tidies up for many.
+                    .add("ratio", mean(cell.times) / mean(cells[0].times))
                     .add("pairs", cell.pairs)
                     .add("kept", static_cast<std::size_t>(cell.stats.kept))
                     .add("update_ms", cell.stats.update_ms)
                     .add("extract_ms", cell.stats.extract_ms)
                     .add("filter_ms", cell.stats.filter_ms)
-                    .add("report_ms", cell.stats.report_ms)
-                    .addMachine());
-    }
+                    .add("report_ms", cell.stats.report_ms));
   }
 }
 
@@ -171,8 +178,7 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  bench::Program program(
-      "rest-benchmark: frames in which little moves against frames in which all does");
+  bench::Program program("rest-benchmark: what moves, and planes, against all moving");
   program.add("--sizes", wishes.sizes, "geoms");
   std::vector<std::string> names;
   for (const bench::Setting& setting : bench::settings) names.push_back(setting.name);
@@ -180,9 +186,7 @@ int main(int argc, char** argv) {
   program.add("--moving", wishes.moving, "part of the geoms that moves; above 1: their number")
       ->check(CLI::PositiveNumber);
   program.add("--step", wishes.step, "how far, at most, in widths of a box");
-  program.add("--seconds", wishes.seconds, "of frames in a turn");
-  program.add("--rounds", wishes.rounds, "turns of each setting");
   program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
-  program.add(wishes.csv);
+  program.add(wishes.timing);
   return program.run(argc, argv, [&] { bench::run(wishes); });
 }

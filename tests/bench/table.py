@@ -113,39 +113,11 @@ def memory(directory):
                      "150 + 16 a pair"], lines, [machine(rows)])
 
 
-def paper_speedup(directory):
-    rows = read(directory, "paper")
-    lines = []
-    for row in timed(rows):
-        first = one(rows, scene=row["scene"], method=row["method"], threads=1)
-        lines.append([row["scene"], row["method"], "%d" % row["threads"]] +
-                     [shown(first[stage] / row[stage], "×") for stage in ("update_ms", "overlap_ms", "total_ms")])
-    return markdown(["scene", "method", "threads", "update", "overlap", "whole collide (figure 9)"], lines,
-                    [machine(rows)])
-
-
 def oversubscription(directory):
     rows = read(directory, "oversubscription")
     lines = [[row["method"], "%d" % row["threads"], shown(row["update_ms"]), shown(row["overlap_ms"]),
               shown(row["total_ms"])] for row in rows]
     return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
-
-
-def figure14(directory):
-    """The paper's figure 14: a whole collide, and percent of its sequential CPU method, brute force."""
-    rows = read(directory, "figure14")
-    scenes = values(rows, "scene")
-    lines = []
-    for title, series in on_devices(rows):
-        for label, wanted in series:
-            cells = []
-            for scene in scenes:
-                row, first = one(rows, scene=scene, **wanted), one(rows, scene=scene, method="brute-force", threads=1)
-                cells.append("%s (%s)" % (shown(row["total_ms"]), shown(100 * row["total_ms"] / first["total_ms"], " %"))
-                             if row else "–")
-            lines.append(["%s: %s" % (title.split(",")[0], label)] + cells)
-    return markdown(["ms a collide"] + ["%s, %s" % (scene, count(one(rows, scene=scene)["bodies"])) for scene in scenes],
-                    lines, [machine(rows)])
 
 
 def programs(directory):
@@ -274,7 +246,9 @@ def rest(directory):
              "skip-asleep-told": "likewise, the space is told of the rest",
              "skip-static": "the others static, pairs at rest left out",
              "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box",
-             "tolerance-0.002": "likewise, tolerance a five-hundredth of a box"}
+             "tolerance-0.002": "likewise, tolerance a five-hundredth of a box",
+             "ground": "all move on a plane", "ground-culled": "likewise, the plane culled",
+             "bowl": "all move among 40 planes", "bowl-culled": "likewise, the planes culled"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]
     lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]),
               shown(row["ratio"]), count(row["pairs"])] for row in rows]
@@ -360,24 +334,6 @@ def instructions(directory):
                     ["%s; commit %s, %s" % (row["compiler"], row["commit"], row["date"])])
 
 
-def meshes(directory):
-    """Boxes of real meshes, and of a cloth: with pairs of fat boxes kept, and where none can be."""
-    rows = read(directory, "meshes")
-    lines = []
-    for mesh in values(rows, "mesh"):
-        for kind in values(rows, "kind"):
-            for threads in values(rows, "threads"):
-                here = [row for row in rows if (row["mesh"], row["kind"], row["threads"]) == (mesh, kind, threads)]
-                time = lambda peer: next((row["median_ms"] for row in here if row["peer"] == peer), None)
-                ours, mirrored = time("parallel-sap"), time("parallel-sap:mirrored")
-                embree = min(time("embree"), time("embree-default"))
-                lines.append([mesh, kind, count(threads), shown(ours), shown(mirrored), shown(time("parallel-sap:concurrent-blocks")),
-                              shown(time("parallel-sap:two-spaces")), shown(embree), shown(embree / ours, "×"),
-                              shown(embree / mirrored, "×")])
-    return markdown(["ms, boxes of", "pairs", "threads", "ours", "mirrored", "concurrent blocks", "two spaces", "embree, the better",
-                     "gain", "mirrored"], lines, [machine(rows)])
-
-
 def interval(part, whole):
     """Scenes in 10,000 with the 95 % interval of Wilson."""
     z, share = 1.96, part / whole
@@ -413,11 +369,11 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"instructions": (instructions, "instructions"), "meshes": (meshes, "meshes"), "step": (step, "step"),
+TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"),
           "peers": (peers, "peers"), "distributions": (distributions, "peers"), "small": (small, "small"),
-          "scaling": (scaling, "scaling"), "memory": (memory, "memory"), "paper-speedup": (paper_speedup, "paper"),
+          "scaling": (scaling, "scaling"), "memory": (memory, "memory"),
           "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "figure14": (figure14, "figure14"),
+          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
           "devices": (devices, "devices"), "device-rivals": (device_rivals, "device-rivals"),
           "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
           "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),

@@ -82,7 +82,7 @@ auto buildFaceAngles(Data data, std::nullptr_t none)
   constexpr unsigned build_face_angles = 1U << 1;  // dTRIDATAPREPROCESS_BUILD_FACE_ANGLES
   return dGeomTriMeshDataPreprocess2(data, build_face_angles, none);
 }
-void buildFaceAngles(...) {}
+[[maybe_unused]] void buildFaceAngles(...) {}
 
 struct TorusMesh {
   static constexpr int kAround = 12, kAcross = 8;

@@ -188,7 +188,6 @@ struct Outcome {
 
 void writeRow(Csv& csv, const Cell& cell, const DevicePeer& peer, const Outcome& outcome,
               int threads) {
-  const bool ran = !outcome.ms.empty();
   Row row;
   row.add("scene", cell.scene)
       .add("n", cell.boxes.size)
@@ -197,16 +196,14 @@ void writeRow(Csv& csv, const Cell& cell, const DevicePeer& peer, const Outcome&
       .add("pieces", peer.setting().pieces)
       .add("threads", threads)
       .add("status", outcome.status)
-      .add("samples", outcome.ms.size())
-      .add("median_ms", median(outcome.ms))
-      .add("min_ms", ran ? *std::min_element(outcome.ms.begin(), outcome.ms.end()) : not_known)
+      .addTimes(outcome.ms)
       .add("pairs", cell.pairs.size())
       .add("borderline", cell.borderline)
       .add("missing_pairs", outcome.difference.missing)
       .add("extra_pairs", outcome.difference.extra);
   for (std::size_t i = 0; i < stage_columns.size(); ++i)
     row.add(stage_columns[i], outcome.stages[i]);
-  csv.write(row.addMachine());
+  csv.write(row);
 }
 
 // What peers took in smaller cells of the scene, to leave those out that would take too long: at

@@ -64,9 +64,7 @@ class Box3dPeer : public Peer {
   std::unique_ptr<BenchBox3d, Destroy> world_;
 };
 
-}  // namespace
-
-void addBox3dPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   int version[3];
   benchBox3dVersion(version);
   PeerKind kind;
@@ -77,6 +75,7 @@ void addBox3dPeers(std::vector<PeerKind>& kinds) {
   kind.superset = "boxes enlarged by a margin";
   kind.create = [](int threads) { return std::make_unique<Box3dPeer>(threads); };
   kinds.push_back(kind);
-}
+});
 
+}  // namespace
 }  // namespace bench

@@ -131,13 +131,12 @@ PeerKind kind(const char* name, std::size_t most, const char* superset) {
   return kind;
 }
 
-}  // namespace
-
-void addBulletPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   kinds.push_back(kind<DbvtPeer>("bullet-dbvt", 2000000,
                                  "boxes enlarged by a margin, pairs removed some frames late"));
   // Creating the proxies takes quadratic time.
   kinds.push_back(kind<AxisSweepPeer>("bullet-axis-sweep", 30000, "bounds rounded to a grid"));
-}
+});
 
+}  // namespace
 }  // namespace bench

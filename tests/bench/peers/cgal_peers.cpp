@@ -118,9 +118,7 @@ class CgalParallelPeer : public CgalPeer {
 };
 #endif
 
-}  // namespace
-
-void addCgalPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   PeerKind kind;
   kind.name = "cgal";
   kind.library = "CGAL " CGAL_VERSION_STR;
@@ -132,6 +130,7 @@ void addCgalPeers(std::vector<PeerKind>& kinds) {
   kind.create = [](int threads) { return std::make_unique<CgalParallelPeer>(threads); };
   kinds.push_back(kind);
 #endif
-}
+});
 
+}  // namespace
 }  // namespace bench

@@ -93,12 +93,11 @@ PeerKind kind(const char* name, std::size_t most) {
   return kind;
 }
 
-}  // namespace
-
-void addFclPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   kinds.push_back(kind<fcl::DynamicAABBTreeCollisionManagerd>("fcl-tree", 2000000));
   // Entering objects takes quadratic time with a large factor: minutes for 20,000 in a heap.
   kinds.push_back(kind<fcl::SaPCollisionManagerd>("fcl-sap", 5000));
-}
+});
 
+}  // namespace
 }  // namespace bench

@@ -202,11 +202,10 @@ PeerKind kind(const char* name, bool sleeps) {
   return kind;
 }
 
-}  // namespace
-
-void addJoltPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   kinds.push_back(kind("jolt", false));
   kinds.push_back(kind("jolt-asleep", true));
-}
+});
 
+}  // namespace
 }  // namespace bench

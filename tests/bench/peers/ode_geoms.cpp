@@ -1,6 +1,6 @@
 #include "ode_geoms.h"
 
-#include "../counting.h"
+#include "../program.h"
 
 namespace bench {
 namespace {

@@ -47,9 +47,7 @@ PeerKind kind(const char* name, std::size_t most) {
   return kind;
 }
 
-}  // namespace
-
-void addOdePeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   // The hash space keeps a table of n * n bits, whose size overflows an int at 131,072 geoms.
   kinds.push_back(kind<HashPeer>("dHashSpace", 120000));
   kinds.back().refuses = [](const Boxes& boxes) -> std::string {
@@ -63,6 +61,7 @@ void addOdePeers(std::vector<PeerKind>& kinds) {
   kinds.back().superset = "float bounds on one axis";
   kinds.push_back(kind<QuadTreePeer>("dQuadTreeSpace", 300000));
   kinds.push_back(kind<SimplePeer>("dSimpleSpace", 10000));
-}
+});
 
+}  // namespace
 }  // namespace bench

@@ -4,7 +4,6 @@
 
 #include <atomic>
 
-#include "../options.h"
 #include "known_pairs.h"
 #include "ode_geoms.h"
 
@@ -86,7 +85,6 @@ class ParallelSapPeer : public OdeSpacePeer {
       return nullptr;
     }
     dParallelSAPSpaceSetNumThreads(space, threads_);
-    dParallelSAPSpaceSetNumDevices(space, options().devices);
     dParallelSAPSpaceSetEvents(
         space, choice_.report == Report::pairs_and_events || choice_.report == Report::events);
     dParallelSAPSpaceSetSkipAsleep(space, choice_.sleeps);
@@ -169,9 +167,7 @@ std::size_t mostBoxes(int method) {
   return std::numeric_limits<std::size_t>::max();
 }
 
-}  // namespace
-
-void addParallelSapPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   for (const Choice& choice : choices) {
     PeerKind kind;
     kind.name = choice.name;
@@ -188,6 +184,7 @@ void addParallelSapPeers(std::vector<PeerKind>& kinds) {
     };
     kinds.push_back(kind);
   }
-}
+});
 
+}  // namespace
 }  // namespace bench

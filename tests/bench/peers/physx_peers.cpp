@@ -188,9 +188,7 @@ struct Choice {
   PxBroadPhaseType::Enum type;
 };
 
-}  // namespace
-
-void addPhysXPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   constexpr Choice choices[] = {{"physx-abp", PxBroadPhaseType::eABP},
                                 {"physx-pabp", PxBroadPhaseType::ePABP},
                                 {"physx-mbp", PxBroadPhaseType::eMBP},
@@ -209,6 +207,7 @@ void addPhysXPeers(std::vector<PeerKind>& kinds) {
     };
     kinds.push_back(kind);
   }
-}
+});
 
+}  // namespace
 }  // namespace bench

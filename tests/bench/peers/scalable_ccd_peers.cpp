@@ -59,15 +59,14 @@ class ScalableCcdPeer : public Peer {
   std::vector<std::pair<int, int>> pairs_;
 };
 
-}  // namespace
-
-void addScalableCcdPeers(std::vector<PeerKind>& kinds) {
+const AddPeers added([](std::vector<PeerKind>& kinds) {
   PeerKind kind;
   kind.name = "scalable-ccd";
   kind.library = "Scalable-CCD " SCALABLE_CCD_VER ", double precision";
   kind.takes_threads = true;
   kind.create = [](int threads) { return std::make_unique<ScalableCcdPeer>(threads); };
   kinds.push_back(kind);
-}
+});
 
+}  // namespace
 }  // namespace bench
