@@ -85,8 +85,7 @@ class GeomTree {
     template <class Real>
     std::size_t pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into);
     void build(const Geoms& geoms, Takes takes, int threads);
-    void refresh(const Geoms& geoms, Takes takes);
-    double strayingPart(const Geoms& geoms, Takes takes);
+    bool refresh(const Geoms& geoms, Takes takes, double most_rows);
     void setUpToDate(std::size_t slots);
     std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
