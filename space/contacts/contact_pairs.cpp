@@ -35,8 +35,10 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     geom->recomputeAABB();
   }
   if (tryToList(o1, o2)) return;
-  collideNow();
-  if (!tryToList(o1, o2)) dDebug(0, "parallel SAP space: no memory for one pair");
+  NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
+  list_.release();
+  const dParallelSAPPair pair = {o1, o2};
+  NarrowPhase::collideOneByOne(&pair, 1, request_);
 }
 
 bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
@@ -47,12 +49,16 @@ bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
 }
 
 void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {
-  if (spaces || !makeRoom(pairs.size())) {
-    for (const Buffer<Pair>& part : pairs.parts)
-      for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-    return;
-  }
+  if (!spaces && tryToListAll(pairs, geoms, threads)) return;
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+}
+
+bool ContactPairs::tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads) try {
   listPairs(pairs, geoms, threads, list_);
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
 }
 
 // The table of geoms is asked for an entry some pairs ahead: that of the later geom may be anywhere
@@ -82,18 +88,6 @@ void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
       resolve(part.data() + range.begin, part.data() + range.end, geoms, list + range.begin);
     });
   }
-}
-
-bool ContactPairs::makeRoom(std::size_t pairs) try {
-  list_.resizeDiscarding(pairs);
-  return true;
-} catch (const std::bad_alloc&) {
-  return false;
-}
-
-void ContactPairs::collideNow() {
-  NarrowPhase::collideOneByOne(list_, request_);
-  list_.release();
 }
 
 }  // namespace ode_parallel_sap

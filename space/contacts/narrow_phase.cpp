@@ -224,10 +224,11 @@ void NarrowPhase::report(const Buffer<dParallelSAPPair>& pairs,
   }
 }
 
-void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
+void NarrowPhase::collideOneByOne(const dParallelSAPPair* pairs, std::size_t count,
                                   const ContactRequest& request) {
   Buffer<dContactGeom> contacts;
-  for (const dParallelSAPPair& pair : pairs) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const dParallelSAPPair& pair = pairs[i];
     const int flags = request.flagsOf(pair);
     if (!asksForContacts(flags)) continue;
     contacts.resizeDiscarding(0);
@@ -236,8 +237,8 @@ void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
     } catch (const std::bad_alloc&) {
       dDebug(0, "parallel SAP space: no memory for the contacts of one pair");
     }
-    if (const std::uint32_t count = appendContacts(pair, flags, request, contacts))
-      request.report(pair, contacts.data(), count);
+    if (const std::uint32_t found = appendContacts(pair, flags, request, contacts))
+      request.report(pair, contacts.data(), found);
   }
 }
 
