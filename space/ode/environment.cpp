@@ -11,7 +11,6 @@
 
 #include "space/base/team.h"
 #include "space/finders/device_backend.h"
-#include "space/ode/environment_switch.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -61,13 +60,7 @@ void readCount(const char* variable, int most, int& value) {
 }
 
 void readSwitch(const char* variable, bool& value) {
-  const char* const text = textOf(variable);
-  if (!text) return;
-  const int on = switchOf(text);
-  if (on < 0)
-    complain(variable, text, "neither 0 nor 1");
-  else
-    value = on != 0;
+  value = nameFromEnvironment(variable, {"0", "1"}, value, "neither 0 nor 1") != 0;
 }
 
 // Written as in C, whatever the program's locale: 0.05 has a point.
@@ -97,7 +90,8 @@ void readRules(PackRules& rules) {
 
 }  // namespace
 
-int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value) {
+int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value,
+                        const char* complaint) {
   const char* const text = textOf(variable);
   if (!text) return value;
   int number = 0;
@@ -105,12 +99,8 @@ int nameFromEnvironment(const char* variable, std::initializer_list<const char*>
     if (std::strcmp(text, name) == 0) return number;
     ++number;
   }
-  complain(variable, text, "not understood");
+  complain(variable, text, complaint);
   return value;
-}
-
-bool hasBackend(int backend) {
-  return backend != dParallelSAPBackendCUDA || deviceAvailable();
 }
 
 Settings settingsFromEnvironment() {
@@ -119,7 +109,7 @@ Settings settingsFromEnvironment() {
   constexpr int most_megabytes = 1 << 30;  // fixed: likewise
   constexpr const char* backend = "ODE_PARALLEL_SAP_BACKEND";
   settings.backend = nameFromEnvironment(backend, backends, settings.backend);
-  if (!hasBackend(settings.backend)) {
+  if (settings.backend == dParallelSAPBackendCUDA && !deviceAvailable()) {
     complain(backend, "cuda", "not to be had here");
     settings.backend = dParallelSAPBackendAuto;
   }
