@@ -346,9 +346,8 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
-    queries_.find(
-        slots_.geoms(), geom,
-        {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
+    queries_.find(slots_.geoms(), geom, settings_.rules.cull_planes,
+                  pipeline_.policy().teamFor(slots_.size(), settings_), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);

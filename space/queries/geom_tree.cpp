@@ -115,18 +115,6 @@ bool GeomTree::Tree::refresh(const Geoms& geoms, Takes takes, double most_rows) 
   return few;
 }
 
-void GeomTree::note(std::size_t slot) {
-  if (tree_->all_changed) return;
-  if (tree_->changed.size() < tree_->changed.capacity())
-    tree_->changed.push_back(static_cast<Slot>(slot));
-  else
-    tree_->all_changed = true;
-}
-
-void GeomTree::reset() {
-  if (tree_) tree_->built = false;
-}
-
 bool GeomTree::clean(const Geoms& geoms) {
   if (!tree_ || !tree_->built || tree_->all_changed) return false;
   if (tree_->changed.size() > most_cleaned_alone) return false;
