@@ -1,6 +1,5 @@
 #include "space/contacts/contact_pairs.h"
 
-#include <algorithm>
 #include <new>
 
 #include "space/base/parallel.h"
@@ -66,12 +65,10 @@ bool ContactPairs::tryToListAll(const PairList& pairs, dxGeom* const* geoms, int
 dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
                           dParallelSAPPair* to) {
   constexpr std::ptrdiff_t ahead = prefetch_distance;
-  const Pair* pair = begin;
-  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
-    prefetch(&geoms[laterOf(pair[ahead])]);
+  for (const Pair* pair = begin; pair < end; ++pair) {
+    if (end - pair > ahead) prefetch(&geoms[laterOf(pair[ahead])]);
     *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   }
-  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   return to;
 }
 
