@@ -1,6 +1,7 @@
 // Boxes by slot in a tree that is kept from query to query while some of them move.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -75,13 +76,8 @@ struct RayRow {
 
   RayRow(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit) {
     unsigned mask = kernels<Real>().meetRay(boxes, ray, limit, entry);
-    for (; mask; mask &= mask - 1) {
-      const int lane = __builtin_ctz(mask);
-      int place = count++;
-      for (; place > 0 && entry[lanes[place - 1]] > entry[lane]; --place)
-        lanes[place] = lanes[place - 1];
-      lanes[place] = static_cast<std::uint8_t>(lane);
-    }
+    for (; mask; mask &= mask - 1) lanes[count++] = static_cast<std::uint8_t>(__builtin_ctz(mask));
+    std::sort(lanes, lanes + count, [&](int a, int b) { return entry[a] < entry[b]; });
   }
 };
 
