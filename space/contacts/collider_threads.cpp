@@ -56,21 +56,14 @@ bool needsTurn(dxGeom* a, dxGeom* b) {
 
 // Whose turn it is. Recursive: an override of a collider may collide other geoms. A child process
 // has none of the other threads, so none forks while one of them is in a collider.
-class Turn {
- public:
-  static std::recursive_mutex& lock() {
-    static Turn& turn = *new Turn;  // never destroyed: threads may be at work when a program ends
-    return turn.lock_;
-  }
-
- private:
-  Turn() {
-    onFork([] { lock().lock(); }, [] { lock().unlock(); },
-           [] { new (&lock()) std::recursive_mutex; });
-  }
-
-  std::recursive_mutex lock_;
-};
+std::recursive_mutex& turn() {
+  static std::recursive_mutex* const lock = [] {
+    onFork([] { turn().lock(); }, [] { turn().unlock(); },
+           [] { new (&turn()) std::recursive_mutex; });
+    return new std::recursive_mutex;  // never destroyed: threads may be at work at a program's end
+  }();
+  return *lock;
+}
 
 enum class Shape {
   Primitive,
@@ -128,7 +121,7 @@ ColliderUse colliderUse(dxGeom* a, dxGeom* b) {
 int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
   const auto collide = ode_collide.load(std::memory_order_relaxed);
   if (!needsTurn(a, b)) return collide(a, b, flags, contacts, skip);
-  const std::lock_guard<std::recursive_mutex> turn(Turn::lock());
+  const std::lock_guard<std::recursive_mutex> own_turn(turn());
   return collide(a, b, flags, contacts, skip);
 }
 

@@ -1,9 +1,11 @@
-// Which of ODE's colliders may run in several threads at once.
+// Which of ODE's colliders may run in several threads at once, and the threads for them.
 #pragma once
 
 #include <ode/ode.h>
 
 #include <atomic>
+
+#include "space/base/parallel.h"
 
 namespace ode_parallel_sap {
 
@@ -25,5 +27,24 @@ inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};
 // the colliders of meshes share a cache, threads take turns at them. Meshes with callbacks do not:
 // the program's code is not to run while another thread waits for it.
 int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip);
+
+// runParts() by threads that have ODE's data, the calling thread apart: that one's is its own
+// business. Without manual cleanup ODE frees it when the thread ends or ODE is closed. Where there
+// is no memory for it the others do a thread's work.
+template <class Work>
+int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
+                     bool manual_cleanup, Work&& work) {
+  ChunkQueue queue(count, chunk, threads);
+  return runTeam(region, threads, [&](int thread, int) {
+    struct Cleanup {
+      const bool due;
+      ~Cleanup() {
+        if (due) dCleanupODEAllDataForThread();
+      }
+    } const cleanup = {thread != 0 && manual_cleanup};
+    if (thread != 0 && !dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll))) return;
+    for (Range range; queue.next(range, thread);) work(range, thread);
+  });
+}
 
 }  // namespace ode_parallel_sap

@@ -1,6 +1,5 @@
 #include "space/contacts/contact_pairs.h"
 
-#include <algorithm>
 #include <new>
 
 #include "space/base/parallel.h"
@@ -35,8 +34,10 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     geom->recomputeAABB();
   }
   if (tryToList(o1, o2)) return;
-  collideNow();
-  if (!tryToList(o1, o2)) dDebug(0, "parallel SAP space: no memory for one pair");
+  NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
+  list_.release();
+  const dParallelSAPPair pair = {o1, o2};
+  NarrowPhase::collideOneByOne(&pair, 1, request_);
 }
 
 bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
@@ -47,12 +48,16 @@ bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
 }
 
 void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {
-  if (spaces || !makeRoom(pairs.size())) {
-    for (const Buffer<Pair>& part : pairs.parts)
-      for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
-    return;
-  }
+  if (!spaces && tryToListAll(pairs, geoms, threads)) return;
+  for (const Buffer<Pair>& part : pairs.parts)
+    for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+}
+
+bool ContactPairs::tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads) try {
   listPairs(pairs, geoms, threads, list_);
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
 }
 
 // The table of geoms is asked for an entry some pairs ahead: that of the later geom may be anywhere
@@ -60,12 +65,10 @@ void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces,
 dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
                           dParallelSAPPair* to) {
   constexpr std::ptrdiff_t ahead = prefetch_distance;
-  const Pair* pair = begin;
-  for (const Pair* const last = end - std::min(end - begin, ahead); pair < last; ++pair) {
-    prefetch(&geoms[laterOf(pair[ahead])]);
+  for (const Pair* pair = begin; pair < end; ++pair) {
+    if (end - pair > ahead) prefetch(&geoms[laterOf(pair[ahead])]);
     *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   }
-  for (; pair < end; ++pair) *to++ = {geoms[earlierOf(*pair)], geoms[laterOf(*pair)]};
   return to;
 }
 
@@ -82,18 +85,6 @@ void listPairs(const PairList& pairs, dxGeom* const* geoms, int threads,
       resolve(part.data() + range.begin, part.data() + range.end, geoms, list + range.begin);
     });
   }
-}
-
-bool ContactPairs::makeRoom(std::size_t pairs) try {
-  list_.resizeDiscarding(pairs);
-  return true;
-} catch (const std::bad_alloc&) {
-  return false;
-}
-
-void ContactPairs::collideNow() {
-  NarrowPhase::collideOneByOne(list_, request_);
-  list_.release();
 }
 
 }  // namespace ode_parallel_sap

@@ -21,9 +21,8 @@ class ContactPairs {
   const Buffer<dParallelSAPPair>& list() const { return list_; }
 
  private:
-  bool makeRoom(std::size_t pairs);
   bool tryToList(dGeomID o1, dGeomID o2);
-  void collideNow();
+  bool tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads);
 
   const ContactRequest& request_;
   Buffer<dParallelSAPPair>& list_;

@@ -6,7 +6,6 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
-#include "space/contacts/thread_data.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/ode_private.h"
 
@@ -98,22 +97,21 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
   }
   found_.resizeDiscarding(pairs.size());
 
+  int used = 1;
   const auto share = [&](Region& region, std::size_t count, std::size_t chunk, int team,
                          auto work) {
-    return runPartsWithData(region, team, count, chunk, way.manual_cleanup, work);
+    used = std::max(used, runPartsWithData(region, team, count, chunk, way.manual_cleanup, work));
   };
   const int team = teamFor(pairs.size(), grains::collided_pairs, way.threads);
-  int used = share(colliding, pairs.size(), chunkFor(pairs.size(), team), team,
-                   [&](Range range, int thread) { lookAt(job, range, thread); });
+  share(colliding, pairs.size(), chunkFor(pairs.size(), team), team,
+        [&](Range range, int thread) { lookAt(job, range, thread); });
 
   gather(shares_, &Share::heavy, waiting_);
   if (waiting_.size())
-    used = std::max(used, share(colliding_heavy, waiting_.size(), 1,
-                                teamFor(waiting_.size(), grains::heavy_pairs, way.threads),
-                                [&](Range range, int thread) {
-                                  for (std::size_t i = range.begin; i < range.end; ++i)
-                                    collide(job, waiting_[i], thread);
-                                }));
+    share(colliding_heavy, waiting_.size(), 1,
+          teamFor(waiting_.size(), grains::heavy_pairs, way.threads), [&](Range range, int thread) {
+            for (std::size_t i = range.begin; i < range.end; ++i) collide(job, waiting_[i], thread);
+          });
 
   gather(shares_, &Share::own_collider, waiting_);
   const ThreadColliders own(teamFor(waiting_.size(), grains::heavy_pairs, way.threads),
@@ -133,9 +131,8 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
   };
   // Of pairs of meshes one may take a hundred times as long as another.
   if (own.count())
-    used = std::max(used, share(colliding_on_images, waiting_.size(),
-                                chunkFor(waiting_.size() / tasks_a_thread, own.count()),
-                                own.count(), collideOnOwn));
+    share(colliding_on_images, waiting_.size(),
+          chunkFor(waiting_.size() / tasks_a_thread, own.count()), own.count(), collideOnOwn);
   else
     for (const Waiting& waiting : waiting_) shares_[0].calling_thread.push_back(waiting);
 
@@ -198,36 +195,25 @@ void NarrowPhase::collide(const Job& job, const Waiting& waiting, int thread, Th
   found.count = appendContacts(job.pairs[waiting.pair], waiting.flags, job.request, contacts, own);
 }
 
-// Most pairs touch nothing, in no order that a processor could foresee: of a block of pairs those
-// that touch are picked first, without a branch.
+// Contacts that other threads wrote are in their caches.
 void NarrowPhase::report(const Buffer<dParallelSAPPair>& pairs,
                          const ContactRequest& request) const {
-  constexpr std::size_t block = 512;  // fixed: 8 KB are still in the nearest cache when read again
-  constexpr std::size_t ahead = 4 * pairs_ahead;
-  std::size_t touching[block];
+  constexpr std::size_t ahead = 8 * pairs_ahead;
   const auto contactsOf = [&](std::size_t pair) {
     return shares_[found_[pair].thread].contacts.data() + found_[pair].first;
   };
-  for (std::size_t begin = 0; begin < pairs.size(); begin += block) {
-    std::size_t count = 0;
-    for (std::size_t pair = begin; pair < std::min(begin + block, pairs.size()); ++pair) {
-      touching[count] = pair;
-      count += found_[pair].count != 0;
-    }
-    for (std::size_t i = 0; i < std::min(count, ahead); ++i)
-      prefetchContacts(contactsOf(touching[i]));
-    for (std::size_t i = 0; i < count; ++i) {
-      if (i + ahead < count) prefetchContacts(contactsOf(touching[i + ahead]));
-      const std::size_t pair = touching[i];
-      request.report(pairs[pair], contactsOf(pair), found_[pair].count);
-    }
+  for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+    if (pair + ahead < pairs.size() && found_[pair + ahead].count)
+      prefetchContacts(contactsOf(pair + ahead));
+    if (found_[pair].count) request.report(pairs[pair], contactsOf(pair), found_[pair].count);
   }
 }
 
-void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
+void NarrowPhase::collideOneByOne(const dParallelSAPPair* pairs, std::size_t count,
                                   const ContactRequest& request) {
   Buffer<dContactGeom> contacts;
-  for (const dParallelSAPPair& pair : pairs) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const dParallelSAPPair& pair = pairs[i];
     const int flags = request.flagsOf(pair);
     if (!asksForContacts(flags)) continue;
     contacts.resizeDiscarding(0);
@@ -236,8 +222,8 @@ void NarrowPhase::collideOneByOne(const Buffer<dParallelSAPPair>& pairs,
     } catch (const std::bad_alloc&) {
       dDebug(0, "parallel SAP space: no memory for the contacts of one pair");
     }
-    if (const std::uint32_t count = appendContacts(pair, flags, request, contacts))
-      request.report(pair, contacts.data(), count);
+    if (const std::uint32_t found = appendContacts(pair, flags, request, contacts))
+      request.report(pair, contacts.data(), found);
   }
 }
 

@@ -73,7 +73,8 @@ class NarrowPhase {
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
-  static void collideOneByOne(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request);
+  static void collideOneByOne(const dParallelSAPPair* pairs, std::size_t count,
+                              const ContactRequest& request);
 
  private:
   struct Job {

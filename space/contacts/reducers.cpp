@@ -91,8 +91,7 @@ class Hull {
     int first = 0;
     while (first < count_ && !(beyond(first, point) > 0)) ++first;
     if (first == count_) return;
-    if (first == 0)
-      while (first > 1 - count_ && beyond(first - 1, point) > 0) --first;
+    while (first > 1 - count_ && beyond(first - 1, point) > 0) --first;
     int last = first;
     while (last + 1 < first + count_ && beyond(last + 1, point) > 0) ++last;
     View::Point grown[most_corners];

@@ -21,11 +21,15 @@ Found Extraction::find(const BoxSet& boxes, const ExtractionPlan& plan, PairList
 
 Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan,
                          PairList& pairs) {
-  const int devices = plan.devices > 0 ? findOnDevices(method, boxes, plan, pairs) : 0;
-  if (devices == 0) return findOnCPU(method, boxes, plan, pairs);
   Found found;
   found.method = method;
-  found.devices = devices;
+  if (plan.devices > 0) found.devices = findOnDevices(method, boxes, plan, pairs);
+  if (found.devices > 0) return found;
+  finders().with(boxes.wide, [&](auto& by) {
+    by.axis_lists.limit(plan.axis_lists_bytes);
+    found.threads = by.of(method).find(boxes, plan.threads, pairs);
+    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
+  });
   return found;
 }
 
@@ -35,18 +39,6 @@ int Extraction::findOnDevices(int method, const BoxSet& boxes, const ExtractionP
     return devices_.find(boxes, plan.threads, plan.devices, pairs);
   if (method != dParallelSAPMethodAxisLists) return 0;
   return devices_.findByAxisLists(boxes, plan.threads, plan.devices, plan.axis_lists_bytes, pairs);
-}
-
-Found Extraction::findOnCPU(int method, const BoxSet& boxes, const ExtractionPlan& plan,
-                            PairList& pairs) {
-  return finders().with(boxes.wide, [&](auto& by) {
-    Found found;
-    found.method = method;
-    by.axis_lists.limit(plan.axis_lists_bytes);
-    found.threads = by.of(method).find(boxes, plan.threads, pairs);
-    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
-    return found;
-  });
 }
 
 }  // namespace ode_parallel_sap

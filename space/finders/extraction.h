@@ -46,7 +46,6 @@ class Extraction {
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   int findOnDevices(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
-  Found findOnCPU(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
   std::unique_ptr<CPUFinders> finders_;
   DeviceBackend devices_;

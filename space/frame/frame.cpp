@@ -110,7 +110,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   if (found)
     narrow_phase.report(pairs.list(), request);
   else
-    NarrowPhase::collideOneByOne(pairs.list(), request);
+    NarrowPhase::collideOneByOne(pairs.list().data(), pairs.list().size(), request);
   frame.clock.pause();
   note(frame);
   return endFrame(frame.stats.pairs);

@@ -11,7 +11,6 @@
 
 #include "space/base/team.h"
 #include "space/finders/device_backend.h"
-#include "space/ode/environment_switch.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
@@ -48,7 +47,7 @@ void chooseInstructionSet() {
   chooseKernelSet(set ? *set : *allKernelSets()[0]);
 }
 
-void readCount(const char* variable, int most, int& value) {
+void readCount(const char* variable, int& value) {
   const char* const text = textOf(variable);
   if (!text) return;
   char* end = nullptr;
@@ -57,17 +56,11 @@ void readCount(const char* variable, int most, int& value) {
   if (*end != '\0' || count < 0 || errno != 0)
     complain(variable, text, "not a count");
   else
-    value = static_cast<int>(std::min<long>(count, most));
+    value = static_cast<int>(std::min<long>(count, std::numeric_limits<int>::max()));
 }
 
 void readSwitch(const char* variable, bool& value) {
-  const char* const text = textOf(variable);
-  if (!text) return;
-  const int on = switchOf(text);
-  if (on < 0)
-    complain(variable, text, "neither 0 nor 1");
-  else
-    value = on != 0;
+  value = nameFromEnvironment(variable, {"0", "1"}, value, "neither 0 nor 1") != 0;
 }
 
 // Written as in C, whatever the program's locale: 0.05 has a point.
@@ -97,7 +90,8 @@ void readRules(PackRules& rules) {
 
 }  // namespace
 
-int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value) {
+int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value,
+                        const char* complaint) {
   const char* const text = textOf(variable);
   if (!text) return value;
   int number = 0;
@@ -105,40 +99,35 @@ int nameFromEnvironment(const char* variable, std::initializer_list<const char*>
     if (std::strcmp(text, name) == 0) return number;
     ++number;
   }
-  complain(variable, text, "not understood");
+  complain(variable, text, complaint);
   return value;
-}
-
-bool hasBackend(int backend) {
-  return backend != dParallelSAPBackendCUDA || deviceAvailable();
 }
 
 Settings settingsFromEnvironment() {
   Settings settings;
-  constexpr int most_devices = 1024;       // fixed: beyond it is a slip of the pen
-  constexpr int most_megabytes = 1 << 30;  // fixed: likewise
   constexpr const char* backend = "ODE_PARALLEL_SAP_BACKEND";
   settings.backend = nameFromEnvironment(backend, backends, settings.backend);
-  if (!hasBackend(settings.backend)) {
+  if (settings.backend == dParallelSAPBackendCUDA && !deviceAvailable()) {
     complain(backend, "cuda", "not to be had here");
     settings.backend = dParallelSAPBackendAuto;
   }
   settings.method = nameFromEnvironment("ODE_PARALLEL_SAP_METHOD", methods, settings.method);
-  readCount("ODE_PARALLEL_SAP_THREADS", most_threads, settings.threads);
-  readCount("ODE_PARALLEL_SAP_DEVICES", most_devices, settings.devices);
+  readCount("ODE_PARALLEL_SAP_THREADS", settings.threads);
+  settings.threads = std::min(settings.threads, most_threads);
+  readCount("ODE_PARALLEL_SAP_DEVICES", settings.devices);
   readRules(settings.rules);
   readSwitch("ODE_PARALLEL_SAP_STATS", settings.print_stats);
   // Not part of the interface: lets tests come to the limit without filling the machine.
   int megabytes = 0;
-  readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", most_megabytes, megabytes);
+  readCount("ODE_PARALLEL_SAP_AXIS_LISTS_MB", megabytes);
   settings.axis_lists_bytes = std::uint64_t(megabytes) << 20;
   // Nor is this: makes teams of little work, see team.h.
   int grain = 0;
-  readCount("ODE_PARALLEL_SAP_TEST_GRAIN", std::numeric_limits<int>::max(), grain);
+  readCount("ODE_PARALLEL_SAP_TEST_GRAIN", grain);
   if (grain > 0) test_grain.store(static_cast<std::uint64_t>(grain), std::memory_order_relaxed);
   // Nor this: 0 collides pairs that are certainly apart, too, 1 looks for them where it does not
   // pay.
-  readCount("ODE_PARALLEL_SAP_TEST_APART", 1, settings.apart);
+  readCount("ODE_PARALLEL_SAP_TEST_APART", settings.apart);
   chooseInstructionSet();
   return settings;
 }

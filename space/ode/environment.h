@@ -9,11 +9,9 @@ namespace ode_parallel_sap {
 
 // The names that a variable may have, by their numbers; `value` where it is not set. Complains to
 // dMessage of others.
-int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value);
+int nameFromEnvironment(const char* variable, std::initializer_list<const char*> names, int value,
+                        const char* complaint = "not understood");
 constexpr std::initializer_list<const char*> notified_modes = {"0", "1", "check"};
-
-// Whether this build on this machine has a back end. All methods are to be had.
-bool hasBackend(int backend);
 
 // The defaults as changed by ODE_PARALLEL_SAP_*, of which ODE_PARALLEL_SAP_SIMD takes effect at
 // once; complaints go to dMessage.

@@ -275,13 +275,6 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   });
 }
 
-void ParallelSAPSpace::endFrame(const Call& call) {
-  if (call.nested()) return;
-  observers_.forEach([&](SpaceObserver& observer) {
-    observer.endFrame(slots_.geoms().data(), slots_.size(), swept_.step());
-  });
-}
-
 void ParallelSAPSpace::notifyAll() {
   notified_of_all.fetch_add(1, std::memory_order_relaxed);
 }
@@ -291,30 +284,28 @@ void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
   pipeline_.watchPairs(&observers_);
 }
 
-FrameCall ParallelSAPSpace::frameOf(const Call& call) {
-  return {scene(call.nested()), call->frame, settings_, getManualCleanup() != 0};
+template <class Collide>
+void ParallelSAPSpace::runFrame(Collide collide) {
+  const Call call(*this);
+  beginFrame(call);
+  last_pairs_ = collide({scene(call.nested()), call->frame, settings_, getManualCleanup() != 0});
+  if (call.nested()) return;
+  observers_.forEach([&](SpaceObserver& observer) {
+    observer.endFrame(slots_.geoms().data(), slots_.size(), swept_.step());
+  });
 }
 
 void ParallelSAPSpace::collide(void* data, dNearCallback* callback) {
   dAASSERT(callback);
-  const Call call(*this);
-  beginFrame(call);
-  last_pairs_ = pipeline_.collide(frameOf(call), data, callback);
-  endFrame(call);
+  runFrame([&](const FrameCall& frame) { return pipeline_.collide(frame, data, callback); });
 }
 
 void ParallelSAPSpace::collideContacts(const ContactRequest& request) {
-  const Call call(*this);
-  beginFrame(call);
-  last_pairs_ = pipeline_.collideContacts(frameOf(call), request);
-  endFrame(call);
+  runFrame([&](const FrameCall& frame) { return pipeline_.collideContacts(frame, request); });
 }
 
 void ParallelSAPSpace::collidePairs(const PairsRequest& request) {
-  const Call call(*this);
-  beginFrame(call);
-  last_pairs_ = pipeline_.collidePairs(frameOf(call), request);
-  endFrame(call);
+  runFrame([&](const FrameCall& frame) { return pipeline_.collidePairs(frame, request); });
 }
 
 bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
@@ -354,9 +345,8 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
-    queries_.find(
-        slots_.geoms(), geom,
-        {settings_.rules.cull_planes, pipeline_.policy().teamFor(slots_.size(), settings_)}, hits);
+    queries_.find(slots_.geoms(), geom, settings_.rules.cull_planes,
+                  pipeline_.policy().teamFor(slots_.size(), settings_), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);

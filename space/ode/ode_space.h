@@ -96,9 +96,9 @@ class ParallelSAPSpace : public dxSpace {
   Scene scene(bool nested) {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
-  FrameCall frameOf(const Call& call);
   void beginFrame(const Call& call);
-  void endFrame(const Call& call);
+  template <class Collide>
+  void runFrame(Collide collide);
   void closeSlots();
   void checkSilent();
   static void updateOther(dxGeom* geom);

@@ -22,6 +22,16 @@ void tell(dxSpace* space, dxGeom* geom) {
   if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
 }
 
+// What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
+// locked. Tells them of each other, if `telling`.
+void makeDirty(dxSpace* space, bool telling) {
+  for (; space; space = space->parent_space) {
+    const bool was_dirty = isDirty(space);
+    space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
+    if (telling && !was_dirty && space->parent_space) tell(space->parent_space, space);
+  }
+}
+
 // Where there is no memory to list them. No list is put into another order while it is gone
 // through.
 bool makeDirtyAround(dxSpace* space) {
@@ -37,14 +47,6 @@ bool makeDirtyAround(dxSpace* space) {
 }
 
 }  // namespace
-
-void makeDirty(dxSpace* space, bool telling) {
-  for (; space; space = space->parent_space) {
-    const bool was_dirty = isDirty(space);
-    space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-    if (telling && !was_dirty && space->parent_space) tell(space->parent_space, space);
-  }
-}
 
 void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
   slots_.clear();

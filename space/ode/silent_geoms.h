@@ -63,8 +63,4 @@ class SilentGeoms {
   std::vector<Within> within_;  // those of a sub-space follow each other
 };
 
-// What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Tells them of each other, if `telling`.
-void makeDirty(dxSpace* space, bool telling);
-
 }  // namespace ode_parallel_sap

@@ -56,36 +56,31 @@ dReal smallestSide(dxGeom* geom) {
 
 }  // namespace
 
-bool SweptBounds::Motion::operator==(const Motion& other) const {
-  return shift[0] == other.shift[0] && shift[1] == other.shift[1] && shift[2] == other.shift[2] &&
-         angle == other.angle;
-}
-
 // A motion that is no number is none.
 SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {
-  Motion motion;
+  Motion motion = {};
   if (!geom->body || IS_SPACE(geom) || step == 0 || !dBodyIsEnabled(geom->body)) return motion;
   const dReal* const speed = dBodyGetLinearVel(geom->body);
   for (int axis = 0; axis < 3; ++axis) {
     const dReal shift = speed[axis] * step;
-    if (shift == shift) motion.shift[axis] = shift;
+    if (shift == shift) motion[axis] = shift;
   }
   const dReal angle = lengthOf(dBodyGetAngularVel(geom->body)) * step;
-  if (angle == angle) motion.angle = std::min(angle, dReal(2));
+  if (angle == angle) motion[3] = std::min(angle, dReal(2));
   return motion;
 }
 
 // Makes the AABB, which is as the geom lies, cover the motion too. Whether that is fast.
 bool SweptBounds::extend(dxGeom* geom, const Motion& motion) {
-  if (motion.isNone()) return false;
+  if (motion == Motion{}) return false;
   const dReal smallest = smallestSide(geom);
-  const dReal turned = motion.angle > 0 ? motion.angle * armOf(geom) : 0;
+  const dReal turned = motion[3] > 0 ? motion[3] * armOf(geom) : 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const dReal shift = motion.shift[axis];
+    const dReal shift = motion[axis];
     geom->aabb[2 * axis] += std::min(shift, dReal(0)) - turned;
     geom->aabb[2 * axis + 1] += std::max(shift, dReal(0)) + turned;
   }
-  return !(2 * (lengthOf(motion.shift) + turned) <= smallest);
+  return !(2 * (lengthOf(motion.data()) + turned) <= smallest);
 }
 
 // False where it is as it should be.
@@ -145,7 +140,7 @@ bool SweptBounds::makeRoom(std::size_t slots) try {
 // ODE makes no geom dirty that is added to a space.
 void SweptBounds::remove(dxGeom* geom, Slot slot) {
   const bool recorded = slot < records_.size();
-  if (all_stale_ || (recorded && !records_[slot].motion.isNone()))
+  if (all_stale_ || (recorded && records_[slot].motion != Motion{}))
     geom->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
   if (recorded) records_[slot] = {};
 }

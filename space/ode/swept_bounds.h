@@ -3,6 +3,7 @@
 
 #include <ode/ode.h>
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -48,16 +49,11 @@ class SweptBounds {
   std::size_t bytes() const { return bytesOf(records_); }
 
  private:
-  // What a body will do in the coming step.
-  struct Motion {
-    dReal shift[3] = {};
-    dReal angle = 0;  // at most 2: no point is further from where it was than twice its distance
-
-    bool isNone() const { return !shift[0] && !shift[1] && !shift[2] && !angle; }
-    bool operator==(const Motion& other) const;
-  };
+  // What a body will do in the coming step: a shift, and an angle of at most 2, as no point is
+  // further from where it was than twice its distance.
+  using Motion = std::array<dReal, 4>;
   struct Record {
-    Motion motion;  // with which the geom's AABB was made
+    Motion motion = {};  // with which the geom's AABB was made
     bool fast = false;
     bool untold = false;  // made for another space: dirty() is still to be called
   };

@@ -13,7 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "space/ode/environment_switch.h"
 #include "space/preload/stand_ins.h"
 
 #define PUBLIC __attribute__((visibility("default")))
@@ -94,12 +93,12 @@ static void readSettings(void) {
   const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
   readWanted(list ? list : "hash,sap,quadtree");
   const char* const stats = getenv("ODE_PARALLEL_SAP_STATS");
-  const int print_stats = switchOf(stats);
-  if (print_stats < 0)
+  const int print_stats = stats && strcmp(stats, "1") == 0;
+  if (stats && *stats && !print_stats && strcmp(stats, "0") != 0)
     fprintf(stderr,
             "ode-parallel-sap: ODE_PARALLEL_SAP_STATS=%s is neither 0 nor 1 and is ignored\n",
             stats);
-  if (print_stats > 0) atexit(report);
+  if (print_stats) atexit(report);
 }
 
 /* The stand-ins for this ODE, or null and in `why` the reason why there can be none. */

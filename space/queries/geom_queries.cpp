@@ -9,29 +9,21 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-void prefetch(const dxGeom* geom) {
-  prefetchState(geom);
-  prefetchBounds(geom);
-}
-
-}  // namespace
-
 void GeomQueries::release() {
   tree_.release();
   found_.release();
   marks_ = SlotSet();
 }
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits) {
+void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads,
+                       Buffer<dxGeom*>& hits) {
   const ScopedMode mode(exactMode());
-  if (tree_.bringUpToDate(geoms, way.threads))
+  if (tree_.bringUpToDate(geoms, threads))
     findByTree(geoms, geom, hits);
   else
     findByTests(geoms, geom, hits);
   PackRules rules;
-  rules.cull_planes = way.cull_planes;
+  rules.cull_planes = cull_planes;
   const PairRule rule(rules);
   std::size_t found = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -68,7 +60,10 @@ void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxG
   hits.resizeDiscarding(0);
   for (std::size_t slot = 0; slot < geoms.size(); ++slot) {
     if (slot + prefetch_distance < geoms.size())
-      if (const dxGeom* const later = geoms[slot + prefetch_distance]) prefetch(later);
+      if (const dxGeom* const later = geoms[slot + prefetch_distance]) {
+        prefetchState(later);
+        prefetchBounds(later);
+      }
     dxGeom* const own = geoms[slot];
     if (own && boxesOverlap(own, geom)) hits.push_back(own);
   }

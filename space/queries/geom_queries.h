@@ -22,15 +22,11 @@ class GeomQueries {
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
-  struct Way {
-    bool cull_planes;
-    int threads;  // the most that build a tree
-  };
   // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
-  // by ODE's formula, the AABBTest calls apart, and, if `way.cull_planes`, are not clear of a plane
-  // that is one of the two. All AABBs are up to date, that of `geom` is without NaN. Throws
-  // std::bad_alloc where memory ends.
-  void find(const Geoms& geoms, dxGeom* geom, const Way& way, Buffer<dxGeom*>& hits);
+  // by ODE's formula, the AABBTest calls apart, and, if `cull_planes`, are not clear of a plane
+  // that is one of the two. Up to `threads` threads build a tree. All AABBs are up to date, that of
+  // `geom` is without NaN. Throws std::bad_alloc where memory ends.
+  void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
 
   // Whether it gave back what it holds.
   bool noteFrame() {

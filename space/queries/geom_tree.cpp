@@ -1,6 +1,7 @@
 #include "space/queries/geom_tree.h"
 
 #include <algorithm>
+#include <limits>
 #include <type_traits>
 
 #include "space/base/mechanisms.h"
@@ -76,9 +77,9 @@ void GeomTree::Tree::build(const Geoms& geoms, Takes takes, int threads) {
   boxes.wide = is_wide;
   (is_wide ? boxes.boxes.release() : boxes.wide_boxes.release());
   if (is_wide)
-    narrow.release();
+    narrow = {};
   else
-    wide.release();
+    wide = {};
   withTree([&](auto& tree) { tree.build(boxes, threads); });
   // Of use again where building comes again.
   if (++builds == 1) {
@@ -96,50 +97,22 @@ void GeomTree::Tree::setUpToDate(std::size_t slots_now) {
   all_changed = false;
 }
 
-void GeomTree::Tree::refresh(const Geoms& geoms, Takes takes) {
-  withTree([&](auto& tree) {
-    const auto place = [&](std::size_t slot) {
+// False once there are more rows of strays than that: the tree is then to be built anew.
+bool GeomTree::Tree::refresh(const Geoms& geoms, Takes takes, double most_rows) {
+  const std::size_t places = all_changed ? std::max(geoms.size(), slots) : changed.size();
+  const bool few = withTree([&](auto& tree) {
+    for (std::size_t i = 0; i < places; ++i) {
+      const std::size_t slot = all_changed ? i : changed[i];
+      if (all_changed) prefetchAhead(geoms, slot);
       bool coarse;
       tree.place(static_cast<Slot>(slot),
                  boxIn<RealOf<decltype(tree)>>(geomAt(geoms, slot), takes, coarse));
-    };
-    if (all_changed)
-      for (std::size_t slot = 0; slot < std::max(geoms.size(), slots); ++slot) {
-        prefetchAhead(geoms, slot);
-        place(slot);
-      }
-    else
-      for (const Slot slot : changed) place(slot);
+      if (static_cast<double>(tree.strayRows()) > most_rows) return false;
+    }
+    return true;
   });
-  setUpToDate(geoms.size());
-}
-
-// Of all geoms, by a sample: the part that will not fit where the tree has it.
-double GeomTree::Tree::strayingPart(const Geoms& geoms, Takes takes) {
-  constexpr std::size_t most_samples = 64;  // fixed: within some percent
-  const std::size_t samples = std::min(most_samples, geoms.size());
-  std::size_t strays = 0;
-  for (std::size_t i = 0; i < samples; ++i) {
-    const std::size_t slot = geoms.size() / samples * i;
-    strays += withTree([&](auto& tree) {
-      bool coarse;
-      return !tree.fits(static_cast<Slot>(slot),
-                        boxIn<RealOf<decltype(tree)>>(geoms[slot], takes, coarse));
-    });
-  }
-  return static_cast<double>(strays) / static_cast<double>(samples);
-}
-
-void GeomTree::note(std::size_t slot) {
-  if (tree_->all_changed) return;
-  if (tree_->changed.size() < tree_->changed.capacity())
-    tree_->changed.push_back(static_cast<Slot>(slot));
-  else
-    tree_->all_changed = true;
-}
-
-void GeomTree::reset() {
-  if (tree_) tree_->built = false;
+  if (few) setUpToDate(geoms.size());
+  return few;
 }
 
 bool GeomTree::clean(const Geoms& geoms) {
@@ -168,19 +141,19 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   if (!mechanisms::query_trees || geoms.size() <= smallest_scene) return false;
 
   const double expected = std::max(queries_, last_queries_);
-  bool build = !tree_ || !tree_->built;
-  if (!build) {
+  bool up_to_date = tree_ && tree_->built;
+  if (up_to_date) {
     const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (cost > expected * slots) return false;
-    const double straying = cost > slots ? tree_->strayingPart(geoms, takes_) : 0;
-    const double rows = straying * slots / group_size;
-    build = rows * expected > slots * build_cost || stray_rows_ > slots * build_cost ||
-            (!mechanisms::kept_query_tree && changed > 0);
-    if (!build && changed) tree_->refresh(geoms, takes_);
+    const double most_rows =
+        cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
+    up_to_date = stray_rows_ <= slots * build_cost &&
+                 (mechanisms::kept_query_tree || changed == 0) &&
+                 tree_->refresh(geoms, takes_, most_rows);
   }
-  if (build) {
-    if (slots * build_cost > expected * slots) return false;
+  if (!up_to_date) {
+    if (build_cost > expected) return false;
     if (!tree_) tree_ = std::make_unique<Tree>();
     tree_->build(geoms, takes_, threads);
     stray_rows_ = 0;

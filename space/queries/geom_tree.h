@@ -33,9 +33,14 @@ class GeomTree {
   void changed(std::size_t slot) {
     if (!asked_) return;
     ++changes_;
-    if (tree_) note(slot);
+    if (!tree_ || tree_->all_changed) return;
+    Buffer<Slot>& changed = tree_->changed;
+    tree_->all_changed = changed.size() == changed.capacity();
+    if (!tree_->all_changed) changed.push_back(static_cast<Slot>(slot));
   }
-  void reset();
+  void reset() {
+    if (tree_) tree_->built = false;
+  }
 
   // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
   // that is left to the space.
@@ -85,13 +90,10 @@ class GeomTree {
     template <class Real>
     std::size_t pack(const Geoms& geoms, Takes takes, Buffer<BasicBox<Real>>& into);
     void build(const Geoms& geoms, Takes takes, int threads);
-    void refresh(const Geoms& geoms, Takes takes);
-    double strayingPart(const Geoms& geoms, Takes takes);
+    bool refresh(const Geoms& geoms, Takes takes, double most_rows);
     void setUpToDate(std::size_t slots);
     std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
-
-  void note(std::size_t slot);
 
   const Takes takes_;
   std::unique_ptr<Tree> tree_;

@@ -34,7 +34,7 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
   stray_boxes_.resizeDiscarding(0);
   stray_ids_.resizeDiscarding(0);
-  free_strays_.resizeDiscarding(0);
+  strays_ = 0;
   Buffer<std::uint64_t> workspace;
   order_.build(boxes, threads, workspace);
   places_.resizeDiscarding(boxes.size);
@@ -48,62 +48,36 @@ void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
 }
 
 template <class Real>
-bool QueryTree<Real>::fits(Slot slot, const BasicBox<Real>& box) const {
-  if (!isActive(box)) return true;
-  if (slot >= places_.size() || places_[slot] == nowhere) return false;
-  const std::size_t cell = places_[slot] / group_size;
-  return cell < cells() && contains(trees_.boundsOf(cell), box);
-}
-
-template <class Real>
 void QueryTree<Real>::place(Slot slot, const BasicBox<Real>& box) {
   if (slot >= places_.size() && !isActive(box)) return;
   places_.growTo(slot + std::size_t{1}, nowhere);
-  const std::uint32_t place = places_[slot];
+  std::uint32_t place = places_[slot];
+  if (place < cells() * group_size) {
+    const std::size_t cell = place / group_size;
+    const bool stays = contains(trees_.boundsOf(cell), box);
+    trees_.setBox(cell, place % group_size, stays ? box : inactiveBox<Real>());
+    if (stays) return;
+    places_[slot] = place = nowhere;
+  }
   if (place == nowhere) {
-    if (isActive(box)) addStray(slot, box);
-    return;
+    if (!isActive(box)) return;
+    places_[slot] = place = addStray(slot);
   }
-  const std::size_t cell = place / group_size;
-  const int lane = place % group_size;
-  if (cell >= cells()) {
-    setStray(place, box);
-    if (isActive(box)) return;
-    free_strays_.push_back(place);
-    places_[slot] = nowhere;
-    return;
-  }
-  if (contains(trees_.boundsOf(cell), box)) {
-    trees_.setBox(cell, lane, box);
-    return;
-  }
-  trees_.setBox(cell, lane, inactiveBox<Real>());
-  places_[slot] = nowhere;
-  if (isActive(box)) addStray(slot, box);
-}
-
-template <class Real>
-void QueryTree<Real>::setStray(std::uint32_t place, const BasicBox<Real>& box) {
   put(stray_boxes_[place / group_size - cells()], place % group_size, box);
 }
 
 template <class Real>
-void QueryTree<Real>::addStray(Slot slot, const BasicBox<Real>& box) {
-  if (free_strays_.size() == 0) {
-    const std::size_t row = stray_boxes_.size();
+std::uint32_t QueryTree<Real>::addStray(Slot slot) {
+  const int lane = strays_ % group_size;
+  const std::size_t row = strays_ / group_size;
+  if (lane == 0) {
     stray_boxes_.resize(row + 1);
     stray_ids_.resize(row + 1);
-    for (int lane = group_size - 1; lane >= 0; --lane) {
-      put(stray_boxes_[row], lane, inactiveBox<Real>());
-      stray_ids_[row].slot[lane] = 0;
-      free_strays_.push_back(static_cast<std::uint32_t>((cells() + row) * group_size + lane));
-    }
+    for (int i = 0; i < group_size; ++i) put(stray_boxes_[row], i, inactiveBox<Real>());
+    stray_ids_[row] = {};
   }
-  const std::uint32_t place = free_strays_[free_strays_.size() - 1];
-  free_strays_.resize(free_strays_.size() - 1);
-  setStray(place, box);
-  stray_ids_[place / group_size - cells()].slot[place % group_size] = slot;
-  places_[slot] = place;
+  stray_ids_[row].slot[lane] = slot;
+  return static_cast<std::uint32_t>(cells() * group_size + strays_++);
 }
 
 template <class Real>
@@ -121,11 +95,6 @@ std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const 
 template <class Real>
 void QueryTree<Real>::releaseScratch() {
   order_ = CellOrder<Real>();
-}
-
-template <class Real>
-void QueryTree<Real>::release() {
-  *this = QueryTree();
 }
 
 template class QueryTree<float>;

@@ -1,6 +1,7 @@
 // Boxes by slot in a tree that is kept from query to query while some of them move.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,8 +28,6 @@ class QueryTree {
   // The slot's box from now on, whether it had one or not; an inactive one takes it out. Needs
   // exactMode().
   void place(Slot slot, const BasicBox<Real>& box);
-  // Whether that would leave the slot's box in the cell where it is, or out of all.
-  bool fits(Slot slot, const BasicBox<Real>& box) const;
 
   // Writes the slots of all boxes that overlap `box` (closed intervals), each once, in no order,
   // and returns their number. `found` has room for as many as there may be, and for `spare` more.
@@ -47,20 +46,15 @@ class QueryTree {
   std::size_t strayRows() const { return stray_boxes_.size(); }
   // Gives back what only build() needs.
   void releaseScratch();
-  // Gives everything back. Call build() before anything else.
-  void release();
-  std::size_t bytes() const {
-    return bytesOf(order_, trees_, places_, stray_boxes_, stray_ids_, free_strays_);
-  }
+  std::size_t bytes() const { return bytesOf(order_, trees_, places_, stray_boxes_, stray_ids_); }
 
  private:
   // A place is sixteen times a cell's number, counted through all classes, plus a lane. Strays
-  // follow the last cell.
+  // follow the last cell. A slot that became one keeps its place among them, empty or not.
   static constexpr std::uint32_t nowhere = ~std::uint32_t{0};
 
   std::size_t cells() const { return trees_.cells(); }
-  void setStray(std::uint32_t place, const BasicBox<Real>& box);
-  void addStray(Slot slot, const BasicBox<Real>& box);
+  std::uint32_t addStray(Slot slot);
   template <class Visit>
   void visitInTree(const TreeView<Real>& tree, const RayQuery<Real>& ray, Real& limit,
                    Visit visit) const;
@@ -70,7 +64,7 @@ class QueryTree {
   Buffer<std::uint32_t> places_;  // by slot
   Buffer<Group<Real>> stray_boxes_;
   Buffer<GroupIds> stray_ids_;
-  Buffer<std::uint32_t> free_strays_;  // places among the strays
+  std::size_t strays_ = 0;
 };
 
 // The lanes of sixteen boxes that a ray meets, the nearest first.
@@ -82,13 +76,8 @@ struct RayRow {
 
   RayRow(const Group<Real>& boxes, const RayQuery<Real>& ray, Real limit) {
     unsigned mask = kernels<Real>().meetRay(boxes, ray, limit, entry);
-    for (; mask; mask &= mask - 1) {
-      const int lane = __builtin_ctz(mask);
-      int place = count++;
-      for (; place > 0 && entry[lanes[place - 1]] > entry[lane]; --place)
-        lanes[place] = lanes[place - 1];
-      lanes[place] = static_cast<std::uint8_t>(lane);
-    }
+    for (; mask; mask &= mask - 1) lanes[count++] = static_cast<std::uint8_t>(__builtin_ctz(mask));
+    std::sort(lanes, lanes + count, [&](int a, int b) { return entry[a] < entry[b]; });
   }
 };
 

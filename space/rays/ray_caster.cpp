@@ -13,7 +13,6 @@
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
 #include "space/contacts/thread_colliders.h"
-#include "space/contacts/thread_data.h"
 #include "space/geoms/pair_rule.h"
 #include "space/rays/ray_bounds.h"
 
