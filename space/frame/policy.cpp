@@ -74,7 +74,9 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
-  if (facts.devices.any && settings.backend != dParallelSAPBackendCPU)
+  // Times must not decide which extra pairs a tolerance lets through.
+  const bool only_cpu = settings.backend == dParallelSAPBackendAuto && settings.rules.tolerance > 0;
+  if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
     planDevices(facts, settings, plan);
   plan.fat_pairs = mechanisms::fat_pairs && plan.keep && extraction.devices == 0 &&
                    (extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);

@@ -44,7 +44,8 @@ namespace {
 // Stands in the place of a pair that is to go.
 constexpr Pair dropped_pair = ~Pair{0};
 
-Region verifying("filter: verified pairs"), testing("filter: exact tests");
+Region verifying("filter: verified pairs"), testing("filter: exact tests"), closing("filter: gaps"),
+    moving("filter: pieces");
 
 }  // namespace
 
@@ -68,7 +69,7 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
       pairs.borderline.push_back({part, 0, pairs.parts[part].size()});
   }
   testSegments(test, threads, pairs);
-  closeGaps(pairs);
+  closeGaps(threads, pairs);
 }
 
 // Copies the pairs that their geoms do not rule out; returns the end of the copy.
@@ -156,15 +157,42 @@ void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pair
   });
 }
 
-// Takes the dropped pairs out. What lies before the first one of a part is not read.
-void PairFilter::closeGaps(PairList& pairs) {
+// Takes the dropped pairs out, from the first one of each part on. Each thread closes the gaps of a
+// piece. Then all pieces move together: the head of a piece, which lands in the piece before, is
+// put aside until that one has moved.
+void PairFilter::closeGaps(int threads, PairList& pairs) {
   for (std::size_t i = 0; i < pairs.parts.size(); ++i) {
     Buffer<Pair>& part = pairs.parts[i];
     std::size_t first = part.size();
     for (const auto& of_thread : gaps_)
       for (const PairList::Segment& gap : of_thread)
         if (gap.part == i) first = std::min(first, gap.begin);
-    part.resize(std::remove(part.begin() + first, part.end(), dropped_pair) - part.begin());
+    if (first == part.size()) continue;
+    const std::size_t count = part.size() - first;
+    const int most = teamFor(count, grains::passed_pairs, threads);
+    pieces_.assign(static_cast<std::size_t>(most), Piece());
+    runTeam(closing, most, [&](int thread, int team) {
+      const Range own = ownPart(count, thread, team);
+      Pair* const begin = part.data() + first + own.begin;
+      Pair* const end = std::remove(begin, part.data() + first + own.end, dropped_pair);
+      pieces_[thread] = {begin, end, nullptr, {}};
+    });
+    Pair* to = part.data() + first;
+    for (Piece& piece : pieces_) {
+      piece.to = to;
+      to += piece.end - piece.begin;
+    }
+    runTeam(moving, most, [&](int thread, int team) {
+      for (int i = thread; i < most; i += team) {
+        Piece& piece = pieces_[i];
+        if (piece.begin == piece.end || piece.begin == piece.to) continue;
+        Pair* const rest = std::min(piece.end, piece.begin + (piece.begin - piece.to));
+        piece.head.assign(piece.begin, rest);
+        std::copy(rest, piece.end, piece.to + piece.head.size());
+      }
+    });
+    for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
+    part.resize(static_cast<std::size_t>(to - part.data()));
   }
 }
 

@@ -53,12 +53,18 @@ class PairFilter {
   void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
               PairList& verified);
   struct ExactTest;
+  // Pairs [begin, end) of a part, which are to begin at `to`.
+  struct Piece {
+    Pair *begin = nullptr, *end = nullptr, *to = nullptr;
+    std::vector<Pair> head;
+  };
   static Pair* verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
                          const Pair* end, Pair* to);
   void testSegments(const ExactTest& test, int threads, PairList& pairs);
-  void closeGaps(PairList& pairs);
+  void closeGaps(int threads, PairList& pairs);
 
   std::vector<PairList::Segment> pieces_to_test_;
+  std::vector<Piece> pieces_;
   std::vector<Buffer<PairList::Segment>> gaps_;  // where pairs were dropped; one a thread
   PlanePairs planes_;
 };

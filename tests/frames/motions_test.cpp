@@ -250,6 +250,7 @@ TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "
 TEST_CASE("With a tolerance near pairs are let through, the same on any number of threads",
           "[motions]") {
   Space spaces[2];
+  for (const Space& space : spaces) dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
   World one(spaces[0]), two(spaces[1]);
   World* const worlds[] = {&one, &two};
   for (int i = 0; i < 2; ++i) {
@@ -272,6 +273,7 @@ TEST_CASE("With a tolerance frames that report nothing have the pairs of those t
   const BareEnvironment bare;
   // Told of what changes and asked for events alone, and neither.
   Space spaces[2];
+  for (const Space& space : spaces) dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
   World told(spaces[0]), untold(spaces[1]);
   World* const worlds[] = {&told, &untold};
   for (int i = 0; i < 2; ++i) {
