@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -258,8 +259,11 @@ TEST_CASE("Rays and hits pass their size, and other sizes than this version's ar
   }
   CHECK(dParallelSAPSpaceRaysSized(of_ray, of_hit, space, &ray, 1, 0, &hit) == 1);
   CHECK(hit.distance == 4);
-  // The macros and the functions of these names.
-  CHECK(dParallelSAPSpaceRays(space, &ray, 1, 0, &hit) == 1);
+  // The macros, with commas in an argument, and the functions of these names.
+  const auto nothing = [](void*, std::size_t, const dParallelSAPRayHit*, std::size_t) {};
+  CHECK(dParallelSAPSpaceRays(space, std::array<dParallelSAPRay, 2>{ray, ray}.data(), 2, 0,
+                              std::array<dParallelSAPRayHit, 2>{hit, hit}.data()) == 2);
+  CHECK(dParallelSAPSpaceRayHits(space, &ray, 1, 0, nullptr, nothing) == 1);
   CHECK((dParallelSAPSpaceRays)(space, &ray, 1, 0, &hit) == 1);
   const auto count = [](void* hits, std::size_t, const dParallelSAPRayHit*, std::size_t more) {
     *static_cast<std::size_t*>(hits) += more;

@@ -17,8 +17,8 @@
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
- *   other bounds (infinite, inverted, denormal, huge) count as they are, in every floating-point
- *   mode. An infinite ray has no NaN bound: across an axis its box ends where the ray begins.
+ *   other bounds (infinite, inverted, denormal, huge) count as they are, in any floating-point
+ * mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
@@ -148,7 +148,6 @@ typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
 ODE_PARALLEL_SAP_API void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2);
 
-/* The callbacks of dParallelSAPSpaceCollideContacts. */
 typedef struct dParallelSAPContactCallbacks {
   dParallelSAPContactCallback* contacts; /* must be there; the others may be 0 */
   dParallelSAPFlagsCallback* flags;      /* 0: the same flags for all pairs */
@@ -160,8 +159,7 @@ typedef struct dParallelSAPContactCallbacks {
 #define dParallelSAPContactCallbacksOf(contacts) \
   { (contacts), NULL, NULL, NULL }
 
-/* In the flags of a pair: its collider runs on the calling thread, when no other does. */
-enum { dParallelSAPOnCallingThread = 0x40000000 };
+enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the calling thread, alone */
 
 /* The narrow phase on the threads of the space: finds the pairs of dSpaceCollide, calls dCollide
  * with these flags, or those of the flags callback, and reports the contacts. `data` goes to all
@@ -186,7 +184,6 @@ enum { dParallelSAPOnCallingThread = 0x40000000 };
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
-/* A pair of dParallelSAPSpaceCollidePairs. */
 typedef struct dParallelSAPPair {
   dGeomID o1; /* as the near callback gets them */
   dGeomID o2; /* likewise */
@@ -197,8 +194,7 @@ typedef struct dParallelSAPPair {
 typedef void dParallelSAPPairsCallback(void* data, const dParallelSAPPair* pairs, size_t count,
                                        size_t first);
 
-/* In the flags: blocks go to many threads at once, in no order. */
-enum { dParallelSAPPairsConcurrent = 1 };
+enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at once, unordered */
 
 /* Finds the pairs of dSpaceCollide and hands them out in blocks of some hundred. With `callback` 0,
  * pairs are only found and counted, for programs that use begun and ended pairs.
@@ -212,7 +208,6 @@ enum { dParallelSAPPairsConcurrent = 1 };
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
-/* A ray of dParallelSAPSpaceRays. */
 typedef struct dParallelSAPRay {
   dVector3 origin;             /* where it begins */
   dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
@@ -221,7 +216,6 @@ typedef struct dParallelSAPRay {
   unsigned long collide_bits;  /* as dGeomSetCollideBits. */
 } dParallelSAPRay;
 
-/* Where a ray hits a geom. */
 typedef struct dParallelSAPRayHit {
   dGeomID geom;    /* 0: the ray hits nothing */
   dReal distance;  /* from the origin: the contact's depth */
@@ -413,19 +407,25 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
                                                           const dParallelSAPRay* rays, size_t count,
                                                           int flags, void* data,
                                                           dParallelSAPRayCallback* callback);
+#if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L)
+#define dParallelSAPSpaceGetStats(...) \
+  dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), __VA_ARGS__)
+#define dParallelSAPSpaceCollideContacts(...) \
+  dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), __VA_ARGS__)
+#define dParallelSAPSpaceRays(...) \
+  dParallelSAPSpaceRaysSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), __VA_ARGS__)
+#define dParallelSAPSpaceRayHits(...) \
+  dParallelSAPSpaceRayHitsSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), __VA_ARGS__)
+#else /* C89: no variadic macros, nor compound literals, whose commas need them */
 #define dParallelSAPSpaceGetStats(a, b) \
   dParallelSAPSpaceGetStatsSized(sizeof(dParallelSAPStats), a, b)
+#define dParallelSAPSpaceCollideContacts(a, b, c, d) \
+  dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), a, b, c, d)
 #define dParallelSAPSpaceRays(a, b, c, d, e) \
   dParallelSAPSpaceRaysSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), a, b, c, d, e)
 #define dParallelSAPSpaceRayHits(a, b, c, d, e, f)                                               \
   dParallelSAPSpaceRayHitsSized(sizeof(dParallelSAPRay), sizeof(dParallelSAPRayHit), a, b, c, d, \
                                 e, f)
-#if defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L)
-#define dParallelSAPSpaceCollideContacts(...) \
-  dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), __VA_ARGS__)
-#else /* C89: no variadic macros, nor compound literals, whose commas need them */
-#define dParallelSAPSpaceCollideContacts(a, b, c, d) \
-  dParallelSAPSpaceCollideContactsSized(sizeof(dParallelSAPContactCallbacks), a, b, c, d)
 #endif
 
 /* Environment variables, read when a space is created, set what the program does not set. dMessage
