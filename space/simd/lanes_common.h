@@ -83,13 +83,13 @@ struct ScalarLanes {
   template <class Real>
   static Real least(const Real* p) {
     return joined(p, [](auto& all, const auto& other) {
-      all = (all < other) | (other != other) ? all : other;
+      all = ((all < other) | (other != other)) ? all : other;
     });
   }
   template <class Real>
   static Real greatest(const Real* p) {
     return joined(p, [](auto& all, const auto& other) {
-      all = (all > other) | (other != other) ? all : other;
+      all = ((all > other) | (other != other)) ? all : other;
     });
   }
 

@@ -208,7 +208,7 @@ TEST_CASE("As reduce callbacks they keep the same contacts on any number of thre
   const Space space;
   ContactScene scene(space);
   scene.fill({Kind::Box, Kind::Cylinder, Kind::Capsule}, 300, seedOr(65));
-  const dParallelSAPReduceCallback* const reduces[] = {
+  dParallelSAPReduceCallback* const reduces[] = {
       [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
         return dParallelSAPKeepDeepest(contacts, count, 2);
       },

@@ -134,7 +134,7 @@ const std::vector<Play>& plays() {
        dParallelSAPMethodSweep,
        populateWithHighBits,
        moveAll,
-       {"filter: exact tests"}},
+       {"filter: exact tests", "filter: gaps", "filter: pieces"}},
       {"geoms at rest are left out",
        dParallelSAPMethodSweep,
        populateWithBodies,

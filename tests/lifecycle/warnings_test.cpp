@@ -309,7 +309,6 @@ TEST_CASE("Most extremes in which ODE fails are warned of, and none in which it 
 }
 
 TEST_CASE("What looks alike and is none of these is not warned of") {
-  const Setting as_it_comes;
   Setting swept;
   swept.swept = true;
   const auto fast = [](double plate, double ahead) {

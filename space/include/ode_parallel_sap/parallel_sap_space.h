@@ -109,9 +109,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumDevices(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumDevices(dSpaceID space);
 
-/* Nonzero: a plane and a geom whose AABB is wholly on its open side, by more than rounding errors,
- * are no pair. No pair with a contact is left out. Default: 0, since ODE's spaces report oblique
- * planes with every geom. Holds for dSpaceCollide2 too. */
+/* Nonzero: a plane and a geom whose AABB is wholly on its open side are no pair. No pair with a
+ * contact is left out. Default: 0, as in ODE's spaces. Holds for dSpaceCollide2 too. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetCullPlanes(dSpaceID space, int cull);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetCullPlanes(dSpaceID space);
 
@@ -148,6 +147,7 @@ typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
 ODE_PARALLEL_SAP_API void dParallelSAPAddPair(void* pairs, dGeomID o1, dGeomID o2);
 
+/* The callbacks of dParallelSAPSpaceCollideContacts. */
 typedef struct dParallelSAPContactCallbacks {
   dParallelSAPContactCallback* contacts; /* must be there; the others may be 0 */
   dParallelSAPFlagsCallback* flags;      /* 0: the same flags for all pairs */
@@ -168,8 +168,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  * again. Flags for no contact need a flags callback.
  *
  * The calling thread needs ODE's data, as for dCollide (dAllocateODEDataForThread); others allocate
- * and keep theirs. With dSpaceSetManualCleanup the others' data are freed at the end, also those
- * that the program allocated for an OpenMP thread. Which thread collides:
+ * theirs, and free them at the end with dSpaceSetManualCleanup. Which thread collides:
  *
  * - Any: spheres, boxes, capsules, cylinders, convexes, planes, rays and OPCODE's meshes.
  * - Any, in an image: heightfields, and meshes if dCheckConfiguration ("ODE_EXT_mt_collisions") is
@@ -184,6 +183,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
+/* A pair of dParallelSAPSpaceCollidePairs. */
 typedef struct dParallelSAPPair {
   dGeomID o1; /* as the near callback gets them */
   dGeomID o2; /* likewise */
@@ -208,6 +208,7 @@ enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at 
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
+/* A ray of dParallelSAPSpaceRays. */
 typedef struct dParallelSAPRay {
   dVector3 origin;             /* where it begins */
   dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
@@ -216,6 +217,7 @@ typedef struct dParallelSAPRay {
   unsigned long collide_bits;  /* as dGeomSetCollideBits. */
 } dParallelSAPRay;
 
+/* Where a ray hits a geom. */
 typedef struct dParallelSAPRayHit {
   dGeomID geom;    /* 0: the ray hits nothing */
   dReal distance;  /* from the origin: the contact's depth */
@@ -267,8 +269,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
 /* A pair that began or ended. A begun pair gets the lowest free number, in the order of the pairs,
- * and keeps it up to its ended event. Numbers stay below the most pairs that a collide found and
- * ended together, so they can be indexes of an array. */
+ * and keeps it up to its ended event. Numbers can be indexes of an array. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1;   /* as reported; in an ended pair 0 if it has left the space: it may not exist */
   dGeomID o2;   /* likewise */
@@ -288,8 +289,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
 
-/* Finds a pair of the last collide, given in any order, in logarithmic time: 1 and *number, or 0.
- * Many threads may call it while no geom is added or removed. */
+/* Finds a pair of the last collide, given in any order: 1 and *number, or 0. Many threads may ask.
+ */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2,
                                                    unsigned* number);
 
@@ -305,9 +306,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
  * changes that ODE does not announce. Frames then read no geom for these. Default: 0. Changes are:
  * a geom gets other category or collide bits, is enabled or disabled, or loses its body
  * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep, a call, not a step,
- * wakes its body (dBodyEnable; dBodySetAutoDisableFlag and dBodySetAutoDisableDefaults if they
- * forbid it to sleep). ODE_PARALLEL_SAP_NOTIFIED=check finds a missing call, which may cost or add
- * pairs. No effect up to 120 geoms, on GPUs and by BruteForce or AxisLists. */
+ * wakes its body (dBodyEnable, or dBodySetAutoDisableFlag). ODE_PARALLEL_SAP_NOTIFIED=check finds a
+ * missing call, which may cost or add pairs. No effect up to 120 geoms. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 
@@ -345,9 +345,9 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* Nonzero: two of each 64 collides, dSpaceCollide2 apart, look for regimes in which ODE's solver is
- * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. At
- * the end of these, up to 2,048 geoms and their bodies' joints are read, which no other thread may
- * change meanwhile, and dCollide runs for up to eight pairs. Not while the space is locked. */
+ * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
+ * They read up to 2,048 geoms and their bodies' joints, which no other thread may change meanwhile,
+ * and collide up to eight pairs. Not while the space is locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
@@ -395,13 +395,16 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * size, for dlsym and older programs, know version 0.1's. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
+/* Likewise. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
     size_t size, dSpaceID space, void* data, int flags,
     const dParallelSAPContactCallbacks* callbacks);
+/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size,
                                                        dSpaceID space, const dParallelSAPRay* rays,
                                                        size_t count, int flags,
                                                        dParallelSAPRayHit* nearest);
+/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size,
                                                           dSpaceID space,
                                                           const dParallelSAPRay* rays, size_t count,
@@ -437,11 +440,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   which settings would leave out how many of its pairs, and the warnings above.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
- *   on. %p in it becomes the process's number; only then a forked child writes traces too.
- *
- * libode-parallel-sap-preload.so in LD_PRELOAD makes this space in the place of ODE's:
- * ODE_PARALLEL_SAP_REPLACE=hash,sap,quadtree by default, or simple. dCollide then returns contacts
- * that all threads found: ODE_PARALLEL_SAP_CONTACTS=auto|off|on, auto if that saves time. */
+ *   on. %p in it becomes the process's number.
+ * The preload library has more (space/preload in the sources). */
 
 #ifdef __cplusplus
 }
