@@ -212,20 +212,6 @@ TEST_CASE("A callback that throws ends the call, on the calling thread", "[block
     }
 }
 
-TEST_CASE("Of several exceptions one leaves the call", "[blocks]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(3000, seedOr(75)));
-  dParallelSAPSpaceSetNumThreads(space, 7);
-  const Pairs expected = collide(space);
-  for (int i = 0; i < 20; ++i) {
-    Blocks blocks;
-    blocks.at_each = [](std::size_t) { throw Stop(); };
-    REQUIRE_THROWS_AS(blocks.collide(space, dParallelSAPPairsConcurrent), Stop);
-    REQUIRE(isUsable(space, expected));
-  }
-}
-
 TEST_CASE("Callbacks collide within callbacks, whatever kind of collide they are of", "[blocks]") {
   for (const std::size_t n : {60, 700}) {
     const Space space, other;
@@ -297,28 +283,6 @@ TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]
   for (const auto& [thread, mine] : own) dSpaceDestroy(mine);
 }
 
-TEST_CASE("Where there is no memory for the list of pairs, blocks come all the same", "[blocks]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(700, seedOr(78)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
-  const Pairs expected = expectedPairs(world.geoms());
-  const Messages messages;
-  for (const int flags : kFlags) {
-    Blocks usual, blocks;
-    usual.collide(space, flags);
-    memory_fails = true;
-    blocks.collide(space, flags);
-    CHECK(!memory_fails);
-    CHECK(difference(blocks.joined(), expected) == "");
-    CHECK(blocks.areWhole());
-    CHECK(blocks.at == usual.at);
-    CHECK(statsOf(space).pairs == expected.size());
-    CHECK(statsOf(space).method == dParallelSAPMethodBruteForce);
-  }
-  CHECK(messages.all().size() == 1);
-}
-
 TEST_CASE("Statistics tell of blocks what they tell of a report", "[blocks]") {
   for (const std::size_t n : {100, 3000})
     for (const int flags : kFlags) {
@@ -375,13 +339,4 @@ TEST_CASE("Without a callback pairs are found and counted, and those that began 
       }
       CHECK(isUsable(space, collide(space)));
     }
-}
-
-TEST_CASE("Wrong arguments for blocks are assertions", "[blocks]") {
-  if (!odeHasAssertions()) return;
-  const Space space;
-  const dSpaceID theirs = dSimpleSpaceCreate(nullptr);
-  CHECK_THROWS_AS(dParallelSAPSpaceCollidePairs(theirs, nullptr, 0, Blocks::take), OdeAssertion);
-  CHECK_THROWS_AS(dParallelSAPSpaceCollidePairs(space, nullptr, 2, Blocks::take), OdeAssertion);
-  dSpaceDestroy(theirs);
 }
