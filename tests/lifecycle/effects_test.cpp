@@ -372,7 +372,8 @@ TEST_CASE("dSpaceGetGeom counts in the order of the pairs, whatever moves", "[ef
     world.addBoxes(denseCube(n, 9));
     for (int frame = 0; frame < 4; ++frame) {
       for (std::size_t i = 0; i < n; ++i)
-        REQUIRE(dSpaceGetGeom(space, static_cast<int>(i)) == world.geoms()[i]);
+        for (const std::size_t at : {i, n - 1 - i, 7 * i % n})
+          REQUIRE(dSpaceGetGeom(space, static_cast<int>(at)) == world.geoms()[at]);
       world.jitter(frame % 2 ? 0.1 : 0, 9);
       dGeomSetPosition(world.geoms()[n / 2], 0, 0, 0);
       if (frame % 2) (void)collide(space);
@@ -383,23 +384,4 @@ TEST_CASE("dSpaceGetGeom counts in the order of the pairs, whatever moves", "[ef
     CHECK(dSpaceGetGeom(space, static_cast<int>(n) - 1) == again);
     CHECK(dSpaceGetGeom(space, 3) == world.geoms()[3]);
   }
-}
-
-TEST_CASE("Nothing is built for the smallest scenes", "[effects]") {
-  const Space space, swept;
-  REQUIRE(dParallelSAPSpaceSetMethod(swept, dParallelSAPMethodSweep));
-  World world(space), world_of_swept(swept);
-  for (World* each : {&world, &world_of_swept}) each->addBoxes(denseCube(120, 10));
-  (void)statsOf(space);
-  std::size_t moving = 0;
-  for (int frame = 0; frame < 20; ++frame) {
-    for (World* each : {&world, &world_of_swept}) each->jitter(0.1, 10);
-    (void)collide(space), (void)collide(swept);
-    moving = std::max(moving, statsOf(space).memory_bytes);
-  }
-  CHECK(moving < statsOf(swept).memory_bytes / 2);
-  // Of a scene that stands still no more is remembered than its pairs.
-  for (int frame = 0; frame < 20; ++frame) (void)collide(space);
-  CHECK(statsOf(space).memory_bytes > moving);
-  CHECK(statsOf(space).memory_bytes < moving + 120 * 64 + 16 * statsOf(space).pairs);
 }

@@ -54,18 +54,35 @@ TEST_CASE("Environment variables that make no sense are reported and ignored", "
                                      {"ODE_PARALLEL_SAP_SIMD", "SSE2"},
                                      {"ODE_PARALLEL_SAP_STATS", "yes"},
                                      {"ODE_PARALLEL_SAP_STATS", "2"},
-                                     {"ODE_PARALLEL_SAP_THREADS", "99999999999999999999999"}};
+                                     {"ODE_PARALLEL_SAP_THREADS", "99999999999999999999999"},
+                                     {"ODE_PARALLEL_SAP_SKIP_STATIC", "yes"},
+                                     {"ODE_PARALLEL_SAP_SKIP_ASLEEP", " 1"},
+                                     {"ODE_PARALLEL_SAP_CULL_PLANES", "-1"},
+                                     {"ODE_PARALLEL_SAP_CULL_PLANES", "01"},
+                                     {"ODE_PARALLEL_SAP_NOTIFIED", "yes"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "-0.1"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "0.1m"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "nan"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "inf"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "1e999"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "0,1"},
+                                     {"ODE_PARALLEL_SAP_TOLERANCE", "0.1 "}};
   for (const auto& [name, value] : nonsense) {
     const Variable variable(name, value);
     const Messages messages;
     const Space space;
     INFO(name << "=" << value);
-    CHECK(messages.all().size() == 1);
-    if (!messages.all().empty()) CHECK(messages.all()[0].find(name) != std::string::npos);
+    REQUIRE(messages.all().size() == 1);
+    CHECK(messages.all()[0].find(name + std::string("=") + value) == 0);
     CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendAuto);
     CHECK(dParallelSAPSpaceGetMethod(space) == dParallelSAPMethodAuto);
     CHECK(dParallelSAPSpaceGetNumThreads(space) == 0);
     CHECK(dParallelSAPSpaceGetNumDevices(space) == 0);
+    CHECK(dParallelSAPSpaceGetSkipStatic(space) == 0);
+    CHECK(dParallelSAPSpaceGetSkipAsleep(space) == 0);
+    CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
+    CHECK(dParallelSAPSpaceGetNotified(space) == 0);
+    CHECK(dParallelSAPSpaceGetTolerance(space) == 0);
   }
 }
 

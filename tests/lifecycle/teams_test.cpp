@@ -342,13 +342,3 @@ TEST_CASE("Without a grain of the tests' small scenes are found by one thread") 
   for (const Play& play : plays()) (void)framesOf(play, 16);
   CHECK(timesShared() == before);
 }
-
-TEST_CASE("The environment sets the grain of all spaces of the process") {
-  const ScopedGrain grain(0);
-  REQUIRE(setenv("ODE_PARALLEL_SAP_TEST_GRAIN", "5", 1) == 0);
-  const Space space;
-  REQUIRE(unsetenv("ODE_PARALLEL_SAP_TEST_GRAIN") == 0);
-  CHECK(ode_parallel_sap::test_grain == 5);
-  const Space other;
-  CHECK(ode_parallel_sap::test_grain == 5);
-}
