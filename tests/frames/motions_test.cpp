@@ -202,25 +202,6 @@ TEST_CASE("Candidates are kept where all trembles, and given back after", "[moti
   CHECK(frames(10, kSlow) > 5);
 }
 
-TEST_CASE("A callback that throws or collides its own space costs the kept pairs only",
-          "[motions]") {
-  Space space;
-  World world(space);
-  world.addBoxes(denseCube(1000, 66));
-  const Pairs pairs = collide(space);
-  CHECK_THROWS(dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { throw 1; }));
-  CHECK(difference(collide(space), pairs) == "");
-  static dSpaceID own;
-  own = space;
-  Pairs nested;
-  dSpaceCollide(space, &nested, [](void* data, dGeomID, dGeomID) {
-    Pairs& inner = *static_cast<Pairs*>(data);
-    if (inner.empty()) inner = collide(own);
-  });
-  CHECK(difference(nested, pairs) == "");
-  CHECK(difference(collide(space), pairs) == "");
-}
-
 TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
   for (const Configuration& configuration : configurations())
     for (const std::size_t n : {20, 300, 1500}) {
@@ -286,21 +267,4 @@ TEST_CASE("With a tolerance frames that report nothing have the pairs of those t
     dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
     REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
   }
-}
-
-TEST_CASE("A culled plane's pairs are exact within a tolerance too", "[motions]") {
-  Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, 69));
-  world.take(dCreatePlane(space, 1, 1, 0, -0.1));
-  dGeomSetPosition(world.geoms()[0], 0.5, 0.5, 0);
-  dParallelSAPSpaceSetCullPlanes(space, 1);
-  const auto ofPlane = [&] {
-    const Pairs pairs = collide(space);
-    return std::count_if(pairs.begin(), pairs.end(), [](Pair p) { return p.second == 300; });
-  };
-  const auto exact = ofPlane();
-  dParallelSAPSpaceSetTolerance(space, 1);
-  CHECK(ofPlane() == exact);
-  CHECK(ofPlane() == exact);
 }

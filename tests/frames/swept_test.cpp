@@ -343,27 +343,6 @@ TEST_CASE("dSpaceCollide2 finds what overlaps swept boxes, and comes with the sw
   }
 }
 
-TEST_CASE("A space of ours around a swept one finds what its swept box overlaps", "[swept]") {
-  const Space outer(configurations()[0]);
-  const dSpaceID inner = dParallelSAPSpaceCreate(outer);
-  setNumber(asGeom(inner), 1);
-  dParallelSAPSpaceSetSweptBounds(inner, 1);
-  const dGeomID wall = dCreateSphere(outer, 1);
-  dGeomSetPosition(wall, 10, 0, 0);
-  setNumber(wall, 2);
-  const dWorldID world = dWorldCreate();
-  const dBodyID body = dBodyCreate(world);
-  dGeomSetBody(dCreateSphere(inner, 1), body);
-  CHECK(collide(outer) == Pairs());
-  dBodySetLinearVel(body, 7, 0, 0);
-  CHECK(collide(outer) == Pairs());
-  dBodySetLinearVel(body, 8, 0, 0);
-  CHECK(collide(outer) == Pairs{{1, 2}});
-  dBodyDisable(body);
-  CHECK(collide(outer) == Pairs());
-  dWorldDestroy(world);
-}
-
 TEST_CASE("What leaves a swept space, or is swept no more, has its own box again", "[swept]") {
   const Space space(configurations()[0]);
   const dWorldID world = dWorldCreate();
