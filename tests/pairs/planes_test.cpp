@@ -330,19 +330,3 @@ TEST_CASE("A culled plane asks AABBTest functions as any geom does", "[planes]")
     CHECK(wrongCulling(got, world) == "");
   }
 }
-
-TEST_CASE("What lies flat on a culled plane through the origin is a pair with it", "[planes]") {
-  for (const double distance : {0.0, 3e-310}) {
-    Space space;
-    World world(space);
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetCullPlanes(space, 1);
-    world.take(dCreatePlane(space, 0, 0, 1, distance));
-    for (int i = 0; i < 60; ++i) {
-      const dReal x = static_cast<dReal>(2 * i);
-      world.take(createUserBox(space, {x, x + 1, 0, 1, 0, 0}));
-    }
-    CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-    CHECK(statsOf(space).pairs == 60);
-  }
-}
