@@ -108,6 +108,19 @@ TEST_CASE("The times of the stages are those of what was done in them", "[effect
     const auto sleepInReport = [](void* data, dGeomID, dGeomID, const dContactGeom*, int) {
       if ((*static_cast<int*>(data))++ == 0) std::this_thread::sleep_for(4 * kNap);
     };
+    const auto sleepInBlock = [](void*, const dParallelSAPPair*, std::size_t, std::size_t first) {
+      if (first == 0) nap();
+    };
+    for (const int flags : {0, int(dParallelSAPPairsConcurrent)}) {
+      const unsigned long long pairs = stats.pairs;
+      for (int frame = 0; frame < 16; ++frame)
+        dParallelSAPSpaceCollidePairs(space, nullptr, flags, sleepInBlock);
+      stats = statsOf(space);
+      CHECK(stats.pairs == pairs);
+      CHECK(stats.report_ms >= kNapMs);
+      CHECK(stats.total_ms >= stats.report_ms);
+    }
+
     for (std::size_t i = 30; i < n; ++i) dGeomDisable(world.geoms()[i]);
     int calls = 0;
     dParallelSAPContactCallbacks callbacks = {sleepInReport, sleepInFlags, nullptr, nullptr};

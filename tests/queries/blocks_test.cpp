@@ -283,31 +283,6 @@ TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]
   for (const auto& [thread, mine] : own) dSpaceDestroy(mine);
 }
 
-TEST_CASE("Statistics tell of blocks what they tell of a report", "[blocks]") {
-  for (const std::size_t n : {100, 3000})
-    for (const int flags : kFlags) {
-      const Space space;
-      World world(space);
-      world.addBoxes(denseCube(n, seedOr(79)));
-      const std::size_t pairs = collide(space).size();
-      Blocks blocks;
-      blocks.at_each = [](std::size_t first) {
-        if (first == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      };
-      for (int frame = 0; frame < 17; ++frame) {  // small scenes are timed now and then
-        (void)statsOf(space);
-        blocks.collide(space, flags);
-      }
-      const dParallelSAPStats stats = statsOf(space);
-      INFO(n << " geoms, flags " << flags);
-      CHECK(stats.frames == 18);
-      CHECK(stats.pairs == pairs);
-      CHECK(stats.report_ms >= 5);
-      CHECK(stats.total_ms >= stats.report_ms);
-      CHECK(stats.extract_ms < 5);
-    }
-}
-
 TEST_CASE("An empty space has no blocks", "[blocks]") {
   const Space space;
   Blocks blocks;
