@@ -3,22 +3,17 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <functional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
-#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/variable.h"
 
@@ -180,91 +175,29 @@ TEST_CASE("Statistics say what moved, what was kept and what was found anew", "[
   }
 }
 
-TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
-  MovingScene scene(on_cpu, 1500, 122);
-  const auto frames = [&](int count, double distance) {
-    std::size_t kept = 0;
-    for (int frame = 0; frame < count; ++frame) {
-      if (distance > 0) scene.tremble(distance);
-      const Pairs pairs = collide(scene.space());
-      const std::size_t candidates = statsOf(scene.space()).candidates_kept;
-      if (candidates > 0) CHECK(candidates < 2 * pairs.size());
-      kept += candidates >= pairs.size() * 9 / 10;
-    }
-    return kept;
-  };
-  CHECK(frames(40, 0.4) == 0);
-  CHECK(frames(40, kSlow) > 30);
-  (void)frames(20, 0);
-  const std::size_t held = statsOf(scene.space()).memory_bytes;
-  (void)frames(80, 0);
-  CHECK(statsOf(scene.space()).memory_bytes + 36 * 1500 < held);
-  CHECK(frames(10, kSlow) > 5);
-}
-
-TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {20, 300, 1500}) {
-      INFO(configuration.name << ", " << n << " geoms");
-      Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n, 69));
-      for (const dGeomID geom : world.geoms()) dBodyDisable(world.giveBody(geom));
-      dBodyEnable(world.bodies()[0]);
-      dParallelSAPSpaceSetSkipAsleep(space, 1);
-      const auto disabled = [&] {
-        (void)collide(space);
-        return statsOf(space).disabled;
-      };
-      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 0);
-      dGeomDisable(world.geoms()[1]);
-      dGeomDisable(world.geoms()[2]);
-      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 2);
-      dBodyEnable(world.bodies()[1]);
-      CHECK(disabled() == 2);
-      dGeomEnable(world.geoms()[1]);
-      dGeomEnable(world.geoms()[2]);
-      CHECK(disabled() == 0);
-    }
-}
-
-TEST_CASE("With a tolerance near pairs are let through, the same on any number of threads",
-          "[motions]") {
-  Space spaces[2];
-  World one(spaces[0]), two(spaces[1]);
-  World* const worlds[] = {&one, &two};
-  for (int i = 0; i < 2; ++i) {
+TEST_CASE(
+    "With a tolerance near pairs are let through, the same on any number of threads, told of "
+    "changes or not, and without a report",
+    "[motions]") {
+  const BareEnvironment bare;
+  Space spaces[3];
+  World one(spaces[0]), two(spaces[1]), silent(spaces[2]);
+  World* const worlds[] = {&one, &two, &silent};
+  for (int i = 0; i < 3; ++i) {
     worlds[i]->addBoxes(denseCube(3000, 67));
     dParallelSAPSpaceSetTolerance(spaces[i], 0.1);
     dParallelSAPSpaceSetNumThreads(spaces[i], i + 1);
   }
+  dParallelSAPSpaceSetNotified(spaces[2], 1);
   for (int frame = 0; frame < 80; ++frame) {
     INFO("frame " << frame);
-    // Further than the tolerance, then within it.
-    for (World* const world : worlds) world->jitter(frame < 20 ? 0.5 : 0.0005, frame);
+    // Further than the tolerance, then within it, then not at all.
+    for (World* const world : worlds)
+      if (frame < 60) world->jitter(frame < 20 ? 0.5 : 0.0005, frame);
     const Pairs pairs = collide(spaces[0]);
     REQUIRE(pairs == collide(spaces[1]));
+    dParallelSAPSpaceCollidePairs(spaces[2], nullptr, 0, nullptr);
+    REQUIRE(statsOf(spaces[2]).pairs == pairs.size());
     if (frame == 79) CHECK(pairs.size() > expectedPairs(one.geoms()).size());
-  }
-}
-
-TEST_CASE("With a tolerance frames that report nothing have the pairs of those that do",
-          "[motions]") {
-  const BareEnvironment bare;
-  // Told of what changes and asked for events alone, and neither.
-  Space spaces[2];
-  World told(spaces[0]), untold(spaces[1]);
-  World* const worlds[] = {&told, &untold};
-  for (int i = 0; i < 2; ++i) {
-    worlds[i]->addBoxes(denseCube(600, 68));
-    dParallelSAPSpaceSetTolerance(spaces[i], 0.2);
-  }
-  dParallelSAPSpaceSetNotified(spaces[0], 1);
-  for (int frame = 0; frame < 60; ++frame) {
-    INFO("frame " << frame);
-    for (World* const world : worlds)
-      if (frame < 15) world->jitter(2, frame);
-    dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
-    REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
   }
 }
