@@ -53,24 +53,6 @@ void populate(World& world, std::size_t n, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("Planes pair with every geom unless they are culled", "[planes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
-    World world(space);
-    world.addBoxes(denseCube(300, 1));
-    world.take(dCreatePlane(space, 1, 1, 1, -1000));
-    INFO(configuration.name);
-    const Pairs all = collide(space);
-    CHECK(difference(all, expectedPairs(world.geoms())) == "");
-    for (const int cull : {1, 0, 7, 0}) {
-      dParallelSAPSpaceSetCullPlanes(space, cull);
-      CHECK(dParallelSAPSpaceGetCullPlanes(space) == (cull != 0));
-      CHECK(collide(space).size() == all.size() - (cull ? 300 : 0));
-    }
-  }
-}
-
 TEST_CASE("Culled planes pair with what may touch them, whatever finds the pairs", "[planes]") {
   const std::uint64_t seed = seedOr(201);
   for (const Configuration& configuration : configurations())
