@@ -82,11 +82,7 @@ void reAddSome(Scene& scene, int frame) {
 }
 
 void renewAll(Scene& scene, int) {
-  while (!scene.geoms().empty()) {
-    const dGeomID geom = scene.geoms().back();
-    scene.remove(geom);
-    dGeomDestroy(geom);
-  }
+  scene.shrinkTo(0);
   scene.addUnitBoxes(scene.size);
 }
 
@@ -95,11 +91,7 @@ void nothingLeft(Scene& scene, int frame) {
     scene.addUnitBoxes(scene.size);
     return;
   }
-  while (!scene.geoms().empty()) {
-    const dGeomID geom = scene.geoms().back();
-    scene.remove(geom);
-    dGeomDestroy(geom);
-  }
+  scene.shrinkTo(0);
 }
 
 // All on one body: no pair but with the few that are not. `loose` geoms stay without a body.

@@ -1,5 +1,4 @@
 // Far away, far apart, all in one place, just touching.
-#include <cmath>
 #include <sstream>
 
 #include "extreme.h"
