@@ -7,7 +7,6 @@
 #include <limits>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -146,26 +145,6 @@ TEST_CASE("What is asked for is what runs", "[api]") {
       CHECK(stats.method != dParallelSAPMethodAuto);
     }
   }
-}
-
-TEST_CASE("Up to 200 geoms are tested all with all, more are swept", "[api]") {
-  const BareEnvironment bare;
-  const dSpaceID space = dParallelSAPSpaceCreate(0);
-  dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-  {
-    World world(space);
-    world.addBoxes(denseCube(200, 1));
-    const auto frame = [&] {
-      collide(space);
-      return statsOf(space).method;
-    };
-    CHECK(frame() == dParallelSAPMethodBruteForce);
-    world.addBoxes(denseCube(1, 2));
-    CHECK(frame() == dParallelSAPMethodSweep);
-    for (const dGeomID geom : world.geoms()) dGeomBoxSetLengths(geom, 10, 10, 10);
-    CHECK(frame() == dParallelSAPMethodSweep);
-  }
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("Statistics count what happened", "[api]") {

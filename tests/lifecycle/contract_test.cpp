@@ -1,7 +1,6 @@
 // The callback's rights and duties; sub-spaces, empty ones too.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <string>
 #include <thread>
 #include <vector>

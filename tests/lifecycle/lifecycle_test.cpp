@@ -2,14 +2,12 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/oracle.h"
 #include "support/recorder.h"
-#include "support/scenes.h"
 
 using namespace sap_test;
 

@@ -1,10 +1,6 @@
 // The variables of the environment that leave out or add pairs.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"

@@ -2,7 +2,6 @@
 // what one thread finds. Sees the library's own counts of who had work: built from its objects.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <set>

@@ -1,13 +1,10 @@
 // The files of traces: whose they are, when they end, and what becomes of them where they cannot be
 // written.
 #include <ode_parallel_sap/parallel_sap_space.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -102,29 +99,6 @@ TEST_CASE("Who replays a trace does not write over it", "[trace]") {
     REQUIRE(folder.files().size() == 1);
     if (!replaying) REQUIRE(trace::readRecording(folder.files()[0]).frames.size() == 1);
   }
-}
-
-TEST_CASE("A trace that fails is cut itself, not what has its name by then", "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(20);
-  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1) == 1);
-  collide(space);
-  fs::rename(folder / "trace", folder / "moved");
-  std::ofstream(folder / "trace") << std::string(1000000, 'x');
-  const auto before = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit limit;
-  REQUIRE(getrlimit(RLIMIT_FSIZE, &limit) == 0);
-  const rlimit small = {fs::file_size(folder / "moved") + 10, limit.rlim_max};
-  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
-  const Messages messages;
-  for (int i = 0; i < 50; ++i) dCreateSphere(space, 1);
-  collide(space);
-  REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
-  std::signal(SIGXFSZ, before);
-  REQUIRE(messages.all().size() == 1);
-  REQUIRE(fs::file_size(folder / "trace") == 1000000);
-  REQUIRE(framesIn(folder / "moved") == 1);
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("The environment has a file for each space that collides", "[trace]") {

@@ -354,35 +354,6 @@ TEST_CASE("Contacts are warned of from five a pair on") {
   }
 }
 
-TEST_CASE("A callback that throws in the first frame of a look does not make steps look long") {
-  Stage stage(Pairing::ours, {}, 0.01);
-  const dSpaceID space = stage.space();
-  dParallelSAPSpaceSetWarnings(space, 1);
-  std::vector<dBodyID> bodies;
-  for (int i = 0; i < 4; ++i) {
-    bodies.push_back(dBodyCreate(stage.world()));
-    dGeomSetBody(dCreateBox(space, 1, 1, 1), bodies.back());
-    dBodySetPosition(bodies.back(), dReal(0.9) * static_cast<dReal>(i), 3, 0);
-    dBodySetLinearVel(bodies.back(), 0, 0, 4);
-  }
-  dCreateBox(space, 1, 1, 1);
-  constexpr int frames_between_looks = 64;
-  for (int frame = 0; frame < 3 * frames_between_looks; ++frame) {
-    bool thrown = frame != frames_between_looks;
-    try {
-      dSpaceCollide(space, &thrown, [](void* data, dGeomID, dGeomID) {
-        if (!std::exchange(*static_cast<bool*>(data), true)) throw 1;
-      });
-    } catch (int) {
-    }
-    for (const dBodyID body : bodies) {
-      const dReal* const at = dBodyGetPosition(body);
-      dBodySetPosition(body, at[0], at[1], at[2] + dReal(0.04));
-    }
-  }
-  CHECK(textOf(space) == "");
-}
-
 TEST_CASE("Warnings are off until they are asked for, and can be cut off") {
   const auto heavy = [](Stage& stage) {
     stage.plane();

@@ -18,11 +18,8 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -119,38 +116,6 @@ TEST_CASE("Blocks one after the other are the pairs of dSpaceCollide, for any th
             REQUIRE(blocks.order == places);
           }
       }
-}
-
-TEST_CASE("Blocks keep to the rules that are set, and have spaces in them as geoms", "[blocks]") {
-  const std::uint64_t seed = seedOr(72);
-  for (const std::size_t n : {60, 900}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, seed));
-    for (std::size_t i = 0; i < n; i += 3) world.giveBody(world.geoms()[i]);
-    for (std::size_t i = 0; i < n; i += 6) dBodyDisable(dGeomGetBody(world.geoms()[i]));
-    world.take(dCreatePlane(space, dReal(0.5), dReal(0.5), dReal(0.75), 1));
-    const dSpaceID inner = dSimpleSpaceCreate(space);
-    dCreateSphere(inner, 1);
-    setNumber(asGeom(inner), n + 1);
-    for (int rules = 0; rules < 16; ++rules) {
-      dParallelSAPSpaceSetSkipStatic(space, rules & 1);
-      dParallelSAPSpaceSetSkipAsleep(space, rules & 2);
-      dParallelSAPSpaceSetCullPlanes(space, rules & 4);
-      dParallelSAPSpaceSetTolerance(space, rules & 8 ? dReal(0.25) : 0);
-      const Pairs expected = collide(space);
-      bool has_space = false;
-      for (const Pair& pair : expected) has_space = has_space || pair.second == n + 1;
-      REQUIRE(has_space);
-      for (const int flags : kFlags) {
-        Blocks blocks;
-        blocks.collide(space, flags);
-        INFO(n << " geoms, rules " << rules << ", flags " << flags);
-        REQUIRE(difference(blocks.joined(), expected) == "");
-        CHECK(statsOf(space).pairs == expected.size());
-      }
-    }
-  }
 }
 
 TEST_CASE("Concurrent blocks are at work at the same time, in the caller's floating-point mode",
