@@ -2,15 +2,11 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <mutex>
-#include <new>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 

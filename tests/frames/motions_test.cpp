@@ -3,9 +3,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -25,21 +24,6 @@ void run(World& world, int frames, bool moving, std::uint64_t seed) {
     if (moving) world.jitter(0.1, seed + static_cast<std::uint64_t>(frame));
     REQUIRE(difference(collide(world.space()), expectedPairs(world.geoms())) == "");
   }
-}
-
-struct Again {
-  Pairs pairs;
-  dSpaceID space;
-  dGeomID disabled;
-};
-
-// Records the pair; the first time also disables a geom, and collides the space again.
-void recordAndCollide(void* data, dGeomID a, dGeomID b) {
-  Again& again = *static_cast<Again*>(data);
-  again.pairs.push_back({number(a), number(b)});
-  if (again.pairs.size() > 1) return;
-  dGeomDisable(again.disabled);
-  for (int frame = 0; frame < 3; ++frame) (void)collide(again.space);
 }
 
 }  // namespace
@@ -151,26 +135,4 @@ TEST_CASE("What is done to a small space between two frames is seen by the next 
         run(world, 3, false, 16);
       }
   std::remove(path.c_str());
-}
-
-TEST_CASE("A small frame's statistics are its own after a collide within its callback", "[small]") {
-  for (const bool moving : {false, true}) {
-    INFO("moving " << moving);
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(12, 17));
-    run(world, 5, moving, 18);
-    if (moving) world.jitter(0.1, 19);
-    Again again = {{}, space, world.geoms()[5]};
-    dSpaceCollide(space, &again, recordAndCollide);
-    const dParallelSAPStats stats = statsOf(space);
-    dGeomEnable(world.geoms()[5]);
-    // The pairs are those of the moment when it began.
-    CHECK(difference(again.pairs, expectedPairs(world.geoms())) == "");
-    CHECK(stats.pairs == again.pairs.size());
-    CHECK(stats.disabled == 0);
-    CHECK(stats.moved == (moving ? 12 : 0));
-    CHECK(stats.frames == 9);
-    run(world, 3, moving, 20);
-  }
 }

@@ -3,9 +3,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <memory>
 #include <set>
 #include <utility>
 #include <vector>

@@ -2,9 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <vector>

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -291,24 +289,5 @@ TEST_CASE("Bounds and planes of every kind are culled by the definition", "[plan
       }
       REQUIRE(wrongCulling(collide(space), world) == "");
     }
-  }
-}
-
-TEST_CASE("A culled plane asks AABBTest functions as any geom does", "[planes]") {
-  for (const std::size_t n : {20, 200}) {
-    const Space space;
-    dParallelSAPSpaceSetCullPlanes(space, 1);
-    World world(space);
-    world.take(dCreatePlane(space, 1, 1, 1, 0));
-    for (std::size_t i = 0; i < n; ++i) {
-      const dReal x = static_cast<dReal>(i) - static_cast<dReal>(n) / 2;
-      world.take(createUserBox(
-          space, {x, x + dReal(0.5), 0, 1, 0, 1}, false,
-          [](dGeomID self, dGeomID, dReal*) -> int { return number(self) % 3 != 0; }));
-    }
-    const Pairs got = collide(space);
-    CHECK(got.size() > n / 4);
-    CHECK(got.size() < n / 2);
-    CHECK(wrongCulling(got, world) == "");
   }
 }

@@ -4,11 +4,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
-#include <string>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/random.h"
