@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -117,32 +116,6 @@ std::string standardErrorOf(Work work) {
 }
 
 }  // namespace
-
-TEST_CASE("An image is other memory and the same colliders") {
-  static OdeImage image, other;
-  REQUIRE(!image.load());
-  REQUIRE(!other.load());
-  const std::set<void*> functions = {reinterpret_cast<void*>(&dCollide), image.symbol("dCollide"),
-                                     other.symbol("dCollide")};
-  CHECK(functions.size() == 3);
-  CHECK(functions.count(nullptr) == 0);
-  // Its own functions call its own: it made a table for itself.
-  CHECK(image.hasProgramsCollider(dBoxClass, dBoxClass));
-  CHECK(image.hasProgramsCollider(dTriMeshClass, dTriMeshClass));
-  CHECK_FALSE(image.hasProgramsCollider(dFirstUserClass, dBoxClass));
-  const dGeomID a = dCreateBox(nullptr, 1, 1, 1), b = dCreateBox(nullptr, 1, 1, 1);
-  dGeomSetPosition(b, dReal(0.7), dReal(0.1), dReal(0.2));
-  dContactGeom of_program[8], of_image[8];
-  const int count = dCollide(a, b, 8, of_program, sizeof(dContactGeom));
-  REQUIRE(count > 1);
-  REQUIRE(image.collide(a, b, 8, of_image, sizeof(dContactGeom)) == count);
-  Contacts expected, got;
-  recordContacts(&expected, a, b, of_program, count);
-  recordContacts(&got, a, b, of_image, count);
-  CHECK(difference(got, expected) == "");
-  dGeomDestroy(a);
-  dGeomDestroy(b);
-}
 
 TEST_CASE("Who asks for ODE by its name gets the program's") {
   static OdeImage image;

@@ -37,16 +37,6 @@ void addPairs(dSpaceID space, int touching, int apart) {
   }
 }
 
-// Of each frame.
-std::vector<unsigned long long> leftOut(dSpaceID space, int frames) {
-  std::vector<unsigned long long> left_out;
-  for (int frame = 0; frame < frames; ++frame) {
-    parallelContacts(space, 8);
-    left_out.push_back(statsOf(space).apart);
-  }
-  return left_out;
-}
-
 }  // namespace
 
 TEST_CASE("Contacts are the same whether or not what is apart is left out", "[apart]") {
@@ -117,17 +107,4 @@ TEST_CASE("Unimportant contacts of boxes are those of the serial loop", "[apart]
   scene.fill({Kind::Box, Kind::OffsetBox}, 1500, seed);
   const int flags = 8 | static_cast<int>(CONTACTS_UNIMPORTANT);
   CHECK(difference(parallelContacts(space, flags), serialContacts(space, {flags})) == "");
-}
-
-TEST_CASE("Where few pairs are apart they are looked for less and less often", "[apart]") {
-  const Variable variable(kVariable, nullptr);
-  using Counts = std::vector<unsigned long long>;
-  for (const int threads : {1, 3}) {
-    const Space few, many;
-    for (const Space* space : {&few, &many}) dParallelSAPSpaceSetNumThreads(*space, threads);
-    addPairs(few, 180, 20);
-    addPairs(many, 100, 100);
-    CHECK(leftOut(few, 16) == Counts{20, 0, 0, 0, 0, 20, 0, 0, 0, 0, 0, 0, 0, 0, 20, 0});
-    CHECK(leftOut(many, 16) == Counts(16, 100));
-  }
 }

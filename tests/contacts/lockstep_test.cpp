@@ -3,7 +3,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstring>
-#include <string>
 #include <vector>
 
 #include "support/catch.hpp"

@@ -5,13 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <vector>
 
 #include "support/catch.hpp"
-#include "support/configurations.h"
-#include "support/contact_scene.h"
 #include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/random.h"
@@ -200,33 +197,6 @@ TEST_CASE("Four contacts of a box's face are its corners, and of a line its ends
     for (int i = 0; i < 9; ++i) line.push_back(contact(i, i, 0, i == 8 ? 1 : 0.1 * i, i));
     REQUIRE(dParallelSAPKeepSpread(line.data(), 9, 3) == 3);
     CHECK(placesOf(line, 3) == std::vector<int>{8, 0, 7});
-  }
-}
-
-TEST_CASE("As reduce callbacks they keep the same contacts on any number of threads",
-          "[reducers]") {
-  const Space space;
-  ContactScene scene(space);
-  scene.fill({Kind::Box, Kind::Cylinder, Kind::Capsule}, 300, seedOr(65));
-  dParallelSAPReduceCallback* const reduces[] = {
-      [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
-        return dParallelSAPKeepDeepest(contacts, count, 2);
-      },
-      [](void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
-        return dParallelSAPKeepSpread(contacts, count, 4);
-      }};
-  for (dParallelSAPReduceCallback* const reduce : reduces) {
-    SerialLoop loop;
-    loop.flags = 16;
-    loop.reduce = reduce;
-    const Contacts expected = serialContacts(space, loop);
-    dParallelSAPContactCallbacks more = {};
-    more.reduce = reduce;
-    for (const int threads : {1, 2, 7}) {
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      REQUIRE(difference(parallelContacts(space, 16, more), expected) == "");
-    }
-    CHECK(expected.size() < serialContacts(space, {16}).size());
   }
 }
 

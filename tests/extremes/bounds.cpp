@@ -13,16 +13,12 @@ Bounds unitBounds(Scene& scene) {
   return {x, x + 1, y, y + 1, z, z + 1};
 }
 
-void unitBoxes(Scene& scene) {
-  for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
-}
-
 // Unit boxes, and a few whose bounds are infinite where `low` and `high` say so; they change places
 // with finite ones.
 std::function<void(Scene&, int)> infinite(int first_axis, int last_axis, bool low, bool high) {
   return [=](Scene& scene, int frame) {
     if (frame == 0) {
-      unitBoxes(scene);
+      scene.addUnitBoxes(scene.size);
       for (int i = 0; i < 8; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
     }
     for (std::size_t i = 0; i < scene.marked.size(); ++i) {
@@ -37,23 +33,19 @@ std::function<void(Scene&, int)> infinite(int first_axis, int last_axis, bool lo
   };
 }
 
-void nothingButInfinite(Scene& scene, int frame) {
+void nothingButInfinite(Scene& scene, int) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds = unitBounds(scene);
     const std::size_t axis = scene.random.below(3), which = 1 + scene.random.below(3);
     if (which & 1) bounds[2 * axis] = -kInfinity;
     if (which & 2) bounds[2 * axis + 1] = kInfinity;
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    scene.setUserBox(i, bounds);
   }
 }
 
 void planes(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (int i = 0; i < 40; ++i) {
       dReal normal[3] = {0, 0, 0};
       normal[i % 3] = i % 2 ? 1 : -1;
@@ -73,7 +65,7 @@ void planes(Scene& scene, int frame) {
 // Infinite sizes of ODE's own classes: some of their bounds are infinite, others NaN.
 void infiniteClasses(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     scene.marked.push_back(scene.take(dCreateSphere(scene.space(), kInfinity)));
     scene.marked.push_back(scene.take(dCreateBox(scene.space(), 1, kInfinity, 1)));
     scene.marked.push_back(scene.take(dCreateCapsule(scene.space(), 1, kInfinity)));
@@ -90,7 +82,7 @@ bool isSick(int frame) {
 }
 
 void nanPosition(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; i += 7) {
     const dGeomID geom = scene.geoms()[i];
     scene.placeAnywhere(geom);
@@ -100,7 +92,7 @@ void nanPosition(Scene& scene, int frame) {
 }
 
 void nanRotation(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; i += 7) {
     dMatrix3 rotation;
     dRSetIdentity(rotation);
@@ -112,7 +104,7 @@ void nanRotation(Scene& scene, int frame) {
 // A body that a solver blew up: its position and all that it carries.
 void nanBody(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (std::size_t i = 0; i < scene.size; i += 5) {
       scene.marked.push_back(scene.geoms()[i]);
       scene.giveBody(scene.geoms()[i]);
@@ -130,7 +122,7 @@ void nanBody(Scene& scene, int frame) {
 
 void nanSize(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (int i = 0; i < 12; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
   }
   for (std::size_t i = 0; i < scene.marked.size(); ++i) {
@@ -142,7 +134,7 @@ void nanSize(Scene& scene, int frame) {
 }
 
 void nanEverywhere(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (const dGeomID geom : scene.geoms()) {
     if (isSick(frame)) {
       scene.place(geom, kNaN, kNaN, kNaN);
@@ -153,7 +145,7 @@ void nanEverywhere(Scene& scene, int frame) {
 }
 
 void zeroSizes(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; ++i) {
     if (!scene.random.chance(0.3)) continue;
     const dReal zero = scene.random.chance(0.5) ? 0 : 1;
@@ -167,17 +159,13 @@ void inverted(Scene& scene, int frame) {
     const std::size_t axis = scene.random.below(3);
     if (scene.random.chance(0.3)) std::swap(bounds[2 * axis], bounds[2 * axis + 1]);
     if (scene.random.chance(0.1)) std::swap(bounds[0], bounds[1]);
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else if (scene.random.chance(0.5)) {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    if (frame == 0 || scene.random.chance(0.5)) scene.setUserBox(i, bounds);
   }
 }
 
 void invertedInfinite(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (int i = 0; i < 30; ++i) scene.marked.push_back(scene.addUserBox(unitBounds(scene)));
   }
   const std::array<dReal, 6> values = {-kInfinity, -kLargest, -1, 1, kLargest, kInfinity};

@@ -91,11 +91,7 @@ void denormalGaps(Scene& scene, int frame) {
       if (scene.random.chance(0.2)) bounds[2 * axis] = -1;
       if (scene.random.chance(0.2)) bounds[2 * axis + 1] = 1;
     }
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else if (scene.random.chance(0.3)) {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    if (frame == 0 || scene.random.chance(0.3)) scene.setUserBox(i, bounds);
   }
 }
 
@@ -113,11 +109,7 @@ void trappingBounds(Scene& scene, int frame) {
       bounds[2 * axis + 1] = values[scene.random.below(11)];
     }
     if (scene.random.chance(0.02)) bounds[scene.random.below(6)] = kNaN;
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else if (scene.random.chance(0.3)) {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    if (frame == 0 || scene.random.chance(0.3)) scene.setUserBox(i, bounds);
   }
 }
 

@@ -4,12 +4,8 @@
 namespace sap_test {
 namespace {
 
-void unitBoxes(Scene& scene) {
-  for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
-}
-
 void acrossTheWorld(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   const double reach[] = {1, 1e3, 1e9, 1e25, 2, 1e6};
   for (const dGeomID geom : scene.geoms()) {
     const dReal x = scene.between(-1, 1) * static_cast<dReal>(reach[frame]);
@@ -21,7 +17,7 @@ void acrossTheWorld(Scene& scene, int frame) {
 // Bodies so fast that each time step takes them through the whole world.
 void fastBodies(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (const dGeomID geom : scene.geoms()) scene.giveBody(geom);
   }
   for (const dBodyID body : scene.bodies()) {
@@ -39,7 +35,7 @@ void fastBodies(Scene& scene, int frame) {
 }
 
 void crowdAndScatter(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; ++i) {
     if (frame % 2) {
       scene.place(scene.geoms()[i], static_cast<dReal>(i % 20) * 5, 0, 0);
@@ -58,21 +54,17 @@ void scaleFromFrameToFrame(Scene& scene, int frame) {
       bounds[2 * axis] = static_cast<dReal>(low * scale[frame]);
       bounds[2 * axis + 1] = static_cast<dReal>((low + 1) * scale[frame]);
     }
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    scene.setUserBox(i, bounds);
   }
 }
 
 void oneMoves(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   if (frame % 3) scene.placeAnywhere(scene.anyGeom());
 }
 
 void reAddAll(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   const std::vector<dGeomID> before = scene.geoms();
   for (std::size_t i = 0; i < before.size(); ++i) {
     scene.remove(before[frame % 2 ? before.size() - 1 - i : i]);
@@ -81,7 +73,7 @@ void reAddAll(Scene& scene, int frame) {
 }
 
 void reAddSome(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size / 10; ++i) {
     const dGeomID geom = scene.anyGeom();
     scene.remove(geom);
@@ -90,31 +82,23 @@ void reAddSome(Scene& scene, int frame) {
 }
 
 void renewAll(Scene& scene, int) {
-  while (!scene.geoms().empty()) {
-    const dGeomID geom = scene.geoms().back();
-    scene.remove(geom);
-    dGeomDestroy(geom);
-  }
-  unitBoxes(scene);
+  scene.shrinkTo(0);
+  scene.addUnitBoxes(scene.size);
 }
 
 void nothingLeft(Scene& scene, int frame) {
   if (frame % 2 == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     return;
   }
-  while (!scene.geoms().empty()) {
-    const dGeomID geom = scene.geoms().back();
-    scene.remove(geom);
-    dGeomDestroy(geom);
-  }
+  scene.shrinkTo(0);
 }
 
 // All on one body: no pair but with the few that are not. `loose` geoms stay without a body.
 void onOneBody(Scene& scene, int frame) {
   constexpr std::size_t loose = 10;
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     scene.giveBody(scene.geoms()[loose]);
     for (std::size_t i = loose + 1; i < scene.size; ++i) {
       dGeomSetBody(scene.geoms()[i], scene.bodies()[0]);
@@ -130,7 +114,7 @@ void onOneBody(Scene& scene, int frame) {
 // nothing, as its place stays the same, and yet changes its pairs.
 void bodiesMergeAndPart(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (int i = 0; i < 2; ++i) scene.giveBody(scene.geoms()[i]);
   }
   for (std::size_t i = 2; i < scene.size; ++i) {
@@ -145,7 +129,7 @@ void bodiesMergeAndPart(Scene& scene, int frame) {
 
 void bodiesSleep(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene);
+    scene.addUnitBoxes(scene.size);
     for (std::size_t i = 0; i < scene.size; i += 2) scene.giveBody(scene.geoms()[i]);
   }
   for (const dBodyID body : scene.bodies()) {
@@ -158,7 +142,7 @@ void bodiesSleep(Scene& scene, int frame) {
 }
 
 void bitsAllOff(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (const dGeomID geom : scene.geoms()) {
     const bool off = frame % 2 == 0;
     dGeomSetCategoryBits(geom, off ? 0 : ~0ul);
@@ -168,7 +152,7 @@ void bitsAllOff(Scene& scene, int frame) {
 
 // One bit each, of all that an unsigned long has, others in every frame.
 void singleBits(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   constexpr std::size_t bits = 8 * sizeof(unsigned long);
   for (const dGeomID geom : scene.geoms()) {
     dGeomSetCategoryBits(geom, 1ul << scene.random.below(bits));
@@ -178,7 +162,7 @@ void singleBits(Scene& scene, int frame) {
 }
 
 void enabledState(Scene& scene, int frame) {
-  if (frame == 0) unitBoxes(scene);
+  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (const dGeomID geom : scene.geoms()) {
     if (frame == 2 || scene.random.chance(0.5)) {
       dGeomDisable(geom);

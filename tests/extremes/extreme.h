@@ -45,7 +45,14 @@ class Scene : private OwnSpace, public World {
   dGeomID anyGeom() { return geoms()[random.below(geoms().size())]; }
   // A unit box of ODE's somewhere in a cube in which it overlaps a few of size others.
   dGeomID addUnitBox();
+  void addUnitBoxes(std::size_t n) {
+    while (n-- > 0) addUnitBox();
+  }
   dGeomID addUserBox(const Bounds& bounds) { return take(createUserBox(space(), bounds)); }
+  // Gives geom number i these bounds, and adds it if there are just i.
+  void setUserBox(std::size_t i, const Bounds& bounds) {
+    i < geoms().size() ? setUserBounds(geoms()[i], bounds) : void(addUserBox(bounds));
+  }
   void place(dGeomID geom, dReal x, dReal y, dReal z) { dGeomSetPosition(geom, x, y, z); }
   // Somewhere in that cube.
   void placeAnywhere(dGeomID geom);

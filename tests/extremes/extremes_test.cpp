@@ -22,6 +22,13 @@ struct Variant {
   int threads;  // 0: as it is by default
 };
 
+std::vector<Variant> variantsWith(int threads) {
+  std::vector<Variant> variants;
+  for (const Configuration& configuration : configurations())
+    variants.push_back({configuration, threads});
+  return variants;
+}
+
 std::unique_ptr<Scene> sceneFor(const Variant& variant, std::size_t size, std::uint64_t seed) {
   const MakeSpace make = [variant](dSpaceID parent) {
     const dSpaceID space = dParallelSAPSpaceCreate(parent);
@@ -106,10 +113,7 @@ std::string differenceOfProbes(const Extreme& extreme, Scene& scene, const Pairs
 }  // namespace
 
 TEST_CASE("At every extreme every configuration finds exactly the pairs owed", "[extremes]") {
-  std::vector<Variant> variants;
-  for (const Configuration& configuration : configurations()) {
-    variants.push_back({configuration, 0});
-  }
+  const std::vector<Variant> variants = variantsWith(0);
   for (const Extreme& extreme : extremes()) {
     for (const std::size_t size : {std::size_t{25}, std::size_t{200}, geomsOf(1200)}) {
       CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
@@ -119,20 +123,14 @@ TEST_CASE("At every extreme every configuration finds exactly the pairs owed", "
 }
 
 TEST_CASE("At every extreme any number of threads finds exactly the pairs owed", "[extremes]") {
-  std::vector<Variant> variants;
-  for (const Configuration& configuration : configurations()) {
-    variants.push_back({configuration, 3});
-  }
+  const std::vector<Variant> variants = variantsWith(3);
   for (const Extreme& extreme : extremes()) {
     CHECK(play(extreme, geomsOf(extreme.most), variants, 2, differenceOfPairs) == "");
   }
 }
 
 TEST_CASE("At every extreme dSpaceCollide2 finds exactly the geoms owed", "[extremes]") {
-  std::vector<Variant> variants;
-  for (const Configuration& configuration : configurations()) {
-    variants.push_back({configuration, 0});
-  }
+  const std::vector<Variant> variants = variantsWith(0);
   for (const Extreme& extreme : extremes()) {
     for (const std::size_t size : {std::size_t{25}, geomsOf(700)}) {
       CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,

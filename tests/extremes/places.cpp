@@ -1,5 +1,4 @@
 // Far away, far apart, all in one place, just touching.
-#include <cmath>
 #include <sstream>
 
 #include "extreme.h"
@@ -16,9 +15,7 @@ std::string text(double value) {
 // Unit boxes of ODE's, a dense cube of them, at a distance along all axes.
 Extreme unitBoxesAt(double distance) {
   const auto play = [distance](Scene& scene, int frame) {
-    if (frame == 0) {
-      for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
-    }
+    if (frame == 0) scene.addUnitBoxes(scene.size);
     for (const dGeomID geom : scene.geoms()) {
       const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
       scene.place(geom, static_cast<dReal>(distance) + x, static_cast<dReal>(-distance) + y,
@@ -80,7 +77,7 @@ void twoBoxesEverywhere(Scene& scene, int frame) {
 // A lattice whose boxes touch their neighbours in faces, edges and corners; steps that binary
 // numbers do not have make it a matter of rounding which of them do.
 std::function<void(Scene&, int)> lattice(double step, double offset) {
-  return [step, offset](Scene& scene, int frame) {
+  return [step, offset](Scene& scene, int) {
     std::size_t at = 0;
     for (const Box& box : touchingLattice(scene.size, scene.random.bits())) {
       Bounds bounds;
@@ -88,16 +85,12 @@ std::function<void(Scene&, int)> lattice(double step, double offset) {
         const double* const bound = i % 2 ? box.high : box.low;
         bounds[i] = static_cast<dReal>(bound[i / 2] * step + offset);
       }
-      if (frame == 0) {
-        scene.addUserBox(bounds);
-      } else {
-        setUserBounds(scene.geoms()[at++], bounds);
-      }
+      scene.setUserBox(at++, bounds);
     }
   };
 }
 
-void flatBoxes(Scene& scene, int frame) {
+void flatBoxes(Scene& scene, int) {
   // Planes of paper in one another: extents of zero, bounds in common.
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds;
@@ -106,11 +99,7 @@ void flatBoxes(Scene& scene, int frame) {
       bounds[2 * axis] = low;
       bounds[2 * axis + 1] = low + static_cast<dReal>(scene.random.below(2));
     }
-    if (frame == 0) {
-      scene.addUserBox(bounds);
-    } else {
-      setUserBounds(scene.geoms()[i], bounds);
-    }
+    scene.setUserBox(i, bounds);
   }
 }
 

@@ -14,11 +14,7 @@ Bounds around(double x, double y, double z, double width, double depth, double h
 }
 
 void give(Scene& scene, int frame, std::size_t i, const Bounds& bounds) {
-  if (frame == 0) {
-    scene.addUserBox(bounds);
-  } else if (scene.random.chance(0.5)) {
-    setUserBounds(scene.geoms()[i], bounds);
-  }
+  if (frame == 0 || scene.random.chance(0.5)) scene.setUserBox(i, bounds);
 }
 
 double smallest() {
@@ -95,7 +91,7 @@ void turnedBars(Scene& scene, int frame) {
 
 void largestAmongUnits(Scene& scene, int frame) {
   if (frame == 0) {
-    for (std::size_t i = 0; i < scene.size; ++i) scene.addUnitBox();
+    scene.addUnitBoxes(scene.size);
     for (const double part : {1.0, 0.5, 1e-3}) {
       const dReal reach = static_cast<dReal>(static_cast<double>(kLargest) * part);
       scene.marked.push_back(scene.addUserBox({-reach, reach, 1, 2, -reach, reach}));

@@ -4,10 +4,6 @@
 namespace sap_test {
 namespace {
 
-void unitBoxes(Scene& scene, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) scene.addUnitBox();
-}
-
 // A sub-space of the kind under test with a box in it, which scene.marked holds.
 void addSubSpace(Scene& scene) {
   const dSpaceID sub_space = scene.make_space(scene.space());
@@ -19,7 +15,7 @@ void addSubSpace(Scene& scene) {
 
 void deepNest(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene, scene.size);
+    scene.addUnitBoxes(scene.size);
     addSubSpace(scene);
     dSpaceID bottom = scene.spaces.back();
     for (int level = 1; level < 50; ++level) bottom = scene.make_space(bottom);
@@ -35,7 +31,7 @@ void deepNest(Scene& scene, int frame) {
 
 void emptySubSpaces(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene, scene.size / 2);
+    scene.addUnitBoxes(scene.size / 2);
     for (std::size_t i = 0; i < scene.size / 2; ++i) {
       scene.take(asGeom(scene.make_space(scene.space())));
     }
@@ -45,7 +41,7 @@ void emptySubSpaces(Scene& scene, int frame) {
 
 void spacesFillAndEmpty(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene, scene.size / 2);
+    scene.addUnitBoxes(scene.size / 2);
     for (std::size_t i = 0; i < scene.size / 8; ++i) addSubSpace(scene);
     return;
   }
@@ -74,7 +70,7 @@ void spacesOfOne(Scene& scene, int frame) {
 // A geom that wanders through the sub-spaces, which takes each of their boxes along.
 void wanderingGeom(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene, scene.size / 2);
+    scene.addUnitBoxes(scene.size / 2);
     for (int i = 0; i < 5; ++i) addSubSpace(scene);
     scene.marked.push_back(dCreateSphere(scene.spaces[0], 4));
     scene.placeAnywhere(scene.marked.back());
@@ -88,7 +84,7 @@ void wanderingGeom(Scene& scene, int frame) {
 // Sub-spaces of stock kinds in the space under test.
 void stockSubSpaces(Scene& scene, int frame) {
   if (frame == 0) {
-    unitBoxes(scene, scene.size);
+    scene.addUnitBoxes(scene.size);
     for (int i = 0; i < 20; ++i) {
       const dSpaceID sub_space = i % 2 ? dSimpleSpaceCreate(scene.space())
                                        : dSweepAndPruneSpaceCreate(scene.space(), dSAP_AXES_XYZ);

@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <cstdarg>
-#include <cstdio>
 #include <fstream>
 #include <iostream>
 #include <sstream>

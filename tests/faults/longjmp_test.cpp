@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdio>
-#include <map>
 #include <thread>
 #include <vector>
 
@@ -155,8 +154,7 @@ TEST_CASE("After a callback was left by longjmp pairs and events are right", "[l
       Random random(seed);
       dParallelSAPSpaceSetNotified(script.space, notified);
       dParallelSAPSpaceSetEvents(script.space, 1);
-      std::map<std::size_t, dGeomID> geoms;
-      for (const dGeomID geom : world.geoms()) geoms[number(geom)] = geom;
+      const EventsOracle::Geoms geoms = EventsOracle::byNumber(world.geoms());
       EventsOracle oracle;
       int left = 0;
       const int frames = scaled(80);

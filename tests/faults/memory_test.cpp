@@ -47,20 +47,15 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
       const Space space;
       dParallelSAPSpaceSetNumThreads(space, 2);
       INFO(left << " geoms left, " << (contacts ? "contacts" : "pairs"));
-      std::vector<dGeomID> geoms;
-      for (const Box& box : denseCube(12000, seedOr(301))) {
-        geoms.push_back(dCreateBox(space, 1, 1, 1));
-        setNumber(geoms.back(), geoms.size() - 1);
-        dGeomSetPosition(geoms.back(), static_cast<dReal>(box.low[0]),
-                         static_cast<dReal>(box.low[1]), static_cast<dReal>(box.low[2]));
-      }
+      World world(space);
+      world.addBoxes(denseCube(12000, seedOr(301)));
+      const std::vector<dGeomID>& geoms = world.geoms();
       const dGeomID probe = dCreateSphere(nullptr, 2);
       play(space, geoms, 3, contacts);
       for (int i = 0; i < 30; ++i) collide2(space, probe);
       const std::size_t most = statsOf(space).memory_bytes;
       CHECK(most > 12000 * 100);
-      for (std::size_t i = left; i < geoms.size(); ++i) dGeomDestroy(geoms[i]);
-      geoms.resize(left);
+      world.shrinkTo(left);
       play(space, geoms, 60, contacts);
       CHECK(statsOf(space).memory_bytes > most / 4);  // it could be a pause
       play(space, geoms, 100, contacts);
@@ -77,21 +72,14 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
 TEST_CASE("No frame gives back much of what a larger scene needed", "[memory]") {
   const Space space;
   dParallelSAPSpaceSetNumThreads(space, 1);
-  std::vector<dGeomID> geoms;
-  for (const Box& box : denseCube(5000, seedOr(302))) {
-    geoms.push_back(dCreateBox(space, 1, 1, 1));
-    dGeomSetPosition(geoms.back(), static_cast<dReal>(box.low[0]), static_cast<dReal>(box.low[1]),
-                     static_cast<dReal>(box.low[2]));
-  }
-  play(space, geoms, 3);
+  World world(space);
+  world.addBoxes(denseCube(5000, seedOr(302)));
+  play(space, world.geoms(), 3);
   const auto full = static_cast<double>(statsOf(space).memory_bytes);
-  while (geoms.size() > 1000) {
-    dGeomDestroy(geoms.back());
-    geoms.pop_back();
-  }
+  world.shrinkTo(1000);
   double before = full, most = 0;
   for (int frame = 0; frame < 200; ++frame) {
-    play(space, geoms, 1);
+    play(space, world.geoms(), 1);
     const auto now = static_cast<double>(statsOf(space).memory_bytes);
     most = std::max(most, before - now);
     before = now;

@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "space/pairs/cell_trees.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/events_oracle.h"
@@ -394,40 +393,6 @@ TEST_CASE("Whatever allocation fails, nothing is lost of what is reported", "[me
   CHECK(said.events_later > 0);
   CHECK(given_up > 0);
   if (std::getenv("ODE_PARALLEL_SAP_TEST_GRAIN")) CHECK(widest == 3);
-}
-
-TEST_CASE("Trees that could not be built are none, and are built by the next call") {
-  namespace sap = ode_parallel_sap;
-  const std::vector<sap::CellClass> classes = {{0, 3}, {3, 400}};
-  std::vector<std::uint32_t> starts;
-  for (std::uint32_t cell = 0; cell <= 400; ++cell) starts.push_back(cell);
-  sap::BoxSet boxes;
-  boxes.size = 400;
-  boxes.filter_bits = true;
-  boxes.boxes.resize(boxes.size);
-  boxes.bits.resize(boxes.size);
-  for (std::size_t i = 0; i < boxes.size; ++i) {
-    boxes.boxes[i] = {{0, 0, 0}, {1, 1, 1}};
-    boxes.bits[i] = {1, 1};
-  }
-  int failures = 0;
-  for (bool failed = true; failed; failures += failed) {
-    sap::CellTrees<float> trees;
-    trees.build(boxes, {nullptr, starts.data()}, {classes.data(), 1}, 1);
-    failed = false;
-    try {
-      const Allocations allocations(failures, false);
-      trees.build(boxes, {nullptr, starts.data()}, {classes.data(), 2}, 1);
-    } catch (const std::bad_alloc&) {
-      failed = true;
-    }
-    INFO(failures);
-    CHECK(trees.count() == (failed ? 0 : 2));
-    CHECK(trees.cells() == (failed ? 0 : 400));
-    trees.build(boxes, {nullptr, starts.data()}, {classes.data(), 2}, 1);
-    CHECK(trees.boundsOf(399).upper[0] == 1);
-  }
-  CHECK(failures >= 4);  // views, summaries and what cells have
 }
 
 TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]") {

@@ -3,22 +3,14 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <functional>
-#include <string>
-#include <thread>
-#include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
-#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/variable.h"
 
@@ -202,107 +194,30 @@ TEST_CASE("Candidates are kept where all trembles, and given back after", "[moti
   CHECK(frames(10, kSlow) > 5);
 }
 
-TEST_CASE("A callback that throws or collides its own space costs the kept pairs only",
-          "[motions]") {
-  Space space;
-  World world(space);
-  world.addBoxes(denseCube(1000, 66));
-  const Pairs pairs = collide(space);
-  CHECK_THROWS(dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { throw 1; }));
-  CHECK(difference(collide(space), pairs) == "");
-  static dSpaceID own;
-  own = space;
-  Pairs nested;
-  dSpaceCollide(space, &nested, [](void* data, dGeomID, dGeomID) {
-    Pairs& inner = *static_cast<Pairs*>(data);
-    if (inner.empty()) inner = collide(own);
-  });
-  CHECK(difference(nested, pairs) == "");
-  CHECK(difference(collide(space), pairs) == "");
-}
-
-TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {20, 300, 1500}) {
-      INFO(configuration.name << ", " << n << " geoms");
-      Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n, 69));
-      for (const dGeomID geom : world.geoms()) dBodyDisable(world.giveBody(geom));
-      dBodyEnable(world.bodies()[0]);
-      dParallelSAPSpaceSetSkipAsleep(space, 1);
-      const auto disabled = [&] {
-        (void)collide(space);
-        return statsOf(space).disabled;
-      };
-      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 0);
-      dGeomDisable(world.geoms()[1]);
-      dGeomDisable(world.geoms()[2]);
-      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 2);
-      dBodyEnable(world.bodies()[1]);
-      CHECK(disabled() == 2);
-      dGeomEnable(world.geoms()[1]);
-      dGeomEnable(world.geoms()[2]);
-      CHECK(disabled() == 0);
-    }
-}
-
-TEST_CASE("With a tolerance near pairs are let through, the same on any number of threads",
-          "[motions]") {
-  Space spaces[2];
+TEST_CASE(
+    "With a tolerance near pairs are let through, the same on any number of threads, told of "
+    "changes or not, and without a report",
+    "[motions]") {
+  const BareEnvironment bare;
+  Space spaces[3];
   for (const Space& space : spaces) dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-  World one(spaces[0]), two(spaces[1]);
-  World* const worlds[] = {&one, &two};
-  for (int i = 0; i < 2; ++i) {
+  World one(spaces[0]), two(spaces[1]), silent(spaces[2]);
+  World* const worlds[] = {&one, &two, &silent};
+  for (int i = 0; i < 3; ++i) {
     worlds[i]->addBoxes(denseCube(3000, 67));
     dParallelSAPSpaceSetTolerance(spaces[i], 0.1);
     dParallelSAPSpaceSetNumThreads(spaces[i], i + 1);
   }
+  dParallelSAPSpaceSetNotified(spaces[2], 1);
   for (int frame = 0; frame < 80; ++frame) {
     INFO("frame " << frame);
-    // Further than the tolerance, then within it.
-    for (World* const world : worlds) world->jitter(frame < 20 ? 0.5 : 0.0005, frame);
+    // Further than the tolerance, then within it, then not at all.
+    for (World* const world : worlds)
+      if (frame < 60) world->jitter(frame < 20 ? 0.5 : 0.0005, frame);
     const Pairs pairs = collide(spaces[0]);
     REQUIRE(pairs == collide(spaces[1]));
+    dParallelSAPSpaceCollidePairs(spaces[2], nullptr, 0, nullptr);
+    REQUIRE(statsOf(spaces[2]).pairs == pairs.size());
     if (frame == 79) CHECK(pairs.size() > expectedPairs(one.geoms()).size());
   }
-}
-
-TEST_CASE("With a tolerance frames that report nothing have the pairs of those that do",
-          "[motions]") {
-  const BareEnvironment bare;
-  // Told of what changes and asked for events alone, and neither.
-  Space spaces[2];
-  for (const Space& space : spaces) dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-  World told(spaces[0]), untold(spaces[1]);
-  World* const worlds[] = {&told, &untold};
-  for (int i = 0; i < 2; ++i) {
-    worlds[i]->addBoxes(denseCube(600, 68));
-    dParallelSAPSpaceSetTolerance(spaces[i], 0.2);
-  }
-  dParallelSAPSpaceSetNotified(spaces[0], 1);
-  for (int frame = 0; frame < 60; ++frame) {
-    INFO("frame " << frame);
-    for (World* const world : worlds)
-      if (frame < 15) world->jitter(2, frame);
-    dParallelSAPSpaceCollidePairs(spaces[0], nullptr, 0, nullptr);
-    REQUIRE(statsOf(spaces[0]).pairs == collide(spaces[1]).size());
-  }
-}
-
-TEST_CASE("A culled plane's pairs are exact within a tolerance too", "[motions]") {
-  Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, 69));
-  world.take(dCreatePlane(space, 1, 1, 0, -0.1));
-  dGeomSetPosition(world.geoms()[0], 0.5, 0.5, 0);
-  dParallelSAPSpaceSetCullPlanes(space, 1);
-  const auto ofPlane = [&] {
-    const Pairs pairs = collide(space);
-    return std::count_if(pairs.begin(), pairs.end(), [](Pair p) { return p.second == 300; });
-  };
-  const auto exact = ofPlane();
-  dParallelSAPSpaceSetTolerance(space, 1);
-  CHECK(ofPlane() == exact);
-  CHECK(ofPlane() == exact);
 }

@@ -254,10 +254,4 @@ TEST_CASE("A space can be promised to be told by a variable", "[notified]") {
     const Space space;
     CHECK(dParallelSAPSpaceGetNotified(space) == (std::string(value) == "1"));
   }
-  const Variable variable(kNotified, "yes");
-  const Messages messages;
-  const Space space;
-  CHECK(dParallelSAPSpaceGetNotified(space) == 0);
-  REQUIRE(messages.all().size() == 1);
-  CHECK(messages.all()[0].find(std::string(kNotified) + "=yes") == 0);
 }

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
-#include <string>
 #include <vector>
 
 #include "support/catch.hpp"

@@ -4,16 +4,11 @@
 
 #include <cstdio>
 #include <fstream>
-#include <limits>
-#include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/floating_point.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
@@ -29,46 +24,6 @@ void run(World& world, int frames, bool moving, std::uint64_t seed) {
     if (moving) world.jitter(0.1, seed + static_cast<std::uint64_t>(frame));
     REQUIRE(difference(collide(world.space()), expectedPairs(world.geoms())) == "");
   }
-}
-
-struct Again {
-  Pairs pairs;
-  dSpaceID space;
-  dGeomID disabled;
-};
-
-// Records the pair; the first time also disables a geom, and collides the space again.
-void recordAndCollide(void* data, dGeomID a, dGeomID b) {
-  Again& again = *static_cast<Again*>(data);
-  again.pairs.push_back({number(a), number(b)});
-  if (again.pairs.size() > 1) return;
-  dGeomDisable(again.disabled);
-  for (int frame = 0; frame < 3; ++frame) (void)collide(again.space);
-}
-
-// An AABB function that leaves the thread in a mode that flushes denormals.
-std::optional<FloatingPointMode> flushing;
-void boundsAndFlush(dGeomID geom, dReal aabb[6]) {
-  constexpr dReal least = std::numeric_limits<dReal>::denorm_min();
-  const dReal begin = number(geom) ? least : -1, end = number(geom) ? 1 : 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    aabb[2 * axis] = begin;
-    aabb[2 * axis + 1] = end;
-  }
-  flushing.emplace(FloatingPointMode::kFlushing);
-}
-
-dGeomID createFlushing(dSpaceID space, std::size_t which) {
-  static const int type = [] {
-    dGeomClass c = {};
-    c.collider = [](int) -> dColliderFn* { return nullptr; };
-    c.aabb = boundsAndFlush;
-    return dCreateGeomClass(&c);
-  }();
-  const dGeomID geom = dCreateGeom(type);
-  setNumber(geom, which);
-  dSpaceAdd(space, geom);
-  return geom;
 }
 
 }  // namespace
@@ -180,93 +135,4 @@ TEST_CASE("What is done to a small space between two frames is seen by the next 
         run(world, 3, false, 16);
       }
   std::remove(path.c_str());
-}
-
-TEST_CASE("A small frame's statistics are its own after a collide within its callback", "[small]") {
-  for (const bool moving : {false, true}) {
-    INFO("moving " << moving);
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(12, 17));
-    run(world, 5, moving, 18);
-    if (moving) world.jitter(0.1, 19);
-    Again again = {{}, space, world.geoms()[5]};
-    dSpaceCollide(space, &again, recordAndCollide);
-    const dParallelSAPStats stats = statsOf(space);
-    dGeomEnable(world.geoms()[5]);
-    // The pairs are those of the moment when it began.
-    CHECK(difference(again.pairs, expectedPairs(world.geoms())) == "");
-    CHECK(stats.pairs == again.pairs.size());
-    CHECK(stats.disabled == 0);
-    CHECK(stats.moved == (moving ? 12 : 0));
-    CHECK(stats.frames == 9);
-    run(world, 3, moving, 20);
-  }
-}
-
-TEST_CASE("A small space whose callback throws is unlocked and goes on", "[small]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(8, 21));
-  for (const bool moving : {false, true}) {
-    run(world, 5, moving, 22);
-    if (moving) world.jitter(0.1, 23);
-    const Pairs told = collideUntil(space, 2);
-    Pairs all = expectedPairs(world.geoms());
-    REQUIRE(all.size() > 2);
-    all.resize(2);
-    CHECK(difference(told, all) == "");
-    world.addBoxes(denseCube(1, 24));
-    run(world, 3, moving, 25);
-  }
-}
-
-TEST_CASE("A small space reports a NaN that comes later once, and counts it in every frame",
-          "[small]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(5, 26));
-  run(world, 5, true, 27);
-  const Messages messages;
-  dGeomSetPosition(world.geoms()[2], std::numeric_limits<dReal>::quiet_NaN(), 0, 0);
-  for (int frame = 0; frame < 5; ++frame) {
-    REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-    CHECK(statsOf(space).invalid == 1);
-  }
-  CHECK(messages.all().size() == 1);
-}
-
-TEST_CASE("A signalling NaN traps in no small frame of a program whose invalid operations do",
-          "[small]") {
-  if (!FloatingPointMode::kCanBeSet) return;
-  const Space space;
-  const dGeomID geoms[] = {createUserBox(space, {0, 1, 0, 1, 0, 1}),
-                           createUserBox(space, {0, 1, 0, 1, 0, 1}),
-                           createUserBox(space, {0, 1, 0, 1, 0, 1})};
-  const Messages messages;
-  for (int frame = 0; frame < 3; ++frame) {
-    Bounds bounds{0, 1, 0, 1, 0, 1};
-    if (frame > 0) bounds[frame] = std::numeric_limits<dReal>::signaling_NaN();
-    setUserBounds(geoms[1], bounds);
-    const Pairs pairs = [&] {
-      const FloatingPointMode trapping(FloatingPointMode::kTrapping);
-      return collide(space);
-    }();
-    CHECK(pairs.size() == (frame > 0 ? 1u : 3u));
-  }
-  CHECK(messages.all().size() == 1);
-}
-
-TEST_CASE("A mode that an AABB function leaves behind changes no pair of a small space",
-          "[small]") {
-  if (!FloatingPointMode::kCanBeSet) return;
-  const Space space;
-  const dGeomID geoms[] = {createFlushing(space, 0), createFlushing(space, 1)};
-  for (int frame = 0; frame < 5; ++frame) {
-    const FloatingPointMode usual(FloatingPointMode::kDefault);
-    for (const dGeomID geom : geoms) dGeomSetPosition(geom, 0, 0, 0);
-    CHECK(collide(space).empty());
-    CHECK(FloatingPointMode::current() == FloatingPointMode::kFlushing);
-    flushing.reset();
-  }
 }

@@ -3,9 +3,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <memory>
 #include <set>
 #include <utility>
 #include <vector>
@@ -307,80 +304,4 @@ TEST_CASE("A stock space around swept ones misses no pair of geoms as they lie",
       dWorldDestroy(world);
     }
   }
-}
-
-TEST_CASE("What leaves a swept space for a stock one pairs there as it lies", "[swept_nested]") {
-  for (const auto create : {dSimpleSpaceCreate, dHashSpaceCreate}) {
-    const dWorldID world = dWorldCreate();
-    const Space space(configurations()[0]);
-    const dSpaceID stock = create(nullptr);
-    const dGeomID far = dCreateSphere(stock, 1), near = dCreateSphere(stock, 1);
-    dGeomSetPosition(far, 5, 0, 0);
-    dGeomSetPosition(near, -1, 0, 0);
-    setNumber(far, 1);
-    setNumber(near, 2);
-    CHECK(collide(stock) == Pairs());
-    dParallelSAPSpaceSetSweptBounds(space, kStep);
-    const Ball ball(space, world, 3);
-    dBodySetLinearVel(ball.body, 10, 0, 0);
-    collide(space);
-    dSpaceRemove(space, ball.geom);
-    dSpaceAdd(stock, ball.geom);
-    CHECK(asSet(collide(stock)) == Pairs{{2, 3}});
-    dBodySetPosition(ball.body, 4, 0, 0);
-    CHECK(asSet(collide(stock)) == Pairs{{1, 3}});
-    dSpaceDestroy(stock);
-    dWorldDestroy(world);
-  }
-}
-
-TEST_CASE("A geom that another space asked about is known to its own, whatever it does then",
-          "[swept_nested]") {
-  for (const bool collided : {false, true}) {
-    for (const bool stops : {false, true}) {
-      const dWorldID world = dWorldCreate();
-      const Space space(configurations()[0]), other(configurations()[0]);
-      const Ball ball(space, world, 1);
-      const dGeomID wall = dCreateSphere(space, 1), asked = dCreateSphere(other, 1);
-      setNumber(wall, 2);
-      setNumber(asked, 3);
-      for (const dGeomID geom : {wall, asked}) dGeomSetPosition(geom, 5, 0, 0);
-      // Clean in any case, but swept before or not.
-      if (!collided) CHECK(collide(space) == Pairs());
-      dParallelSAPSpaceSetSweptBounds(space, kStep);
-      if (collided) CHECK(collide(space) == Pairs());
-      dBodySetLinearVel(ball.body, 10, 0, 0);
-      CHECK(collide2(other, ball.geom) == Pairs{{3, 1}});
-      if (stops) dBodySetLinearVel(ball.body, 0, 0, 0);
-      CHECK(collide(space) == (stops ? Pairs() : Pairs{{1, 2}}));
-      CHECK(boundsOf(ball.geom) == ball.swept(kStep));
-      dWorldDestroy(world);
-    }
-  }
-}
-
-TEST_CASE("Which geoms are fast stays known when many others leave", "[swept_nested]") {
-  const dWorldID world = dWorldCreate();
-  const Space space(configurations()[0]);
-  dParallelSAPSpaceSetSweptBounds(space, kStep);
-  std::vector<Ball> balls;
-  for (std::size_t i = 0; i < 400; ++i) {
-    balls.emplace_back(space, world, i);
-    dBodySetLinearVel(balls[i].body, i % 3 ? 0 : 9, 0, 0);
-  }
-  collide(space);
-  // So many gaps that the next geom closes them.
-  for (std::size_t i = 0; i < 300; ++i) dGeomDestroy(balls[i].geom);
-  balls.emplace_back(space, world, 400);
-  for (std::size_t i = 300; i < 400; ++i)
-    CHECK(dParallelSAPSpaceIsFast(space, balls[i].geom) == (i % 3 ? 0 : 1));
-  CHECK(dParallelSAPSpaceIsFast(space, balls[400].geom) == 0);
-  // Those boxes are known to be as they should be, too.
-  for (std::size_t i = 300; i < 400; ++i) dBodySetLinearVel(balls[i].body, 0, 0, 0);
-  collide(space);
-  for (std::size_t i = 300; i <= 400; ++i) {
-    CHECK(dParallelSAPSpaceIsFast(space, balls[i].geom) == 0);
-    CHECK(boundsOf(balls[i].geom) == balls[i].swept(kStep));
-  }
-  dWorldDestroy(world);
 }

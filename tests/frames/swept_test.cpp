@@ -2,9 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -179,8 +177,11 @@ class Crowd {
       if (mover->chance(0.05)) mover->sleepOrWake();
     }
     if (frame % 3 != 2) return;
-    movers.erase(movers.begin() + static_cast<std::ptrdiff_t>(random_.below(movers.size())));
-    add();
+    // One leaves, or so many that the slots of the others are closed up.
+    const std::size_t size = movers.size();
+    for (std::size_t i = frame % 8 == 5 ? size * 4 / 5 : 1; i > 0; --i)
+      movers.erase(movers.begin() + static_cast<std::ptrdiff_t>(random_.below(movers.size())));
+    while (movers.size() < size) add();
   }
   Pairs pairs(dReal step) const {
     std::vector<Bounds> boxes;
@@ -343,27 +344,6 @@ TEST_CASE("dSpaceCollide2 finds what overlaps swept boxes, and comes with the sw
   }
 }
 
-TEST_CASE("A space of ours around a swept one finds what its swept box overlaps", "[swept]") {
-  const Space outer(configurations()[0]);
-  const dSpaceID inner = dParallelSAPSpaceCreate(outer);
-  setNumber(asGeom(inner), 1);
-  dParallelSAPSpaceSetSweptBounds(inner, 1);
-  const dGeomID wall = dCreateSphere(outer, 1);
-  dGeomSetPosition(wall, 10, 0, 0);
-  setNumber(wall, 2);
-  const dWorldID world = dWorldCreate();
-  const dBodyID body = dBodyCreate(world);
-  dGeomSetBody(dCreateSphere(inner, 1), body);
-  CHECK(collide(outer) == Pairs());
-  dBodySetLinearVel(body, 7, 0, 0);
-  CHECK(collide(outer) == Pairs());
-  dBodySetLinearVel(body, 8, 0, 0);
-  CHECK(collide(outer) == Pairs{{1, 2}});
-  dBodyDisable(body);
-  CHECK(collide(outer) == Pairs());
-  dWorldDestroy(world);
-}
-
 TEST_CASE("What leaves a swept space, or is swept no more, has its own box again", "[swept]") {
   const Space space(configurations()[0]);
   const dWorldID world = dWorldCreate();
@@ -424,7 +404,7 @@ TEST_CASE("Fast is what may move by more than half its smallest side", "[swept]"
   Crowd crowd(space, 300, seed);
   const dReal step = real(0.02);
   int fast = 0, slow = 0;
-  for (int frame = 0; frame < 4; ++frame) {
+  for (int frame = 0; frame < 7; ++frame) {
     crowd.change(frame);
     dParallelSAPSpaceSetSweptBounds(space, step);
     collide(space);

@@ -1,10 +1,6 @@
 // The variables of the environment that leave out or add pairs.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <cmath>
-#include <string>
-#include <vector>
-
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
@@ -102,25 +98,4 @@ TEST_CASE("A program that sets something has the last word over these variables"
   dParallelSAPSpaceSetCullPlanes(scene.space, 0);
   dParallelSAPSpaceSetTolerance(scene.space, 0);
   CHECK(scene.pairs() == kAll);
-}
-
-TEST_CASE("Values that are neither switches nor lengths are refused by name", "[rules]") {
-  const BareEnvironment bare;
-  const char* const nonsense[][2] = {
-      {kSkipStatic, "yes"}, {kSkipStatic, "2"},   {kSkipAsleep, "on"},   {kSkipAsleep, " 1"},
-      {kCullPlanes, "-1"},  {kCullPlanes, "01"},  {kTolerance, "-0.1"},  {kTolerance, "0.1m"},
-      {kTolerance, "nan"},  {kTolerance, "inf"},  {kTolerance, "1e999"}, {kTolerance, "0,1"},
-      {kTolerance, "wide"}, {kTolerance, "0.1 "}, {kTolerance, "."}};
-  for (const auto& [name, value] : nonsense) {
-    const Variable variable(name, value);
-    const Messages messages;
-    Scene scene;
-    INFO(name << '=' << value);
-    REQUIRE(messages.all().size() == 1);
-    const std::string& said = messages.all()[0];
-    CHECK(said.find(std::string(name) + '=' + value) == 0);
-    CHECK(said.find(name == kTolerance ? "not a length, 0 or more" : "neither 0 nor 1") !=
-          std::string::npos);
-    CHECK(scene.pairs() == kAll);
-  }
 }

@@ -2,7 +2,6 @@
 // what one thread finds. Sees the library's own counts of who had work: built from its objects.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <set>
@@ -211,7 +210,7 @@ TEST_CASE("With a grain of 1 two threads and more have work in every region of t
   }
 }
 
-TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
+TEST_CASE("With a grain of 1 two threads and more find contacts and cast rays") {
   const std::uint64_t seed = seedOr(92);
   const ScopedGrain grain(1);
   for (const int threads : kTeams) {
@@ -219,6 +218,9 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
     dParallelSAPSpaceSetNumThreads(space, threads);
     ContactScene scene(space);
     fillForEveryCollider(scene, seed);
+    std::vector<dGeomID> geoms;
+    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+    Random random(seed);
     const auto before = timesShared();
     for (std::uint64_t frame = 0; frame < 4; ++frame) {
       scene.move(seed + frame);
@@ -226,9 +228,11 @@ TEST_CASE("With a grain of 1 two threads and more have contacts to find") {
       INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
       REQUIRE(got.size() > 100);
       REQUIRE(difference(got, serialContacts(space, {8})) == "");
+      REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
     }
     INFO(threads << " threads");
     checkShared(regions_of_contacts, before);
+    checkShared(regions_of_rays, before);
   }
 }
 
@@ -267,25 +271,6 @@ TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which 
     }
     INFO(threads << " threads");
     checkShared(regions_of_bulk, before);
-  }
-}
-
-TEST_CASE("With a grain of 1 two threads and more cast rays") {
-  const std::uint64_t seed = seedOr(94);
-  const ScopedGrain grain(1);
-  for (const int threads : kTeams) {
-    const Space space;
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    ContactScene scene(space);
-    fillForEveryCollider(scene, seed);
-    std::vector<dGeomID> geoms;
-    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
-    Random random(seed);
-    const auto before = timesShared();
-    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    for (int batch = 0; batch < 3; ++batch)
-      REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
-    checkShared(regions_of_rays, before);
   }
 }
 
@@ -334,21 +319,4 @@ TEST_CASE("There is no region that these tests leave out") {
     INFO(region);
     CHECK((covered.count(region) == 1 || isOfDevice(region)));
   }
-}
-
-TEST_CASE("Without a grain of the tests' small scenes are found by one thread") {
-  const ScopedGrain grain(0);
-  const auto before = timesShared();
-  for (const Play& play : plays()) (void)framesOf(play, 16);
-  CHECK(timesShared() == before);
-}
-
-TEST_CASE("The environment sets the grain of all spaces of the process") {
-  const ScopedGrain grain(0);
-  REQUIRE(setenv("ODE_PARALLEL_SAP_TEST_GRAIN", "5", 1) == 0);
-  const Space space;
-  REQUIRE(unsetenv("ODE_PARALLEL_SAP_TEST_GRAIN") == 0);
-  CHECK(ode_parallel_sap::test_grain == 5);
-  const Space other;
-  CHECK(ode_parallel_sap::test_grain == 5);
 }

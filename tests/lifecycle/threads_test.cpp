@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <deque>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -49,48 +48,6 @@ TEST_CASE("Every number of threads gives the expected sequence in every scene", 
   }
 }
 
-TEST_CASE("Every number of threads gives the same sequence of frames while all moves",
-          "[threads]") {
-  const std::uint64_t seed = seedOr(42);
-  for (const Configuration& configuration : configurations()) {
-    std::vector<Pairs> frames;
-    for (const int threads : kThreads) {
-      const Space space(configuration);
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      World world(space);
-      world.addBoxes(clusters(geomsOf(5000), seed));
-      for (std::size_t frame = 0; frame < 4; ++frame) {
-        world.jitter(0.4, seed + frame);
-        Pairs pairs = collide(space);
-        INFO(configuration.name << ", " << threads << " threads, frame " << frame);
-        if (threads == kThreads[0]) {
-          REQUIRE(!pairs.empty());
-          frames.push_back(std::move(pairs));
-        } else {
-          REQUIRE(difference(pairs, frames[frame]) == "");
-        }
-      }
-    }
-  }
-}
-
-TEST_CASE("A scene of fifty thousand geoms does use the threads it may", "[threads]") {
-  for (const Configuration& configuration : configurations()) {
-    if (configuration.backend != dParallelSAPBackendCPU ||
-        configuration.method != dParallelSAPMethodSweep) {
-      continue;
-    }
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(denseCube(50000, 1));
-    for (const int threads : {1, 2}) {
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      CHECK(!collide(space).empty());
-      CHECK(statsOf(space).threads == threads);
-    }
-  }
-}
-
 namespace {
 
 // A space with a scene of its own that moves from frame to frame.
@@ -118,84 +75,38 @@ class Player {
   const std::uint64_t seed_;
 };
 
-// What every player reports when each plays in a thread of its own.
-std::vector<std::vector<Pairs>> playAtOnce(std::deque<Player>& players) {
-  std::vector<std::vector<Pairs>> records(players.size());
-  // Catch's assertions stay on this thread.
-  std::vector<std::string> problems(players.size());
-  std::vector<std::thread> workers;
-  for (std::size_t i = 0; i < players.size(); ++i) {
-    workers.emplace_back([&, i] {
-      try {
-        if (!dAllocateODEDataForThread(dAllocateMaskAll)) throw std::runtime_error("no ODE data");
-        records[i] = players[i].play();
-      } catch (const std::exception& error) {
-        problems[i] = error.what();
-      }
-    });
-  }
-  for (std::thread& worker : workers) worker.join();
-  for (const std::string& problem : problems) REQUIRE(problem == "");
-  return records;
-}
-
 }  // namespace
 
-TEST_CASE("Spaces collide from different threads at once", "[threads]") {
+TEST_CASE("Spaces are created, used and destroyed by different threads at once", "[threads]") {
   const std::uint64_t seed = seedOr(43);
-  for (const Configuration& configuration : configurations()) {
+  for (const Configuration& configuration : configurations())
     for (const int threads_each : {1, 3}) {
-      std::vector<std::vector<Pairs>> alone;
-      std::deque<Player> players;
-      for (std::uint64_t i = 0; i < 3; ++i) {
+      std::vector<std::vector<Pairs>> alone, at_once(3);
+      for (std::uint64_t i = 0; i < 3; ++i)
         alone.push_back(Player(configuration, threads_each, seed + i).play());
-        players.emplace_back(configuration, threads_each, seed + i);
-      }
-      const std::vector<std::vector<Pairs>> at_once = playAtOnce(players);
-      for (std::size_t i = 0; i < alone.size(); ++i) {
+      // Catch's assertions stay on this thread.
+      std::vector<std::string> problems(3);
+      std::vector<std::thread> workers;
+      for (std::size_t i = 0; i < 3; ++i)
+        workers.emplace_back([&, i] {
+          try {
+            if (!dAllocateODEDataForThread(dAllocateMaskAll)) throw std::runtime_error("no data");
+            at_once[i] = Player(configuration, threads_each, seed + i).play();
+          } catch (const std::exception& error) {
+            problems[i] = error.what();
+          }
+        });
+      for (std::thread& worker : workers) worker.join();
+      for (std::size_t i = 0; i < 3; ++i) {
+        INFO(configuration.name << ", " << threads_each << " threads each, space " << i);
+        REQUIRE(problems[i] == "");
         REQUIRE(at_once[i].size() == alone[i].size());
         for (std::size_t frame = 0; frame < alone[i].size(); ++frame) {
-          INFO(configuration.name << ", " << threads_each << " threads each, space " << i
-                                  << ", frame " << frame);
           REQUIRE(!alone[i][frame].empty());
           REQUIRE(difference(at_once[i][frame], alone[i][frame]) == "");
         }
       }
     }
-  }
-}
-
-TEST_CASE("Spaces are created, used and destroyed by threads of their own", "[threads]") {
-  const std::uint64_t seed = seedOr(44);
-  const Boxes boxes = denseCube(600, seed);
-  const Pairs expected = [&] {
-    const Space space;
-    World world(space);
-    world.addBoxes(boxes);
-    const Pairs pairs = collide(space);
-    REQUIRE(difference(pairs, expectedPairs(world.geoms())) == "");
-    return pairs;
-  }();
-  std::vector<std::string> problems(4, "did not run");
-  std::vector<std::thread> workers;
-  for (std::string& problem : problems) {
-    workers.emplace_back([&] {
-      try {
-        if (!dAllocateODEDataForThread(dAllocateMaskAll)) throw std::runtime_error("no ODE data");
-        problem = "";
-        for (int round = 0; round < 5 && problem.empty(); ++round) {
-          const Space space;
-          World world(space);
-          world.addBoxes(boxes);
-          problem = difference(collide(space), expected);
-        }
-      } catch (const std::exception& error) {
-        problem = error.what();
-      }
-    });
-  }
-  for (std::thread& worker : workers) worker.join();
-  for (const std::string& problem : problems) CHECK(problem == "");
 }
 
 // With a grain of the tests teams are as large as they can be, whatever they wait for.

@@ -1,13 +1,10 @@
 // The files of traces: whose they are, when they end, and what becomes of them where they cannot be
 // written.
 #include <ode_parallel_sap/parallel_sap_space.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -66,41 +63,30 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
   dSpaceDestroy(space);
 }
 
-TEST_CASE("The child of a fork writes nothing into its parent's trace", "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(20);
-  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
-  collide(space);
-  const pid_t child = fork();
-  if (child == 0) {
-    std::size_t pairs = collide(space).size();
-    _exit(pairs == 19 ? 0 : 1);
+TEST_CASE("The child of a fork writes no trace, its parent's or the environment's", "[trace]") {
+  for (const bool by_variable : {false, true}) {
+    const Folder folder;
+    const std::string path = folder / "trace";
+    const Variable variable("ODE_PARALLEL_SAP_TRACE", by_variable ? path.c_str() : nullptr);
+    const dSpaceID space = boxes(20);
+    if (!by_variable) {
+      dParallelSAPSpaceSetTrace(space, path.c_str(), 1);
+      collide(space);
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+      const std::size_t own = collide(boxes(20)).size();
+      _exit(own == 19 && collide(space).size() == 19 ? 0 : 1);
+    }
+    int status = -1;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(status == 0);
+    REQUIRE(folder.files().size() == (by_variable ? 0 : 1));
+    collide(space);
+    REQUIRE(folder.files().size() == 1);
+    REQUIRE(framesIn(folder.files()[0]) == (by_variable ? 1 : 2));
+    dSpaceDestroy(space);
   }
-  int status = -1;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  REQUIRE(status == 0);
-  collide(space);
-  REQUIRE(framesIn(folder / "trace") == 2);
-  dSpaceDestroy(space);
-}
-
-TEST_CASE("The child of a fork leaves the files of the environment to its parent", "[trace]") {
-  const Folder folder;
-  const Variable variable("ODE_PARALLEL_SAP_TRACE", (folder / "trace").c_str());
-  const dSpaceID space = boxes(20);
-  const pid_t child = fork();
-  if (child == 0) {
-    const std::size_t own = collide(boxes(20)).size();
-    _exit(own == 19 && collide(space).size() == 19 ? 0 : 1);
-  }
-  int status = -1;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  REQUIRE(status == 0);
-  REQUIRE(folder.files().empty());
-  collide(space);
-  REQUIRE(folder.files().size() == 1);
-  REQUIRE(framesIn(folder.files()[0]) == 1);
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("Who replays a trace does not write over it", "[trace]") {
@@ -113,29 +99,6 @@ TEST_CASE("Who replays a trace does not write over it", "[trace]") {
     REQUIRE(folder.files().size() == 1);
     if (!replaying) REQUIRE(trace::readRecording(folder.files()[0]).frames.size() == 1);
   }
-}
-
-TEST_CASE("A trace that fails is cut itself, not what has its name by then", "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(20);
-  REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1) == 1);
-  collide(space);
-  fs::rename(folder / "trace", folder / "moved");
-  std::ofstream(folder / "trace") << std::string(1000000, 'x');
-  const auto before = std::signal(SIGXFSZ, SIG_IGN);
-  rlimit limit;
-  REQUIRE(getrlimit(RLIMIT_FSIZE, &limit) == 0);
-  const rlimit small = {fs::file_size(folder / "moved") + 10, limit.rlim_max};
-  REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
-  const Messages messages;
-  for (int i = 0; i < 50; ++i) dCreateSphere(space, 1);
-  collide(space);
-  REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
-  std::signal(SIGXFSZ, before);
-  REQUIRE(messages.all().size() == 1);
-  REQUIRE(fs::file_size(folder / "trace") == 1000000);
-  REQUIRE(framesIn(folder / "moved") == 1);
-  dSpaceDestroy(space);
 }
 
 TEST_CASE("The environment has a file for each space that collides", "[trace]") {

@@ -97,59 +97,6 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
   }
 }
 
-TEST_CASE("NaN positions and rotations of ordinary geoms and bodies leave them out", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : kSceneSizes) {
-      const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n - 3, 9));
-      const dGeomID position = world.take(dCreateSphere(space, 100));
-      const dGeomID rotation = world.take(dCreateBox(space, 100, 100, 100));
-      const dGeomID carried = world.take(dCreateSphere(space, 100));
-      const dBodyID body = world.giveBody(carried);
-      const Messages messages;
-      INFO(configuration.name << ", " << n << " geoms");
-      const Pairs healthy = collide(space);
-      dGeomSetPosition(position, kNaN, 0, 0);
-      dMatrix3 identity, broken;
-      dRSetIdentity(identity);
-      dRSetIdentity(broken);
-      broken[5] = kNaN;
-      dGeomSetRotation(rotation, broken);
-      dBodySetPosition(body, 0, 0, kNaN);
-      CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-      // dGeomSetRotation may have mended the matrix; the other two are surely broken.
-      const std::size_t invalid = statsOf(space).invalid;
-      CHECK(invalid >= 2);
-      CHECK(messages.all().size() == invalid);
-      dGeomSetPosition(position, 0, 0, 0);
-      dGeomSetRotation(rotation, identity);
-      dBodySetPosition(body, 0, 0, 0);
-      CHECK(difference(collide(space), healthy) == "");
-      CHECK(statsOf(space).invalid == 0);
-      CHECK(messages.all().size() == invalid);
-    }
-  }
-}
-
-TEST_CASE("A scene of nothing but NaN has no pairs", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : {1, 2, 8, 100, 1000}) {
-      const Space space(configuration);
-      World world(space);
-      for (std::size_t i = 0; i < n; ++i) {
-        world.take(createUserBox(space, {0, 1, 0, kNaN, 0, 1}));
-      }
-      const Messages messages;
-      INFO(configuration.name << ", " << n << " geoms");
-      CHECK(collide(space).empty());
-      CHECK(collide(space).empty());
-      CHECK(statsOf(space).invalid == n);
-      CHECK(messages.all().size() == n);
-    }
-  }
-}
-
 TEST_CASE("A geom with a NaN bound is in no pair of dSpaceCollide2", "[bounds]") {
   for (const Configuration& configuration : configurations()) {
     const Space space(configuration);
@@ -235,27 +182,6 @@ TEST_CASE("Bounds that no float tells apart are told apart, around zero too", "[
   }
 }
 
-TEST_CASE("Extreme bounds alone follow the formula", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    const int rounds = scaled(40);
-    for (int round = 0; round < rounds; ++round) {
-      const std::uint64_t seed = seedOr(60, round);
-      Random random(seed);
-      const Space space(configuration);
-      World world(space);
-      const bool inverted_too = random.chance(0.5);
-      for (std::size_t i = 2 + random.below(150); i > 0; --i) {
-        world.take(createUserBox(space, extremeBounds(random, inverted_too)));
-      }
-      const Messages messages;
-      INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-      REQUIRE(messages.all().empty());
-      REQUIRE(statsOf(space).invalid == 0);
-    }
-  }
-}
-
 TEST_CASE("A program's flushing of denormals and its rounding change no pair", "[bounds]") {
   if (!FloatingPointMode::kCanBeSet) WARN("SKIPPED: modes cannot be set here, only the usual one");
   const unsigned modes[] = {FloatingPointMode::kFlushing, FloatingPointMode::kDownward,
@@ -317,68 +243,6 @@ TEST_CASE("Extreme bounds among ordinary ones follow the formula and harm nobody
   }
 }
 
-TEST_CASE("A scene of any scale, at any distance from the origin, follows the formula",
-          "[bounds]") {
-  const double largest = static_cast<double>(kLargest);
-  const double scales[] = {static_cast<double>(kDenormal) * 64,
-                           static_cast<double>(std::numeric_limits<dReal>::min()),
-                           1e-30,
-                           1e-6,
-                           1e6,
-                           1e12,
-                           1e30,
-                           largest / 1e4};
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : {40, 900}) {
-      for (const double scale : scales) {
-        for (const double offset : {0.0, 1e3, -1e9, 1e17}) {
-          const Space space(configuration);
-          World world(space);
-          for (const Box& box : denseCube(n, 10)) {
-            Bounds bounds;
-            for (int i = 0; i < 6; ++i) {
-              const double* const bound = i % 2 ? box.high : box.low;
-              const double at = bound[i / 2] + offset;
-              // Far from the origin the largest scale leaves the type's range: infinity is right.
-              const double value = at * scale;
-              bounds[i] = value > largest    ? kInfinity
-                          : value < -largest ? -kInfinity
-                                             : static_cast<dReal>(value);
-            }
-            world.take(createUserBox(space, bounds));
-          }
-          INFO(configuration.name << ", " << n << " geoms, scale " << scale << ", offset "
-                                  << offset);
-          REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-        }
-      }
-    }
-  }
-}
-
-TEST_CASE("Infinite on one side or axis, a geom pairs with all that it reaches", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const int which : {1, 2, 3}) {  // low, high, both
-        const Space space(configuration);
-        World world(space);
-        world.addBoxes(denseCube(1000, 11));
-        Bounds bounds = {4, 5, 4, 5, 4, 5};
-        if (which & 1) bounds[2 * axis] = -kInfinity;
-        if (which & 2) bounds[2 * axis + 1] = kInfinity;
-        world.take(createUserBox(space, bounds));
-        INFO(configuration.name << ", axis " << axis << ", side " << which);
-        const Pairs got = collide(space);
-        CHECK(difference(got, expectedPairs(world.geoms())) == "");
-        CHECK(statsOf(space).invalid == 0);
-        std::size_t of_it = 0;
-        for (const Pair& pair : got) of_it += pair.second == 1000;
-        CHECK(of_it > 10);
-      }
-    }
-  }
-}
-
 TEST_CASE("An inverted box pairs with what spans its gap, as the formula has it", "[bounds]") {
   for (const Configuration& configuration : configurations()) {
     const Space space(configuration);
@@ -397,23 +261,5 @@ TEST_CASE("An inverted box pairs with what spans its gap, as the formula has it"
     // Among others, far from where all-pairs tests would be used.
     world.addBoxes(denseCube(1500, 12));
     CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-  }
-}
-
-TEST_CASE("Geoms that cross the world in every frame give exactly the expected pairs", "[bounds]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(denseCube(900, 13));
-    Random random(seedOr(14));
-    for (const double reach : {1.0, 1e3, 1e9, 1e25, 2.0}) {
-      for (const dGeomID geom : world.geoms()) {
-        dGeomSetPosition(geom, static_cast<dReal>(random.between(-reach, reach)),
-                         static_cast<dReal>(random.between(-2, 2)),
-                         static_cast<dReal>(random.between(-2, 2)));
-      }
-      INFO(configuration.name << ", reach " << reach);
-      REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
-    }
   }
 }

@@ -164,26 +164,6 @@ TEST_CASE("Every class follows its body, with and without an offset", "[classes]
   }
 }
 
-TEST_CASE("Two geoms of one body are no pair until one leaves it", "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    const dGeomID a = world.take(dCreateBox(space, 1, 1, 1));
-    const dGeomID b = world.take(dCreateSphere(space, 1));
-    const dBodyID body = world.giveBody(a);
-    INFO(configuration.name);
-    CHECK(difference(collide(space), {{0, 1}}) == "");
-    dGeomSetBody(b, body);
-    CHECK(collide(space).empty());
-    dGeomSetBody(b, nullptr);  // ODE does not call that a move
-    CHECK(difference(collide(space), {{0, 1}}) == "");
-    dGeomSetBody(b, body);
-    CHECK(collide(space).empty());
-    dBodyDestroy(body);
-    CHECK(difference(collide(space), {{0, 1}}) == "");
-  }
-}
-
 TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[classes]") {
   FarMemory memory;
   for (const Configuration& configuration : configurations())
@@ -207,24 +187,6 @@ TEST_CASE("Bodies far apart in memory are told apart, whatever their geoms", "[c
       }
       dWorldDestroy(world);
     }
-}
-
-TEST_CASE("A plane pairs with what reaches its half-space", "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.take(dCreatePlane(space, 0, 0, 1, 0));  // 0: below z = 0
-    for (int i = -2; i <= 2; ++i) place(world.take(dCreateSphere(space, 1)), 10 * i, 0, i);
-    const dGeomID oblique = world.take(dCreatePlane(space, 1, 1, 0, 0));  // 6: everything
-    INFO(configuration.name);
-    CHECK(difference(
-              collide(space),
-              {{0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 6}, {1, 6}, {2, 6}, {3, 6}, {4, 6}, {5, 6}}) ==
-          "");
-    dGeomPlaneSetParams(oblique, -1, 0, 0, 0);  // now x > 0 is inside
-    CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-    CHECK(collide(space).size() == 4 + 1 + 3);
-  }
 }
 
 TEST_CASE("Zero-sized geoms are left out until they grow", "[classes]") {
@@ -283,33 +245,6 @@ TEST_CASE("An AABBTest is given the other geom and its bounds, and can refuse a 
       CHECK(asked[0].other == sphere);
       CHECK(asked[0].bounds == Bounds{-1, 1, -1, 1, -1, 1});
     }
-  }
-}
-
-TEST_CASE("AABBTest is asked about overlapping geoms only, with matching bits", "[classes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    const dGeomID judge =
-        world.take(createUserBox(space, {0, 1, 0, 1, 0, 1}, false, rememberAndReject));
-    const dGeomID near = world.take(dCreateSphere(space, 1));
-    place(world.take(dCreateSphere(space, 1)), 9, 0, 0);
-    asked.clear();
-    CHECK(collide(space).empty());
-    REQUIRE(asked.size() == 1);
-    dGeomSetCategoryBits(near, 0);
-    dGeomSetCollideBits(near, 0);
-    asked.clear();
-    CHECK(collide(space).empty());
-    INFO(configuration.name);
-    CHECK(asked.empty());
-    dGeomSetCategoryBits(near, 1);
-    dGeomDisable(judge);
-    CHECK(collide(space).empty());
-    CHECK(asked.empty());
-    dGeomEnable(judge);
-    CHECK(collide(space).empty());
-    CHECK(asked.size() == 1);
   }
 }
 

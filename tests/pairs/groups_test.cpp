@@ -1,7 +1,6 @@
 // Boxes of few kinds of filter bits, of which many do not meet.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <string>
 #include <vector>
 
 #include "support/catch.hpp"

@@ -1,25 +1,16 @@
-// Boxes of real meshes: how they are read, and their pairs where there are such data.
+// Boxes of meshes: of a made cloth, and of real ones where there are such data.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <stdexcept>
-#include <string>
 
 #include "bench/mesh_data.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/recorder.h"
-#include "support/trace_files.h"
 #include "support/user_box.h"
 
 using namespace sap_test;
 
 namespace {
-
-void write(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
 
 Bounds boundsOf(const bench::MeshBox& box) {
   Bounds bounds;
@@ -67,32 +58,6 @@ TEST_CASE("The pairs of a cloth in folds are those of a plain sweep", "[meshes]"
     CHECK(pairsOf(mesh.edges, nullptr, threads) == edge_edge);
     CHECK(pairsOf(mesh.vertices, &mesh.faces, threads) == vertex_face);
   }
-}
-
-TEST_CASE("Boxes in files of doubles are read as they are", "[meshes]") {
-  const Folder folder;
-  const double numbers[] = {-1, 2, 3e-300, 4, 5.5, 6};
-  for (const char* kind : {"vertices", "edges", "faces"}) {
-    write(folder / ("cloth-2-" + std::string(kind) + ".f64"),
-          {reinterpret_cast<const char*>(numbers), sizeof numbers});
-  }
-  const std::vector<bench::Mesh> meshes = bench::readMeshes(folder / "");
-  REQUIRE(meshes.size() == 1);
-  CHECK(meshes[0].name == "cloth-2");
-  for (const auto* boxes : {&meshes[0].vertices, &meshes[0].edges, &meshes[0].faces}) {
-    REQUIRE(boxes->size() == 1);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      CHECK((*boxes)[0].lower[axis] == numbers[axis]);
-      CHECK((*boxes)[0].upper[axis] == numbers[3 + axis]);
-    }
-  }
-}
-
-TEST_CASE("Files that are no meshes are refused", "[meshes]") {
-  const Folder folder;
-  CHECK_THROWS_AS(bench::readMeshes(folder / ""), std::runtime_error);
-  write(folder / "cloth-vertices.f64", std::string(47, 'x'));
-  CHECK_THROWS_AS(bench::readMeshes(folder / ""), std::runtime_error);
 }
 
 // Without data the CTest test meshes.data, which is this case alone, is shown as skipped.

@@ -75,38 +75,6 @@ TEST_CASE("The order is that of adding, not of creation", "[order]") {
   }
 }
 
-TEST_CASE("A geom that is added again comes last, moved or not", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const bool clean : {false, true}) {
-      const Space space(configuration);
-      const std::vector<dGeomID> geoms = looseSpheres(3);
-      for (const dGeomID geom : geoms) dSpaceAdd(space, geom);
-      if (clean) REQUIRE(difference(collide(space), {{0, 1}, {0, 2}, {1, 2}}) == "");
-      dSpaceRemove(space, geoms[0]);
-      dSpaceAdd(space, geoms[0]);
-      INFO(configuration.name << (clean ? ", clean" : ", dirty"));
-      CHECK(difference(collide(space), {{1, 2}, {1, 0}, {2, 0}}) == "");
-    }
-  }
-}
-
-TEST_CASE("A sub-space counts by when it was added, like any geom", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    const std::vector<dGeomID> geoms = looseSpheres(3);
-    dSpaceAdd(space, geoms[0]);
-    const dGeomID sub_space = asGeom(dHashSpaceCreate(space));
-    setNumber(sub_space, 9);
-    dSpaceAdd(space, geoms[1]);
-    // Moves inside the sub-space concern its parent, but not the order.
-    dSpaceAdd(reinterpret_cast<dSpaceID>(sub_space), geoms[2]);
-    INFO(configuration.name);
-    CHECK(difference(collide(space), {{0, 9}, {0, 1}, {9, 1}}) == "");
-    dGeomSetPosition(geoms[2], dReal(0.5), 0, 0);
-    CHECK(difference(collide(space), {{0, 9}, {0, 1}, {9, 1}}) == "");
-  }
-}
-
 TEST_CASE("dSpaceCollide2 with a geom visits the space's geoms in the order of adding", "[order]") {
   for (const Configuration& configuration : configurations()) {
     const Space space(configuration);

@@ -123,25 +123,3 @@ TEST_CASE("Bits count in both directions, and the highest like the lowest", "[pa
     }
   }
 }
-
-TEST_CASE("Ten thousand geoms on one body are no pair", "[pairs]") {
-  for (const Configuration& configuration : configurations()) {
-    if (configuration.method == dParallelSAPMethodBruteForce ||
-        configuration.method == dParallelSAPMethodAxisLists) {
-      continue;  // quadratic, and nothing in it depends on the number
-    }
-    const Space space(configuration);
-    World world(space);
-    const dGeomID first = world.take(dCreateSphere(space, 1));
-    const dBodyID body = world.giveBody(first);
-    for (int i = 1; i < 10000; ++i) {
-      const dGeomID geom = world.take(dCreateSphere(space, 1));
-      dGeomSetBody(geom, body);
-      dGeomSetOffsetPosition(geom, static_cast<dReal>(i), 0, 0);
-    }
-    INFO(configuration.name);
-    CHECK(collide(space).empty());
-    dGeomSetBody(first, nullptr);
-    CHECK(difference(collide(space), {{0, 1}, {0, 2}}) == "");
-  }
-}

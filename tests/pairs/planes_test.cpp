@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -52,24 +50,6 @@ void populate(World& world, std::size_t n, std::uint64_t seed) {
 }
 
 }  // namespace
-
-TEST_CASE("Planes pair with every geom unless they are culled", "[planes]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    CHECK(dParallelSAPSpaceGetCullPlanes(space) == 0);
-    World world(space);
-    world.addBoxes(denseCube(300, 1));
-    world.take(dCreatePlane(space, 1, 1, 1, -1000));
-    INFO(configuration.name);
-    const Pairs all = collide(space);
-    CHECK(difference(all, expectedPairs(world.geoms())) == "");
-    for (const int cull : {1, 0, 7, 0}) {
-      dParallelSAPSpaceSetCullPlanes(space, cull);
-      CHECK(dParallelSAPSpaceGetCullPlanes(space) == (cull != 0));
-      CHECK(collide(space).size() == all.size() - (cull ? 300 : 0));
-    }
-  }
-}
 
 TEST_CASE("Culled planes pair with what may touch them, whatever finds the pairs", "[planes]") {
   const std::uint64_t seed = seedOr(201);
@@ -309,40 +289,5 @@ TEST_CASE("Bounds and planes of every kind are culled by the definition", "[plan
       }
       REQUIRE(wrongCulling(collide(space), world) == "");
     }
-  }
-}
-
-TEST_CASE("A culled plane asks AABBTest functions as any geom does", "[planes]") {
-  for (const std::size_t n : {20, 200}) {
-    const Space space;
-    dParallelSAPSpaceSetCullPlanes(space, 1);
-    World world(space);
-    world.take(dCreatePlane(space, 1, 1, 1, 0));
-    for (std::size_t i = 0; i < n; ++i) {
-      const dReal x = static_cast<dReal>(i) - static_cast<dReal>(n) / 2;
-      world.take(createUserBox(
-          space, {x, x + dReal(0.5), 0, 1, 0, 1}, false,
-          [](dGeomID self, dGeomID, dReal*) -> int { return number(self) % 3 != 0; }));
-    }
-    const Pairs got = collide(space);
-    CHECK(got.size() > n / 4);
-    CHECK(got.size() < n / 2);
-    CHECK(wrongCulling(got, world) == "");
-  }
-}
-
-TEST_CASE("What lies flat on a culled plane through the origin is a pair with it", "[planes]") {
-  for (const double distance : {0.0, 3e-310}) {
-    Space space;
-    World world(space);
-    dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-    dParallelSAPSpaceSetCullPlanes(space, 1);
-    world.take(dCreatePlane(space, 0, 0, 1, distance));
-    for (int i = 0; i < 60; ++i) {
-      const dReal x = static_cast<dReal>(2 * i);
-      world.take(createUserBox(space, {x, x + 1, 0, 1, 0, 0}));
-    }
-    CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-    CHECK(statsOf(space).pairs == 60);
   }
 }

@@ -4,11 +4,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstddef>
-#include <string>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
 #include "support/random.h"
@@ -117,28 +115,4 @@ TEST_CASE("Geoms that come and go leave no slots behind in a space that only mee
   }
   CHECK(held() <= before + 4096);
   dGeomDestroy(probe);
-}
-
-TEST_CASE("Flushed denormals lose no pair, whatever the number of threads") {
-  const std::uint64_t seed = seedOr(13);
-  INFO("seed " << seed);
-  if (sizeof(dReal) == sizeof(float)) {
-    WARN("SKIPPED: in single precision ODE's own bounds are flushed before the space sees them");
-    return;
-  }
-  for (const Configuration& configuration : configurations())
-    for (const int threads : {1, 2, 3}) {
-      INFO(configuration.name << ", " << threads << " threads");
-      const Space space(configuration);
-      dParallelSAPSpaceSetNumThreads(space, threads);
-      World world(space);
-      for (const Box& box : denseCube(5000, seed))
-        world.take(createUserBox(space, scaled(box, 1e-39)));
-      const Pairs expected = expectedPairs(world.geoms());
-      const Pairs got = [&] {
-        const FloatingPointMode flushing(FloatingPointMode::kFlushing);
-        return collide(space);
-      }();
-      CHECK(difference(got, expected) == "");
-    }
 }

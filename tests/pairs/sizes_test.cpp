@@ -67,28 +67,3 @@ TEST_CASE("Twenty thousand geoms give the same pairs whatever the method", "[siz
     }
   }
 }
-
-TEST_CASE("A space that grows and shrinks gives exactly the expected pairs", "[sizes]") {
-  const std::uint64_t seed = seedOr(32);
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    dSpaceSetCleanup(space, 0);
-    World world(space);
-    world.addBoxes(denseCube(3000, seed));
-    std::vector<dGeomID> inside = world.geoms();
-    INFO(configuration.name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    for (const std::size_t n : {3000, 2000, 37, 1, 0, 1, 37, 2500, 3000}) {
-      while (inside.size() > n) {
-        dSpaceRemove(space, inside.back());
-        inside.pop_back();
-      }
-      while (inside.size() < n) {
-        dSpaceAdd(space, world.geoms()[inside.size()]);
-        inside.push_back(world.geoms()[inside.size()]);
-      }
-      CAPTURE(n);
-      REQUIRE(dSpaceGetNumGeoms(space) == static_cast<int>(n));
-      REQUIRE(difference(collide(space), expectedPairs(inside)) == "");
-    }
-  }
-}

@@ -3,7 +3,6 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <cstdlib>
-#include <string>
 #include <thread>
 #include <utility>
 #include <vector>

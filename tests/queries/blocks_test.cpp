@@ -18,11 +18,8 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
-#include "support/ode_errors.h"
-#include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -121,38 +118,6 @@ TEST_CASE("Blocks one after the other are the pairs of dSpaceCollide, for any th
       }
 }
 
-TEST_CASE("Blocks keep to the rules that are set, and have spaces in them as geoms", "[blocks]") {
-  const std::uint64_t seed = seedOr(72);
-  for (const std::size_t n : {60, 900}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, seed));
-    for (std::size_t i = 0; i < n; i += 3) world.giveBody(world.geoms()[i]);
-    for (std::size_t i = 0; i < n; i += 6) dBodyDisable(dGeomGetBody(world.geoms()[i]));
-    world.take(dCreatePlane(space, dReal(0.5), dReal(0.5), dReal(0.75), 1));
-    const dSpaceID inner = dSimpleSpaceCreate(space);
-    dCreateSphere(inner, 1);
-    setNumber(asGeom(inner), n + 1);
-    for (int rules = 0; rules < 16; ++rules) {
-      dParallelSAPSpaceSetSkipStatic(space, rules & 1);
-      dParallelSAPSpaceSetSkipAsleep(space, rules & 2);
-      dParallelSAPSpaceSetCullPlanes(space, rules & 4);
-      dParallelSAPSpaceSetTolerance(space, rules & 8 ? dReal(0.25) : 0);
-      const Pairs expected = collide(space);
-      bool has_space = false;
-      for (const Pair& pair : expected) has_space = has_space || pair.second == n + 1;
-      REQUIRE(has_space);
-      for (const int flags : kFlags) {
-        Blocks blocks;
-        blocks.collide(space, flags);
-        INFO(n << " geoms, rules " << rules << ", flags " << flags);
-        REQUIRE(difference(blocks.joined(), expected) == "");
-        CHECK(statsOf(space).pairs == expected.size());
-      }
-    }
-  }
-}
-
 TEST_CASE("Concurrent blocks are at work at the same time, in the caller's floating-point mode",
           "[blocks]") {
   const Space space;
@@ -210,20 +175,6 @@ TEST_CASE("A callback that throws ends the call, on the calling thread", "[block
           if (threads <= 3) CHECK(begun_after <= 12);
         }
     }
-}
-
-TEST_CASE("Of several exceptions one leaves the call", "[blocks]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(3000, seedOr(75)));
-  dParallelSAPSpaceSetNumThreads(space, 7);
-  const Pairs expected = collide(space);
-  for (int i = 0; i < 20; ++i) {
-    Blocks blocks;
-    blocks.at_each = [](std::size_t) { throw Stop(); };
-    REQUIRE_THROWS_AS(blocks.collide(space, dParallelSAPPairsConcurrent), Stop);
-    REQUIRE(isUsable(space, expected));
-  }
 }
 
 TEST_CASE("Callbacks collide within callbacks, whatever kind of collide they are of", "[blocks]") {
@@ -297,53 +248,6 @@ TEST_CASE("Concurrent callbacks collide spaces that nobody else uses", "[blocks]
   for (const auto& [thread, mine] : own) dSpaceDestroy(mine);
 }
 
-TEST_CASE("Where there is no memory for the list of pairs, blocks come all the same", "[blocks]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(700, seedOr(78)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
-  const Pairs expected = expectedPairs(world.geoms());
-  const Messages messages;
-  for (const int flags : kFlags) {
-    Blocks usual, blocks;
-    usual.collide(space, flags);
-    memory_fails = true;
-    blocks.collide(space, flags);
-    CHECK(!memory_fails);
-    CHECK(difference(blocks.joined(), expected) == "");
-    CHECK(blocks.areWhole());
-    CHECK(blocks.at == usual.at);
-    CHECK(statsOf(space).pairs == expected.size());
-    CHECK(statsOf(space).method == dParallelSAPMethodBruteForce);
-  }
-  CHECK(messages.all().size() == 1);
-}
-
-TEST_CASE("Statistics tell of blocks what they tell of a report", "[blocks]") {
-  for (const std::size_t n : {100, 3000})
-    for (const int flags : kFlags) {
-      const Space space;
-      World world(space);
-      world.addBoxes(denseCube(n, seedOr(79)));
-      const std::size_t pairs = collide(space).size();
-      Blocks blocks;
-      blocks.at_each = [](std::size_t first) {
-        if (first == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      };
-      for (int frame = 0; frame < 17; ++frame) {  // small scenes are timed now and then
-        (void)statsOf(space);
-        blocks.collide(space, flags);
-      }
-      const dParallelSAPStats stats = statsOf(space);
-      INFO(n << " geoms, flags " << flags);
-      CHECK(stats.frames == 18);
-      CHECK(stats.pairs == pairs);
-      CHECK(stats.report_ms >= 5);
-      CHECK(stats.total_ms >= stats.report_ms);
-      CHECK(stats.extract_ms < 5);
-    }
-}
-
 TEST_CASE("An empty space has no blocks", "[blocks]") {
   const Space space;
   Blocks blocks;
@@ -375,13 +279,4 @@ TEST_CASE("Without a callback pairs are found and counted, and those that began 
       }
       CHECK(isUsable(space, collide(space)));
     }
-}
-
-TEST_CASE("Wrong arguments for blocks are assertions", "[blocks]") {
-  if (!odeHasAssertions()) return;
-  const Space space;
-  const dSpaceID theirs = dSimpleSpaceCreate(nullptr);
-  CHECK_THROWS_AS(dParallelSAPSpaceCollidePairs(theirs, nullptr, 0, Blocks::take), OdeAssertion);
-  CHECK_THROWS_AS(dParallelSAPSpaceCollidePairs(space, nullptr, 2, Blocks::take), OdeAssertion);
-  dSpaceDestroy(theirs);
 }

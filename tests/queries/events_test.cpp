@@ -13,7 +13,6 @@
 #include "support/events_oracle.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
@@ -88,12 +87,6 @@ Pairs pairsOfBlocks(dSpaceID space) {
   return pairs;
 }
 
-EventsOracle::Geoms geomsOf(const MovingScene& scene) {
-  EventsOracle::Geoms geoms;
-  for (const dGeomID geom : scene.order()) geoms[number(geom)] = geom;
-  return geoms;
-}
-
 // A frame of one of the kinds that there are; what is wrong of it.
 std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kind, Random& random) {
   const dSpaceID space = scene.space();
@@ -119,7 +112,8 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
     case 4:
       for (std::size_t again = random.below(4); again > 0; --again) {
         dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
-        const std::string problem = oracle.check(space, owedBy(scene), geomsOf(scene));
+        const std::string problem =
+            oracle.check(space, owedBy(scene), EventsOracle::byNumber(scene.order()));
         if (problem != "") return problem;
       }
       dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
@@ -128,7 +122,7 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
     default:
       pairs = collide(space);
   }
-  return oracle.check(space, pairs, geomsOf(scene));
+  return oracle.check(space, pairs, EventsOracle::byNumber(scene.order()));
 }
 
 }  // namespace
@@ -164,9 +158,15 @@ TEST_CASE("Slots that are closed up between two frames change no number", "[even
     Random random(seedOr(402));
     const Space space;
     dParallelSAPSpaceSetEvents(space, 1);
-    std::map<std::size_t, dGeomID> in;
+    EventsOracle::Geoms in;
     EventsOracle oracle;
     std::size_t next = 0;
+    const auto create = [&] {
+      const dGeomID geom = in[next] = dCreateBox(space, 2, 2, 2);
+      setNumber(geom, next++);
+      const dReal x = static_cast<dReal>(random.between(0, 20));
+      dGeomSetPosition(geom, x, static_cast<dReal>(random.between(0, 20)), 0);
+    };
     for (int frame = 0; frame < 40; ++frame) {
       // Far more leave than stay, and others come while they leave.
       while (in.size() > n / 5 && frame % 2) {
@@ -174,19 +174,9 @@ TEST_CASE("Slots that are closed up between two frames change no number", "[even
         if (at == in.end()) at = in.begin();
         dGeomDestroy(at->second);
         in.erase(at);
-        if (random.chance(0.1)) {
-          const dGeomID geom = dCreateBox(space, 2, 2, 2);
-          setNumber(geom, next);
-          in[next++] = geom;
-        }
+        if (random.chance(0.1)) create();
       }
-      while (in.size() < n) {
-        const dGeomID geom = dCreateBox(space, 2, 2, 2);
-        setNumber(geom, next);
-        dGeomSetPosition(geom, static_cast<dReal>(random.between(0, 20)),
-                         static_cast<dReal>(random.between(0, 20)), 0);
-        in[next++] = geom;
-      }
+      while (in.size() < n) create();
       const Pairs pairs = collide(space);
       INFO(n << " geoms, frame " << frame);
       REQUIRE(oracle.check(space, pairs, in) == "");
@@ -294,126 +284,42 @@ TEST_CASE("Events are told before the first pair is, and stay when the callback 
   }
 }
 
-TEST_CASE("A frame without memory for its pairs tells nothing, and the next one all", "[events]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, seedOr(405)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
-  dParallelSAPSpaceSetEvents(space, 1);
-  const Messages messages;
-  EventsOracle oracle;
-  const auto check = [&] {
-    std::map<std::size_t, dGeomID> in;
-    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
-    const Pairs pairs = collide(space);
-    return oracle.check(space, pairs, in);
-  };
-  REQUIRE(check() == "");
-  for (std::uint64_t frame = 0; frame < 8; ++frame) {
-    if (frame < 4)
-      world.jitter(0.5, frame);
-    else  // the others' pairs are kept
-      dGeomSetPosition(world.geoms()[5], static_cast<dReal>(frame) / 3, 2, 2);
-    memory_fails = true;
-    (void)collide(space);
-    CHECK(!memory_fails);
-    CHECK(numbersOf(space).empty());
-    CHECK(begunOf(space).empty());
-    CHECK(endedOf(space).empty());
-    const dGeomID last = world.geoms()[3];
-    world.remove(last);
-    world.addAgain(last);
-    setNumber(last, 1000 + frame);
-    REQUIRE(check() == "");
-    CHECK(!endedOf(space).empty());
-  }
-}
-
-TEST_CASE("Within a tolerance the events are those of the pairs that are reported", "[events]") {
-  const std::uint64_t seed = seedOr(406);
-  for (const std::size_t n : {100, 1000}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, seed));
-    dParallelSAPSpaceSetTolerance(space, dReal(0.2));
-    dParallelSAPSpaceSetEvents(space, 1);
-    std::map<std::size_t, dGeomID> in;
-    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
-    EventsOracle oracle;
-    for (std::uint64_t frame = 0; frame < 60; ++frame) {
-      world.jitter(frame % 20 == 10 ? 0.5 : 0.004, seed + frame);
-      const Pairs pairs = collide(space);
-      INFO(n << " geoms, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(oracle.check(space, pairs, in) == "");
-    }
-  }
-}
-
-TEST_CASE("Geoms asleep and user classes have events like all others", "[events]") {
+TEST_CASE("Whatever is set, events are those of the pairs that are reported", "[events]") {
   const std::uint64_t seed = seedOr(407);
-  Random random(seed);
   const auto vetoes = [](dGeomID self, dGeomID other, dReal[6]) -> int {
     return (number(other) + userBoxData(self).mood) % 3 != 0;
   };
-  for (const auto& [n, skip] : {std::pair<std::size_t, int>{60, 0}, {60, 1}, {600, 0}, {600, 1}}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, seed));
-    for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
-    const dGeomID moody = world.take(createUserBox(space, {0, 9, 0, 9, 0, 9}, false, vetoes));
-    dParallelSAPSpaceSetSkipAsleep(space, skip);
-    dParallelSAPSpaceSetCullPlanes(space, 1);
-    world.take(dCreatePlane(space, 0, 0, 1, 1));
-    dParallelSAPSpaceSetEvents(space, 1);
-    std::map<std::size_t, dGeomID> in;
-    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
-    EventsOracle oracle;
-    for (int frame = 0; frame < 60; ++frame) {
-      const dBodyID body = dGeomGetBody(world.geoms()[2 * random.below(n / 2)]);
-      (random.chance(0.7) ? dBodyDisable : dBodyEnable)(body);
-      if (frame % 5 == 0) ++userBoxData(moody).mood;
-      const Pairs pairs = collide(space);
-      INFO(n << " geoms, skip " << skip << ", frame " << frame
-             << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(oracle.check(space, pairs, in) == "");
+  const struct {
+    dReal tolerance;
+    int skip_asleep;
+  } settings[] = {{0, 0}, {0, 1}, {dReal(0.2), 0}};
+  for (const auto& [tolerance, skip_asleep] : settings)
+    for (const std::size_t n : {60, 600}) {
+      const Space space;
+      World world(space);
+      Random random(seed);
+      world.addBoxes(denseCube(n, seed));
+      for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
+      const dGeomID moody = world.take(createUserBox(space, {0, 9, 0, 9, 0, 9}, false, vetoes));
+      world.take(dCreatePlane(space, 0, 0, 1, 1));
+      dParallelSAPSpaceSetTolerance(space, tolerance);
+      dParallelSAPSpaceSetSkipAsleep(space, skip_asleep);
+      dParallelSAPSpaceSetCullPlanes(space, 1);
+      dParallelSAPSpaceSetEvents(space, 1);
+      const EventsOracle::Geoms geoms = EventsOracle::byNumber(world.geoms());
+      EventsOracle oracle;
+      for (std::uint64_t frame = 0; frame < 60; ++frame) {
+        const dBodyID body = dGeomGetBody(world.geoms()[2 * random.below(n / 2)]);
+        (random.chance(0.7) ? dBodyDisable : dBodyEnable)(body);
+        if (tolerance > 0) world.jitter(frame % 20 == 10 ? 0.5 : 0.004, seed + frame);
+        if (frame % 5 == 0) ++userBoxData(moody).mood;
+        const Pairs pairs = collide(space);
+        INFO(n << " geoms, tolerance " << tolerance << ", skip asleep " << skip_asleep << ", frame "
+               << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(oracle.check(space, pairs, geoms) == "");
+      }
+      CHECK(oracle.ended() > 100);
     }
-    CHECK(oracle.ended() > 100);
-  }
-}
-
-TEST_CASE("Only spaces that tell events hold memory for them, and give it back", "[events]") {
-  const Space space, plain;
-  dParallelSAPSpaceSetEvents(space, 1);
-  for (const dSpaceID each : {dSpaceID(space), dSpaceID(plain)}) {
-    dParallelSAPSpaceSetNumThreads(each, 1);
-    World world(each);
-    world.addBoxes(denseCube(12000, seedOr(408)));
-    for (std::uint64_t frame = 0; frame < 4; ++frame) {
-      world.jitter(0.1, frame);
-      (void)collide(each);
-    }
-    const std::size_t pairs = collide(each).size();
-    const std::size_t held = statsOf(each).memory_bytes;
-    CHECK((each == space) == (numbersOf(each).size() == pairs));
-    if (each == space) {
-      // 24 bytes a pair, and events.
-      dParallelSAPSpaceSetEvents(each, 0);
-      CHECK(held - statsOf(each).memory_bytes > 12 * pairs);
-      CHECK(held - statsOf(each).memory_bytes < 100 * pairs);
-      dParallelSAPSpaceSetEvents(each, 1);
-      (void)collide(each);
-    }
-    while (world.geoms().size() > 300) {
-      const dGeomID last = world.geoms().back();
-      world.remove(last);
-      dGeomDestroy(last);
-    }
-    for (int frame = 0; frame < 140; ++frame) {
-      world.jitter(0.01, static_cast<std::uint64_t>(frame));
-      (void)collide(each);
-    }
-    CHECK(statsOf(each).memory_bytes < held / 6);
-  }
 }
 
 TEST_CASE("While memory is given back nothing is told twice and nothing is lost", "[events]") {
@@ -422,8 +328,6 @@ TEST_CASE("While memory is given back nothing is told twice and nothing is lost"
     const Space space;
     World world(space);
     world.addBoxes(denseCube(3000, seed));
-    std::map<std::size_t, dGeomID> in;
-    for (const dGeomID geom : world.geoms()) in[number(geom)] = geom;
     // Pairs are verified then, from a list of their own.
     if (skip) world.giveBody(world.geoms()[0]);
     dParallelSAPSpaceSetSkipAsleep(space, skip);
@@ -431,18 +335,13 @@ TEST_CASE("While memory is given back nothing is told twice and nothing is lost"
     EventsOracle oracle;
     std::size_t most = 0, least = ~std::size_t{0};
     for (int frame = 0; frame < 150; ++frame) {
-      while (frame == 2 && world.geoms().size() > 300) {
-        const dGeomID last = world.geoms().back();
-        in.erase(number(last));
-        world.remove(last);
-        dGeomDestroy(last);
-      }
+      if (frame == 2) world.shrinkTo(300);
       // Others than these keep their pairs.
       const dGeomID mover = world.geoms()[static_cast<std::size_t>(frame)];
       if (frame % 3) dGeomSetPosition(mover, static_cast<dReal>(frame % 7), 2, 2);
       const Pairs pairs = collide(space);
       INFO("skip " << skip << ", frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(oracle.check(space, pairs, in) == "");
+      REQUIRE(oracle.check(space, pairs, EventsOracle::byNumber(world.geoms())) == "");
       most = std::max(most, statsOf(space).memory_bytes);
       least = std::min(least, statsOf(space).memory_bytes);
     }

@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <vector>
 
@@ -266,26 +265,6 @@ TEST_CASE("A ray in the space itself is asked, moved, made and destroyed for eve
     dGeomDestroy(passing);
     REQUIRE(wrong == "");
   }
-}
-
-TEST_CASE("Nothing is kept for queries where they are too few to pay", "[queries]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(3000, 1));
-  const Probe probe(dCreateBox(nullptr, 1, 1, 1));
-  dSpaceCollide(space, nullptr, ignore);
-  world.jitter(0.1, 0);
-  dSpaceClean(space);
-  const std::size_t without = statsOf(space).memory_bytes;
-  // One query a step in which all move, for ever.
-  for (std::uint64_t step = 0; step < 100; ++step) {
-    world.jitter(0.1, step);
-    collide2(space, probe);
-  }
-  CHECK(statsOf(space).memory_bytes < without + 1000);
-  // Thousands of queries of one step.
-  for (int i = 0; i < 100; ++i) collide2(space, probe);
-  CHECK(statsOf(space).memory_bytes > without + 100000);
 }
 
 TEST_CASE("A thousand probes of a large space take a small part of dSimpleSpace's time",

@@ -37,6 +37,12 @@ std::vector<unsigned> numbersOf(dSpaceID space) {
   return std::vector<unsigned>(numbers, numbers + count);
 }
 
+EventsOracle::Geoms EventsOracle::byNumber(const std::vector<dGeomID>& geoms) {
+  Geoms by_number;
+  for (const dGeomID geom : geoms) by_number[number(geom)] = geom;
+  return by_number;
+}
+
 void EventsOracle::adopt(dSpaceID space, const Pairs& pairs) {
   *this = EventsOracle();
   const std::vector<unsigned> numbers = numbersOf(space);

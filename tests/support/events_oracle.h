@@ -32,6 +32,7 @@ std::vector<unsigned> numbersOf(dSpaceID space);
 class EventsOracle {
  public:
   using Geoms = std::map<std::size_t, dGeomID>;
+  static Geoms byNumber(const std::vector<dGeomID>& geoms);
 
   // The frame that the space has told last had these pairs: goes on from what it says of them.
   void adopt(dSpaceID space, const Pairs& pairs);

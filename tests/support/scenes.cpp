@@ -228,6 +228,13 @@ void World::addAgain(dGeomID geom) {
   geoms_.push_back(geom);
 }
 
+void World::shrinkTo(std::size_t geoms) {
+  while (geoms_.size() > geoms) {
+    dGeomDestroy(geoms_.back());
+    geoms_.pop_back();
+  }
+}
+
 dBodyID World::giveBody(dGeomID geom) {
   const dBodyID body = dBodyCreate(dynamics_);
   const dReal* position = dGeomGetPosition(geom);

@@ -64,6 +64,8 @@ class World {
   // Takes a geom out of its space and lets go of it; addAgain() makes it the last one.
   void remove(dGeomID geom);
   void addAgain(dGeomID geom);
+  // Destroys the last ones.
+  void shrinkTo(std::size_t geoms);
   // The body takes the geom's place and carries it from now on.
   dBodyID giveBody(dGeomID geom);
 
