@@ -172,6 +172,32 @@ TEST_CASE("Statistics say what moved, what was kept and what was found anew", "[
   }
 }
 
+TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {20, 300, 1500}) {
+      INFO(configuration.name << ", " << n << " geoms");
+      Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, 69));
+      for (const dGeomID geom : world.geoms()) dBodyDisable(world.giveBody(geom));
+      dBodyEnable(world.bodies()[0]);
+      dParallelSAPSpaceSetSkipAsleep(space, 1);
+      const auto disabled = [&] {
+        (void)collide(space);
+        return statsOf(space).disabled;
+      };
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 0);
+      dGeomDisable(world.geoms()[1]);
+      dGeomDisable(world.geoms()[2]);
+      for (int frame = 0; frame < 3; ++frame) CHECK(disabled() == 2);
+      dBodyEnable(world.bodies()[1]);
+      CHECK(disabled() == 2);
+      dGeomEnable(world.geoms()[1]);
+      dGeomEnable(world.geoms()[2]);
+      CHECK(disabled() == 0);
+    }
+}
+
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
   MovingScene scene(on_cpu, 1500, 122);
   const auto frames = [&](int count, double distance) {
