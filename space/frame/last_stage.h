@@ -16,7 +16,7 @@ class LastStage {
   // The pairs of a frame, and how they may be collided.
   struct Pairs {
     const PairList& list;
-    dxGeom* const* geoms;  // by slot
+    dxGeom* const* geoms;       // by slot
     int threads, most_threads;  // that pay just now; that the space may use
     bool leave_out;             // boxes that are certainly apart are not collided
   };
