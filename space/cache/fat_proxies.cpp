@@ -130,7 +130,8 @@ bool FatProxies::serves(const BoxSet& boxes, int threads, const Sweep<float>& sw
   return count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds());
 }
 
-bool FatProxies::use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep) {
+bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
+                     const Sweep<float>& sweep) {
   const float before = std::exchange(tolerance_, static_cast<float>(tolerance));
   if (before != tolerance_) {
     stop();

@@ -1,8 +1,6 @@
 // Frames in which everything moves, but by little: the pairs of larger boxes are kept.
 #pragma once
 
-#include <ode/ode.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -30,7 +28,7 @@ class FatProxies {
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
   // since the last call, and fat boxes were not left in vain lately. `sweep` is the one that find()
   // gets. With a `tolerance` margins are a part of it, and all candidates are pairs.
-  bool use(const BoxSet& boxes, dReal tolerance, int threads, const Sweep<float>& sweep);
+  bool use(const BoxSet& boxes, double tolerance, int threads, const Sweep<float>& sweep);
   // A frame did without. After many in a row nothing is held.
   void skip();
   // Finds the pairs of the boxes that use() saw, as PairFinder::find does. The sweep's trees are
