@@ -13,7 +13,7 @@
  *   this space in that order and keeps ODE's order of arguments.
  * - Callbacks run on the calling thread, with the space locked, and may collide any space. They may
  *   throw: the space is left unlocked. They may leave by longjmp: the space stays locked, as ODE's
- *   spaces do. Later pairs are right, events again from a call that is no deeper on that stack on.
+ *   spaces do. Later pairs are right; events are from the next call that is no deeper on the stack.
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
@@ -351,7 +351,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
-/* The number of warnings since then. Writes a line for each to `text`, with what was seen and what
+/* The number of warnings so far. Writes a line for each to `text`, with what was seen and what
  * helps; each ends with '\n'. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 
