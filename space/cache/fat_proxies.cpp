@@ -132,7 +132,9 @@ bool FatProxies::serves(const BoxSet& boxes, int threads, const Sweep<float>& sw
 
 bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
                      const Sweep<float>& sweep) {
-  const float before = std::exchange(tolerance_, static_cast<float>(tolerance));
+  // At infinity a margin would be infinite, and make no number of an infinite bound.
+  constexpr double most = std::numeric_limits<float>::max();
+  const float before = std::exchange(tolerance_, static_cast<float>(std::min(tolerance, most)));
   if (before != tolerance_) {
     stop();
     back_off_ = BackOff(4);

@@ -57,6 +57,7 @@ bool ContactPairs::tryToListAll(const PairList& pairs, dxGeom* const* geoms, int
   listPairs(pairs, geoms, threads, list_);
   return true;
 } catch (const std::bad_alloc&) {
+  list_.resizeDiscarding(0);
   return false;
 }
 

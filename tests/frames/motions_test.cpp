@@ -198,6 +198,20 @@ TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "
     }
 }
 
+TEST_CASE("The greatest tolerance misses no pair of geoms at infinity", "[motions]") {
+  const Space space(on_cpu);
+  World world(space);
+  world.addBoxes(denseCube(300, 70));
+  for (std::size_t i = 0; i < 10; ++i)
+    dGeomSetPosition(world.geoms()[i], std::numeric_limits<dReal>::infinity(), 0, 0);
+  const Pairs exact = collide(space);
+  dParallelSAPSpaceSetTolerance(space, std::numeric_limits<dReal>::max());
+  for (int frame = 0; frame < 2; ++frame) {
+    const Pairs pairs = collide(space);
+    CHECK(std::includes(pairs.begin(), pairs.end(), exact.begin(), exact.end()));
+  }
+}
+
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
   MovingScene scene(on_cpu, 1500, 122);
   const auto frames = [&](int count, double distance) {
