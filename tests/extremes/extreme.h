@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "../support/floating_point.h"
+#include "../support/not_finite.h"
 #include "../support/random.h"
 #include "../support/recorder.h"
 #include "../support/scenes.h"
@@ -17,8 +18,6 @@
 
 namespace sap_test {
 
-constexpr dReal kInfinity = std::numeric_limits<dReal>::infinity();
-constexpr dReal kNaN = std::numeric_limits<dReal>::quiet_NaN();
 constexpr dReal kLargest = std::numeric_limits<dReal>::max();
 constexpr dReal kDenormal = std::numeric_limits<dReal>::denorm_min();
 
