@@ -109,24 +109,28 @@ int never(dGeomID, dGeomID, int, dContactGeom*, int) {
   return 0;
 }
 
+// Numbers are drawn in a list in braces or one by one: compilers differ in the order of arguments.
 void place(dGeomID geom) {
+  const dReal turn[] = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(0, 6)};
   dMatrix3 rotation;
-  dRFromAxisAndAngle(rotation, uniform(-1, 1), uniform(-1, 1), uniform(-1, 1), uniform(0, 6));
+  dRFromAxisAndAngle(rotation, turn[0], turn[1], turn[2], turn[3]);
   dGeomSetRotation(geom, rotation);
-  dGeomSetPosition(geom, uniform(20, 27), uniform(20, 27), uniform(20, 26));
+  const dReal at[] = {uniform(20, 27), uniform(20, 27), uniform(20, 26)};
+  dGeomSetPosition(geom, at[0], at[1], at[2]);
 }
 
 dGeomID makeShape(dSpaceID space, int kind) {
-  switch (kind) {
-    case 0:
-      return dCreateSphere(space, uniform(0.3, 0.6));
-    case 1:
-      return dCreateCapsule(space, uniform(0.2, 0.4), uniform(0.3, 0.9));
-    case 2:
-      return dCreateCylinder(space, uniform(0.2, 0.5), uniform(0.3, 0.9));
-    default:
-      return dCreateBox(space, uniform(0.4, 1), uniform(0.4, 1), uniform(0.4, 1));
+  if (kind == 0) return dCreateSphere(space, uniform(0.3, 0.6));
+  if (kind == 1) {
+    const dReal size[] = {uniform(0.2, 0.4), uniform(0.3, 0.9)};
+    return dCreateCapsule(space, size[0], size[1]);
   }
+  if (kind == 2) {
+    const dReal size[] = {uniform(0.2, 0.5), uniform(0.3, 0.9)};
+    return dCreateCylinder(space, size[0], size[1]);
+  }
+  const dReal size[] = {uniform(0.4, 1), uniform(0.4, 1), uniform(0.4, 1)};
+  return dCreateBox(space, size[0], size[1], size[2]);
 }
 
 void number(Program& program, dGeomID geom) {
