@@ -317,7 +317,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A length, 0 or more, finite: boxes so far apart on each axis may be a pair, but in
  * dSpaceCollide2. No overlap is missed. Default: 0. It helps if geoms move by less than a fifth
- * of it. Which extra pairs come depends on earlier frames; the same calls give the same pairs. */
+ * of it and are not 2^18 times as far from the origin. The same calls give the same pairs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
