@@ -99,8 +99,8 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
          (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
 }
 
-// Most geoms are enabled and neither spaces nor of a user's class, with a box that is fine in
-// floats: they add nothing to their slots' states.
+// Most geoms are enabled and neither spaces nor of a user's class, with a bounded box of floats:
+// they add nothing else to their slots' states.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
   static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
   if (rules.skip() || boxes.wide || !geom || geom->type >= dFirstSpaceClass ||
@@ -108,14 +108,14 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
     return packOther(geom, slot, part, boxes);
   Box box;
   const BoundsFacts rounded = roundOutward(geom->aabb, box);
-  if (rounded.nan || rounded.unbounded || rounded.coarse) return packOther(geom, slot, part, boxes);
+  if (rounded.nan || rounded.unbounded) return packOther(geom, slot, part, boxes);
   boxes.boxes[slot] = box;
   part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
   if (rules.tolerance > 0 && exceedsTolerance(box, rules.tolerance))
     part.facts.beyond_tolerance = true;
   packBits(geom, slot, part.facts, boxes);
   packBody(geom, slot, part, boxes);
-  return rules.notified ? SlotState{unwatched_state} : SlotState{0};
+  return (rules.notified ? unwatched_state : 0) | (rounded.coarse ? coarse_state : 0);
 }
 
 // Unless silent changes are told, geoms at rest are packed as if enabled and with all bits set,
