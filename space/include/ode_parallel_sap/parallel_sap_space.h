@@ -286,7 +286,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
 
-/* The numbers of all pairs of the last collide, by place; none without events. Any thread reads. */
+/* Likewise the numbers of all pairs of the last collide, by place. Many threads may read them. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
 
