@@ -25,23 +25,26 @@ Advice::~Advice() {
 }
 
 bool Advice::isDue() {
-  place_ = frames_++ % interval;
+  place_ = frames_++ % (resting_ ? resting_interval : interval);
   if (place_ == 0) physics_.begin();
   return place_ == 0;
 }
 
 void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
-  const unsigned place = std::exchange(place_, interval);
-  if (place == 0) physics_.lookFirst(geoms, slots, swept);
+  const unsigned place = std::exchange(place_, resting_interval);
+  if (place == 0)
+    resting_ = !physics_.lookFirst(geoms, slots, swept) && !std::exchange(awake_, false);
   if (place == 1) physics_.lookAgain(geoms, slots, swept);
 }
 
 void Advice::see(dGeomID a, dGeomID b, int contacts) {
   const ScopedMode mode(exactMode());
   ++all_;
-  static_ += PairRule(of_static).isLeftOut(a, b);
+  const bool is_static = PairRule(of_static).isLeftOut(a, b);
   const bool sleeps = PairRule(of_asleep).isLeftOut(a, b);
+  static_ += is_static;
   asleep_ += sleeps;
+  awake_ = awake_ || !(is_static || sleeps);
   if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
   if (contacts == unknown) return;

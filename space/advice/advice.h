@@ -45,8 +45,8 @@ class Physics {
   // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
   // The first collide of a look has ended, and the second. `swept`: the space's step for swept
-  // bounds, or 0.
-  void lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
+  // bounds, or 0. The first returns whether a body is awake.
+  bool lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
   void lookAgain(const dGeomID* geoms, std::size_t count, dReal swept);
 
   // Adds what another space's has found.
@@ -105,7 +105,8 @@ class Physics {
   std::array<Worst, regimes> worst_;
 };
 
-// Counts all pairs of one frame in `interval`, and looks at bodies after it and the next one.
+// Counts all pairs of one frame in `interval`, or fewer while all bodies are asleep, and looks at
+// bodies after it and the next one.
 // Nothing but the lines depends on it.
 class Advice final : public SpaceObserver {
  public:
@@ -126,6 +127,7 @@ class Advice final : public SpaceObserver {
 
  private:
   static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
+  static constexpr unsigned resting_interval = 16 * interval;  // fixed: likewise, of shorter frames
 
   using Categories =
       std::pair<unsigned long, unsigned long>;  // of two geoms, the smaller one first
@@ -140,7 +142,9 @@ class Advice final : public SpaceObserver {
 
   const void* const space_;
   unsigned frames_ = 0;
-  unsigned place_ = interval;  // of the frame that runs among so many
+  bool awake_ = false;                 // of a pair of the last look
+  bool resting_ = false;               // no body was awake then
+  unsigned place_ = resting_interval;  // of the frame that runs among so many
   Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
   std::map<Categories, Contacts> layers_;  // of pairs of which it is known whether they touch

@@ -172,17 +172,19 @@ void Physics::see(dGeomID a, dGeomID b) try {
 } catch (const std::bad_alloc&) {
 }
 
-void Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
+bool Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
   const ScopedMode mode(exactMode());
   places_.clear();
-  if (!gather(geoms, count, swept)) return;
+  if (!gather(geoms, count, swept)) return false;
   noteDepths();
   for (const auto& [id, body] : bodies_) {
     dBodyCopyPosition(id, places_[id].position);
     dBodyCopyQuaternion(id, places_[id].turn);
   }
   if (first_places_.empty()) first_places_ = places_;
+  return true;
 } catch (const std::bad_alloc&) {
+  return true;
 }
 
 void Physics::lookAgain(const dGeomID* geoms, std::size_t count, dReal swept) try {
