@@ -46,7 +46,8 @@ Row& Row::addTimes(const std::vector<double>& ms) {
   return add("samples", ms.size())
       .add("median_ms", median(ms))
       .add("min_ms", least(ms))
-      .add("mean_ms", mean(ms));
+      .add("mean_ms", mean(ms))
+      .add("max_ms", greatest(ms));
 }
 
 Csv::Csv(const CsvFile& file) {
@@ -93,6 +94,11 @@ void Csv::write(Row row) {
 double least(const std::vector<double>& values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   return *std::min_element(values.begin(), values.end());
+}
+
+double greatest(const std::vector<double>& values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  return *std::max_element(values.begin(), values.end());
 }
 
 double mean(const std::vector<double>& values) {

@@ -123,8 +123,9 @@ class Turn {
   void play() {
     if (!cell_.status.empty()) return;
     is_timed_ = true;
-    const double seconds = wishes_.timing.seconds / std::max(wishes_.batch, 1);
-    timeFrames(cell_.times, 0, seconds, [this] {
+    Timing timing = wishes_.timing;
+    timing.seconds /= std::max(wishes_.batch, 1);
+    timeFrames(cell_.times, 0, timing, [this] {
       if (wishes_.batch > 0) return findBatch() - cell_.move_ms;
       const double milliseconds = findNext();
       ask();

@@ -23,7 +23,7 @@ struct Wishes {
   std::vector<std::string> methods{"brute-force", "sweep"};
   std::vector<int> threads{1, 2};
   std::vector<int> devices{1};
-  Timing timing{3, 0.3, {}};
+  Timing timing{3, 0.3, 0, {}};
 };
 
 struct Method {
@@ -152,11 +152,11 @@ class Pile {
   int frame_ = 0;
 };
 
-void takeTurn(Pile& pile, Cell& cell, double seconds) {
+void takeTurn(Pile& pile, Cell& cell, const Timing& timing) {
   if (!pile.use(cell) || !pile.check(cell)) return;
   std::vector<double> times;
   pile.next();  // what the method still has to allocate
-  timeFrames(times, 0, seconds, [&] {
+  timeFrames(times, 0, timing, [&] {
     cell.samples.push_back(pile.next());
     return cell.samples.back().total_ms;
   });
@@ -213,7 +213,7 @@ void run(const Wishes& wishes) {
       pile.chooseMoment(moment);
       std::vector<Cell> cells = cellsOf(wishes);
       for (int round = 0; round < wishes.timing.rounds; ++round)
-        for (Cell& cell : cells) takeTurn(pile, cell, wishes.timing.seconds);
+        for (Cell& cell : cells) takeTurn(pile, cell, wishes.timing);
       for (const Cell& cell : cells)
         if (cell.samples.empty())
           std::printf("%s: %s is not to be had here\n", scene.c_str(), cell.method.name);

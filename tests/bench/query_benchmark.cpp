@@ -204,7 +204,7 @@ void run(const Kind& kind, std::size_t n, std::size_t queries, double moving, co
     for (Cell& cell : cells) {
       Scene scene(cell, kind, n, queries);
       cell.answers.clear();
-      timeFrames(cell.times, 3, timing.seconds, [&] {
+      timeFrames(cell.times, 3, timing, [&] {
         scene.move(moving);
         const double ms = scene.ask();
         cell.answers.push_back(scene.answer());

@@ -64,7 +64,7 @@ struct Wishes {
   double moving = 0.01;  // part of the geoms, or their number if above 1
   double step = 0.01;    // widths of a box
   int threads = 1;
-  Timing timing{2, 2, {}};
+  Timing timing{2, 2, 0, {}};
 };
 
 // Their open sides hold the ball around the cube, but for its outermost shell.
@@ -151,7 +151,7 @@ void run(const Wishes& wishes) {
     for (int round = 0; round < wishes.timing.rounds; ++round)
       for (Cell& cell : cells) {
         Scene scene(cell.setting, n, movers, wishes);
-        timeFrames(cell.times, 4, wishes.timing.seconds, [&] { return scene.next(); });
+        timeFrames(cell.times, 4, wishes.timing, [&] { return scene.next(); });
         cell.pairs = scene.pairs();
         cell.stats = scene.stats();
       }

@@ -113,11 +113,13 @@ def memory(directory):
                      "150 + 16 a pair"], lines, [machine(rows)])
 
 
-def oversubscription(directory):
-    rows = read(directory, "oversubscription")
-    lines = [[row["method"], "%d" % row["threads"], shown(row["update_ms"]), shown(row["overlap_ms"]),
-              shown(row["total_ms"])] for row in rows]
-    return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
+def busy(directory):
+    """Frames on a host on which other processes want every core."""
+    rows = read(directory, "busy")
+    names = {0: "ours, threads not set", 1: "ours, 1 thread"}
+    lines = [[names.get(row["threads"], "ours, %d threads" % row["threads"]) if row["peer"] == OURS else row["peer"], count(row["n"]), count(row["samples"])] +
+             [shown(row[column]) for column in ("median_ms", "mean_ms", "max_ms")] for row in rows]
+    return markdown(["space", "boxes", "frames", "median, ms", "mean, ms", "worst, ms"], lines, [machine(rows)])
 
 
 def programs(directory):
@@ -372,7 +374,7 @@ def stock_spaces(directory):
 TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"),
           "peers": (peers, "peers"), "distributions": (distributions, "peers"), "small": (small, "small"),
           "scaling": (scaling, "scaling"), "memory": (memory, "memory"),
-          "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
+          "busy": (busy, "busy"), "programs": (programs, "programs"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
           "devices": (devices, "devices"), "device-rivals": (device_rivals, "device-rivals"),
           "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
