@@ -49,7 +49,5 @@ class Csv {
 // NaN if there is none.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);
-double least(const std::vector<double>& values);
-double greatest(const std::vector<double>& values);
 
 }  // namespace bench

@@ -2,7 +2,7 @@
 """Where the time of a whole step goes, in ODE's spaces and in ours: records the study `step`.
 
     tests/bench/step.py --pile build/release/examples/pile/pile --out tests/bench/results/MACHINE/step.csv
-    tests/bench/plot.py --only step tests/bench/results/MACHINE       draws it
+    tests/bench/plot.py tests/bench/results/MACHINE       draws it
 
 Runs the example's pile of boxes in dHashSpace, in dSweepAndPruneSpace and in the parallel space, in this with
 contacts found by a loop and on its threads. Before what is measured the pile has settled in one and the same
