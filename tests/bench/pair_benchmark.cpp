@@ -34,8 +34,7 @@ struct Wishes {
   std::vector<std::string> peers;  // empty: all
   std::vector<std::size_t> sizes{1000, 10000, 100000};
   std::vector<int> threads{1};
-  int batch = 0;  // frames in one clock reading; 0: each find has its own
-  bool still = false;
+  int batch = 0;      // frames in one clock reading; 0: each find has its own
   double moving = 1;  // part of the boxes that moves
   double limit = 60;  // seconds that one find may take
   std::string piles, trace;
@@ -179,14 +178,14 @@ class Turn {
 
   // Where nothing moves the first frames tell so, and the timed ones tell nothing.
   void advance() {
-    if (wishes_.still && is_timed_) return;
-    if (!wishes_.still) scene_->advance();
+    if (wishes_.moving == 0 && is_timed_) return;
+    if (wishes_.moving > 0) scene_->advance();
     peer_->move(scene_->boxes());
   }
 
   // Boxes tremble as well, by up to a twentieth of their width.
   void storeFrames() {
-    if (wishes_.still) return;
+    if (wishes_.moving == 0) return;
     sap_test::Random random(seed);
     for (int i = 0; i < frames_in_store; ++i) {
       scene_->advance();
@@ -198,14 +197,14 @@ class Turn {
   }
 
   void moveToStored() {
-    if (wishes_.still) return;
+    if (wishes_.moving == 0) return;
     peer_->move(frames_[next_frame_]);
     next_frame_ = (next_frame_ + 1) % frames_.size();
   }
 
   // The same calls while the user's objects are in no structure yet.
   void measureMoving() {
-    if (wishes_.still) {
+    if (wishes_.moving == 0) {
       cell_.move_ms = 0;
       return;
     }
@@ -253,7 +252,7 @@ Row rowOf(const Cell& cell, const Wishes& wishes) {
       .add("peer", cell.kind.name)
       .add("library", cell.kind.library)
       .add("threads", cell.stage.threads)
-      .add("moving", wishes.still ? 0.0 : wishes.moving)
+      .add("moving", wishes.moving)
       .add("status", cell.status.empty() ? "ok" : cell.status)
       .addTimes(cell.times)
       .add("move_ms", cell.move_ms)
@@ -293,7 +292,6 @@ std::vector<SceneKind> allScenes(const Wishes& wishes) {
 std::vector<SceneKind> chosenScenes(const Wishes& wishes) {
   std::vector<SceneKind> all = allScenes(wishes), chosen;
   for (const std::string& name : wishes.scenes) {
-    if (name == "all") return all;
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const SceneKind& s) { return s.name == name; });
     if (found == all.end()) throw std::invalid_argument("no scene " + name + "; see --list");
@@ -383,15 +381,16 @@ int main(int argc, char** argv) {
   bench::Wishes wishes;
   wishes.piles = bench::folderOf(argv[0]);
   bench::Program program("pair-benchmark: time to find the overlapping pairs of moving boxes");
-  program.add("--scenes", wishes.scenes, "what is in motion; all: every scene");
+  program.add("--scenes", wishes.scenes, "what is in motion");
   program.add("--sizes", wishes.sizes, "boxes");
   program.add("--peers", wishes.peers, "who finds the pairs; default: all there are");
   program.add("--threads", wishes.threads,
               "for the peers that take a number of threads; 0: as many as a user gets who sets "
               "none, for ours only");
   program.add("--batch", wishes.batch, "frames in one clock reading: for small scenes");
-  program.add("--moving", wishes.moving, "part of the boxes that moves, always the same ones");
-  program.add("--still", wishes.still, "nothing moves, and no library is told of boxes again");
+  program.add(
+      "--moving", wishes.moving,
+      "part of the boxes that moves, always the same ones; 0: no peer is told of boxes again");
   program.add("--limit", wishes.limit, "leave out what would need more seconds for one find");
   program.add("--piles", wishes.piles, "where record-piles wrote");
   program.add("--trace", wishes.trace, "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");

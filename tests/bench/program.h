@@ -4,15 +4,27 @@
 #include <ode/ode.h>
 #include <CLI/CLI.hpp>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <vector>
 
 #include "csv.h"
-#include "stopwatch.h"
 
 namespace bench {
+
+class Stopwatch {
+ public:
+  double milliseconds() const {
+    const std::chrono::duration<double, std::milli> passed =
+        std::chrono::steady_clock::now() - start_;
+    return passed.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 // Contenders take turns. Each is made anew for a turn and plays its frames alone.
 struct Timing {

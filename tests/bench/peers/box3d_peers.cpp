@@ -4,7 +4,6 @@
 
 #include "../peer.h"
 #include "../round_to_float.h"
-#include "../stopwatch.h"
 #include "box3d_world.h"
 #include "moved_boxes.h"
 
