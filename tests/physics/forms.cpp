@@ -84,14 +84,6 @@ Extreme shape(const char* name, double unit, std::function<void(Stage&)> build, 
   return {"shapes", name, Demand::settle, std::move(build), unit, steps, isBelowFloor};
 }
 
-void needles(Stage& stage, int count) {
-  stage.plane();
-  for (int i = 0; i < count; ++i) {
-    stage.box({0.01 * i, 0.003 * i, 0.1 + 0.02 * i}, {1, 0.001, 0.001}, 8000);
-    stage.turn(stage.bodies().size() - 1, {0.1, 0.2, 1}, 0.7 * i);
-  }
-}
-
 constexpr int kSamples = 33;
 constexpr double kCliff = 100;  // metres
 
@@ -190,13 +182,6 @@ Extremes shapes() {
                   stage.block({0, 0, -0.5}, {20, 20, 0.99});
                   stage.box({0, 0, 1}, {1, 1, 1});
                 }),
-          shape("a cube of triangles on a mesh of one sheet", 1,
-                [](Stage& stage) {
-                  largeSheet(stage);
-                  stage.meshBody({0.3, 0.2, 1}, 1);
-                }),
-          shape("a needle, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 1); }),
-          shape("thirty needles, 1 m by 1 mm", 0.001, [](Stage& stage) { needles(stage, 30); }),
           shape("a plate of 10 m by 1 mm", 0.001,
                 [](Stage& stage) {
                   stage.plane();

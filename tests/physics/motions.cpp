@@ -67,14 +67,6 @@ void fallForOneKilometre(Stage& stage, bool onto_plane) {
   stage.box({0, 0, 1000}, {1, 1, 1});
 }
 
-void sweepingRod(Stage& stage) {
-  noGravity(stage);
-  stage.block({1.7, 0.8, 0}, {0.1, 0.1, 4});
-  stage.box({0, 0, 0}, {4, 0.05, 0.05});
-  stage.hinge(stage[0], nullptr, {}, {0, 0, 1});
-  stage.spin(0, {0, 0, 60});
-}
-
 void marbles(Stage& stage) {
   for (const double side : {-0.505, 0.505}) {
     stage.block({side, 0, 0}, {0.01, 1.02, 1.02});
@@ -172,25 +164,6 @@ Extreme hanging(const std::string& name, int links, double load) {
   return {"joints", name, Demand::hold, [=](Stage& stage) { chain(stage, links, load); }, 0.5, 600};
 }
 
-void bridge(Stage& stage) {
-  constexpr int planks = 30;
-  for (std::size_t i = 0; i < planks; ++i) {
-    stage.box({0.5 * double(i), 0, 0}, {0.5, 2, 0.1}, 700);
-    stage.hinge(stage[i], i ? stage[i - 1] : nullptr, {0.5 * double(i) - 0.25, 0, 0}, {0, 1, 0});
-  }
-  stage.hinge(nullptr, stage[planks - 1], {0.5 * planks - 0.25, 0, 0}, {0, 1, 0});
-  stage.box({7, 0, 1}, {1, 1, 1}, 8000);
-}
-
-void door(Stage& stage) {
-  stage.box({5, 0, 0}, {10, 0.1, 2}, 100);
-  stage.hinge(stage[0], nullptr, {}, {0, 0, 1});
-  stage.box({9.5, 0, 1.5}, {1, 1, 1}, 8000);
-  const dJointID fixed = dJointCreateFixed(stage.world(), nullptr);
-  dJointAttach(fixed, stage[0], stage[1]);
-  dJointSetFixed(fixed);
-}
-
 void ring(Stage& stage) {
   constexpr std::size_t links = 12;
   for (std::size_t i = 0; i < links; ++i) {
@@ -261,10 +234,6 @@ Extremes speeds() {
          std::string("a box that falls for 1 km onto ") + (plane ? "a plane" : "a slab of 1 m"),
          Demand::settle, [plane](Stage& stage) { fallForOneKilometre(stage, plane); }, 1, 2500,
          isBelowFloor});
-  extremes.push_back({"speeds", "a rod of 4 m that turns at 60 rad/s into a post", Demand::stop,
-                      sweepingRod, 0.1, 60, [](const Stage& stage, std::size_t body) {
-                        return dBodyGetAngularVel(stage[body])[2] > 30;
-                      }});
   extremes.push_back({"speeds", "64 marbles of 10 mm let loose at 50 m/s in a box of 10 mm walls",
                       Demand::stop, marbles, 0.01, 100, isOutsideBox});
   return extremes;
@@ -326,8 +295,6 @@ Extremes joints() {
   const auto add = [&extremes](const char* name, double unit, std::function<void(Stage&)> build) {
     extremes.push_back({"joints", name, Demand::hold, std::move(build), unit});
   };
-  add("a bridge of 30 planks that eight tonnes fall on", 0.5, bridge);
-  add("a door of 10 m with eight tonnes at its end", 1, door);
   add("a ring of 12 links that hangs", 0.9, ring);
   extremes.push_back(motor("a motor of 10^4 rad/s that may take any force", 1e4, 1e12, 0));
   extremes.push_back(motor("a motor with 10^8 N m against its stop", 100, 1e8, 1));

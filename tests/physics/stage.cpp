@@ -142,20 +142,6 @@ dBodyID Stage::rod(const Vec& centre, double radius, double length, double densi
   return body(take(dCreateCapsule(space_, real(radius), real(length))), mass, centre);
 }
 
-dBodyID Stage::meshBody(const Vec& centre, double side) {
-  std::vector<dReal> vertices;
-  for (int corner = 0; corner < 8; ++corner) {
-    for (int axis = 0; axis < 3; ++axis) {
-      vertices.push_back(real(side * ((corner >> axis & 1) - 0.5)));
-    }
-  }
-  const std::vector<dTriIndex> triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                                            2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
-  dMass mass;
-  dMassSetBox(&mass, 1000, real(side), real(side), real(side));
-  return body(mesh(vertices, triangles), mass, centre);
-}
-
 void Stage::turn(std::size_t body, const Vec& axis, double angle) {
   dMatrix3 rotation;
   dRFromAxisAndAngle(rotation, real(axis[0]), real(axis[1]), real(axis[2]), real(angle));

@@ -74,7 +74,6 @@ class Stage {
   dBodyID ball(const Vec& centre, double radius, double density = 1000);
   dBodyID rod(const Vec& centre, double radius, double length, double density = 1000);  // along z
   dBodyID body(dGeomID geom, const dMass& mass, const Vec& centre);  // no geom: touches nothing
-  dBodyID meshBody(const Vec& centre, double side);                  // a cube of twelve triangles
   void turn(std::size_t body, const Vec& axis, double angle);
   void push(std::size_t body, const Vec& speed);
   void spin(std::size_t body, const Vec& speed);
