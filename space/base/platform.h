@@ -53,14 +53,6 @@ template <class Word>
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
 
-// What the calling thread has used so far. `preempted`: how often others took its core; 0 where the
-// system does not say.
-struct ThreadUse {
-  double cpu_ms = 0;
-  long preempted = 0;
-};
-ThreadUse threadUse();
-
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On
 // Linux it takes some ten microseconds.
 std::uint64_t freeMemory();
