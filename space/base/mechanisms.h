@@ -15,7 +15,7 @@ constexpr bool incremental_trees = true;
 constexpr bool fat_pairs = true;
 // Cells serve while their boxes stay together (CellCoherence).
 constexpr bool kept_cells = true;
-// The pairs of a small scene that stands still are remembered (StillScene).
+// The pairs of a small scene that stands still are remembered (SmallScenes).
 constexpr bool still_small_scenes = true;
 
 // The choice of a method.

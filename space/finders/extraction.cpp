@@ -28,7 +28,6 @@ Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& 
   finders().with(boxes.wide, [&](auto& by) {
     by.axis_lists.limit(plan.axis_lists_bytes);
     found.threads = by.of(method).find(boxes, plan.threads, pairs);
-    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
   });
   return found;
 }

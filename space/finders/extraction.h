@@ -19,12 +19,12 @@ struct ExtractionPlan {
   std::uint64_t axis_lists_bytes = 0;
 };
 
-// What became of it.
+// How the pairs were found.
 struct Found {
   int method = 0;                        // that ran
   int devices = 0;                       // that found the pairs
   int threads = 1;                       // used, of those of the CPU
-  bool kept_cells = false;               // the sweep made do with the cells of the last frame
+  std::size_t pairs = 0;                 // candidates, before the filter
   std::optional<ListsTooLong> too_long;  // why it is not the method AxisLists
 };
 

@@ -7,10 +7,11 @@
 
 namespace ode_parallel_sap {
 
-// The counts of a small frame, which has no other statistics but times.
+// The counts of a small frame, which has no other statistics but times; so small themselves that
+// they fit registers.
 struct FrameCounts {
-  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
-              pairs = 0;
+  unsigned geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
+           pairs = 0;
 };
 
 inline void setCounts(const FrameCounts& counts, dParallelSAPStats& stats) {

@@ -16,8 +16,8 @@ bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
 
 dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   FrameCounts counts;
-  counts.geoms = scene.count;
-  counts.moved = cleanOneByOne(scene.first);
+  counts.geoms = static_cast<unsigned>(scene.count);
+  counts.moved = static_cast<unsigned>(cleanOneByOne(scene.first));
   scene.needs_clean = false;
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
     const bool invalid = isEnabled(geom) && hasNaN(geom);
@@ -29,7 +29,7 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
 }
 
 void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelSAPStats& stats,
-                          void* data, dNearCallback* callback) {
+                          const PairReceiver& receiver) {
   const PairRule rule(rules);
   for (dxGeom* a = scene.first; a; a = a->next) {
     if (!PairRule::takesPart(a)) continue;
@@ -38,9 +38,10 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelS
       ++stats.candidates;
       if (!passesAABBTests(a, b)) continue;
       ++stats.pairs;
-      callback(data, a, b);
+      receiver.callback(receiver.data, a, b);
     }
   }
+  if (receiver.end) receiver.end(receiver.data);
 }
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,

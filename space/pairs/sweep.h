@@ -30,8 +30,6 @@ class Sweep : public PairFinder {
   void build(const BoxSet& boxes, int threads);
   // How often the trees were made others.
   std::uint64_t builds() const { return builds_; }
-  // Whether the last build() made do with the cells of an earlier one.
-  bool keptCells() const { return kept_cells_; }
   // The trees of the last find() or build(), small boxes first.
   const CellTrees<Real>& trees() const { return trees_; }
   // Slot i becomes slots[i] in all trees: for boxes that were gathered from a larger set.
@@ -43,7 +41,6 @@ class Sweep : public PairFinder {
 
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
-  bool kept_cells_ = false;
   std::uint64_t builds_ = 0;
   CellTrees<Real> trees_;
   std::vector<CellMeeting<Real>> tasks_;

@@ -11,7 +11,7 @@ constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
 // this many frames.
-constexpr int longest_service = 32;
+constexpr int longest_reuse = 32;
 
 // The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
 // difference.

@@ -211,8 +211,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     if (!anyChanged()) habit_.pairs += mayPrecompute(a, b);
     callback(data, a, b);
   };
-  const GeomsAhead ahead(pairs.geoms);
-  for (const Buffer<Pair>& part : pairs.list.parts) ahead.report(part.begin(), part.end(), call);
+  reportPairs(pairs.list, pairs.geoms, call);
 }
 
 void PrecomputedContacts::learn() {
