@@ -9,11 +9,6 @@ namespace ode_parallel_sap {
 // cache.
 constexpr std::size_t gathered_nodes = 256;
 
-// Cells of a tree that are asked for before they are met.
-// Unit: cells. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: +20 % of time.
-constexpr std::size_t cells_ahead = 8;
-
 // Cells whose boxes are asked for before they are packed.
 constexpr std::size_t packed_ahead = 3;
 
