@@ -125,7 +125,8 @@ class ChunkQueue {
   Part queue_[most_parts];       // those beyond parts_ are never touched
 };
 
-// Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
+// Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come,
+// each from its own one of several parts first.
 template <class Work>
 int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work,
               int parts = 1) {
@@ -133,12 +134,6 @@ int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk,
   return runTeam(region, threads, [&](int thread, int) {
     for (Range range; queue.next(range, thread);) work(range, thread);
   });
-}
-
-// The same with a part for each thread.
-template <class Work>
-int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work) {
-  return runChunks(region, threads, count, chunk, work, threads);
 }
 
 }  // namespace ode_parallel_sap

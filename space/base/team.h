@@ -12,7 +12,6 @@ namespace ode_parallel_sap {
 struct Grain {
   enum Team {
     further,  // a thread more for each so much work
-    every,    // no thread has less than so much
     whole     // as large as may be from so much work on, since OpenMP takes long to start the
               // threads anew that a smaller team did without
   };
@@ -39,8 +38,7 @@ inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
   const std::uint64_t a_thread = grained(grain.work);
   if (work < a_thread || work < grained(grain.alone)) return 1;
   if (grain.team == Grain::whole) return most;
-  const std::uint64_t threads = work / a_thread + (grain.team == Grain::further);
-  return static_cast<int>(std::min<std::uint64_t>(most, threads));
+  return static_cast<int>(std::min<std::uint64_t>(most, work / a_thread + 1));
 }
 
 // The child of a process that had started a team has none of its threads, and OpenMP would wait for

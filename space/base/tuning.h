@@ -52,7 +52,7 @@ namespace grains {
 
 // Slots of a scene that one thread sweeps in any case: a frame of so many takes 0.4 ms.
 constexpr std::uint64_t swept_alone = 4096;
-constexpr Grain scene = {1024, Grain::every, swept_alone};  // slots that are swept
+constexpr Grain scene = {1024, Grain::further, swept_alone};  // slots that are swept
 
 constexpr Grain packed_slots = {1024, Grain::further};      // whose geoms are packed again
 constexpr Grain scene_of_all_tests = {1024, Grain::whole};  // slots: brute force, axis lists

@@ -40,8 +40,7 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
     starts_[i] = static_cast<std::uint32_t>(i * group_size);
   starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
   const CellClass all = {0, cell_count};
-  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads,
-               CellTrees<Real>::Levels::cells_only);
+  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads);
 }
 
 // Each thread tests an equal part of the table. Returns the number of threads used.
