@@ -21,9 +21,6 @@ class ContactPairs {
   const Buffer<dParallelSAPPair>& list() const { return list_; }
 
  private:
-  bool tryToList(dGeomID o1, dGeomID o2);
-  bool tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads);
-
   const ContactRequest& request_;
   Buffer<dParallelSAPPair>& list_;
 };

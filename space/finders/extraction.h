@@ -11,14 +11,6 @@
 
 namespace ode_parallel_sap {
 
-// What the policy decided of the extraction.
-struct ExtractionPlan {
-  int method = 0;   // a dParallelSAPMethod, never Auto
-  int devices = 0;  // 0: on the CPU
-  int threads = 1;
-  std::uint64_t axis_lists_bytes = 0;
-};
-
 // How the pairs were found.
 struct Found {
   int method = 0;                        // that ran
@@ -45,7 +37,6 @@ class Extraction {
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
-  int findOnDevices(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
   std::unique_ptr<CPUFinders> finders_;
   DeviceBackend devices_;

@@ -3,6 +3,8 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
+
 #include "space/frame/stage_clock.h"
 
 namespace ode_parallel_sap {
@@ -98,14 +100,32 @@ class Statistics {
 
   void beginFrame() { ++last_.frames; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
-  void note(const dParallelSAPStats& frame, const StageClock& clock);
+  void note(const dParallelSAPStats& frame, const StageClock& clock) {
+    const unsigned long long frames = last_.frames;
+    last_was_small_ = false;
+    last_ = frame;
+    last_.frames = frames;
+    last_.threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
+    last_.update_ms = clock.of(Stage::update);
+    last_.synchronise_ms = clock.of(Stage::synchronise);
+    last_.extract_ms = clock.of(Stage::extract);
+    last_.filter_ms = clock.of(Stage::filter);
+    last_.events_ms = clock.of(Stage::events);
+    last_.narrow_ms = clock.of(Stage::narrow);
+    last_.report_ms = clock.of(Stage::report);
+    last_.total_ms = clock.total();
+  }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
   void noteSmall(const FrameCounts& counts) {
     if (!last_was_small_) beginSmall();
     setCounts(counts, last_);
   }
-  void noteSmallTimes(double found_ms, double report_ms);
+  void noteSmallTimes(double found_ms, double report_ms) {
+    last_.extract_ms = found_ms;
+    last_.report_ms = report_ms;
+    last_.total_ms = found_ms + report_ms;
+  }
   // The last noted frame came to its end.
   void endFrame() {
     if (sums_wanted_) sums_.add(last_);
@@ -134,7 +154,13 @@ class Statistics {
  private:
   static constexpr unsigned timed_interval = 16;  // fixed: frames, as the header says
 
-  void beginSmall();
+  // The first small frame after another: what is the same of all.
+  void beginSmall() {
+    const unsigned long long frames = last_.frames;
+    last_ = statsOf({});
+    last_.frames = frames;
+    last_was_small_ = true;
+  }
 
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;
