@@ -120,7 +120,7 @@ struct CellCandidates {
 };
 
 // Calls visit(node, mask) for the nodes just above the cells of `tree`, from that of cell `first`
-// on: `mask` tells which of its sixteen cells have bounds that overlap box `lane` of `box`.
+// on: `mask` has those of its sixteen cells whose bounds overlap box `lane` of `box`.
 template <class Real, class Visit>
 inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
                                 std::size_t first, Visit visit) {
@@ -146,13 +146,6 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   }
 }
 
-// Where a thread gathers what a query may meet.
-template <class Real>
-struct Workplace {
-  CellCandidates<Real> cells;
-  Candidates boxes;
-};
-
 // The tree whose cells are queries, and the cells of all trees.
 template <class Real>
 struct Meeting {
@@ -171,12 +164,12 @@ struct Meeting {
 // cells that are behind them, and, if `within`, within each. Uses the gathered cells up.
 template <class Real>
 inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end, bool within,
-                      Workplace<Real>& work, PairSink& sink) {
+                      CellCandidates<Real>& cells, Candidates& boxes, PairSink& sink) {
   const TreeView<Real>&own = meeting.own, &all = meeting.all;
   for (std::size_t i = begin; i < end; ++i) {
     const std::size_t cell = own.first_cell + i;
     const OneBox<Real> bounds(own.levels[1][i / group_size], i % group_size);
-    const std::size_t others = work.cells.choose(bounds, static_cast<std::uint32_t>(cell + 1));
+    const std::size_t others = cells.choose(bounds, static_cast<std::uint32_t>(cell + 1));
     if (!others && !within) continue;
     const Query<Real> query(all, cell, meeting.exact);
     if (within) {
@@ -186,13 +179,13 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
           [](unsigned box) { return all_lanes << (box + 1); }, sink);
     }
     for (std::size_t chosen = 0; chosen < others; ++chosen) {
-      const std::size_t other = work.cells.chosen[chosen];
-      work.boxes.add(other, rowOf(all.levels[0][other]).overlapping(bounds, 0));
-      if (work.boxes.full()) meetCandidates(query, all, work.boxes, sink);
+      const std::size_t other = cells.chosen[chosen];
+      boxes.add(other, rowOf(all.levels[0][other]).overlapping(bounds, 0));
+      if (boxes.full()) meetCandidates(query, all, boxes, sink);
     }
-    meetCandidates(query, all, work.boxes, sink);
+    meetCandidates(query, all, boxes, sink);
   }
-  work.cells.count = 0;
+  cells.count = 0;
 }
 
 // The trees are walked once for all cells below one node; then each of them chooses among what was
@@ -200,7 +193,8 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
 template <class Real>
 void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
   const Meeting<Real> meeting(of);
-  Workplace<Real> work;
+  CellCandidates<Real> gathered;
+  Candidates boxes;
   for (std::size_t begin = of.begin, end; begin < of.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < of.end ? node_end : of.end;
@@ -215,11 +209,11 @@ void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
       const TreeView<Real>& tree = of.trees[i];
       const std::size_t first = i == of.own ? begin : 0;
       forOverlappingNodes(tree, bounds, 0, first, [&](std::uint32_t group, unsigned mask) {
-        work.cells.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
-        if (work.cells.full()) meetCells(meeting, begin, end, false, work, sink);
+        gathered.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
+        if (gathered.full()) meetCells(meeting, begin, end, false, gathered, boxes, sink);
       });
     }
-    meetCells(meeting, begin, end, true, work, sink);
+    meetCells(meeting, begin, end, true, gathered, boxes, sink);
   }
 }
 
