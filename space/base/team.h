@@ -76,7 +76,7 @@ inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
 struct TeamTimes {
   explicit constexpr TeamTimes(bool watched = false) : watched(watched) {}
 
-  bool watched;  // else teams are as large as was asked for
+  bool watched;  // else teams are as large as wanted
   double worked_ms = 0, waited_ms = 0;
 
   // The first team of a size has to start its threads, which later ones need not.
@@ -155,7 +155,7 @@ class TeamWatch {
     bool worked_ = false;
   };
 
-  // Says that the calling thread has work of its team's.
+  // Notes that the calling thread has work of its team's.
   static void noteWork() {
     if (teamsAreTested()) noteOwnWork();
   }

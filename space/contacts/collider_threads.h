@@ -12,7 +12,7 @@ namespace ode_parallel_sap {
 enum class ColliderUse {
   Light,          // any thread; about a microsecond, so many at a time
   Heavy,          // any thread; may take long, so few at a time
-  OwnCollider,    // any thread that has one of its own which serves it, see thread_colliders.h
+  OwnCollider,    // any thread with one of its own that can, see thread_colliders.h
   CallingThread,  // the calling thread, when no other collides
 };
 

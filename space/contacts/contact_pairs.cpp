@@ -15,11 +15,6 @@ Region listing("contacts: list of pairs");
 
 }  // namespace
 
-ContactPairs::ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list)
-    : request_(request), list_(list) {
-  list_.resizeDiscarding(0);
-}
-
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
     if (request_.callbacks.spaces)
@@ -28,7 +23,7 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
       dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
     return;
   }
-  // Other threads may then read the geoms, and colliders of meshes ask for bounds, too.
+  // Other threads may then read the geoms, and colliders of meshes read bounds, too.
   for (const dGeomID geom : {o1, o2}) {
     geom->recomputePosr();
     geom->recomputeAABB();

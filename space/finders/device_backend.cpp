@@ -48,7 +48,7 @@ void DeviceBackend::prepare(int devices) {
 }
 
 // Reports devices that were left out, whichever space met them first, and those that failed this
-// space. `reason`: why the space has none any more, where nothing else says so.
+// space. `reason`: why the space has none any more, where no other message does.
 void DeviceBackend::reportFailures(const std::string& reason) {
   const std::vector<FailedDevice> left_out = DevicePool::get().takeFailures();
   std::vector<FailedDevice> failed;

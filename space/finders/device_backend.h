@@ -11,7 +11,7 @@
 namespace ode_parallel_sap {
 
 // Whether this build has the back end and this machine a device for it. Loads the driver at the
-// first call; a program that never asks for the back end never comes here.
+// first call; a program that does without the back end never comes here.
 bool deviceAvailable();
 
 // What the policy decided of the extraction.
@@ -48,7 +48,7 @@ class DeviceBackend {
   int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
-  // Whether devices were reported as failed or left out since this was last asked.
+  // Whether devices were reported as failed or left out since the last call.
   bool takeLoss();
   std::size_t bytes() const;
 

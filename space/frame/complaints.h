@@ -1,4 +1,4 @@
-// What a space tells the program through dMessage, each of it once.
+// Messages of a space to the program, through dMessage, each of them once.
 #pragma once
 
 #include <ode/ode.h>

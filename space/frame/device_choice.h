@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 // Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
 // each, a model predicts how the time grows with boxes and pairs, and the frames that ran on it
-// tell by how much the model is off on this machine. Every frame goes to the choice that promises
+// show by how much the model is off on this machine. Every frame goes to the choice that promises
 // the least; one that was never tried gets a trial of a few frames when it promises to be
 // better, one that lost is tried again at growing intervals, in case the machine has more to give
 // by now.

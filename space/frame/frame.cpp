@@ -10,18 +10,6 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-void showContacts(const Buffer<dParallelSAPPair>& pairs, const NarrowPhase& narrow_phase,
-                  PairWatcher& watcher) {
-  for (std::size_t place = 0; place < pairs.size(); ++place) {
-    const int contacts = narrow_phase.contactsOf(place);
-    watcher.see(pairs[place].o1, pairs[place].o2, contacts < 0 ? PairWatcher::unwanted : contacts);
-  }
-}
-
-}  // namespace
-
 // A frame from its plan to its end. `report` gets the pairs, or where they can only be found one by
 // one `receiver`.
 template <class Report>
@@ -96,7 +84,11 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
         call.settings, {Batch::contacts, used, pairs.list().size(), frame.clock.of(Stage::narrow)});
     policy_.learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
-      showContacts(pairs.list(), narrow_phase, *watcher_);
+      for (std::size_t place = 0; place < pairs.list().size(); ++place) {
+        const int contacts = narrow_phase.contactsOf(place);
+        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2,
+                      contacts < 0 ? PairWatcher::unwanted : contacts);
+      }
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -123,7 +115,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
 
   frame.clock.begin(Stage::update);
   PairCache::Update update;
-  if (plan.keep)
+  if (plan.use_cache)
     update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_);
   if (update.untold.count)
     complaints_.ofUnannounced(call.geoms()[update.untold.first], update.untold.count);
@@ -204,7 +196,7 @@ Found Pipeline::findAnew(Frame& frame) {
 
   frame.clock.begin(Stage::filter);
   pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads, candidates);
-  if (plan.keep)
+  if (plan.use_cache)
     cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
   return found;
 }
@@ -334,11 +326,6 @@ FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& re
   return small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_,
                                {receiver, events_.on() && !nested ? &events_ : nullptr,
                                 watcher && !nested && watcher->isDue() ? watcher : nullptr});
-}
-
-std::size_t Pipeline::endFrame(std::size_t pairs) {
-  statistics_.endFrame();
-  return pairs;
 }
 
 void Pipeline::clean(const Scene& scene, const Settings& settings) {

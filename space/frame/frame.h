@@ -122,7 +122,10 @@ class Pipeline {
   bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
   void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
   void noteStats(const Frame& frame) { statistics_.note(frame.stats, frame.clock); }
-  std::size_t endFrame(std::size_t pairs);
+  std::size_t endFrame(std::size_t pairs) {
+    statistics_.endFrame();
+    return pairs;
+  }
 
   Policy policy_;
   GeomUpdate geom_update_;

@@ -10,7 +10,7 @@
 
 namespace ode_parallel_sap {
 
-// What the caller of dParallelSAPSpaceCollidePairs asked for.
+// The arguments of dParallelSAPSpaceCollidePairs.
 struct PairsRequest {
   void* data;
   int flags;

@@ -78,9 +78,9 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   plan.leave_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
-  plan.keep = mechanisms::kept_pairs && !facts.nested &&
-              settings.backend != dParallelSAPBackendCUDA &&
-              (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
+  plan.use_cache = mechanisms::kept_pairs && !facts.nested &&
+                   settings.backend != dParallelSAPBackendCUDA &&
+                   (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = settings.method;
   if (isAuto(settings))
@@ -93,7 +93,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
     planDevices(facts, settings, plan);
-  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && extraction.devices == 0 &&
+  plan.fat_pairs = mechanisms::fat_pairs && plan.use_cache && extraction.devices == 0 &&
                    (extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);
   return plan;
 }

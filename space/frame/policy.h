@@ -31,7 +31,7 @@ struct Plan {
   int block_threads = 1;    // of a report in blocks on all threads
   bool leave_out = false;   // boxes that are certainly apart are not collided
   bool fat_pairs = false;   // kept pairs of larger boxes may do, if those hold the boxes
-  bool keep = false;        // boxes and pairs of the last frame do where little has changed
+  bool use_cache = false;   // boxes and pairs of the last frame do where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;

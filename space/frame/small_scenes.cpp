@@ -291,7 +291,7 @@ bool SmallScenes::updateEvents(const Scene& scene, const SmallFound& found, Pair
   return events.update(event_pairs_, scene.slots, source, 1);
 }
 
-// Where a frame says it all: not what rules leave out by the state of bodies. Nor within a
+// Not where rules leave out pairs by the state of bodies, which changes silently. Nor within a
 // callback, to which the remembered pairs may be reported.
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
   if (!mechanisms::still_small_scenes || rules.skip() || scene.nested) return;

@@ -46,8 +46,8 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelS
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
-  const PackRules asked = rules.ofQueries();
-  const PairRule rule(asked);
+  const PackRules of_queries = rules.ofQueries();
+  const PairRule rule(of_queries);
   for (dxGeom* own = scene.first; own; own = own->next)
     if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
 }

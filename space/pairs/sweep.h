@@ -25,8 +25,8 @@ class Sweep : public PairFinder {
     return bytesOf(order_, cell_coherence_, trees_, tasks_, found_, pair_order_);
   }
 
-  // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
-  // serve, and packs the trees over them.
+  // The first half of find() alone: sorts the boxes into cells, unless those of the last time are
+  // good, and packs the trees over them.
   void build(const BoxSet& boxes, int threads);
   // How often the trees were made others.
   std::uint64_t builds() const { return builds_; }

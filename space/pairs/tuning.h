@@ -21,8 +21,8 @@ constexpr std::size_t least_piece_boxes = 512;
 // spare.
 constexpr std::size_t most_piece_boxes = 8192;
 
-// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these tell
-// the boxes of a place apart that is thirty times as clustered.
+// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these
+// separate the boxes of a place that is thirty times as clustered.
 constexpr int digits_for_clusters = 5;
 
 // Boxes that decide on classes: enough to see a kind that is one in a few hundred.

@@ -70,10 +70,6 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
 
 template <class Real>
 int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
-  if (boxes.size < 2) {
-    pairs.clear(1);
-    return 1;
-  }
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);
