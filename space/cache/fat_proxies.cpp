@@ -45,14 +45,13 @@ float distanceOf(const Box& a, const Box& b) {
 // that are that near have room for steps of floats, 32 of which are less than the tolerance.
 constexpr float most_loose = 7.0f / 16;  // fixed: less than a half
 
-// Whether a bound of a fat box is further outside of the box, or there is no box any more.
-bool isLoose(const Box& box, const Box& fat, float most) {
-  bool loose = !isActive(box) && isActive(fat);
+Box grown(const Box& box, float margin) {
+  Box grown;
   for (int axis = 0; axis < 3; ++axis) {
-    loose |= box.lower[axis] - fat.lower[axis] > most;
-    loose |= fat.upper[axis] - box.upper[axis] > most;
+    grown.lower[axis] = box.lower[axis] - margin;
+    grown.upper[axis] = box.upper[axis] + margin;
   }
-  return loose;
+  return grown;
 }
 
 void resizeTo(std::size_t slots, BoxSet& fat) {
@@ -109,10 +108,12 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
       std::uint64_t bits = kernel.boxesOutside(&boxes.boxes[first], &fat_.boxes[first], count);
       for (std::size_t i = 0; filters && i < count; ++i)
         bits |= std::uint64_t{filtersChanged(boxes, static_cast<Slot>(first + i))} << i;
-      for (std::size_t i = 0; tolerance_ > 0 && i < count; ++i) {
-        const std::size_t slot = first + i;
-        const bool loose = isLoose(boxes.boxes[slot], fat_.boxes[slot], tolerance_ * most_loose);
-        bits |= std::uint64_t{loose} << i;
+      if (tolerance_ > 0) {
+        // Fat boxes that are too loose, or whose boxes are there no more.
+        Box most[word_slots];
+        for (std::size_t i = 0; i < count; ++i)
+          most[i] = grown(boxes.boxes[first + i], tolerance_ * most_loose);
+        bits |= kernel.boxesOutside(&fat_.boxes[first], most, count);
       }
       left_.setWord(word, bits);
     }
@@ -178,12 +179,8 @@ void FatProxies::stop() {
 // Also takes over the filters.
 void FatProxies::fatten(const BoxSet& boxes, Slot slot, float share) {
   const Box& box = boxes.boxes[slot];
-  Box& fat = fat_.boxes[slot];
-  const float margin = tolerance_ > 0 ? tolerance_ * most_loose / 2 : marginOf(box, share);
-  for (int axis = 0; axis < 3; ++axis) {
-    fat.lower[axis] = box.lower[axis] - margin;
-    fat.upper[axis] = box.upper[axis] + margin;
-  }
+  fat_.boxes[slot] =
+      grown(box, tolerance_ > 0 ? tolerance_ * most_loose / 2 : marginOf(box, share));
   fat_.bits[slot] = boxes.bits[slot];
   fat_.bodies[slot] = boxes.bodies[slot];
 }

@@ -175,8 +175,8 @@ Found Pipeline::findAnew(Frame& frame) {
   PairList& candidates = call.lists.candidates;
   Found found;
   const bool fat = plan.fat_pairs && !boxes.wide &&
-                   cache_.fat().use(boxes, static_cast<double>(plan.rules.tolerance), plan.threads,
-                                    extraction_.sweep());
+                   cache_.fat().use(boxes, static_cast<double>(geom_update_.tolerance()),
+                                    plan.threads, extraction_.sweep());
   if (fat) {
     found.threads = cache_.fat().find(boxes, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;

@@ -24,13 +24,15 @@ bool foldsExactly(unsigned long bits) {
 }
 
 // Whether a step of floats at one of the bounds is more than a small part of the tolerance.
-bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
-  constexpr dReal least_steps = dReal(0x1p18);  // fixed: 32 steps in a tolerance
-  constexpr dReal most = std::numeric_limits<dReal>::max();
+bool exceedsTolerance(const Box& box, dReal tolerance) {
+  constexpr float least_steps = 0x1p18f;  // fixed: 32 steps in a tolerance
+  constexpr float most = std::numeric_limits<float>::max();
+  const float limit = static_cast<float>(tolerance) * least_steps;
   bool exceeds = false;
-  for (int i = 0; i < 6; ++i) {
-    const dReal size = std::fabs(bounds[i]);
-    exceeds = exceeds || (size > tolerance * least_steps && size <= most);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float lower = std::fabs(box.lower[axis]), upper = std::fabs(box.upper[axis]);
+    exceeds |= (lower > limit) & (lower <= most);
+    exceeds |= (upper > limit) & (upper <= most);
   }
   return exceeds;
 }
@@ -75,6 +77,7 @@ void UpdateFacts::add(const UpdateFacts& other) {
   exact_bits = exact_bits && other.exact_bits;
   exact_bodies = exact_bodies && other.exact_bodies;
   exact_boxes = exact_boxes && other.exact_boxes;
+  beyond_tolerance = beyond_tolerance || other.beyond_tolerance;
   filter_bits = filter_bits || other.filter_bits;
   filter_bodies = filter_bodies || other.filter_bodies;
   newly_invalid.insert(newly_invalid.end(), other.newly_invalid.begin(), other.newly_invalid.end());
@@ -96,22 +99,23 @@ SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
          (hasAABBTest(geom, rules.tested_classes) ? user_class_state : 0);
 }
 
-// Most geoms are enabled and neither spaces nor of a user's class, with a box that is fine in
-// floats: they add nothing to their slots' states.
+// Most geoms are enabled and neither spaces nor of a user's class, with a bounded box of floats:
+// they add nothing else to their slots' states.
 SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const {
   static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
-  if (rules.skip() || rules.tolerance > 0 || boxes.wide || !geom ||
-      geom->type >= dFirstSpaceClass ||
+  if (rules.skip() || boxes.wide || !geom || geom->type >= dFirstSpaceClass ||
       (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
     return packOther(geom, slot, part, boxes);
   Box box;
   const BoundsFacts rounded = roundOutward(geom->aabb, box);
-  if (rounded.nan || rounded.unbounded || rounded.coarse) return packOther(geom, slot, part, boxes);
+  if (rounded.nan || rounded.unbounded) return packOther(geom, slot, part, boxes);
   boxes.boxes[slot] = box;
   part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
+  if (rules.tolerance > 0 && exceedsTolerance(box, rules.tolerance))
+    part.facts.beyond_tolerance = true;
   packBits(geom, slot, part.facts, boxes);
   packBody(geom, slot, part, boxes);
-  return rules.notified ? SlotState{unwatched_state} : SlotState{0};
+  return (rules.notified ? unwatched_state : 0) | (rounded.coarse ? coarse_state : 0);
 }
 
 // Unless silent changes are told, geoms at rest are packed as if enabled and with all bits set,
@@ -134,8 +138,8 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
     }
   }
   Box box;
-  BoundsFacts rounded = roundOutward(geom->aabb, box);
-  if (rules.tolerance > 0) rounded.coarse = exceedsTolerance(geom->aabb, rules.tolerance);
+  const BoundsFacts rounded = roundOutward(geom->aabb, box);
+  if (rules.tolerance > 0 && exceedsTolerance(box, rules.tolerance)) facts.beyond_tolerance = true;
   if (rounded.nan) {
     facts.newly_invalid.push_back(slot);
     boxes.deactivate(slot);

@@ -29,6 +29,7 @@ struct UpdateFacts {
   bool exact_boxes = true;    // no float bound was rounded
   bool filter_bits = false;
   bool filter_bodies = false;
+  bool beyond_tolerance = false;    // at some box a step of floats is a large part of the tolerance
   std::vector<Slot> newly_invalid;  // slots that were packed with NaN bounds, ascending
 
   void add(const UpdateFacts& other);

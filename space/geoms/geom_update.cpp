@@ -154,19 +154,18 @@ int GeomUpdate::pack(dxGeom* const* geoms, std::size_t slots, const PackRules& r
     facts_ = mergeParts(0);
     moved += facts_.moved;
     facts_.moved = moved;
-    const bool wide = needsDoubles();
+    const bool wide = needsDoubles(geoms);
     if (wide == boxes_.wide || repeated) return used;
     boxes_.wide = wide;
     (wide ? boxes_.boxes.release() : boxes_.wide_boxes.release());
   }
 }
 
-// Boxes become doubles once more coarse ones could overlap each other in vain than is worth their
-// exact tests, and floats again when those would be far fewer.
-bool GeomUpdate::needsDoubles() const {
-  const std::size_t coarse = static_cast<std::size_t>(facts_.coarse);
-  if (packer_.rules.tolerance > 0) return coarse > 0;  // which they would exceed
-  return coarse * coarse / 2 > boxes_.size / (boxes_.wide ? 8 : 2);
+// Boxes become doubles once more coarse ones overlap each other in vain than is worth their exact
+// tests, and floats again when those would be far fewer.
+bool GeomUpdate::needsDoubles(dxGeom* const* geoms) {
+  return coarse_boxes_.overlapInVain(geoms, states_, static_cast<std::size_t>(facts_.coarse),
+                                     boxes_.size / (boxes_.wide ? 8 : 2));
 }
 
 // The parts' facts made one, for bodies whose addresses are to be compared with `some_body` too.
@@ -327,7 +326,8 @@ bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.add(packed);
   takeExactness();
   return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
-         (boxes_.filter_bodies || !packed.filter_bodies) && needsDoubles() == boxes_.wide;
+         (boxes_.filter_bodies || !packed.filter_bodies) &&
+         (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));
 }
 
 }  // namespace ode_parallel_sap

@@ -9,6 +9,7 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
+#include "space/geoms/coarse_boxes.h"
 #include "space/geoms/geom_packer.h"
 
 namespace ode_parallel_sap {
@@ -45,6 +46,8 @@ class GeomUpdate {
   // The slots of the last repack(), ascending.
   const Buffer<Slot>& repacked() const { return slots_; }
   const UpdateFacts& facts() const { return facts_; }
+  // The tolerance that boxes() allow: none while a box lies too far out for it.
+  dReal tolerance() const { return facts_.beyond_tolerance ? 0 : packer_.rules.tolerance; }
   BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
   std::size_t bytes() const { return bytesOf(boxes_, parts_, states_, watched_, slots_); }
@@ -65,7 +68,7 @@ class GeomUpdate {
   static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts(std::uintptr_t some_body);
-  bool needsDoubles() const;
+  bool needsDoubles(dxGeom* const* geoms);
   void numberBodies(dxGeom* const* geoms);
   void watchAll();
   void resizeTo(std::size_t slots);
@@ -83,6 +86,7 @@ class GeomUpdate {
   SlotSet watched_;           // slots that notice() looks at
   bool watching_ = false;
   Buffer<Slot> slots_;  // those of a repack
+  CoarseBoxes coarse_boxes_;
   std::unordered_map<const dxBody*, std::uint32_t> body_numbers_;
 };
 

@@ -22,23 +22,23 @@ import subprocess
 import sys
 import tempfile
 
+PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 HEADER = "space/base/mechanisms.h"
 # There is one thread but in few cells.
 IDLE = ("learned_teams",)
 MOST_SPREAD = 1.1  # of the middle three fifths of the libraries of a cell
 
 
-def mechanisms(source):
-    """Names and descriptions, in the header's order."""
-    with open(os.path.join(source, HEADER)) as file:
-        text = file.read()
-    return re.findall(r"// ([^\n]*(?:\n// [^\n]*)*)\nconstexpr bool (\w+) = true;", text)
+def mechanisms():
+    """Their names, in the header's order."""
+    with open(os.path.join(PROJECT, HEADER)) as file:
+        return re.findall(r"\nconstexpr bool (\w+) = true;", file.read())
 
 
 def build(options, names, directory):
     """The folder of the library without each mechanism: a copy of the project, compiled again after each edit of the header."""
     source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
-    shutil.copytree(options.source, source, ignore=shutil.ignore_patterns("build", ".git"))
+    shutil.copytree(PROJECT, source, ignore=shutil.ignore_patterns("build", ".git"))
     subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
                     "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
     with open(os.path.join(source, HEADER)) as file:
@@ -47,7 +47,7 @@ def build(options, names, directory):
     for name in names:
         with open(os.path.join(source, HEADER), "w") as file:
             file.write(text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
-        subprocess.run(["cmake", "--build", made, "--parallel", str(options.jobs), "--target", "ode-parallel-sap"], check=True,
+        subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
                        stdout=subprocess.DEVNULL)
         libraries[name] = os.path.join(directory, name)
         shutil.copytree(os.path.join(made, "space"), libraries[name], symlinks=True,
@@ -56,46 +56,39 @@ def build(options, names, directory):
     return libraries
 
 
-# What is timed: program, arguments, columns of its CSV that tell cells apart, and the column of the time. The scenes
-# of pair-benchmark are found pairs first, so a variant that finds others is not timed.
+# What is timed: program, arguments, and columns of its CSV that tell cells apart. pair-benchmark checks its pairs first, so a
+# variant that finds others is not timed.
 def measurements(quick):
-    ours = ["--peers=parallel-sap", "--seconds=%g" % (0.02 if quick else 0.03), "--rounds=1"]
-    told = ["--peers=parallel-sap:notified-begun-ended"] + ours[1:]
-    pairs = ("scene", "n", "threads", "moving")
-    seconds = "%g" % (0.02 if quick else 0.05)
-    many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,log-sizes-6,giant-among-dust," \
-           "bars-among-cubes,long-bars,thin-bars,brownian-assorted,trembling,jumps,crowd-and-cube,touching-lattice,one-place,cloth"
-    few = "dense-cube,heap,straight-line"
+    pairs, queries = ("scene", "n", "threads", "moving"), ("kind", "n", "queries", "moving", "threads")
+    of = lambda scenes, sizes, quick_sizes, *more, peer="parallel-sap": (
+        "pair-benchmark", ["--peers=" + peer, "--seconds=0.03", "--scenes=" + scenes,
+                           "--sizes=" + (quick_sizes if quick else sizes)] + list(more), pairs)
+    many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,giant-among-dust,bars-among-cubes," \
+           "long-bars,brownian,trembling,touching-lattice,one-place"
+    few, small = "dense-cube,heap,straight-line", "2,4,8,16,32,64,96,120"
+    # Of a program that tells what it changes, and asks what began and ended.
+    told = "parallel-sap:notified-begun-ended"
     return [
-        ("pair-benchmark", ["--scenes=" + many, "--sizes=" + ("1000" if quick else "300,3000,30000")] + ours, pairs),
-        ("pair-benchmark", ["--scenes=dense-cube,crowd-and-cube", "--sizes=" + ("2000" if quick else "10000,200000")] +
-         ours, pairs),
-        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64"] + ours, pairs),
-        ("pair-benchmark", ["--scenes=" + few, "--sizes=2,4,8,16,32,64,96,120", "--batch=64", "--still"] + ours, pairs),
-        ("pair-benchmark", ["--scenes=" + few, "--sizes=300" + ("" if quick else ",30000"), "--still"] + ours,
-         pairs),
-        # Of a program that tells what it changes, and asks what began and ended.
-        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--moving=0.01"] + told,
-         pairs),
-        ("pair-benchmark", ["--scenes=dense-cube", "--sizes=" + ("2000" if quick else "20000"), "--still"] + told, pairs),
-        ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=" + seconds,
-                            "--rounds=1"], ("setting", "n", "threads")),
-        ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"),
-                             "--queries=100", "--seconds=" + seconds, "--rounds=1"],
-         ("kind", "n", "queries", "moving")),
-        # With one thread nobody looks ahead.
-        ("query-benchmark", ["--spaces=parallel-sap", "--kinds=spaces", "--queries=100" + ("" if quick else ",10000"),
-                             "--sizes=" + ("1000" if quick else "1000,32000"), "--threads=2", "--seconds=" + seconds,
-                             "--rounds=1"], ("kind", "n", "queries", "moving", "threads")),
+        of(many, "300,3000,30000", "1000"),
+        of("dense-cube", "10000,200000", "2000"),
+        of(few, small, small, "--batch=64"),
+        of(few, small, small, "--batch=64", "--moving=0"),
+        of(few, "300,30000", "300", "--moving=0"),
+        of("dense-cube", "20000", "2000", "--moving=0.01", peer=told),
+        of("dense-cube", "20000", "2000", "--moving=0", peer=told),
+        ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=0.05"], ("setting", "n", "threads")),
+        ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"), "--queries=100",
+                             "--seconds=0.05"], queries),
+        ("query-benchmark", ["--spaces=parallel-sap", "--kinds=spaces", "--sizes=" + ("1000" if quick else "1000,32000"),
+                             "--queries=100" + ("" if quick else ",10000"), "--threads=2", "--seconds=0.05"], queries),
     ]
 
 
 def timeOf(program, row):
     """The least of all frames is what others on the machine disturb least; but where frames differ all count."""
-    scene = row.get("scene", "")
-    if scene in ("crowd-and-cube", "trembling") or scene.startswith("pile-") or row.get("setting") == "others-move":
+    if row.get("scene") == "trembling" or row.get("setting") == "others-move":
         return "mean_ms"
-    return "min_ms" if "min_ms" in row else "median_ms"
+    return "min_ms"
 
 
 def timesOf(options, library, runs):
@@ -106,7 +99,7 @@ def timesOf(options, library, runs):
     for program, arguments, keys in runs:
         with tempfile.TemporaryDirectory() as directory:
             table = os.path.join(directory, "table.csv")
-            command = [os.path.join(options.programs, program)] + arguments + ["--csv=" + table]
+            command = [os.path.join(options.programs, program)] + arguments + ["--rounds=1", "--csv=" + table]
             if options.cores is not None:
                 command = ["taskset", "-c", options.cores] + command
             subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -121,14 +114,12 @@ def timesOf(options, library, runs):
 
 def measure(options):
     """In each round each program is run with every library in turn; the file is written after each program."""
-    wanted = options.only or [name for _, name in mechanisms(options.source)] + ["nothing"]
+    wanted = mechanisms() + ["nothing"]
     least = {name: {} for name in ["whole"] + wanted}
-    with tempfile.TemporaryDirectory(dir=options.temporary) as directory:
+    with tempfile.TemporaryDirectory() as directory:
         libraries = build(options, list(least), directory)
         for number in range(options.rounds):
             for measurement in measurements(options.quick):
-                if options.of and measurement[0] not in options.of:
-                    continue
                 for name, library in libraries.items():
                     for cell, ms in timesOf(options, library, [measurement]).items():
                         least[name][cell] = min(ms, least[name].get(cell, math.inf))
@@ -192,7 +183,7 @@ def table(options):
         print("\n".join(sorted(unsteady)), file=sys.stderr)
     print("| without | mean | cells it gains | most | there | least | there |")
     print("| --- | ---: | ---: | ---: | --- | ---: | --- |")
-    for _, name in mechanisms(options.source):
+    for name in mechanisms():
         ratios = by_name.get(name)
         if not ratios:
             continue
@@ -202,22 +193,16 @@ def table(options):
 
 
 def main():
-    here = os.path.dirname(os.path.abspath(__file__))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--source", default=os.path.dirname(os.path.dirname(here)), help="the project")
     commands = parser.add_subparsers(required=True)
     measuring = commands.add_parser("measure")
     measuring.set_defaults(run=measure)
     measuring.add_argument("programs", help="where the benchmarks are")
     measuring.add_argument("csv")
-    measuring.add_argument("--only", nargs="+", metavar="MECHANISM")
-    measuring.add_argument("--of", nargs="+", metavar="PROGRAM", help="only what these benchmarks time")
     measuring.add_argument("--rounds", type=int, default=3)
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
-    measuring.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once")
     measuring.add_argument("--cores", help="processors to keep to, as of taskset")
     measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
-    measuring.add_argument("--temporary", help="directory for the variants")
     tabulating = commands.add_parser("table")
     tabulating.set_defaults(run=table)
     tabulating.add_argument("csv")

@@ -24,16 +24,17 @@ class MovingScene {
   Boxes boxes_;
 };
 
+constexpr std::size_t any_number = std::numeric_limits<std::size_t>::max();
+
 struct SceneKind {
   std::string name;
   std::string about;
-  std::size_t most;  // boxes up to which the number of pairs is sensible
+  std::size_t most = any_number;  // boxes up to which the number of pairs is sensible
   std::function<std::unique_ptr<MovingScene>(std::size_t n, std::uint64_t seed)> make;
   std::size_t always = 0;  // boxes, whatever is asked for; 0: as many as that
 };
 
-// The distributions of the tests, more of them, frames recorded from piles where the directory
-// `piles` has some, and edges of the meshes in the directory `meshes`, if it is not empty.
-std::vector<SceneKind> sceneKinds(const std::string& piles, const std::string& meshes);
+// The distributions of the tests, more of them, and the piles recorded in the directory `piles`.
+std::vector<SceneKind> sceneKinds(const std::string& piles);
 
 }  // namespace bench

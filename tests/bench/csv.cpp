@@ -10,6 +10,8 @@
 namespace bench {
 namespace {
 
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string result = "\"";
@@ -43,10 +45,12 @@ Row& Row::add(const char* column, double value) {
 }
 
 Row& Row::addTimes(const std::vector<double>& ms) {
+  const auto [least, greatest] = std::minmax_element(ms.begin(), ms.end());
   return add("samples", ms.size())
       .add("median_ms", median(ms))
-      .add("min_ms", least(ms))
-      .add("mean_ms", mean(ms));
+      .add("min_ms", ms.empty() ? none : *least)
+      .add("mean_ms", mean(ms))
+      .add("max_ms", ms.empty() ? none : *greatest);
 }
 
 Csv::Csv(const CsvFile& file) {
@@ -90,20 +94,15 @@ void Csv::write(Row row) {
   if (std::ferror(file_)) throw std::runtime_error("the CSV file cannot be written");
 }
 
-double least(const std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  return *std::min_element(values.begin(), values.end());
-}
-
 double mean(const std::vector<double>& values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return none;
   double sum = 0;
   for (const double value : values) sum += value;
   return sum / static_cast<double>(values.size());
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  if (values.empty()) return none;
   const std::size_t middle = values.size() / 2;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(middle),
                    values.end());

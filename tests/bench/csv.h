@@ -15,7 +15,7 @@ class Row {
   Row& add(const char* column, int value);
   // Four digits; nothing for NaN.
   Row& add(const char* column, double value);
-  // How many samples there are, their median, the least and the mean.
+  // How many samples there are, their median, least, mean and greatest.
   Row& addTimes(const std::vector<double>& ms);
 
  private:
@@ -49,6 +49,5 @@ class Csv {
 // NaN if there is none.
 double median(std::vector<double> values);
 double mean(const std::vector<double>& values);
-double least(const std::vector<double>& values);
 
 }  // namespace bench

@@ -1,11 +1,8 @@
 #include "machine.h"
 
 #include <dirent.h>
-#include <malloc.h>
 #include <sched.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <cctype>
 #include <ctime>
 #include <fstream>
@@ -63,11 +60,6 @@ std::string today() {
   return text;
 }
 
-std::size_t kibibytes(const char* key) {
-  const std::string value = valueIn("/proc/self/status", key);
-  return value.empty() ? 0 : std::stoull(value);
-}
-
 }  // namespace
 
 const Machine& machine() {
@@ -80,24 +72,6 @@ const Machine& machine() {
                                   BENCH_COMMIT,
                                   today()};
   return machine;
-}
-
-std::size_t residentBytes() {
-  std::size_t pages = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> pages >> resident;
-  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
-
-std::size_t peakResidentBytes() {
-  return std::max(1024 * kibibytes("VmHWM"), residentBytes());
-}
-
-void resetPeak() {
-  std::ofstream("/proc/self/clear_refs") << "5\n";
-}
-
-void trimHeap() {
-  malloc_trim(0);
 }
 
 }  // namespace bench

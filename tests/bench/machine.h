@@ -1,7 +1,6 @@
-// The machine, the build and the memory of this process.
+// The machine and the build.
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 namespace bench {
@@ -13,12 +12,5 @@ struct Machine {
   std::string compiler, flags, commit, date;
 };
 const Machine& machine();
-
-// Bytes of this process in memory now, and at most since the last call of resetPeak.
-std::size_t residentBytes();
-std::size_t peakResidentBytes();
-void resetPeak();
-// Gives back to the system what was freed.
-void trimHeap();
 
 }  // namespace bench

@@ -8,13 +8,11 @@
 #include <stdexcept>
 
 #include "bench_scenes.h"
-#include "machine.h"
 #include "pair_check.h"
-#include "partly_moving.h"
 #include "peer.h"
 #include "program.h"
 #include "random.h"
-#include "trace_scene.h"
+#include "recorded_scenes.h"
 
 namespace bench {
 
@@ -26,6 +24,7 @@ std::vector<PeerKind>& peerKinds() {
 namespace {
 
 constexpr int frames_before_check = 3;
+constexpr std::uint64_t seed = 1;
 // Of batches, no two alike: a few that came again and again would teach a processor by heart which
 // boxes of a small scene overlap.
 constexpr int frames_in_store = 512;
@@ -35,14 +34,34 @@ struct Wishes {
   std::vector<std::string> peers;  // empty: all
   std::vector<std::size_t> sizes{1000, 10000, 100000};
   std::vector<int> threads{1};
-  int batch = 0;  // frames in one clock reading; 0: each find has its own
-  bool still = false;
+  int batch = 0;      // frames in one clock reading; 0: each find has its own
   double moving = 1;  // part of the boxes that moves
   double limit = 60;  // seconds that one find may take
-  std::uint64_t seed = 1;
-  std::string piles, meshes, trace;
+  std::string piles, trace;
   bool list = false;
   Timing timing;
+};
+
+// A scene of which only a part moves, in every frame the same boxes, spread evenly over their
+// numbers.
+class PartlyMoving : public MovingScene {
+ public:
+  // `part` is 0 to 1.
+  PartlyMoving(std::unique_ptr<MovingScene> whole, double part) : whole_(std::move(whole)) {
+    boxes_ = whole_->boxes();
+    for (std::size_t i = 0; i < boxes_.size(); ++i)
+      if (std::floor(part * static_cast<double>(i + 1)) > std::floor(part * static_cast<double>(i)))
+        movers_.push_back(i);
+  }
+
+  void advance() override {
+    whole_->advance();
+    for (const std::size_t i : movers_) boxes_[i] = whole_->boxes()[i];
+  }
+
+ private:
+  const std::unique_ptr<MovingScene> whole_;
+  std::vector<std::size_t> movers_;
 };
 
 // One scene at one size with one number of threads: what its cells share.
@@ -62,7 +81,6 @@ struct Cell {
   std::vector<Stages> stages{};
   std::size_t extra = 0;
   double move_ms = not_known;
-  double held_bytes = not_known, peak_bytes = not_known;
   Account account{};
   std::string status{};  // empty: ok
 
@@ -107,24 +125,17 @@ class Turn {
       storeFrames();
       measureMoving();
     }
-    trimHeap();
-    resetPeak();
-    resident_before_ = residentBytes();
     peer_->enter();
     for (int i = 0; i < frames_before_check; ++i) findNext();
-    rememberMemory();
     if (cell.times.empty()) check();
-  }
-  ~Turn() {
-    peer_.reset();
-    trimHeap();
   }
 
   void play() {
     if (!cell_.status.empty()) return;
     is_timed_ = true;
-    const double seconds = wishes_.timing.seconds / std::max(wishes_.batch, 1);
-    timeFrames(cell_.times, 0, seconds, [this] {
+    Timing timing = wishes_.timing;
+    timing.seconds /= std::max(wishes_.batch, 1);
+    timeFrames(cell_.times, 0, timing, [this] {
       if (wishes_.batch > 0) return findBatch() - cell_.move_ms;
       const double milliseconds = findNext();
       ask();
@@ -160,22 +171,22 @@ class Turn {
   }
 
   std::unique_ptr<MovingScene> makeScene() const {
-    auto scene = cell_.stage.scene.make(cell_.stage.n, wishes_.seed);
+    auto scene = cell_.stage.scene.make(cell_.stage.n, seed);
     if (wishes_.moving >= 1) return scene;
     return std::make_unique<PartlyMoving>(std::move(scene), wishes_.moving);
   }
 
   // Where nothing moves the first frames tell so, and the timed ones tell nothing.
   void advance() {
-    if (wishes_.still && is_timed_) return;
-    if (!wishes_.still) scene_->advance();
+    if (wishes_.moving == 0 && is_timed_) return;
+    if (wishes_.moving > 0) scene_->advance();
     peer_->move(scene_->boxes());
   }
 
   // Boxes tremble as well, by up to a twentieth of their width.
   void storeFrames() {
-    if (wishes_.still) return;
-    sap_test::Random random(wishes_.seed);
+    if (wishes_.moving == 0) return;
+    sap_test::Random random(seed);
     for (int i = 0; i < frames_in_store; ++i) {
       scene_->advance();
       frames_.push_back(scene_->boxes());
@@ -186,14 +197,14 @@ class Turn {
   }
 
   void moveToStored() {
-    if (wishes_.still) return;
+    if (wishes_.moving == 0) return;
     peer_->move(frames_[next_frame_]);
     next_frame_ = (next_frame_ + 1) % frames_.size();
   }
 
   // The same calls while the user's objects are in no structure yet.
   void measureMoving() {
-    if (wishes_.still) {
+    if (wishes_.moving == 0) {
       cell_.move_ms = 0;
       return;
     }
@@ -204,14 +215,6 @@ class Turn {
       times.push_back(clock.milliseconds() / wishes_.batch);
     }
     cell_.move_ms = median(times);
-  }
-
-  void rememberMemory() {
-    const auto above = [&](std::size_t bytes) {
-      return bytes > resident_before_ ? static_cast<double>(bytes - resident_before_) : 0.0;
-    };
-    cell_.held_bytes = above(residentBytes());
-    cell_.peak_bytes = above(peakResidentBytes());
   }
 
   void check() {
@@ -232,7 +235,6 @@ class Turn {
   std::unique_ptr<Peer> peer_;
   std::vector<Boxes> frames_;
   std::size_t next_frame_ = 0;
-  std::size_t resident_before_ = 0;
   bool is_timed_ = false;
 };
 
@@ -244,30 +246,24 @@ Row rowOf(const Cell& cell, const Wishes& wishes) {
   };
   const Account& account = cell.account;
   const bool ran = !cell.times.empty();
-  const double pairs = static_cast<double>(cell.expected().count);
   Row row;
   row.add("scene", cell.stage.scene.name)
       .add("n", cell.stage.n)
       .add("peer", cell.kind.name)
       .add("library", cell.kind.library)
       .add("threads", cell.stage.threads)
-      .add("moving", wishes.still ? 0.0 : wishes.moving)
+      .add("moving", wishes.moving)
       .add("status", cell.status.empty() ? "ok" : cell.status)
       .addTimes(cell.times)
       .add("move_ms", cell.move_ms)
       .add("pairs", cell.expected().count)
       .add("extra_pairs", cell.extra)
-      .add("ns_per_pair", pairs > 0 ? 1e6 * median(cell.times) / pairs : not_known)
       .add("update_ms", stage(&Stages::update))
       .add("synchronise_ms", stage(&Stages::synchronise))
       .add("extract_ms", stage(&Stages::extract))
       .add("filter_ms", stage(&Stages::filter))
       .add("report_ms", stage(&Stages::report))
-      .add("held_bytes", cell.held_bytes)
-      .add("peak_bytes", cell.peak_bytes)
       .add("own_bytes", account.own_bytes)
-      .add("method", account.method)
-      .add("backend", account.backend)
       .add("threads_used", ran ? std::to_string(account.threads) : std::string())
       .add("devices_used", ran ? std::to_string(account.devices) : std::string());
   return row;
@@ -288,7 +284,7 @@ void takeTurn(Cell& cell, const Forecast& forecast, const Wishes& wishes) {
 }
 
 std::vector<SceneKind> allScenes(const Wishes& wishes) {
-  std::vector<SceneKind> all = sceneKinds(wishes.piles, wishes.meshes);
+  std::vector<SceneKind> all = sceneKinds(wishes.piles);
   if (!wishes.trace.empty()) all.push_back(traceScene(wishes.trace));
   return all;
 }
@@ -296,7 +292,6 @@ std::vector<SceneKind> allScenes(const Wishes& wishes) {
 std::vector<SceneKind> chosenScenes(const Wishes& wishes) {
   std::vector<SceneKind> all = allScenes(wishes), chosen;
   for (const std::string& name : wishes.scenes) {
-    if (name == "all") return all;
     const auto found =
         std::find_if(all.begin(), all.end(), [&](const SceneKind& s) { return s.name == name; });
     if (found == all.end()) throw std::invalid_argument("no scene " + name + "; see --list");
@@ -305,23 +300,21 @@ std::vector<SceneKind> chosenScenes(const Wishes& wishes) {
   return chosen;
 }
 
-// Those asked for, which must exist; without a wish those that are to be had, ours with its own
-// choice of method only.
+// The ones asked for, as far as they are to be had here; without a wish all of these, ours with its
+// own choice of method only.
 std::vector<PeerKind> chosenPeers(const Wishes& wishes) {
   std::vector<PeerKind> chosen;
   const std::set<std::string> wished(wishes.peers.begin(), wishes.peers.end());
-  std::set<std::string> known;
+  std::set<std::string> missing = wished;
   for (const PeerKind& kind : peerKinds()) {
-    known.insert(kind.name);
     const bool variant = kind.name.find(':') != std::string::npos;
     if (wished.empty() ? variant : !wished.count(kind.name)) continue;
-    if (kind.create(1))
-      chosen.push_back(kind);
-    else if (wished.count(kind.name))
-      std::fprintf(stderr, "pair-benchmark: %s is not to be had here\n", kind.name.c_str());
+    if (!kind.create(1)) continue;
+    chosen.push_back(kind);
+    missing.erase(kind.name);
   }
-  for (const std::string& name : wished)
-    if (!known.count(name)) throw std::invalid_argument("no peer " + name + "; see --list");
+  for (const std::string& name : missing)
+    std::fprintf(stderr, "pair-benchmark: no %s here; see --list\n", name.c_str());
   return chosen;
 }
 
@@ -388,20 +381,18 @@ int main(int argc, char** argv) {
   bench::Wishes wishes;
   wishes.piles = bench::folderOf(argv[0]);
   bench::Program program("pair-benchmark: time to find the overlapping pairs of moving boxes");
-  program.add("--scenes", wishes.scenes, "what is in motion; all: every scene");
+  program.add("--scenes", wishes.scenes, "what is in motion");
   program.add("--sizes", wishes.sizes, "boxes");
   program.add("--peers", wishes.peers, "who finds the pairs; default: all there are");
   program.add("--threads", wishes.threads,
               "for the peers that take a number of threads; 0: as many as a user gets who sets "
               "none, for ours only");
   program.add("--batch", wishes.batch, "frames in one clock reading: for small scenes");
-  program.add("--moving", wishes.moving, "part of the boxes that moves, always the same ones");
-  program.add("--still", wishes.still, "nothing moves, and no library is told of boxes again");
+  program.add(
+      "--moving", wishes.moving,
+      "part of the boxes that moves, always the same ones; 0: no peer is told of boxes again");
   program.add("--limit", wishes.limit, "leave out what would need more seconds for one find");
-  program.add("--seed", wishes.seed);
-  program.add("--piles", wishes.piles, "where recorded piles (*.pile) are");
-  program.add("--meshes", wishes.meshes, "where boxes of meshes (*.f64) are")
-      ->envname("ODE_PARALLEL_SAP_MESHES");
+  program.add("--piles", wishes.piles, "where record-piles wrote");
   program.add("--trace", wishes.trace, "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");
   program.add("--list", wishes.list, "names of scenes and peers, and what they are");
   program.add(wishes.timing);

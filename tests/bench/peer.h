@@ -35,7 +35,6 @@ struct Stages {
 struct Account {
   Stages stages;
   double own_bytes = not_known;  // memory by the library's own account
-  std::string method, backend;
   int threads = 1;
   int devices = 0;
 };
@@ -58,20 +57,6 @@ class Peer {
   virtual void visit(const PairVisitor& visitor) = 0;
 
   virtual Account account() const { return {}; }
-};
-
-// One whose find () has two steps that it times itself.
-class TwoStepPeer : public Peer {
- public:
-  Account account() const override {
-    Account account;
-    account.stages.update = update_ms_;
-    account.stages.extract = extract_ms_;
-    return account;
-  }
-
- protected:
-  double update_ms_ = 0, extract_ms_ = 0;
 };
 
 struct PeerKind {

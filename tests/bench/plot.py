@@ -18,7 +18,7 @@ except ImportError as error:
         sys.exit("plot.py: %s. Debian: apt-get install python3-matplotlib" % error)
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import machine, on_devices, one, read, timed, values
+from results import OURS, machine, one, read, timed, values
 
 
 def save(figure, directory, name, rows):
@@ -30,6 +30,19 @@ def save(figure, directory, name, rows):
     print(path)
 
 
+def on_devices(rows):
+    """Two titles, and labels with what picks their rows. The paper's system has one thread a device, ours all threads."""
+    most_threads = max(values(rows, "threads"))
+    devices = [number for number in values(rows, "devices_used") if number]
+    gpus = lambda number: "%d GPU%s" % (number, "s" if number > 1 else "")
+    theirs = [("CPU, brute force", dict(peer=OURS + ":brute-force", threads=1)),
+              ("CPU, axis lists", dict(peer=OURS + ":axis-lists", threads=1))]
+    theirs += [(gpus(number), dict(peer=OURS + ":cuda-axis-lists", devices_used=number, threads=number)) for number in devices]
+    ours = [("CPU, 1 thread", dict(peer=OURS, threads=1)), ("CPU, %d threads" % most_threads, dict(peer=OURS, threads=most_threads))]
+    ours += [(gpus(number), dict(peer=OURS + ":cuda", devices_used=number, threads=most_threads)) for number in devices]
+    return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
+
+
 def figure14(directory):
     """The paper's figure 14: percent of the time of the paper's sequential CPU method, brute force."""
     rows = read(directory, "figure14")
@@ -38,17 +51,17 @@ def figure14(directory):
     for axes, (title, series) in zip(grid, on_devices(rows)):
         for i, (label, wanted) in enumerate(series):
             for k, scene in enumerate(scenes):
-                reference = one(rows, scene=scene, method="brute-force", threads=1)
+                reference = one(rows, scene=scene, peer=OURS + ":brute-force", threads=1)
                 row = one(rows, scene=scene, **wanted)
                 if not row or not reference:
                     continue
-                percent_of_cpu = 100 * row["total_ms"] / reference["total_ms"]
+                percent_of_cpu = 100 * row["median_ms"] / reference["median_ms"]
                 place = k + i * 0.8 / len(series)
                 axes.bar(place, percent_of_cpu, 0.75 / len(series), color="C%d" % i, label=label if k == 0 else None)
                 axes.text(place, percent_of_cpu, "%.3g" % percent_of_cpu, ha="center", va="bottom", fontsize=6)
         axes.axhline(100, color="black", linewidth=0.8)
         axes.set_xticks([k + 0.4 - 0.4 / len(series) for k in range(len(scenes))])
-        axes.set_xticklabels(["%s\n%d bodies" % (scene, one(rows, scene=scene)["bodies"]) for scene in scenes])
+        axes.set_xticklabels(["%s\n%d bodies" % (scene.replace("pile-", ""), one(rows, scene=scene)["n"]) for scene in scenes])
         axes.set(yscale="log", title=title)
         axes.legend(fontsize=8, ncol=2, loc="upper left")
     tops = [bar.get_height() for axes in grid for bar in axes.patches]
@@ -65,7 +78,7 @@ def figure15(directory):
         for label, wanted in series:
             some = timed(rows, **wanted)
             if some:
-                axes.plot([row["step"] for row in some], [row["total_ms"] for row in some], marker="o", markersize=3, label=label)
+                axes.plot([int(row["scene"].rsplit("-")[-1]) for row in some], [row["median_ms"] for row in some], marker="o", markersize=3, label=label)
         axes.set(yscale="log", xlabel="step", title=title)
         axes.grid(True, alpha=0.3)
         axes.legend(fontsize=8)
@@ -123,17 +136,11 @@ FIGURES = {"figure14": figure14, "figure15": figure15, "step": step}
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("directories", nargs="+", metavar="DIR")
-    parser.add_argument("--only", choices=FIGURES, help="the figures of this study alone")
-    options = parser.parse_args()
-    for directory in options.directories:
-        drawn = 0
-        for study, figure in FIGURES.items():
-            if options.only in (None, study) and read(directory, study):
-                figure(directory)
-                drawn += 1
-        if not drawn:
-            sys.exit(directory + ": no results")
+    parser.add_argument("directory", metavar="DIR")
+    directory = parser.parse_args().directory
+    drawn = [figure(directory) for study, figure in FIGURES.items() if read(directory, study)]
+    if not drawn:
+        sys.exit(directory + ": no results")
 
 
 if __name__ == "__main__":

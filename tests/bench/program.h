@@ -4,31 +4,47 @@
 #include <ode/ode.h>
 #include <CLI/CLI.hpp>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <string>
 #include <vector>
 
 #include "csv.h"
-#include "stopwatch.h"
 
 namespace bench {
+
+class Stopwatch {
+ public:
+  double milliseconds() const {
+    const std::chrono::duration<double, std::milli> passed =
+        std::chrono::steady_clock::now() - start_;
+    return passed.count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 // Contenders take turns. Each is made anew for a turn and plays its frames alone.
 struct Timing {
   int rounds = 2;        // turns of each
   double seconds = 0.5;  // of timed frames in a turn
+  long frames = 0;       // timed in a turn at most; 0: as many as fill it
   CsvFile csv;
 };
 
 // Plays the frames of a turn: some that are not timed, then at least one, up to three within a
-// second, and as many as fill the turn. next() returns milliseconds, which are added to `times`.
+// second, and as many as fill the turn or as are asked for. next() returns milliseconds, which are
+// added to `times`.
 template <class Next>
-void timeFrames(std::vector<double>& times, int untimed, double seconds, Next next) {
+void timeFrames(std::vector<double>& times, int untimed, const Timing& timing, Next next) {
   for (int frame = 0; frame < untimed; ++frame) next();
   double spent = 0;
-  for (int frame = 0; frame == 0 || spent < 1000 * seconds || (frame < 3 && spent < 1000);
-       ++frame) {
+  const auto goesOn = [&](long frame) {
+    return spent < 1000 * timing.seconds || (frame < 3 && spent < 1000);
+  };
+  for (long frame = 0; frame == 0 || (frame != timing.frames && goesOn(frame)); ++frame) {
     times.push_back(next());
     spent += times.back();
   }
@@ -59,6 +75,7 @@ class Program {
   void add(Timing& timing) {
     add("--rounds", timing.rounds, "turns of each contender");
     add("--seconds", timing.seconds, "of timed frames in a turn");
+    add("--frames", timing.frames, "timed in a turn at most; 0: as many as fill it");
     add("--csv", timing.csv.path, "file to write");
     add("--append", timing.csv.append, "to what the file holds");
   }

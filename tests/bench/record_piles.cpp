@@ -1,137 +1,75 @@
-// Runs the piles of examples/pile until they have come to rest and records some frames of each:
+// Runs the piles of examples/pile until they have come to rest and traces frames of each:
 //
-//   record-piles <directory> [<scene>[-run][=<steps>] ...]     writes <directory>/<scene>.pile
-//
-// The steps left out are the scene's own. A file that is there already is kept. With -run, frames
-// are taken from the first step to the last, two in a row each time, and <scene>-run.pile has no
-// bounds.
+//   record-piles <directory> <scene>...    the last frames: <directory>/<scene>.trace
+//   record-piles <directory> <scene>-run   two frames at each of 25 moments of the whole run:
+//                                          <directory>/<scene>-<step>.trace
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
 #include <cstdarg>
-#include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
-#include "pile_recording.h"
 #include "presets.h"
 #include "simulation.h"
 #include "spaces.h"
-#include "stopwatch.h"
 
-namespace bench {
 namespace {
 
-constexpr int frames_recorded = 6;
-constexpr int moments_of_run = 24;
+constexpr int frames_at_rest = 6;
+constexpr int moments_of_run = 25, frames_of_moment = 2;
 
-BodyPose poseOf(dBodyID body) {
-  BodyPose pose;
-  const dReal* position = dBodyGetPosition(body);
-  const dReal* rotation = dBodyGetQuaternion(body);
-  for (int i = 0; i < 3; ++i) pose.position[i] = position[i];
-  for (int i = 0; i < 4; ++i) pose.rotation[i] = rotation[i];
-  return pose;
-}
+// ODE complains in a debug build, thousands of times, when two fine meshes touch in many points.
+void ignoreMessage(int, const char*, va_list) {}
 
-CentredBox boundsOf(dGeomID geom) {
-  dReal bounds[6];
-  dGeomGetAABB(geom, bounds);
-  CentredBox box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.centre[axis] = (bounds[2 * axis] + bounds[2 * axis + 1]) / 2;
-    box.half[axis] = (bounds[2 * axis + 1] - bounds[2 * axis]) / 2;
-  }
-  return box;
-}
-
-void recordFrame(const pile::World& world, PileRecording& recording) {
-  auto& poses = recording.poses.emplace_back();
-  Boxes& boxes = recording.boxes.emplace_back();
-  for (dBodyID body : world.bodies()) {
-    poses.push_back(poseOf(body));
-    boxes.push_back(boundsOf(dBodyGetFirstGeom(body)));
-  }
-}
-
-// Whether the step and the one before it are recorded.
-bool endsMoment(int step, int steps) {
-  return std::int64_t{step} * moments_of_run / steps !=
-         std::int64_t{step - 1} * moments_of_run / steps;
-}
-
-PileRecording record(const pile::Preset& preset, int steps, bool whole_run) {
+void record(const std::string& directory, const std::string& wish) {
+  const std::string scene = wish.substr(0, wish.find("-run"));
+  const bool whole_run = scene != wish;
+  const pile::Preset& preset = pile::presetOf(scene);
   pile::Options options;
   options.scene = preset.name;
   options.bodies = preset.bodies;
-  options.steps = steps;
+  options.steps = preset.steps;
   options.dt = preset.dt;
   options.iterations = preset.iterations;
   options.contacts = preset.contacts;
   pile::World world;
   pile::Random random(options.seed);
   preset.build(world, options.bodies, random);
-  world.useSpace(pile::createSpace(options, world.geoms()));
+  const dSpaceID space = pile::createSpace(options, world.geoms());
+  world.useSpace(space);
   pile::Simulation simulation(world, options);
-  PileRecording recording;
-  recording.scene = preset.name;
-  for (int step = 1; step <= steps; ++step) {
-    simulation.step();
-    if (!whole_run) {
-      if (step > steps - frames_recorded) recordFrame(world, recording);
-    } else if (endsMoment(step, steps) || endsMoment(step + 1, steps)) {
-      recordFrame(world, recording);
-      recording.steps.push_back(static_cast<std::uint32_t>(step));
+  const int every = whole_run ? options.steps / moments_of_run : options.steps;
+  const int frames = whole_run ? frames_of_moment : frames_at_rest;
+  for (int step = 1; step <= options.steps; ++step) {
+    const int end = (step + every - 1) / every * every;  // the last step of this moment
+    if (step == end - frames + 1) {
+      char number[16] = "";
+      if (whole_run) std::snprintf(number, sizeof number, "-%04d", end);
+      const std::string path = directory + "/" + scene + number + ".trace";
+      if (!dParallelSAPSpaceSetTrace(space, path.c_str(), 1))
+        throw std::runtime_error("cannot write " + path);
     }
+    simulation.step();
+    if (step == end) dParallelSAPSpaceSetTrace(space, nullptr, 0);
   }
-  return recording;
-}
-
-void recordTo(const std::string& directory, const std::string& wish) {
-  const std::size_t equals = wish.find('=');
-  const std::string name = wish.substr(0, equals);
-  const std::size_t dash = name.find("-run");
-  const pile::Preset& preset = pile::presetOf(name.substr(0, dash));
-  const int steps =
-      equals == std::string::npos ? preset.steps : std::atoi(wish.c_str() + equals + 1);
-  const int least = dash == std::string::npos ? frames_recorded : 3 * moments_of_run;
-  if (steps < least)
-    throw std::invalid_argument("at least " + std::to_string(least) + " steps: " + wish);
-  const std::string path = directory + "/" + name + ".pile";
-  if (pileExists(path)) {
-    std::printf("%s is there already\n", path.c_str());
-    return;
-  }
-  const Stopwatch clock;
-  writePile(path, record(preset, steps, dash != std::string::npos));
-  std::printf("%s: %d bodies after %d steps, in %.0f s\n", path.c_str(), preset.bodies, steps,
-              clock.milliseconds() / 1000);
-}
-
-// ODE complains in a debug build, thousands of times, when two fine meshes touch in many points.
-int messages = 0;
-
-void countMessage(int, const char*, va_list) {
-  ++messages;
+  std::printf("%s: %d bodies, %d steps\n", wish.c_str(), options.bodies, options.steps);
 }
 
 }  // namespace
-}  // namespace bench
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: record-piles <directory> [<scene>[-run][=<steps>] ...]\n");
+  if (argc < 3) {
+    std::fprintf(stderr, "usage: record-piles <directory> <scene>[-run]...\n");
     return 2;
   }
-  std::vector<std::string> scenes(argv + 2, argv + argc);
-  if (scenes.empty()) scenes = {"cubes", "balls", "skittles"};
-  dSetMessageHandler(bench::countMessage);
+  dSetMessageHandler(ignoreMessage);
   try {
-    for (const std::string& scene : scenes) bench::recordTo(argv[1], scene);
+    for (int i = 2; i < argc; ++i) record(argv[1], argv[i]);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "record-piles: %s\n", error.what());
     return 1;
   }
-  if (bench::messages > 0) std::printf("ODE had %d messages\n", bench::messages);
 }

@@ -1,18 +1,18 @@
 // Scenes of which little moves: what a frame costs against one in which everything does, with all
-// pairs reported, with those at rest left out, and with a tolerance. And what planes cost.
+// pairs reported, with those at rest left out, and with a tolerance.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <vector>
 
 #include "moving_cubes.h"
 #include "program.h"
-#include "random.h"
 
 namespace bench {
 namespace {
+
+constexpr double step = 0.01;  // how far, at most, in widths of a box
 
 enum Movers { kAll, kSome, kOthersEachFrame, kNone };
 enum Flags {
@@ -20,10 +20,7 @@ enum Flags {
   kAsleep = 2,  // the others are on disabled bodies
   kSkipStatic = 4,
   kSkipAsleep = 8,
-  kNotified = 16,  // the space is told of what ODE does not tell, of which there is nothing
-  kGround = 32,
-  kBowl = 64,  // of oblique planes around all cubes
-  kCullPlanes = 128
+  kNotified = 16  // the space is told of what ODE does not tell, of which there is nothing
 };
 
 // What moves, what the others are, and what is asked of the space.
@@ -52,54 +49,27 @@ constexpr Setting settings[] = {
     {"skip-static", kSome, kBodies | kSkipStatic},
     {"tolerance-0.2", kAll, 0, 0.2},
     {"tolerance-0.002", kAll, 0, 0.002},
-    {"ground", kAll, kBodies | kGround},
-    {"ground-culled", kAll, kBodies | kGround | kCullPlanes},
-    {"bowl", kAll, kBodies | kBowl},
-    {"bowl-culled", kAll, kBodies | kBowl | kCullPlanes},
 };
 
 struct Wishes {
   std::vector<std::size_t> sizes{400000};
   std::vector<std::string> names;
   double moving = 0.01;  // part of the geoms, or their number if above 1
-  double step = 0.01;    // widths of a box
   int threads = 1;
-  Timing timing{2, 2, {}};
+  Timing timing{2, 2, 0, {}};
 };
-
-// Their open sides hold the ball around the cube, but for its outermost shell.
-void addBowl(dSpaceID space, double side) {
-  constexpr int planes = 40;
-  sap_test::Random random(2);
-  for (int i = 0; i < planes; ++i) {
-    double normal[3], length = 0, through = 0;
-    for (double& part : normal) part = random.gauss();
-    for (const double part : normal) length += part * part;
-    length = std::sqrt(length);
-    for (const double part : normal) through += part / length * side / 2;
-    dCreatePlane(space, static_cast<dReal>(normal[0]), static_cast<dReal>(normal[1]),
-                 static_cast<dReal>(normal[2]),
-                 static_cast<dReal>((through - 0.85 * side) * length));
-  }
-}
 
 class Scene {
  public:
   Scene(const Setting& setting, std::size_t n, std::size_t movers, const Wishes& wishes)
-      : setting_(setting),
-        movers_(movers),
-        step_(wishes.step),
-        cubes_(dParallelSAPSpaceCreate(nullptr)) {
+      : setting_(setting), movers_(movers), cubes_(dParallelSAPSpaceCreate(nullptr)) {
     const dSpaceID space = cubes_.space();
     dParallelSAPSpaceSetNumThreads(space, wishes.threads);
     dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
     dParallelSAPSpaceSetSkipStatic(space, setting.has(kSkipStatic));
     dParallelSAPSpaceSetSkipAsleep(space, setting.has(kSkipAsleep));
-    dParallelSAPSpaceSetCullPlanes(space, setting.has(kCullPlanes));
     dParallelSAPSpaceSetTolerance(space, static_cast<dReal>(setting.tolerance));
     dParallelSAPSpaceSetNotified(space, setting.has(kNotified));
-    if (setting.has(kGround)) dCreatePlane(space, 0, 0, 1, 0);
-    if (setting.has(kBowl)) addBowl(space, std::cbrt(static_cast<double>(n)) * 0.95);
     for (const sap_test::Box& box : sap_test::denseCube(n, 1)) {
       const bool moves = setting.movers == kAll || cubes_.size() < movers;
       const dGeomID geom = cubes_.add(box, setting.has(moves ? kBodies : kAsleep));
@@ -110,23 +80,17 @@ class Scene {
   double next() {
     const std::size_t moves = setting_.moving(cubes_.size(), movers_);
     for (std::size_t i = 0; i < moves; ++i)
-      cubes_.move(setting_.movers == kOthersEachFrame ? cubes_.any() : i, step_);
+      cubes_.move(setting_.movers == kOthersEachFrame ? cubes_.any() : i, step);
     pairs_ = 0;
     const Stopwatch clock;
     dSpaceCollide(cubes_.space(), &pairs_, countPair);
     return clock.milliseconds();
   }
   std::size_t pairs() const { return pairs_; }
-  dParallelSAPStats stats() const {
-    dParallelSAPStats stats;
-    dParallelSAPSpaceGetStats(cubes_.space(), &stats);
-    return stats;
-  }
 
  private:
   const Setting& setting_;
   const std::size_t movers_;
-  const double step_;
   MovingCubes cubes_;
   std::size_t pairs_ = 0;
 };
@@ -135,7 +99,6 @@ struct Cell {
   const Setting& setting;
   std::vector<double> times{};
   std::size_t pairs = 0;
-  dParallelSAPStats stats{};
 };
 
 void run(const Wishes& wishes) {
@@ -151,9 +114,8 @@ void run(const Wishes& wishes) {
     for (int round = 0; round < wishes.timing.rounds; ++round)
       for (Cell& cell : cells) {
         Scene scene(cell.setting, n, movers, wishes);
-        timeFrames(cell.times, 4, wishes.timing.seconds, [&] { return scene.next(); });
+        timeFrames(cell.times, 4, wishes.timing, [&] { return scene.next(); });
         cell.pairs = scene.pairs();
-        cell.stats = scene.stats();
       }
     for (const Cell& cell : cells)
       csv.write(Row()
@@ -164,12 +126,7 @@ void run(const Wishes& wishes) {
                     .addTimes(cell.times)
                     // The mean, since now and then a frame tidies up for many.
                     .add("ratio", mean(cell.times) / mean(cells[0].times))
-                    .add("pairs", cell.pairs)
-                    .add("kept", static_cast<std::size_t>(cell.stats.kept))
-                    .add("update_ms", cell.stats.update_ms)
-                    .add("extract_ms", cell.stats.extract_ms)
-                    .add("filter_ms", cell.stats.filter_ms)
-                    .add("report_ms", cell.stats.report_ms));
+                    .add("pairs", cell.pairs));
   }
 }
 
@@ -178,14 +135,13 @@ void run(const Wishes& wishes) {
 
 int main(int argc, char** argv) {
   bench::Wishes wishes;
-  bench::Program program("rest-benchmark: what moves, and planes, against all moving");
+  bench::Program program("rest-benchmark: what moves, against all moving");
   program.add("--sizes", wishes.sizes, "geoms");
   std::vector<std::string> names;
   for (const bench::Setting& setting : bench::settings) names.push_back(setting.name);
   program.add("--settings", wishes.names, "default: all")->check(CLI::IsMember(names));
   program.add("--moving", wishes.moving, "part of the geoms that moves; above 1: their number")
       ->check(CLI::PositiveNumber);
-  program.add("--step", wishes.step, "how far, at most, in widths of a box");
   program.add("--threads", wishes.threads)->check(CLI::PositiveNumber);
   program.add(wishes.timing);
   return program.run(argc, argv, [&] { bench::run(wishes); });

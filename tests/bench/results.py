@@ -29,7 +29,7 @@ def read(directory, study):
 def timed(rows, **wanted):
     """Rows that were timed and have these values."""
     return [row for row in rows if row.get("status", "ok") == "ok" and
-            any(row.get(name) is not None for name in ("median_ms", "total_ms", "step_ms")) and
+            any(row.get(name) is not None for name in ("median_ms", "step_ms")) and
             all(row[key] == value for key, value in wanted.items())]
 
 
@@ -44,8 +44,7 @@ def one(rows, **wanted):
 
 
 # Peers that are other libraries, not ODE's.
-LIBRARIES = ("embree", "embree-default", "cgal", "cgal-parallel", "bullet-dbvt", "bullet-axis-sweep",
-             "fcl-tree", "fcl-sap")
+LIBRARIES = ("embree", "embree-default", "cgal", "bullet-dbvt", "fcl-tree")
 ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpace")
 OURS = "parallel-sap"
 
@@ -54,21 +53,6 @@ def best(rows, scene, n, threads, peers):
     """The quickest of the peers with up to so many threads: not all of them take a number."""
     found = [row for row in timed(rows, scene=scene, n=n) if row["peer"] in peers and row["threads"] <= threads]
     return min(found, key=lambda row: row["median_ms"], default=None)
-
-
-def on_devices(rows):
-    """Of the paper's figures 14 and 15: two titles, and labels with what picks their rows. The paper's system
-    has one thread a device, ours all threads."""
-    most_threads = max(values(rows, "threads"))
-    devices = [number for number in values(rows, "devices") if number]
-    gpus = lambda number: "%d GPU%s" % (number, "s" if number > 1 else "")
-    theirs = [("CPU, brute force", dict(method="brute-force", threads=1)),
-              ("CPU, axis lists", dict(method="axis-lists", threads=1))]
-    theirs += [(gpus(number), dict(method="cuda-axis-lists", devices=number, threads=number)) for number in devices]
-    ours = [("CPU, 1 thread", dict(method="sweep", threads=1)),
-            ("CPU, %d threads" % most_threads, dict(method="sweep", threads=most_threads))]
-    ours += [(gpus(number), dict(method="cuda", devices=number, threads=most_threads)) for number in devices]
-    return ("The paper's method, one thread a GPU", theirs), ("Ours, %d threads" % most_threads, ours)
 
 
 def machine(rows):

@@ -3,7 +3,7 @@
 set(ODE_PARALLEL_SAP_BENCH_PHYSX "" CACHE PATH "PhysX 5, the directory that has source/ and include/")
 set(ODE_PARALLEL_SAP_BENCH_JOLT "" CACHE PATH "Jolt Physics, the directory that has Jolt/ and Build/")
 set(ODE_PARALLEL_SAP_BENCH_BOX3D "" CACHE PATH "Box3D, the directory that has src/ and include/")
-set(ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD "" CACHE PATH "Scalable-CCD, the directory that has src/")
+set(ODE_PARALLEL_SAP_BENCH_CUBQL "" CACHE PATH "cuBQL, the directory that has cuBQL/bvh.h")
 
 # source_is_there(<result> <directory> <a file of it>): true, false where none is named, and an error
 # where another directory was.
@@ -24,7 +24,7 @@ function(add_foreign_library name)
   set_target_properties(${name} PROPERTIES EXPORT_COMPILE_COMMANDS OFF)
 endfunction()
 
-# The four broad phases of PhysX's CPU side, what they stand on, and its pool of threads. Its own build
+# The broad phases of PhysX's CPU side, what they stand on, and its pool of threads. Its own build
 # would fetch its tools from the network first.
 function(add_physx root)
   set(from ${root}/source)
@@ -34,7 +34,6 @@ function(add_physx root)
     ${sources}
     ${from}/common/src/CmRadixSort.cpp
     ${from}/task/src/TaskManager.cpp
-    ${from}/physxextensions/src/ExtBroadPhase.cpp
     ${from}/physxextensions/src/ExtCpuWorkerThread.cpp
     ${from}/physxextensions/src/ExtDefaultCpuDispatcher.cpp)
   target_include_directories(
@@ -76,26 +75,10 @@ function(add_box3d root)
   target_link_libraries(bench-box3d PUBLIC box3d Threads::Threads)
 endfunction()
 
-# Its sweep alone, with a logger of ours that does nothing: its own build would fetch Eigen, TBB and spdlog.
-function(add_scalable_ccd root)
-  set(from ${root}/src/scalable_ccd)
-  set(made ${CMAKE_CURRENT_BINARY_DIR}/scalable-ccd)
-  set(SCALABLE_CCD_USE_DOUBLE ON)
-  configure_file(${from}/config.hpp.in ${made}/scalable_ccd/config.hpp)
-  configure_file(peers/scalable_ccd_logger.h ${made}/scalable_ccd/utils/logger.hpp COPYONLY)
-  add_foreign_library(bench-scalable-ccd ${from}/broad_phase/aabb.cpp ${from}/broad_phase/sort_and_sweep.cpp
-                      ${from}/utils/merge_local_overlaps.cpp)
-  target_include_directories(bench-scalable-ccd SYSTEM BEFORE PUBLIC ${made} ${root}/src)
-  target_link_libraries(bench-scalable-ccd PUBLIC Eigen3::Eigen TBB::tbb)
-endfunction()
-
 source_is_there(physx_FOUND "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
 source_is_there(jolt_FOUND "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)
 source_is_there(box3d_FOUND "${ODE_PARALLEL_SAP_BENCH_BOX3D}" src/broad_phase.h)
-source_is_there(scalable_ccd_FOUND "${ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD}" src/scalable_ccd/config.hpp.in)
-if(scalable_ccd_FOUND AND NOT (TBB_FOUND AND Eigen3_FOUND))
-  message(FATAL_ERROR "Scalable-CCD's sweep needs TBB and Eigen (libtbb-dev, libeigen3-dev).")
-endif()
+source_is_there(cubql_FOUND "${ODE_PARALLEL_SAP_BENCH_CUBQL}" cuBQL/bvh.h)
 
 if(physx_FOUND)
   add_physx(${ODE_PARALLEL_SAP_BENCH_PHYSX})
@@ -106,6 +89,12 @@ endif()
 if(box3d_FOUND)
   add_box3d(${ODE_PARALLEL_SAP_BENCH_BOX3D})
 endif()
-if(scalable_ccd_FOUND)
-  add_scalable_ccd(${ODE_PARALLEL_SAP_BENCH_SCALABLE_CCD})
+if(cubql_FOUND)
+  enable_language(CUDA)
+  set(CMAKE_CUDA_STANDARD 17)
+  set_property(TARGET pair-benchmark PROPERTY CUDA_ARCHITECTURES OFF) # it links code for devices only
+  find_package(CUDAToolkit REQUIRED)
+  add_library(bench-cubql INTERFACE)
+  target_include_directories(bench-cubql SYSTEM INTERFACE ${ODE_PARALLEL_SAP_BENCH_CUBQL})
+  target_link_libraries(bench-cubql INTERFACE CUDA::cudart_static)
 endif()

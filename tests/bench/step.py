@@ -2,7 +2,7 @@
 """Where the time of a whole step goes, in ODE's spaces and in ours: records the study `step`.
 
     tests/bench/step.py --pile build/release/examples/pile/pile --out tests/bench/results/MACHINE/step.csv
-    tests/bench/plot.py --only step tests/bench/results/MACHINE       draws it
+    tests/bench/plot.py tests/bench/results/MACHINE       draws it
 
 Runs the example's pile of boxes in dHashSpace, in dSweepAndPruneSpace and in the parallel space, in this with
 contacts found by a loop and on its threads. Before what is measured the pile has settled in one and the same
@@ -60,14 +60,12 @@ def frames_of(command, limit):
 
 
 def measure(options, bodies, space):
-    threads = options.threads or len(os.sched_getaffinity(0))
+    threads = len(os.sched_getaffinity(0))
     ours = space.startswith("ours")
     settle, in_ours, in_theirs = STEPS.get(bodies, (150, 30, 10))
     steps = options.steps or (in_ours if ours else in_theirs)
     command = [options.pile, "--bodies", str(bodies), "--steps", str(steps + DROPPED),
                "--settle", str(options.settle or settle)]
-    if ours and options.threads:  # a number that is set is kept, one that is not is what pays
-        command += ["--threads", str(options.threads)]
     frames = frames_of(command + SPACES[space], options.limit)
     row = {"bodies": bodies, "space": space, "threads": threads if ours else 1}
     if isinstance(frames, str):
@@ -85,7 +83,6 @@ def main():
     parser.add_argument("--bodies", type=int, nargs="+", default=list(STEPS))
     parser.add_argument("--settle", type=int, help="steps before those that are measured, instead of as many")
     parser.add_argument("--steps", type=int, help="steps that are measured, instead of as many as the size has")
-    parser.add_argument("--threads", type=int, help="of the parallel space; default: as many as pay")
     parser.add_argument("--limit", type=float, default=90, help="seconds that a run may take")
     options = parser.parse_args()
     where = {"cpu": cpu_name(), "cores": len(os.sched_getaffinity(0)), "commit": commit(),

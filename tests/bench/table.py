@@ -13,7 +13,7 @@ import re
 import sys
 
 sys.dont_write_bytecode = True  # nothing is left beside the sources
-from results import LIBRARIES, ODE_SPACES, OURS, best, machine, on_devices, one, read, timed, values
+from results import LIBRARIES, ODE_SPACES, OURS, best, machine, one, read, timed, values
 
 
 def shown(value, suffix=""):
@@ -34,41 +34,18 @@ def markdown(head, rows, notes=()):
     return "\n".join(lines + [""] + list(notes)) + "\n"
 
 
-def peers(directory):
-    """Milliseconds of every peer on the dense cube."""
-    rows = read(directory, "peers")
-    scene = "dense-cube"
-    sizes = values(timed(rows, scene=scene), "n")
-    lines = []
-    for peer in values([row for row in rows if row["scene"] == scene], "peer"):
-        for threads in values([row for row in rows if row["peer"] == peer], "threads"):
-            cells = [one(rows, scene=scene, peer=peer, threads=threads, n=n) for n in sizes]
-            if any(cells):
-                lines.append(["%s, %d thread%s" % (peer, threads, "s" if threads > 1 else "")] +
-                             [shown(cell and cell["median_ms"]) for cell in cells])
-    return markdown(["ms a frame, dense cube"] + [count(n) + " boxes" for n in sizes], lines, [machine(rows)])
-
-
-def distributions(directory):
-    """How many times longer the best library, and the best and the sweep-and-prune space of ODE, take."""
-    rows = read(directory, "peers")
-    most = max(values(rows, "threads"))
-    lines = []
-    for scene in values(rows, "scene"):
-        for n in values([row for row in rows if row["scene"] == scene], "n"):
-            for threads in sorted({1, most}):
-                ours = one(rows, scene=scene, n=n, peer=OURS, threads=threads)
-                if not ours:
-                    continue
-                library = best(rows, scene, n, threads, LIBRARIES)
-                def times(row):
-                    return shown(row and row["median_ms"] / ours["median_ms"], "×") if row else "–"
-                lines.append([scene, count(n), "%d" % threads, shown(ours["median_ms"]),
-                              shown(ours["ns_per_pair"]), times(library), library["peer"] if library else "–",
-                              times(one(rows, scene=scene, n=n, peer="dHashSpace", threads=1)),
-                              times(one(rows, scene=scene, n=n, peer="dSweepAndPruneSpace", threads=1))])
-    return markdown(["scene", "boxes", "threads", "ms", "ns a pair", "best library", "which", "dHashSpace",
-                     "dSweepAndPruneSpace"], lines, [machine(rows)])
+def by_peer(directory, study):
+    """Milliseconds: a row for each scene, part that moves, number of boxes and of threads, a column a peer."""
+    rows = read(directory, study)
+    peers = values(rows, "peer")
+    moves = {1: "", 0: ", at rest"}
+    cells = {}
+    for row in timed(rows):
+        cell = cells.setdefault((row["n"], row["scene"], -row.get("moving", 1), row["threads"]), {})
+        cell[row["peer"]] = min(row["median_ms"], cell.get(row["peer"], row["median_ms"]))
+    lines = [[scene + moves.get(-moving, ", %g %% moves" % (-100 * moving)), count(n), "%d" % threads] +
+             [shown(cell.get(peer)) for peer in peers] for (n, scene, moving, threads), cell in sorted(cells.items())]
+    return markdown(["ms a frame", "boxes", "threads"] + peers, lines, [machine(rows)])
 
 
 def small(directory):
@@ -86,38 +63,18 @@ def small(directory):
     return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
 
 
-def scaling(directory):
-    rows = read(directory, "scaling")
+def busy(directory):
+    """Frames on a host on which other processes want every core."""
+    rows = read(directory, "busy")
+    sizes = values(rows, "n")
     lines = []
-    for peer in values(rows, "peer"):
-        some = timed(rows, peer=peer)
-        first = one(some, threads=1)
-        for row in some:
-            extract = row["extract_ms"] and first["extract_ms"] / row["extract_ms"]
-            lines.append([peer, count(row["n"]), "%d" % row["threads"], shown(row["median_ms"]),
-                          shown(first["median_ms"] / row["median_ms"], "×"), shown(row["extract_ms"]),
-                          shown(extract, "×" if extract else "")])
-    return markdown(["dense cube", "boxes", "threads", "ms", "speed-up", "extraction ms", "speed-up"], lines,
+    for peer, threads in sorted({(row["peer"], row["threads"]) for row in rows}, key=lambda who: (who[0] != OURS, who)):
+        name = "ours, threads not set" if threads == 0 else "%s, %d thread%s" % (
+            "ours" if peer == OURS else peer, threads, "s" if threads > 1 else "")
+        cells = [one(rows, peer=peer, threads=threads, n=n) for n in sizes]
+        lines.append([name] + [shown(cell and cell[column]) for cell in cells for column in ("median_ms", "mean_ms", "max_ms")])
+    return markdown(["ms a frame"] + [head for n in sizes for head in (count(n) + " boxes: median", "mean", "worst")], lines,
                     [machine(rows)])
-
-
-def memory(directory):
-    rows = read(directory, "memory")
-    lines = []
-    for row in timed(rows):
-        allowed = 150 * row["n"] + 16 * row["pairs"]
-        lines.append([row["scene"], count(row["n"]), row["peer"], shown(row["held_bytes"] / row["n"]),
-                      shown(row["peak_bytes"] / row["n"]), shown(row["own_bytes"] and row["own_bytes"] / row["n"]),
-                      shown(allowed / row["n"])])
-    return markdown(["scene", "boxes", "peer", "bytes a box held", "at most", "by its own account",
-                     "150 + 16 a pair"], lines, [machine(rows)])
-
-
-def oversubscription(directory):
-    rows = read(directory, "oversubscription")
-    lines = [[row["method"], "%d" % row["threads"], shown(row["update_ms"]), shown(row["overlap_ms"]),
-              shown(row["total_ms"])] for row in rows]
-    return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
 
 
 def programs(directory):
@@ -174,130 +131,56 @@ def trace_peers(directory):
                      "nearest of ODE's spaces"], lines, [machine(rows)])
 
 
-def nearest_cells(rows, scene, threads):
-    """Our time, the nearest other library with its time, and the gain."""
-    mine = one(rows, scene=scene, peer="parallel-sap", threads=threads)
-    others = [peer for peer in values(rows, "peer") if peer in LIBRARIES]
-    found = [row for row in (one(rows, scene=scene, peer=peer, threads=threads) for peer in others) if row]
-    if not mine or not found:
-        return ["–"] * 3
-    near = min(found, key=lambda row: row["median_ms"])
-    return [shown(mine["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
-            shown(near["median_ms"] / mine["median_ms"], "×")]
+def nearest_of(rows, groups):
+    """Our time, the nearest other library with its time, and how many times faster ours is, for numbers of boxes and threads."""
+    lines = []
+    for scene in values(rows, "scene"):
+        line = [scene]
+        for n, threads in groups:
+            here = timed(rows, scene=scene, n=n, threads=threads)
+            ours = one(here, peer=OURS)
+            near = min((row for row in here if row["peer"] in LIBRARIES), key=lambda row: row["median_ms"], default=None)
+            line += [shown(ours["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
+                     shown(near["median_ms"] / ours["median_ms"], "×")] if ours and near else ["–"] * 3
+        lines.append(line)
+    heads = [head for n, threads in groups for head in (
+        "ours: %s boxes, %d thread%s" % (count(n), threads, "s" if threads > 1 else ""), "nearest library", "times faster")]
+    return markdown(["ms a frame"] + heads, lines, [machine(rows)])
 
 
 def nearest(directory):
-    """Ours against the nearest other library at 100,000 boxes, by scene and threads."""
-    rows = [row for row in timed(read(directory, "peers"), n=100000)]
-    lines = [[scene] + nearest_cells(rows, scene, 1) + nearest_cells(rows, scene, 2)
-             for scene in values(rows, "scene")]
-    return markdown(["100,000 boxes", "ours, 1 thread", "nearest library", "gain", "ours, 2 threads",
-                     "nearest", "gain"], lines, [machine(rows)])
-
-
-def rival_rows(directory, columns, at_rest_only):
-    """Milliseconds, a row for each scene, part that moves, size and number of threads."""
-    rows = read(directory, "rivals")
-    moves = {1: "all move", 0.01: "1 % moves", 0: "at rest"}
-    keys = sorted({(row["n"], -row["moving"], row["scene"], row["threads"]) for row in rows
-                   if not at_rest_only or row["moving"] < 1})
-    lines = []
-    for n, part, scene, threads in keys:
-        cells = [one(rows, n=n, moving=-part, scene=scene, threads=threads, peer=peer) for peer in columns]
-        # Of a pile's recording next to nothing moves.
-        what = scene if scene.startswith("pile") else "%s, %s" % (scene, moves[-part])
-        lines.append([what, count(n), "%d" % threads] + [shown(cell and cell["median_ms"]) for cell in cells])
-    return markdown(["ms", "boxes", "threads"] + list(columns), lines, [machine(rows)])
-
-
-def rivals(directory):
-    """Broad phases of engines. Those that keep pairs stand with ours that tells what began and ended."""
-    return rival_rows(directory, (OURS + ":begun-ended", OURS + ":notified-begun-ended", "physx-abp", "physx-pabp",
-                                  "physx-mbp", "physx-sap", "box3d", "bullet-dbvt", OURS, "jolt", "scalable-ccd",
-                                  "embree"), False)
-
-
-def rivals_asleep(directory):
-    """The same where pairs of boxes at rest are not due."""
-    return rival_rows(directory, (OURS + ":skip-asleep", OURS + ":skip-asleep-begun-ended",
-                                  OURS + ":notified-skip-asleep-begun-ended", "jolt-asleep"), True)
+    return nearest_of(read(directory, "peers"), ((100000, 1), (100000, 2)))
 
 
 def many_threads(directory):
-    """The same at 100,000 and 1,000,000 boxes on all cores of a large machine."""
     rows = read(directory, "nearest")
-    threads = rows[0]["threads"]
-    small, large = (list(timed(rows, n=n)) for n in (100000, 1000000))
-    lines = [[scene] + nearest_cells(small, scene, threads) + nearest_cells(large, scene, threads)
-             for scene in values(rows, "scene")]
-    return markdown(["%d threads" % threads, "ours, 100,000", "nearest library", "gain",
-                     "ours, 1,000,000", "nearest", "gain"], lines,
-                    ["100,000: " + machine(small) + "  ", "1,000,000: " + machine(large)])
+    return nearest_of(rows, ((100000, rows[0]["threads"]), (1000000, rows[0]["threads"])))
 
 
 def rest(directory):
     """Scenes of which little moves, on one thread."""
-    names = {"all-move": "all move", "some-move": "the same few move, all pairs reported",
-             "some-move-told": "the same few move, the space is told of the rest",
-             "none-move": "none moves, all pairs reported",
-             "none-move-told": "none moves, the space is told of the rest",
-             "others-move": "others move in every frame", "some-awake": "the others asleep, all pairs reported",
-             "skip-asleep": "the others asleep, pairs at rest left out",
-             "skip-asleep-told": "likewise, the space is told of the rest",
-             "skip-static": "the others static, pairs at rest left out",
-             "tolerance-0.2": "all move by a hundredth, tolerance a fifth of a box",
-             "tolerance-0.002": "likewise, tolerance a five-hundredth of a box",
-             "ground": "all move on a plane", "ground-culled": "likewise, the plane culled",
-             "bowl": "all move among 40 planes", "bowl-culled": "likewise, the planes culled"}
+    names = {"all-move": "all", "some-move": "the same few", "some-move-told": "the same few, notified",
+             "none-move": "none", "none-move-told": "none, notified", "others-move": "other few in each frame",
+             "some-awake": "the same few, others asleep", "skip-asleep": "the same few, asleep skipped",
+             "skip-asleep-told": "the same few, asleep skipped, notified", "skip-static": "the same few, static skipped",
+             "tolerance-0.2": "all by 0.01 boxes, tolerance 0.2", "tolerance-0.002": "all by 0.01 boxes, tolerance 0.002"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]
-    lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]),
-              shown(row["ratio"]), count(row["pairs"])] for row in rows]
-    return markdown(["what moves", "boxes", "moving", "ms a frame", "of all moving", "pairs reported"], lines,
+    lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]), shown(1 / row["ratio"], "×"),
+              count(row["pairs"])] for row in rows]
+    return markdown(["what moves", "boxes", "moving", "ms a frame", "times faster than all", "pairs reported"], lines,
                     [machine(rows)])
-
-
-def collide(directory):
-    """The whole dSpaceCollide with one GPU and on the processor, against ODE's two fastest spaces."""
-    rows = read(directory, "collide")
-    peers = (OURS + ":cuda", OURS, "dSweepAndPruneSpace", "dHashSpace")
-    lines = []
-    for n in sorted(set(values(rows, "n"))):
-        cells = [one(rows, n=n, peer=peer) for peer in peers]
-        theirs = [cell["median_ms"] for cell in cells[2:] if cell]
-        gain = theirs and cells[0] and min(theirs) / cells[0]["median_ms"]
-        lines.append([count(n)] + [shown(cell and cell["median_ms"]) for cell in cells] + [shown(gain or None, "×")])
-    return markdown(["boxes", "one GPU", "CPU, all threads", "dSweepAndPruneSpace", "dHashSpace", "gain of the GPU"],
-                    lines, [machine(rows)])
 
 
 def devices(directory):
     rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
     fixed = [on for on in values(rows, "on") if on != "auto"]
-    names = ["CPU" if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
+    names = ["CPU, %d threads" % rows[0]["threads"] if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
     table = []
     for n in values(rows, "n"):
         times = [one(rows, n=n, on=on)["median_ms"] for on in fixed]
         auto = one(rows, n=n, on="auto")["median_ms"]
         table.append([count(n)] + [shown(ms) for ms in times] + [shown(auto), shown(auto / min(times))])
-    return markdown(["boxes"] + names + ["Auto", "by the best"], table, [machine(rows)])
-
-
-def device_rivals(directory):
-    """One device: the sweep and cuBQL's trees, each builder at its best, host to host and the device's part of it."""
-    rows = read(directory, "device-rivals")
-    peers = [OURS] + [peer for peer in values(rows, "peer") if peer != OURS]
-    lines = []
-    for scene in values(rows, "scene"):
-        for n in values([row for row in rows if row["scene"] == scene], "n"):
-            cells = [min(timed(rows, scene=scene, n=n, peer=peer), key=lambda row: row["median_ms"], default=None)
-                     for peer in peers]
-            theirs = [cell["median_ms"] for cell in cells[1:] if cell]
-            gain = theirs and cells[0] and min(theirs) / cells[0]["median_ms"]
-            pairs = next(row["pairs"] for row in rows if row["scene"] == scene and row["n"] == n)
-            lines.append([scene, count(n), count(pairs)] +
-                         ["%s (%s)" % (shown(cell["median_ms"]), shown(cell["device_ms"])) if cell else "–"
-                          for cell in cells] + [shown(gain or None, "×")])
-    return markdown(["ms, host to host (device)", "boxes", "pairs"] + peers + ["gain"], lines, [machine(rows)])
+    return markdown(["ms a frame; boxes"] + names + ["Auto", "Auto / the least"], table, [machine(rows)])
 
 
 def step(directory):
@@ -319,21 +202,6 @@ def step(directory):
     return markdown(["boxes"] + heads, lines, ["\\* than dHashSpace, than dSweepAndPruneSpace. " + machine(rows)])
 
 
-def instructions(directory):
-    """What the sweep takes with each instruction set, whatever the processor."""
-    rows = read(directory, "instructions")
-    parts = [(part, n) for part in ("loops", "sweep") for n in values(rows, "n")]
-    lines = []
-    for processor, name in dict.fromkeys((row["processor"], row["set"]) for row in rows):
-        cells = {(row["part"], row["n"]): row["a_pair"] for row in rows
-                 if (row["processor"], row["set"]) == (processor, name)}
-        lines.append(["%s, %s" % (processor, name)] + [shown(cells[part]) for part in parts])
-    heads = ["%s, %s boxes" % ("inner loops" if part == "loops" else "whole sweep", count(n)) for part, n in parts]
-    row = rows[0]
-    return markdown(["instructions a pair"] + heads, lines,
-                    ["%s; commit %s, %s" % (row["compiler"], row["commit"], row["date"])])
-
-
 def interval(part, whole):
     """Scenes in 10,000 with the 95 % interval of Wilson."""
     z, share = 1.96, part / whole
@@ -343,8 +211,7 @@ def interval(part, whole):
 
 
 def stock_spaces(directory):
-    """How many scenes ODE's spaces get wrong, by tests/stock_spaces/campaign.cpp: the mean of a space's settings, which play
-    the same scenes."""
+    """How many scenes ODE's spaces get wrong, by tests/stock_spaces/campaign.cpp."""
     rows = read(directory, "rows")
     faulty = lambda *faults: [space for space in values(rows, "space") if any(
         row["space"] == space and any(row[fault] for fault in faults) for row in rows)]
@@ -354,10 +221,10 @@ def stock_spaces(directory):
     for scene in values(rows, "scene"):
         cells = []
         for space in spaces:
-            here = [row for row in rows if row["scene"] == scene and row["space"] == space]
-            said = [verb + " " + interval(sum(row["scenes_" + what] for row in here) / len(here), here[0]["scenes"]) for verb, what in (
+            row = next(row for row in rows if row["scene"] == scene and row["space"] == space)
+            said = [verb + " " + interval(row["scenes_" + what], row["scenes"]) for verb, what in (
                 ("misses", "missing"), ("invents", "inventing"), ("repeats", "repeating"), ("aborts", "aborting"))
-                if any(row["scenes_" + what] for row in here)]
+                if row["scenes_" + what]]
             cells.append(", ".join(said) or "exact")
         lines.append([scene] + cells)
     exact = ", ".join(space + (" (where it does not abort)" if space in aborting else "")
@@ -369,15 +236,12 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"),
-          "peers": (peers, "peers"), "distributions": (distributions, "peers"), "small": (small, "small"),
-          "scaling": (scaling, "scaling"), "memory": (memory, "memory"),
-          "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
-          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
-          "devices": (devices, "devices"), "device-rivals": (device_rivals, "device-rivals"),
-          "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
-          "rivals": (rivals, "rivals"), "rivals-asleep": (rivals_asleep, "rivals"),
-          "many-threads": (many_threads, "nearest"), "wrong-scenes": (stock_spaces, "rows")}
+TABLES = {"step": (step, "step"), "small": (small, "small"), "busy": (busy, "busy"), "programs": (programs, "programs"),
+          "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
+          "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
+          "wrong-scenes": (stock_spaces, "rows")}
+for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):
+    TABLES[study] = (lambda directory, study=study: by_peer(directory, study)), study
 
 
 def make(name, directory):

@@ -1,12 +1,10 @@
-// sweep-count SET WHAT BOXES FRAMES
+// sweep-count SET BOXES FRAMES
 //
-// For a tool that counts instructions (count.py): finds the pairs of a dense cube of boxes FRAMES
-// times, on one thread and with the instruction set SET. WHAT is `sweep`, all of the extraction by
-// a sweep that has seen no other frame, or `loops`, the inner loops alone, over cells that are
-// there. Prints the pairs of a frame; ends with 77 where the processor lacks the set.
+// For a tool that counts instructions (count.py): the inner loops of the sweep find the pairs of a
+// dense cube of boxes FRAMES times, on one thread and with the instruction set SET. Prints the
+// pairs of a frame; ends with 77 where the processor lacks the set.
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 
 #include "space/base/floating_point.h"
 #include "space/base/round_outward.h"
@@ -36,20 +34,8 @@ BoxSet denseCube(std::size_t n) {
   return set;
 }
 
-std::size_t sweepFrames(const BoxSet& boxes, int frames) {
-  std::size_t pairs = 0;
-  for (int frame = 0; frame < frames; ++frame) {
-    Sweep<float> sweep;
-    PairList list;
-    sweep.find(boxes, 1, list);
-    pairs = 0;
-    for (const Buffer<Pair>& part : list.parts) pairs += part.size();
-  }
-  return pairs;
-}
-
 // Boxes of one size are one tree: what is missing shows in the number of pairs.
-std::size_t loopFrames(const BoxSet& boxes, int frames) {
+std::size_t pairsOf(const BoxSet& boxes, int frames) {
   const ScopedMode mode(exactMode());
   Sweep<float> sweep;
   sweep.build(boxes, 1);
@@ -68,16 +54,13 @@ std::size_t loopFrames(const BoxSet& boxes, int frames) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5 || (std::strcmp(argv[2], "sweep") != 0 && std::strcmp(argv[2], "loops") != 0)) {
-    std::fprintf(stderr, "usage: %s SET sweep|loops BOXES FRAMES\n", argv[0]);
+  if (argc != 4) {
+    std::fprintf(stderr, "usage: %s SET BOXES FRAMES\n", argv[0]);
     return 2;
   }
   const KernelSet* const set = kernelSetNamed(argv[1]);
   if (!set) return 77;
   chooseKernelSet(*set);
-  const BoxSet boxes = denseCube(std::strtoul(argv[3], nullptr, 10));
-  const int frames = std::atoi(argv[4]);
-  const bool loops = std::strcmp(argv[2], "loops") == 0;
-  std::printf("%zu\n", loops ? loopFrames(boxes, frames) : sweepFrames(boxes, frames));
+  std::printf("%zu\n", pairsOf(denseCube(std::strtoul(argv[2], nullptr, 10)), std::atoi(argv[3])));
   return 0;
 }

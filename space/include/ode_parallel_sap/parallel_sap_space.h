@@ -5,39 +5,40 @@
  * Every function of ODE that takes a space takes this one. With all methods, back ends and threads:
  *
  * - Pairs: those of dSimpleSpace, each once. Two geoms are a pair if their bounding boxes (AABBs)
- *   overlap as closed intervals in dReal, at least one category/collide match exists, they are not
- *   both on one body, both AABBTest calls pass, both are enabled and neither is zero-sized. Only
- *   settings that are off by default leave out or add pairs.
+ *   overlap as closed intervals in dReal, a category bit of one is a collide bit of the other, they
+ *   are not both on one body, both AABBTest calls pass, both are enabled and neither is zero-sized.
+ *   Only settings that are off by default leave out or add pairs.
  * - Order: ascending by (earlier geom, later geom), counted by when each was last added to the
  *   space. The earlier geom is the callback's first argument. dSpaceCollide2 visits the geoms of
  *   this space in that order and keeps ODE's order of arguments.
- * - Callbacks run on the calling thread, with the space locked, and may collide any space. They may
- *   throw: the space is left unlocked. They may leave by longjmp: the space stays locked, as ODE's
- *   spaces do. Later pairs are right; events are from the next call that is no deeper on the stack.
+ * - Callbacks run on the calling thread, with the space locked, and may collide any space. A throw
+ *   leaves the space unlocked. A longjmp leaves it locked, as in ODE's spaces; the next call that
+ *   is no deeper on the stack finds events again. Pairs are right in all later calls.
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
- *   other bounds (infinite, inverted, denormal, huge) count as they are, in any floating-point
- * mode.
+ *   other bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point
+ *   mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
  * - Contacts that the library finds are dCollide's, bit for bit, in the order of the pairs, on any
  *   thread and with any build of ODE.
- * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice its time
- *   in a new space (allocations apart). If other programs hold the cores, it waits for them once.
+ * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
+ *   in a new space, allocations apart. With the default number of threads, a frame waits once for a
+ *   core that another program holds; then one thread does the rest.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
  *   the frame of a GPU that fails; one message and the statistics say so. Without memory for all
- *   pairs, the callback's changes count at once.
+ *   pairs, the callback's enabling and disabling takes effect at once.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
  * must not share heightfield data, to which ODE's collider writes. dlclose leaves the library in
  * memory, as OpenMP's threads outlive a collide.
  *
- * Errors: a wrong argument is an assertion, as in ODE: dDebug names the function. Fields may come
- * at the end of the structs of statistics, contact callbacks, rays and hits later; each call passes
- * their size. All other structs stay as they are. */
+ * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later versions
+ * may add fields at the end of the structs of statistics, contact callbacks, rays and hits; each
+ * call passes their size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 
@@ -67,7 +68,7 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
 /* Declares, to the end of the process, that a class of dCreateGeomClass has no AABBTest, to save
- * its calls. Any thread may call it. */
+ * time. Any thread may call it. */
 ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
@@ -99,9 +100,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
- * number (processor affinity, OMP_NUM_THREADS), or one thread while other programs make a team
- * slower. Small scenes use one, and so does a forked child whose parent had started threads. If the
- * system allows fewer at the first collide, these do the work, and dMessage says so once. */
+ * number (processor affinity, OMP_NUM_THREADS), or one thread while more threads are slower because
+ * other programs hold cores. Small scenes use one thread. So does a forked child whose parent had
+ * started threads. If the system allows fewer at the first collide, dMessage says so once. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -165,7 +166,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  * with these flags, or those of the flags callback, and reports the contacts. `data` goes to all
  * callbacks. None may change a geom: all pairs are collided before the first report. Without memory
  * for all contacts, pairs are collided one by one, and flags and reduce callbacks may be called
- * again. Flags for no contact need a flags callback.
+ * again. `flags` must ask for 1 contact or more, unless there is a flags callback.
  *
  * The calling thread needs ODE's data, as for dCollide (dAllocateODEDataForThread); others allocate
  * theirs, and free them at the end with dSpaceSetManualCleanup. Which thread collides:
@@ -177,9 +178,9 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  *   program must not collide meanwhile.
  * - The calling one, alone: geom transforms, user classes, meshes of GIMPACT or with callbacks or
  *   temporal coherence, heightfields with callbacks, meshes with heightfields if the above is 1,
- *   dSetColliderOverride's colliders for pairs that need an image, and dParallelSAPOnCallingThread.
- *   Other overrides need this flag if they are not safe on any thread, or find contacts of boxes
- *   that are apart: dCollide is not called for most boxes that ODE would find apart. */
+ *   colliders of dSetColliderOverride if the pair needs an image, and dParallelSAPOnCallingThread.
+ *   Other such colliders run on any thread, and not for most boxes that ODE would find apart. If
+ *   that is wrong for one, its pairs need this flag. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
@@ -190,7 +191,7 @@ typedef struct dParallelSAPPair {
 } dParallelSAPPair;
 
 /* A block of the frame's pairs, in their order: `first` is the place of pairs[0] in the frame.
- * `count` is 1 or more. All blocks but the last have the same size. They last until it returns. */
+ * `count` is 1 or more, the same for all blocks but the last. `pairs` last until it returns. */
 typedef void dParallelSAPPairsCallback(void* data, const dParallelSAPPair* pairs, size_t count,
                                        size_t first);
 
@@ -214,16 +215,16 @@ typedef struct dParallelSAPRay {
   dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
   dReal length;                /* 0 or more */
   unsigned long category_bits; /* as dGeomSetCategoryBits. If both are 0, the ray has all bits */
-  unsigned long collide_bits;  /* as dGeomSetCollideBits. */
+  unsigned long collide_bits;  /* as dGeomSetCollideBits */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
 typedef struct dParallelSAPRayHit {
   dGeomID geom;    /* 0: the ray hits nothing */
-  dReal distance;  /* from the origin: the contact's depth */
-  dVector3 pos;    /* the contact's, from dCollide (ray, geom, ...) */
-  dVector3 normal; /* likewise */
-  int side;        /* likewise, the geom's side: a mesh's triangle, or -1 */
+  dReal distance;  /* from the origin: the depth of the contact of dCollide (ray, geom, ...) */
+  dVector3 pos;    /* of this contact */
+  dVector3 normal; /* of this contact */
+  int side;        /* of the geom in this contact (side2): a mesh's triangle, or -1 */
 } dParallelSAPRayHit;
 
 /* In the flags, as dGeomRaySetFirstContact, dGeomRaySetBackfaceCull and dGeomRaySetClosestHit, for
@@ -234,11 +235,11 @@ enum {
   dParallelSAPRayClosestHit = 0x40000
 };
 
-/* Batches of rays. Writes the nearest hit of rays[i] to nearest[i], and returns how many rays hit
- * something. The hits are, bit for bit, those of dSpaceCollide2 with a ray, with ClosestHit, and a
- * near callback that keeps dCollide's nearest contact, in sub-spaces too. Settings for pairs have
- * no effect. A ray hits nothing if its origin or direction is not finite, its direction 0, or its
- * length negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
+/* Writes the nearest hit of rays[i] to nearest[i], and returns the number of rays with a hit. A hit
+ * is, bit for bit, the nearest contact that dCollide finds, with ClosestHit, of the geoms that
+ * dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A ray
+ * hits nothing if its origin or direction is not finite, its direction 0, or its length negative or
+ * NaN. The space keeps trees over the geoms while rays come, if memory allows.
  *
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
  * boxes, capsules and cylinders may run on any thread.
@@ -250,7 +251,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParalle
                                                   size_t count, int flags,
                                                   dParallelSAPRayHit* nearest);
 
-/* Gets all hits of rays[ray], the nearest first. It may do what a near callback may do. */
+/* Gets rays[ray]'s hits while it runs, the nearest first. It may do what near callbacks may. */
 typedef void dParallelSAPRayCallback(void* data, size_t ray, const dParallelSAPRayHit* hits,
                                      size_t count);
 
@@ -264,7 +265,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
  * pairs began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
  * known before the first report, and stay until the next collide finds its pairs. A collide within
- * a callback of this space, or without memory for them, has none: a later one has them. */
+ * a callback of this space, or without memory, has none: a later one reports its changes. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
@@ -285,18 +286,17 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
 
-/* The numbers of all pairs of the last collide, by place; none without events. Any thread reads. */
+/* Likewise the numbers of all pairs of the last collide, by place. Many threads may read them. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
 
-/* Finds a pair of the last collide, given in any order: 1 and *number, or 0. Many threads may ask.
- */
+/* Finds a pair of the last collide, in any order: 1 and *number, or 0. Many threads may ask. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2,
                                                    unsigned* number);
 
-/* Nonzero: two geoms without a body (Static), or geoms with at least one body, all of whose bodies
- * are disabled (Asleep), are no pair, but in dSpaceCollide2. Default: 0, as in ODE. A body that is
- * enabled in any way has its pairs in the next collide. Sub-spaces count as neither. */
+/* Nonzero: pairs at rest are left out, except in dSpaceCollide2. A static pair has no body. A pair
+ * asleep has one body or two, all disabled. A body that is enabled in any way has its pairs in the
+ * next collide. Default: 0, as in ODE. Pairs of sub-spaces are never at rest. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipStatic(dSpaceID space, int skip);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipStatic(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSkipAsleep(dSpaceID space, int skip);
@@ -315,9 +315,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
  * in callbacks, and for geoms from many threads at once while nothing else uses the space. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
-/* A length, 0 or more, finite: boxes so far apart on each axis may be a pair, but in
- * dSpaceCollide2. No overlap is missed. Default: 0. It helps if geoms move by less than a fifth
- * of it. Which extra pairs come depends on earlier frames; the same calls give the same pairs. */
+/* A length, 0 or more, finite: AABBs up to this far apart on each axis may be a pair, except in
+ * dSpaceCollide2. No overlap is missed. Default: 0. It saves time if geoms move by less than a
+ * fifth of it a frame and lie within 2^18 of it. Extra pairs depend on earlier frames, not runs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
@@ -351,19 +351,19 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
-/* The number of warnings so far. Writes a line for each to `text`, with what was seen and what
- * helps; each ends with '\n'. The text is 0-terminated and cut off at `size`, which may be 0. */
+/* Returns how many regimes were seen since warnings are on. Writes a line for each to `text`, with
+ * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 
-/* The last collide, dSpaceCollide2 apart. Times are wall-clock milliseconds, 0 if unused. */
+/* The last collide, dSpaceCollide2 apart. Times are wall-clock milliseconds, 0 if not taken. */
 typedef struct dParallelSAPStats {
-  unsigned long long frames;          /* such calls on this space so far */
+  unsigned long long frames;          /* such collides since the space was created */
   size_t geoms;                       /* geoms in the space */
   size_t moved;                       /* geoms whose AABB was brought up to date */
   size_t disabled;                    /* left out: disabled, zero-sized, empty, skipped as static */
   size_t invalid;                     /* geoms left out: a NaN bound */
   size_t unbounded;                   /* geoms with an infinite or inverted AABB */
-  unsigned long long candidates;      /* pairs that were found in this frame, before the filter */
+  unsigned long long candidates;      /* pairs found in this frame, before the filter */
   unsigned long long pairs;           /* pairs reported to the callback, or collided for contacts */
   unsigned long long contacts;        /* contacts reported to the contact callback */
   int backend;                        /* dParallelSAPBackendCPU or dParallelSAPBackendCUDA */
@@ -378,21 +378,21 @@ typedef struct dParallelSAPStats {
   double report_ms;                   /* the callbacks, with all that they did */
   double total_ms;                    /* the whole call */
   size_t memory_bytes;                /* of the space's own structures, the geoms apart */
-  unsigned long long kept;            /* from an earlier frame; 0 if bits above the 32nd differ */
+  unsigned long long kept;            /* pairs kept from the last frame, when little changed */
   double events_ms;                   /* which pairs began and ended */
   unsigned long long apart;           /* pairs certainly apart, without dCollide */
   int find_threads;                   /* threads used by the widest stage that finds pairs */
   int narrow_threads;                 /* threads that found contacts */
-  unsigned long long candidates_kept; /* pairs of fat boxes, from an earlier frame */
+  unsigned long long candidates_kept; /* pairs of boxes with a margin, kept from earlier frames */
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. In scenes of up to 120 geoms one frame in
  * sixteen is timed, from the first call on. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
-/* With the sizes of the program's structs; macros call these. Unknown fields of the statistics
- * become 0, unknown callbacks and other sizes of rays and hits are an error. The functions without
- * size, for dlsym and older programs, know version 0.1's. */
+/* The macros below call these with the sizes of the program's structs. Fields of the statistics
+ * that the library does not know become 0; unknown callbacks and other sizes of rays and hits are
+ * an error. Functions without size, for dlsym and older programs, take version 0.1's structs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
 /* Likewise. */

@@ -4,7 +4,6 @@
 
 #include "../peer.h"
 #include "../round_to_float.h"
-#include "../stopwatch.h"
 #include "box3d_world.h"
 #include "moved_boxes.h"
 
@@ -65,12 +64,9 @@ class Box3dPeer : public Peer {
 };
 
 const AddPeers added([](std::vector<PeerKind>& kinds) {
-  int version[3];
-  benchBox3dVersion(version);
   PeerKind kind;
   kind.name = "box3d";
-  kind.library = "Box3D " + std::to_string(version[0]) + "." + std::to_string(version[1]) + "." +
-                 std::to_string(version[2]) + ", float";
+  kind.library = "Box3D, float";
   kind.takes_threads = true;
   kind.superset = "boxes enlarged by a margin";
   kind.create = [](int threads) { return std::make_unique<Box3dPeer>(threads); };

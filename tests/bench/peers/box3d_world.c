@@ -116,10 +116,3 @@ void benchBox3dVisit(const BenchBox3d* self, void (*visitor)(void*, int, int), v
     visitor(data, self->numbers[contact->shapeIdA], self->numbers[contact->shapeIdB]);
   }
 }
-
-void benchBox3dVersion(int version[3]) {
-  const b3Version is = b3GetVersion();
-  version[0] = is.major;
-  version[1] = is.minor;
-  version[2] = is.revision;
-}

@@ -26,9 +26,6 @@ int benchBox3dUpdate(BenchBox3d* world, const BenchBox3dBounds* boxes, const int
 // The numbers of the boxes of each contact.
 void benchBox3dVisit(const BenchBox3d* world, void (*visitor)(void*, int, int), void* data);
 
-// "0.1.0".
-void benchBox3dVersion(int version[3]);
-
 #ifdef __cplusplus
 }
 #endif

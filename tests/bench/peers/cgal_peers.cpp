@@ -5,11 +5,6 @@
 
 #include "../peer.h"
 
-#ifdef BENCH_TBB
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/task_arena.h>
-#endif
-
 namespace bench {
 namespace {
 
@@ -36,11 +31,12 @@ class NumberedBox {
   unsigned number_;
 };
 
-template <class Tag, class Callback>
+template <class Callback>
 void intersect(std::vector<NumberedBox>& boxes, const Callback& callback) {
   using Traits = CGAL::Box_intersection_d::Box_traits_d<NumberedBox>;
-  CGAL::box_self_intersection_d<Tag>(boxes.begin(), boxes.end(), callback, Traits(),
-                                     std::ptrdiff_t(10), CGAL::Box_intersection_d::CLOSED);
+  CGAL::box_self_intersection_d<CGAL::Sequential_tag>(boxes.begin(), boxes.end(), callback,
+                                                      Traits(), std::ptrdiff_t(10),
+                                                      CGAL::Box_intersection_d::CLOSED);
 }
 
 class CgalPeer : public Peer {
@@ -55,68 +51,17 @@ class CgalPeer : public Peer {
 
   std::size_t find() override {
     std::size_t pairs = 0;
-    intersect<CGAL::Sequential_tag>(boxes_,
-                                    [&](const NumberedBox&, const NumberedBox&) { ++pairs; });
+    intersect(boxes_, [&](const NumberedBox&, const NumberedBox&) { ++pairs; });
     return pairs;
   }
 
   void visit(const PairVisitor& visitor) override {
-    intersect<CGAL::Sequential_tag>(
-        boxes_, [&](const NumberedBox& a, const NumberedBox& b) { visitor(a.id(), b.id()); });
-  }
-
- protected:
-  std::vector<NumberedBox> boxes_;
-};
-
-#ifdef BENCH_TBB
-// A counter for each thread, on a cache line of its own: an atomic one would cost more than the
-// search.
-struct alignas(64) Counter {
-  std::size_t value = 0;
-};
-
-class CgalParallelPeer : public CgalPeer {
- public:
-  explicit CgalParallelPeer(int threads)
-      : limit_(oneapi::tbb::global_control::max_allowed_parallelism,
-               static_cast<std::size_t>(threads)),
-        arena_(threads),
-        counters_(static_cast<std::size_t>(threads)) {}
-
-  std::size_t find() override {
-    for (Counter& counter : counters_) counter.value = 0;
-    arena_.execute([&] {
-      intersect<CGAL::Parallel_tag>(boxes_, [&](const NumberedBox&, const NumberedBox&) {
-        ++counters_[threadNumber()].value;
-      });
-    });
-    std::size_t pairs = 0;
-    for (const Counter& counter : counters_) pairs += counter.value;
-    return pairs;
-  }
-
-  void visit(const PairVisitor& visitor) override {
-    std::vector<std::vector<std::pair<std::size_t, std::size_t>>> found(counters_.size());
-    arena_.execute([&] {
-      intersect<CGAL::Parallel_tag>(boxes_, [&](const NumberedBox& a, const NumberedBox& b) {
-        found[threadNumber()].emplace_back(a.id(), b.id());
-      });
-    });
-    for (const auto& part : found)
-      for (const auto& [a, b] : part) visitor(a, b);
+    intersect(boxes_, [&](const NumberedBox& a, const NumberedBox& b) { visitor(a.id(), b.id()); });
   }
 
  private:
-  static std::size_t threadNumber() {
-    return static_cast<std::size_t>(oneapi::tbb::this_task_arena::current_thread_index());
-  }
-
-  oneapi::tbb::global_control limit_;
-  oneapi::tbb::task_arena arena_;
-  std::vector<Counter> counters_;
+  std::vector<NumberedBox> boxes_;
 };
-#endif
 
 const AddPeers added([](std::vector<PeerKind>& kinds) {
   PeerKind kind;
@@ -124,12 +69,6 @@ const AddPeers added([](std::vector<PeerKind>& kinds) {
   kind.library = "CGAL " CGAL_VERSION_STR;
   kind.create = [](int) { return std::make_unique<CgalPeer>(); };
   kinds.push_back(kind);
-#ifdef BENCH_TBB
-  kind.name = "cgal-parallel";
-  kind.takes_threads = true;
-  kind.create = [](int threads) { return std::make_unique<CgalParallelPeer>(threads); };
-  kinds.push_back(kind);
-#endif
 });
 
 }  // namespace

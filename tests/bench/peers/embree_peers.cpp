@@ -5,78 +5,21 @@
 
 #include <atomic>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 
 #include "../peer.h"
 #include "../round_to_float.h"
-#include "../stopwatch.h"
 
 namespace bench {
 namespace {
 
-RTCDevice newEmbreeDevice(int threads) {
-  const RTCDevice device = rtcNewDevice(("threads=" + std::to_string(threads)).c_str());
-  if (!device) throw std::runtime_error("Embree: no device");
-  return device;
+// rtcCollide calls these on several threads at once, each time with up to some dozen collisions. A
+// pair comes in one order or both; the other order and a box with itself are dropped.
+void countCollisions(void* pairs, RTCCollision* collisions, unsigned count) {
+  std::size_t found = 0;
+  for (unsigned i = 0; i < count; ++i) found += collisions[i].primID0 < collisions[i].primID1;
+  static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(found, std::memory_order_relaxed);
 }
-
-class EmbreeScene {
- public:
-  EmbreeScene() = default;
-  ~EmbreeScene() {
-    if (scene_) rtcReleaseScene(scene_);
-    if (geometry_) rtcReleaseGeometry(geometry_);
-  }
-  EmbreeScene(const EmbreeScene&) = delete;
-  EmbreeScene& operator=(const EmbreeScene&) = delete;
-
-  void resize(std::size_t boxes) { bounds_.resize(boxes); }
-  // Before build() or rebuild().
-  void set(std::size_t box, int axis, double lower, double upper) {
-    (&bounds_[box].lower_x)[axis] = floatBelow(lower);
-    (&bounds_[box].upper_x)[axis] = floatAbove(upper);
-  }
-
-  void build(RTCDevice device, RTCBuildQuality quality) {
-    scene_ = rtcNewScene(device);
-    rtcSetSceneBuildQuality(scene_, quality);
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
-    geometry_ = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryBuildQuality(geometry_, quality);
-    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(bounds_.size()));
-    rtcSetGeometryUserData(geometry_, bounds_.data());
-    rtcSetGeometryBoundsFunction(geometry_, boundsOf, nullptr);
-    rtcCommitGeometry(geometry_);
-    rtcAttachGeometry(scene_, geometry_);
-    rtcCommitScene(scene_);
-  }
-  RTCScene rebuild() {
-    rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
-    rtcCommitGeometry(geometry_);
-    rtcCommitScene(scene_);
-    return scene_;
-  }
-
-  // A function for rtcCollide of a scene with itself, which several threads call at once, each time
-  // with up to some dozen collisions: adds to a std::atomic<std::size_t>. A pair comes in one order
-  // or both; the other order and a box with itself are dropped by their numbers.
-  static void countWithin(void* pairs, RTCCollision* collisions, unsigned count) {
-    std::size_t found = 0;
-    for (unsigned i = 0; i < count; ++i) found += collisions[i].primID0 < collisions[i].primID1;
-    static_cast<std::atomic<std::size_t>*>(pairs)->fetch_add(found, std::memory_order_relaxed);
-  }
-
- private:
-  static void boundsOf(const RTCBoundsFunctionArguments* arguments) {
-    const auto* bounds = static_cast<const RTCBounds*>(arguments->geometryUserPtr);
-    *arguments->bounds_o = bounds[arguments->primID];
-  }
-
-  RTCScene scene_ = nullptr;
-  RTCGeometry geometry_ = nullptr;
-  std::vector<RTCBounds> bounds_;
-};
 
 struct Teller {
   std::mutex mutex;
@@ -91,66 +34,90 @@ void tellCollisions(void* data, RTCCollision* collisions, unsigned count) {
       (*teller.visitor)(collisions[i].primID0, collisions[i].primID1);
 }
 
-class EmbreePeer : public TwoStepPeer {
+void boundsOf(const RTCBoundsFunctionArguments* arguments) {
+  const auto* bounds = static_cast<const RTCBounds*>(arguments->geometryUserPtr);
+  *arguments->bounds_o = bounds[arguments->primID];
+}
+
+class EmbreePeer : public Peer {
  public:
   EmbreePeer(int threads, RTCBuildQuality quality)
-      : quality_(quality), device_(newEmbreeDevice(threads)) {}
+      : quality_(quality), device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
+    if (!device_) throw std::runtime_error("Embree: no device");
+  }
   ~EmbreePeer() override {
-    scene_.reset();
+    if (scene_) rtcReleaseScene(scene_);
+    if (geometry_) rtcReleaseGeometry(geometry_);
     rtcReleaseDevice(device_);
   }
 
   void create(const Boxes& boxes) override {
-    scene_.emplace();
-    scene_->resize(boxes.size());
+    bounds_.resize(boxes.size());
     move(boxes);
   }
 
-  void enter() override { scene_->build(device_, quality_); }
+  void enter() override {
+    scene_ = rtcNewScene(device_);
+    rtcSetSceneBuildQuality(scene_, quality_);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
+    geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryBuildQuality(geometry_, quality_);
+    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(bounds_.size()));
+    rtcSetGeometryUserData(geometry_, bounds_.data());
+    rtcSetGeometryBoundsFunction(geometry_, boundsOf, nullptr);
+    rtcCommitGeometry(geometry_);
+    rtcAttachGeometry(scene_, geometry_);
+    rtcCommitScene(scene_);
+  }
 
   void move(const Boxes& boxes) override {
     for (std::size_t i = 0; i < boxes.size(); ++i)
-      for (int axis = 0; axis < 3; ++axis)
-        scene_->set(i, axis, boxes[i].low(axis), boxes[i].high(axis));
+      for (int axis = 0; axis < 3; ++axis) {
+        (&bounds_[i].lower_x)[axis] = floatBelow(boxes[i].low(axis));
+        (&bounds_[i].upper_x)[axis] = floatAbove(boxes[i].high(axis));
+      }
   }
 
   std::size_t find() override {
-    const Stopwatch clock;
-    const RTCScene scene = scene_->rebuild();
-    update_ms_ = clock.milliseconds();
     std::atomic<std::size_t> pairs{0};
-    rtcCollide(scene, scene, EmbreeScene::countWithin, &pairs);
-    extract_ms_ = clock.milliseconds() - update_ms_;
+    collide(countCollisions, &pairs);
     return pairs;
   }
 
   void visit(const PairVisitor& visitor) override {
-    const RTCScene scene = scene_->rebuild();
     Teller teller{{}, &visitor};
-    rtcCollide(scene, scene, tellCollisions, &teller);
+    collide(tellCollisions, &teller);
   }
 
  private:
+  void collide(RTCCollideFunc report, void* data) {
+    rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);
+    rtcCommitGeometry(geometry_);
+    rtcCommitScene(scene_);
+    rtcCollide(scene_, scene_, report, data);
+  }
+
   const RTCBuildQuality quality_;
-  RTCDevice device_;
-  std::optional<EmbreeScene> scene_;
+  const RTCDevice device_;
+  RTCScene scene_ = nullptr;
+  RTCGeometry geometry_ = nullptr;
+  std::vector<RTCBounds> bounds_;
 };
 
-const AddPeers added([](std::vector<PeerKind>& kinds) {
+template <RTCBuildQuality quality>
+PeerKind kind(const char* name) {
   PeerKind kind;
-  kind.name = "embree";
+  kind.name = name;
   kind.library = "Embree " RTC_VERSION_STRING;
   kind.takes_threads = true;
   kind.superset = "float bounds";
-  kind.create = [](int threads) {
-    return std::make_unique<EmbreePeer>(threads, RTC_BUILD_QUALITY_LOW);
-  };
-  kinds.push_back(kind);
-  kind.name = "embree-default";
-  kind.create = [](int threads) {
-    return std::make_unique<EmbreePeer>(threads, RTC_BUILD_QUALITY_MEDIUM);
-  };
-  kinds.push_back(kind);
+  kind.create = [](int threads) { return std::make_unique<EmbreePeer>(threads, quality); };
+  return kind;
+}
+
+const AddPeers added([](std::vector<PeerKind>& kinds) {
+  kinds.push_back(kind<RTC_BUILD_QUALITY_LOW>("embree"));
+  kinds.push_back(kind<RTC_BUILD_QUALITY_MEDIUM>("embree-default"));
 });
 
 }  // namespace

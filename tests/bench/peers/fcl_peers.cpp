@@ -1,11 +1,9 @@
-// FCL's collision managers, in double precision. They keep their structure from frame to frame.
-#include <fcl/broadphase/broadphase_SaP.h>
+// FCL's tree, in double precision. It keeps its structure from frame to frame.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/config.h>
 #include <fcl/geometry/shape/box.h>
 
 #include "../peer.h"
-#include "../stopwatch.h"
 
 namespace bench {
 namespace {
@@ -24,8 +22,7 @@ bool tell(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data) {
   return false;
 }
 
-template <class Manager>
-class FclPeer : public TwoStepPeer {
+class FclPeer : public Peer {
  public:
   void create(const Boxes& boxes) override {
     for (const CentredBox& box : boxes) {
@@ -58,11 +55,8 @@ class FclPeer : public TwoStepPeer {
 
   std::size_t find() override {
     std::size_t pairs = 0;
-    const Stopwatch clock;
     update();
-    update_ms_ = clock.milliseconds();
     manager_.collide(&pairs, count);
-    extract_ms_ = clock.milliseconds() - update_ms_;
     return pairs;
   }
 
@@ -80,23 +74,16 @@ class FclPeer : public TwoStepPeer {
   std::vector<std::shared_ptr<fcl::Boxd>> shapes_;
   std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
   std::vector<fcl::CollisionObjectd*> pointers_;
-  Manager manager_;
+  fcl::DynamicAABBTreeCollisionManagerd manager_;
 };
 
-template <class Manager>
-PeerKind kind(const char* name, std::size_t most) {
-  PeerKind kind;
-  kind.name = name;
-  kind.library = "FCL " FCL_VERSION;
-  kind.most = most;
-  kind.create = [](int) { return std::make_unique<FclPeer<Manager>>(); };
-  return kind;
-}
-
 const AddPeers added([](std::vector<PeerKind>& kinds) {
-  kinds.push_back(kind<fcl::DynamicAABBTreeCollisionManagerd>("fcl-tree", 2000000));
-  // Entering objects takes quadratic time with a large factor: minutes for 20,000 in a heap.
-  kinds.push_back(kind<fcl::SaPCollisionManagerd>("fcl-sap", 5000));
+  PeerKind kind;
+  kind.name = "fcl-tree";
+  kind.library = "FCL " FCL_VERSION;
+  kind.most = 2000000;
+  kind.create = [](int) { return std::make_unique<FclPeer>(); };
+  kinds.push_back(kind);
 });
 
 }  // namespace

@@ -10,22 +10,9 @@
 namespace bench {
 namespace {
 
-const char* nameOfMethod(int method) {
-  switch (method) {
-    case dParallelSAPMethodSweep:
-      return "sweep";
-    case dParallelSAPMethodBruteForce:
-      return "brute-force";
-    case dParallelSAPMethodAxisLists:
-      return "axis-lists";
-    default:
-      return "auto";
-  }
-}
-
-// How the pairs are handed over, and whether which of them began and ended is told too. `events` is
-// for a program that keeps what it wants of each pair: those that began and ended are all it gets.
-enum class Report { pairs, blocks, concurrent_blocks, pairs_and_events, events };
+// How the pairs are handed over. `events` is for a program that keeps what it wants of each pair:
+// those that began and ended are all it gets.
+enum class Report { pairs, blocks, concurrent_blocks, events };
 
 struct Choice {
   const char* name;
@@ -40,8 +27,6 @@ constexpr Choice choices[] = {
     {"parallel-sap:blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::blocks},
     {"parallel-sap:concurrent-blocks", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
      Report::concurrent_blocks},
-    {"parallel-sap:events", dParallelSAPBackendCPU, dParallelSAPMethodAuto,
-     Report::pairs_and_events},
     {"parallel-sap:begun-ended", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::events},
     {"parallel-sap:skip-asleep", dParallelSAPBackendCPU, dParallelSAPMethodAuto, Report::pairs,
      true},
@@ -51,14 +36,11 @@ constexpr Choice choices[] = {
      Report::events, false, true},
     {"parallel-sap:notified-skip-asleep-begun-ended", dParallelSAPBackendCPU,
      dParallelSAPMethodAuto, Report::events, true, true},
-    {"parallel-sap:auto", dParallelSAPBackendAuto, dParallelSAPMethodAuto},
-    {"parallel-sap:sweep", dParallelSAPBackendCPU, dParallelSAPMethodSweep},
     {"parallel-sap:brute-force", dParallelSAPBackendCPU, dParallelSAPMethodBruteForce},
     {"parallel-sap:axis-lists", dParallelSAPBackendCPU, dParallelSAPMethodAxisLists},
     {"parallel-sap:cuda", dParallelSAPBackendCUDA, dParallelSAPMethodAuto},
     {"parallel-sap:cuda-concurrent-blocks", dParallelSAPBackendCUDA, dParallelSAPMethodAuto,
      Report::concurrent_blocks},
-    {"parallel-sap:cuda-brute-force", dParallelSAPBackendCUDA, dParallelSAPMethodBruteForce},
     {"parallel-sap:cuda-axis-lists", dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists},
 };
 
@@ -85,8 +67,7 @@ class ParallelSapPeer : public OdeSpacePeer {
       return nullptr;
     }
     dParallelSAPSpaceSetNumThreads(space, threads_);
-    dParallelSAPSpaceSetEvents(
-        space, choice_.report == Report::pairs_and_events || choice_.report == Report::events);
+    dParallelSAPSpaceSetEvents(space, choice_.report == Report::events);
     dParallelSAPSpaceSetSkipAsleep(space, choice_.sleeps);
     dParallelSAPSpaceSetNotified(space, choice_.notified);
     return space;
@@ -121,8 +102,6 @@ class ParallelSapPeer : public OdeSpacePeer {
     account.stages = {stats.update_ms, stats.synchronise_ms, stats.extract_ms, stats.filter_ms,
                       stats.report_ms};
     account.own_bytes = static_cast<double>(stats.memory_bytes);
-    account.method = nameOfMethod(stats.method);
-    account.backend = stats.backend == dParallelSAPBackendCUDA ? "cuda" : "cpu";
     account.threads = stats.threads;
     account.devices = stats.devices;
     return account;
@@ -160,20 +139,12 @@ class ParallelSapPeer : public OdeSpacePeer {
   KnownPairs known_;
 };
 
-// Quadratic in time; the lists of one axis are quadratic in memory.
-std::size_t mostBoxes(int method) {
-  if (method == dParallelSAPMethodBruteForce) return 200000;
-  if (method == dParallelSAPMethodAxisLists) return 50000;
-  return std::numeric_limits<std::size_t>::max();
-}
-
 const AddPeers added([](std::vector<PeerKind>& kinds) {
   for (const Choice& choice : choices) {
     PeerKind kind;
     kind.name = choice.name;
     kind.library = std::string("ode-parallel-sap " BENCH_PROJECT_VERSION " on ") + odeVersion();
     kind.takes_threads = kind.chooses_threads = true;
-    kind.most = mostBoxes(choice.method);
     kind.leaves_out_rest = choice.sleeps;
     kind.create = [choice](int threads) -> std::unique_ptr<Peer> {
       auto peer = std::make_unique<ParallelSapPeer>(choice, threads);

@@ -7,7 +7,6 @@
 
 #include "../peer.h"
 #include "../round_to_float.h"
-#include "extensions/PxBroadPhaseExt.h"
 #include "extensions/PxDefaultAllocator.h"
 #include "extensions/PxDefaultCpuDispatcher.h"
 #include "foundation/PxErrorCallback.h"
@@ -77,10 +76,7 @@ class PhysXPeer : public Peer {
     tasks_.reset(PxTaskManager::createTaskManager(errors(), dispatcher_.get()));
   }
 
-  void create(const Boxes& boxes) override {
-    extent_ = extentOf(boxes);
-    boxes_.create(boxes);
-  }
+  void create(const Boxes& boxes) override { boxes_.create(boxes); }
 
   void enter() override {
     const PxU32 count = static_cast<PxU32>(boxes_.size());
@@ -90,7 +86,6 @@ class PhysXPeer : public Peer {
       all_.push_back(i);
     }
     distances_.assign(count + 1, 0);
-    if (type_ == PxBroadPhaseType::eMBP) addRegions();
     update(all_, {});
   }
 
@@ -115,21 +110,6 @@ class PhysXPeer : public Peer {
 
  private:
   using Handles = std::vector<Bp::ShapeHandle>;
-
-  // Its reference begins with 4 x 4 regions; 256 are the most.
-  void addRegions() {
-    PxBounds3 world;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double room = (extent_.high[axis] - extent_.low[axis]) / 4 + 1;
-      world.minimum[static_cast<unsigned>(axis)] = static_cast<float>(extent_.low[axis] - room);
-      world.maximum[static_cast<unsigned>(axis)] = static_cast<float>(extent_.high[axis] + room);
-    }
-    const PxU32 along_an_axis = boxes_.size() > 20000 ? 16 : 4;
-    std::vector<PxBounds3> regions(along_an_axis * along_an_axis);
-    PxBroadPhaseExt::createRegionsFromWorldBounds(regions.data(), world, along_an_axis, 1);
-    for (const PxBounds3& bounds : regions)
-      broad_phase_->addRegion({bounds, nullptr}, false, boxes_.bounds().data(), distances_.data());
-  }
 
   void update(const Handles& created, const Handles& moved) {
     const Bp::BroadPhaseUpdateData data(created.data(), static_cast<PxU32>(created.size()),
@@ -177,7 +157,6 @@ class PhysXPeer : public Peer {
   std::vector<Bp::FilterGroup::Enum> groups_;
   std::vector<float> distances_;
   Handles all_;
-  Extent extent_;
   std::size_t pairs_ = 0;
   bool has_results_ = false;
   KnownPairs known_;
@@ -191,7 +170,6 @@ struct Choice {
 const AddPeers added([](std::vector<PeerKind>& kinds) {
   constexpr Choice choices[] = {{"physx-abp", PxBroadPhaseType::eABP},
                                 {"physx-pabp", PxBroadPhaseType::ePABP},
-                                {"physx-mbp", PxBroadPhaseType::eMBP},
                                 {"physx-sap", PxBroadPhaseType::eSAP}};
   for (const Choice& choice : choices) {
     PeerKind kind;

@@ -1,0 +1,61 @@
+#include "space/geoms/coarse_boxes.h"
+
+#include <algorithm>
+
+#include "space/base/floating_point.h"
+#include "space/base/round_outward.h"
+#include "space/geoms/pair_rule.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+// A random number for each slot, the same in every frame.
+std::uint32_t randomOf(Slot slot) {
+  std::uint32_t bits = slot * 0x9e3779b9u;
+  bits = (bits ^ bits >> 16) * 0x85ebca6bu;
+  bits = (bits ^ bits >> 13) * 0xc2b2ae35u;
+  return bits ^ bits >> 16;
+}
+
+bool floatsOverlap(const Box& a, const Box& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(a.lower[axis] <= b.upper[axis] && b.lower[axis] <= a.upper[axis])) return false;
+  return true;
+}
+
+}  // namespace
+
+// In the order of their lower bounds on the first axis.
+void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse) {
+  const double share =
+      std::min(1.0, static_cast<double>(most_sampled) / static_cast<double>(coarse));
+  const auto limit = static_cast<std::uint32_t>(share * 0xffffffffu);
+  sample_.clear();
+  for (std::size_t slot = 0; slot < states.size(); ++slot) {
+    if (!(states[slot] & coarse_state) || randomOf(static_cast<Slot>(slot)) > limit) continue;
+    sample_.push_back({{}, geoms[slot]});
+    roundOutward(geoms[slot]->aabb, sample_.back().box);
+  }
+  std::sort(sample_.begin(), sample_.end(),
+            [](const Sampled& a, const Sampled& b) { return a.box.lower[0] < b.box.lower[0]; });
+}
+
+bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states,
+                                std::size_t coarse, std::size_t most) {
+  sampled_of_ = coarse;
+  if (coarse * coarse / 2 <= most) return false;
+  const ScopedMode exact(exactMode());
+  take(geoms, states, coarse);
+  const double share = static_cast<double>(sample_.size()) / static_cast<double>(coarse);
+  const double most_sampled_pairs = static_cast<double>(most) * share * share;
+  std::size_t in_vain = 0;
+  for (auto a = sample_.begin(); a != sample_.end(); ++a)
+    for (auto b = a + 1; b != sample_.end() && b->box.lower[0] <= a->box.upper[0]; ++b) {
+      in_vain += floatsOverlap(a->box, b->box) && !boxesOverlap(a->geom, b->geom);
+      if (static_cast<double>(in_vain) > most_sampled_pairs) return true;
+    }
+  return false;
+}
+
+}  // namespace ode_parallel_sap
