@@ -23,8 +23,6 @@ class BackOff {
     next_ = std::min(2 * next_, back_off_range * first_);
   }
   void paid() { next_ = first_; }
-  // Waits as after the first failure.
-  void again() { left_ = first_; }
 
  private:
   int first_, next_, left_;

@@ -109,7 +109,7 @@ class Buffer {
   std::size_t storage_size_ = 0;  // in bytes
 };
 
-// The bytes that things hold: what says so itself, and lists of such things or of plain elements.
+// The bytes that things hold: what has bytes(), and lists of such things or of plain elements.
 template <class T>
 std::size_t bytesOf(const T& one) {
   return one.bytes();

@@ -78,7 +78,7 @@ int runTeam(Region& region, int threads, Work&& work) {
   return team;
 }
 
-// Chunks of [0, count) handed out to whoever asks next. With several parts each thread takes the
+// Chunks of [0, count) handed out to threads as they come. With several parts each thread takes the
 // chunks of its own part in their order, and only then what is left of others'. What neighbours
 // share is read by one thread once, instead of by all of them at different times, and lists that
 // threads make hold neighbours side by side.
@@ -109,7 +109,7 @@ class ChunkQueue {
     std::size_t end;
   };
 
-  // Asks first: a part that is empty stays in all caches.
+  // Reads first: a part that is empty stays in all caches.
   bool takeFrom(Part& part, Range& range) {
     if (part.next.load(std::memory_order_relaxed) >= part.end) return false;
     const std::size_t begin = part.next.fetch_add(chunk_, std::memory_order_relaxed);
@@ -125,7 +125,8 @@ class ChunkQueue {
   Part queue_[most_parts];       // those beyond parts_ are never touched
 };
 
-// Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come.
+// Calls work(range, thread) for all chunks of [0, count), which a team's threads take as they come,
+// each from its own one of several parts first.
 template <class Work>
 int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work,
               int parts = 1) {
@@ -133,12 +134,6 @@ int runChunks(Region& region, int threads, std::size_t count, std::size_t chunk,
   return runTeam(region, threads, [&](int thread, int) {
     for (Range range; queue.next(range, thread);) work(range, thread);
   });
-}
-
-// The same with a part for each thread.
-template <class Work>
-int runParts(Region& region, int threads, std::size_t count, std::size_t chunk, const Work& work) {
-  return runChunks(region, threads, count, chunk, work, threads);
 }
 
 }  // namespace ode_parallel_sap

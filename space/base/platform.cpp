@@ -4,7 +4,6 @@
 #include <windows.h>
 #else
 #include <pthread.h>
-#include <sys/resource.h>
 #include <unistd.h>
 #endif
 #if defined(__linux__)
@@ -18,17 +17,6 @@
 #include <thread>
 
 namespace ode_parallel_sap {
-
-ThreadUse threadUse() {
-#if defined(RUSAGE_THREAD)
-  rusage use = {};
-  getrusage(RUSAGE_THREAD, &use);
-  const auto ms = [](const timeval& t) { return 1e3 * t.tv_sec + 1e-3 * t.tv_usec; };
-  return {ms(use.ru_utime) + ms(use.ru_stime), use.ru_nivcsw};
-#else
-  return {};
-#endif
-}
 
 #if defined(_WIN32)
 std::uint64_t freeMemory() {

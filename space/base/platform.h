@@ -28,14 +28,14 @@ inline void freeAligned(void* data) {
 #endif
 }
 
-// Asks for the line of the cache that holds a place. To GCC (12) a function that does nothing else
+// Fetches the line of the cache that holds a place. To GCC (12) a function that does nothing else
 // has no effect, and calls of such functions that it does not inline early are left out: all of the
 // update's once were. With the empty statement there is one.
 [[gnu::always_inline]] inline void prefetch(const void* place) {
   __builtin_prefetch(place);
   asm volatile("");
 }
-// The same, but no nearer than the second-level cache: where much is asked for that comes from
+// The same, but no nearer than the second-level cache: where much is fetched that comes from
 // memory, there is room for few lines on their way to the first.
 [[gnu::always_inline]] inline void prefetchFar(const void* place) {
   __builtin_prefetch(place, 0, 2);
@@ -52,14 +52,6 @@ template <class Word>
 [[gnu::always_inline]] inline void orShared(Word& word, Word bits) {
   __atomic_fetch_or(&word, bits, __ATOMIC_RELAXED);
 }
-
-// What the calling thread has used so far. `preempted`: how often others took its core; 0 where the
-// system does not say.
-struct ThreadUse {
-  double cpu_ms = 0;
-  long preempted = 0;
-};
-ThreadUse threadUse();
 
 // Bytes that can be taken without another program giving any up; 0 where that is not known. On
 // Linux it takes some ten microseconds.

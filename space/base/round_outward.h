@@ -67,7 +67,7 @@ inline BoundsFacts roundOutward(const Real* bounds, Box& box) {
 }
 
 #if defined(__SSE2__)
-// One step up, where a mask of doubles says so: of negative numbers the bits are those of a smaller
+// One step up, where a mask of doubles is set: of negative numbers the bits are those of a smaller
 // one.
 inline __m128 stepUp(__m128 values, __m128d low_steps, __m128d high_steps) {
   const __m128 steps = _mm_shuffle_ps(_mm_castpd_ps(low_steps), _mm_castpd_ps(high_steps), 0x88);

@@ -43,8 +43,8 @@ class Storage {
     freeAligned(data);
   }
 
-  // Told of each storage of the system's own pages before it goes, as long as it is set: a device
-  // may have been given these pages.
+  // Called with each storage of the system's own pages before it goes, as long as it is set: a
+  // device may have been given these pages.
   using Watcher = void (*)(void* data);
   inline static std::atomic<Watcher> before_unmapping{nullptr};
 

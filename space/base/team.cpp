@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 
 thread_local TeamWatch::Member* own = nullptr;
 
-// Of OpenMP's threads, which does not tell it; 0: the system's usual size.
+// Of OpenMP's threads, which has no function for it; 0: the system's usual size.
 std::size_t stackSize() {
   const char* text = std::getenv("OMP_STACKSIZE");
   if (!text) text = std::getenv("GOMP_STACKSIZE");

@@ -12,7 +12,6 @@ namespace ode_parallel_sap {
 struct Grain {
   enum Team {
     further,  // a thread more for each so much work
-    every,    // no thread has less than so much
     whole     // as large as may be from so much work on, since OpenMP takes long to start the
               // threads anew that a smaller team did without
   };
@@ -39,8 +38,7 @@ inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
   const std::uint64_t a_thread = grained(grain.work);
   if (work < a_thread || work < grained(grain.alone)) return 1;
   if (grain.team == Grain::whole) return most;
-  const std::uint64_t threads = work / a_thread + (grain.team == Grain::further);
-  return static_cast<int>(std::min<std::uint64_t>(most, threads));
+  return static_cast<int>(std::min<std::uint64_t>(most, work / a_thread + 1));
 }
 
 // The child of a process that had started a team has none of its threads, and OpenMP would wait for
@@ -78,7 +76,7 @@ inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
 struct TeamTimes {
   explicit constexpr TeamTimes(bool watched = false) : watched(watched) {}
 
-  bool watched;  // else teams are as large as was asked for
+  bool watched;  // else teams are as large as wanted
   double worked_ms = 0, waited_ms = 0;
 
   // The first team of a size has to start its threads, which later ones need not.
@@ -157,7 +155,7 @@ class TeamWatch {
     bool worked_ = false;
   };
 
-  // Says that the calling thread has work of its team's.
+  // Notes that the calling thread has work of its team's.
   static void noteWork() {
     if (teamsAreTested()) noteOwnWork();
   }

@@ -24,11 +24,11 @@ constexpr std::size_t chunk_pairs = 4096;
 // pairs alone.
 constexpr std::size_t block_pairs = 512;
 
-// Cells that a thread takes at a time: enough to make asking cheap, few enough to keep threads
+// Cells that a thread takes at a time: enough to make taking them cheap, few enough to keep threads
 // level where some cells have many more neighbours than others. Whole nodes of a tree.
 constexpr std::size_t chunk_cells = 64;
 
-// How far ahead of its use something that lies anywhere in memory is asked for.
+// How far ahead of its use something that lies anywhere in memory is prefetched.
 constexpr std::size_t prefetch_distance = 16;
 
 // What turned out not to pay is tried again after this many frames, unless trying costs little.
@@ -52,7 +52,7 @@ namespace grains {
 
 // Slots of a scene that one thread sweeps in any case: a frame of so many takes 0.4 ms.
 constexpr std::uint64_t swept_alone = 4096;
-constexpr Grain scene = {1024, Grain::every, swept_alone};  // slots that are swept
+constexpr Grain scene = {1024, Grain::further, swept_alone};  // slots that are swept
 
 constexpr Grain packed_slots = {1024, Grain::further};      // whose geoms are packed again
 constexpr Grain scene_of_all_tests = {1024, Grain::whole};  // slots: brute force, axis lists
@@ -61,7 +61,7 @@ constexpr Grain looked_up = {4096, Grain::further};         // items anywhere in
 constexpr Grain box_rows = {256, Grain::whole};             // cells of sixteen, words of 64 slots
 constexpr Grain sorted_records = {16384, Grain::whole};
 constexpr Grain box_tests = {1 << 18, Grain::further};       // of two boxes, by brute force
-constexpr Grain changed_boxes = {512, Grain::further};       // looked for in trees of all others
+constexpr Grain changed_boxes = {512, Grain::further};       // that meet trees of all others
 constexpr Grain geom_tests = {8192, Grain::further};         // pairs that the geoms decide
 constexpr Grain listed_pairs = {8192, Grain::whole};         // for the narrow phase
 constexpr Grain axis_pairs = {8192, Grain::whole};           // of the fullest axis of axis lists

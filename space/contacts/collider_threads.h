@@ -12,7 +12,7 @@ namespace ode_parallel_sap {
 enum class ColliderUse {
   Light,          // any thread; about a microsecond, so many at a time
   Heavy,          // any thread; may take long, so few at a time
-  OwnCollider,    // any thread that has one of its own which serves it, see thread_colliders.h
+  OwnCollider,    // any thread with one of its own that can, see thread_colliders.h
   CallingThread,  // the calling thread, when no other collides
 };
 
@@ -28,9 +28,9 @@ inline std::atomic<decltype(&dCollide)> ode_collide{&dCollide};
 // the program's code is not to run while another thread waits for it.
 int collideInTurn(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip);
 
-// runParts() by threads that have ODE's data, the calling thread apart: that one's is its own
-// business. Without manual cleanup ODE frees it when the thread ends or ODE is closed. Where there
-// is no memory for it the others do a thread's work.
+// runChunks() with a part for each thread, by threads that have ODE's data, the calling thread
+// apart: that one's is its own business. Without manual cleanup ODE frees it when the thread ends
+// or ODE is closed. Where there is no memory for it the others do a thread's work.
 template <class Work>
 int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
                      bool manual_cleanup, Work&& work) {

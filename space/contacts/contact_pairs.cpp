@@ -15,11 +15,6 @@ Region listing("contacts: list of pairs");
 
 }  // namespace
 
-ContactPairs::ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list)
-    : request_(request), list_(list) {
-  list_.resizeDiscarding(0);
-}
-
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
     if (request_.callbacks.spaces)
@@ -28,41 +23,35 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
       dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
     return;
   }
-  // Other threads may then read the geoms, and colliders of meshes ask for bounds, too.
+  // Other threads may then read the geoms, and colliders of meshes read bounds, too.
   for (const dGeomID geom : {o1, o2}) {
     geom->recomputePosr();
     geom->recomputeAABB();
   }
-  if (tryToList(o1, o2)) return;
+  const dParallelSAPPair pair = {o1, o2};
+  bool has_room = true;
+  try {
+    list_.push_back(pair);
+  } catch (const std::bad_alloc&) {
+    has_room = false;
+  }
+  if (has_room) return;
   NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
   list_.release();
-  const dParallelSAPPair pair = {o1, o2};
   NarrowPhase::collideOneByOne(&pair, 1, request_);
 }
 
-bool ContactPairs::tryToList(dGeomID o1, dGeomID o2) try {
-  list_.push_back({o1, o2});
-  return true;
-} catch (const std::bad_alloc&) {
-  return false;
-}
-
 void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {
-  if (!spaces && tryToListAll(pairs, geoms, threads)) return;
+  try {
+    if (!spaces) return listPairs(pairs, geoms, threads, list_);
+  } catch (const std::bad_alloc&) {
+    list_.resizeDiscarding(0);
+  }
   for (const Buffer<Pair>& part : pairs.parts)
     for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
 }
 
-bool ContactPairs::tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads) try {
-  listPairs(pairs, geoms, threads, list_);
-  return true;
-} catch (const std::bad_alloc&) {
-  list_.resizeDiscarding(0);
-  return false;
-}
-
-// The table of geoms is asked for an entry some pairs ahead: that of the later geom may be anywhere
-// in it.
+// Prefetches from the table of geoms: the entry of the later geom may be anywhere in it.
 dParallelSAPPair* resolve(const Pair* begin, const Pair* end, dxGeom* const* geoms,
                           dParallelSAPPair* to) {
   constexpr std::ptrdiff_t ahead = prefetch_distance;

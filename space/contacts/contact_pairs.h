@@ -9,9 +9,12 @@ namespace ode_parallel_sap {
 class ContactPairs {
  public:
   // They are put into `list`.
-  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list);
+  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list)
+      : request_(request), list_(list) {
+    list_.resizeDiscarding(0);
+  }
 
-  // Adds a pair, or in the place of one with a space what the request says is to be collided then.
+  // Adds a pair, or in the place of one with a space what the request wants collided then.
   // Where there is no memory for it, the pairs so far are collided and reported at once.
   void add(dGeomID o1, dGeomID o2);
   // Makes the pairs of a space whose geoms these are, by slot, the whole list. Unless `spaces`,
@@ -21,9 +24,6 @@ class ContactPairs {
   const Buffer<dParallelSAPPair>& list() const { return list_; }
 
  private:
-  bool tryToList(dGeomID o1, dGeomID o2);
-  bool tryToListAll(const PairList& pairs, dxGeom* const* geoms, int threads);
-
   const ContactRequest& request_;
   Buffer<dParallelSAPPair>& list_;
 };

@@ -66,8 +66,8 @@ bool mayLeaveOut(int flags) {
          !(flags & (static_cast<int>(CONTACTS_UNIMPORTANT) | dParallelSAPOnCallingThread));
 }
 
-// The first ones: few pairs have many more, and what lies behind them the processor asks for
-// itself.
+// The first ones: few pairs have many more, and the processor prefetches what lies behind
+// them itself.
 void prefetchContacts(const dContactGeom* contacts) {
   constexpr std::size_t first = 3;  // fixed: pairs that touch have two on average
   prefetchObject(contacts, first * sizeof *contacts);
@@ -104,7 +104,7 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
   };
   const int team = teamFor(pairs.size(), grains::collided_pairs, way.threads);
   share(colliding, pairs.size(), chunkFor(pairs.size(), team), team,
-        [&](Range range, int thread) { lookAt(job, range, thread); });
+        [&](Range range, int thread) { collideChunk(job, range, thread); });
 
   gather(shares_, &Share::heavy, waiting_);
   if (waiting_.size())
@@ -144,7 +144,7 @@ int NarrowPhase::run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest
 }
 
 // A chunk of pairs: first their flags, then which are apart, then the others.
-void NarrowPhase::lookAt(const Job& job, Range range, int thread) {
+void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
   int flags[most_apart_pairs];
   std::uint32_t wanted = 0, testable = 0;
   for (std::size_t i = 0; i < range.end - range.begin; ++i) {
@@ -164,12 +164,12 @@ void NarrowPhase::lookAt(const Job& job, Range range, int thread) {
   }
   for (; wanted; wanted &= wanted - 1) {
     const int i = __builtin_ctz(wanted);
-    handOut(job, {range.begin + i, flags[i]}, thread);
+    collideOrQueue(job, {range.begin + i, flags[i]}, thread);
   }
 }
 
-// A thread that is alone need not tell the pairs apart: this is the serial loop.
-void NarrowPhase::handOut(const Job& job, const Waiting& waiting, int thread) {
+// Puts pairs into the queues of later passes. One thread needs none: this is the serial loop.
+void NarrowPhase::collideOrQueue(const Job& job, const Waiting& waiting, int thread) {
   if (job.way.threads == 1) return collide(job, waiting, thread);
   const dParallelSAPPair& pair = job.pairs[waiting.pair];
   const ColliderUse use = waiting.flags & dParallelSAPOnCallingThread

@@ -16,7 +16,7 @@
 
 namespace ode_parallel_sap {
 
-// What the caller of dParallelSAPSpaceCollideContacts asked for.
+// The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
   void* data;
   int flags;
@@ -35,8 +35,8 @@ struct ContactRequest {
   }
 };
 
-// Asks for what a collider reads of a pair that comes soon, and of one that comes later: geoms lie
-// scattered in memory, and what other threads wrote is in their caches.
+// Prefetches what a collider reads of a pair that comes soon, and of one that comes later: geoms
+// lie scattered in memory, and what other threads wrote is in their caches.
 constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 
@@ -101,8 +101,8 @@ class NarrowPhase {
   };
   static constexpr std::uint32_t nobody = ~0u;  // collided it
 
-  void lookAt(const Job& job, Range range, int thread);
-  void handOut(const Job& job, const Waiting& waiting, int thread);
+  void collideChunk(const Job& job, Range range, int thread);
+  void collideOrQueue(const Job& job, const Waiting& waiting, int thread);
   void collide(const Job& job, const Waiting& waiting, int thread, ThreadCollider* own = nullptr);
 
   std::vector<Share> shares_;  // by thread

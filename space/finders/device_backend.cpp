@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #if ODE_PARALLEL_SAP_HAS_CUDA
 #include <algorithm>
@@ -46,8 +47,8 @@ void DeviceBackend::prepare(int devices) {
   pool.prepare(std::min(devices + lost(), pool.countSoFar()));
 }
 
-// Tells of devices that were left out, whichever space met them first, and of those that failed
-// this space. `reason`: why the space has none any more, where nothing else says so.
+// Reports devices that were left out, whichever space met them first, and those that failed this
+// space. `reason`: why the space has none any more, where no other message does.
 void DeviceBackend::reportFailures(const std::string& reason) {
   const std::vector<FailedDevice> left_out = DevicePool::get().takeFailures();
   std::vector<FailedDevice> failed;
@@ -67,16 +68,23 @@ void DeviceBackend::reportFailures(const std::string& reason) {
     dMessage(0, "parallel SAP space: the GPU back end failed (%s)%s", reason.c_str(), then.c_str());
 }
 
-// Does the work unless all devices failed before. Where the last one fails now, that was the last
-// time.
-template <class Work>
-int DeviceBackend::attempt(PairList& pairs, Work work) {
-  if (failed_) return 0;
+// Where the last device fails, that was the last time.
+int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& plan,
+                        PairList& pairs) {
+  const bool by_lists = method == dParallelSAPMethodAxisLists;
+  if (failed_ || (!by_lists && (method != dParallelSAPMethodSweep || boxes.wide))) return 0;
   if (!finder_) finder_ = std::make_unique<Finder>();
   int used = 0;
   std::string reason;
   try {
-    used = work();
+    CudaPairFinder& sweep = *finder_->sweep;
+    if (by_lists) {
+      used = findByAxisLists(boxes, plan, pairs);
+    } else if (sweep.takes(boxes)) {
+      sweep.useDevices(plan.devices);
+      sweep.find(boxes, plan.threads, pairs);
+      used = sweep.devicesUsed();
+    }
   } catch (const DeviceFailure& failure) {
     reason = failure.what();
     failed_ = true;
@@ -87,32 +95,20 @@ int DeviceBackend::attempt(PairList& pairs, Work work) {
   return used;
 }
 
-int DeviceBackend::find(const BoxSet& boxes, int threads, int devices, PairList& pairs) {
-  return attempt(pairs, [&] {
-    CudaPairFinder& sweep = *finder_->sweep;
-    if (!sweep.takes(boxes)) return 0;
-    sweep.useDevices(devices);
-    sweep.find(boxes, threads, pairs);
-    return sweep.devicesUsed();
-  });
-}
-
-int DeviceBackend::findByAxisLists(const BoxSet& boxes, int threads, int devices,
-                                   std::uint64_t most_bytes, PairList& pairs) {
-  return attempt(pairs, [&] {
-    if (!finder_->axis_lists) finder_->axis_lists = makeCudaAxisLists();
-    CudaAxisListsFinder& lists = *finder_->axis_lists;
-    std::vector<int> used;
-    for (int device; static_cast<int>(used.size()) < devices; used.push_back(device)) {
-      device = DevicePool::get().device(used.size());
-      if (device < 0) break;
-    }
-    if (used.empty()) throw DeviceFailure("no device is left");
-    lists.useDevices(used);
-    lists.limit(most_bytes);
-    lists.find(boxes, threads, pairs);
-    return static_cast<int>(used.size());
-  });
+int DeviceBackend::findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan,
+                                   PairList& pairs) {
+  if (!finder_->axis_lists) finder_->axis_lists = makeCudaAxisLists();
+  CudaAxisListsFinder& lists = *finder_->axis_lists;
+  std::vector<int> used;
+  for (int device; static_cast<int>(used.size()) < plan.devices; used.push_back(device)) {
+    device = DevicePool::get().device(used.size());
+    if (device < 0) break;
+  }
+  if (used.empty()) throw DeviceFailure("no device is left");
+  lists.useDevices(used);
+  lists.limit(plan.axis_lists_bytes);
+  lists.find(boxes, plan.threads, pairs);
+  return static_cast<int>(used.size());
 }
 
 void DeviceBackend::reportLeftOut() {
@@ -135,10 +131,7 @@ DeviceBackend::Devices DeviceBackend::devices() const {
   return {};
 }
 void DeviceBackend::prepare(int) {}
-int DeviceBackend::find(const BoxSet&, int, int, PairList&) {
-  return 0;
-}
-int DeviceBackend::findByAxisLists(const BoxSet&, int, int, std::uint64_t, PairList&) {
+int DeviceBackend::find(int, const BoxSet&, const ExtractionPlan&, PairList&) {
   return 0;
 }
 void DeviceBackend::reportLeftOut() {}

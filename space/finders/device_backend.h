@@ -11,8 +11,16 @@
 namespace ode_parallel_sap {
 
 // Whether this build has the back end and this machine a device for it. Loads the driver at the
-// first call; a program that never asks for the back end never comes here.
+// first call; a program that does without the back end never comes here.
 bool deviceAvailable();
+
+// What the policy decided of the extraction.
+struct ExtractionPlan {
+  int method = 0;   // a dParallelSAPMethod, never Auto
+  int devices = 0;  // 0: on the CPU
+  int threads = 1;
+  std::uint64_t axis_lists_bytes = 0;
+};
 
 // One space's share of the devices.
 class DeviceBackend {
@@ -31,18 +39,16 @@ class DeviceBackend {
   // Has another thread make so many devices ready for this space.
   void prepare(int devices);
 
-  // As PairFinder::find, on `devices` devices; returns how many found the pairs. 0, with nothing in
-  // `pairs`, where devices do not take such boxes or all have failed: the caller then finds the
-  // pairs itself. A device that fails is reported once through dMessage and not used again by this
-  // space; one that cannot be made ready is not used by any.
-  int find(const BoxSet& boxes, int threads, int devices, PairList& pairs);
-  // The same by the method AxisLists, on up to so many devices, at least 1. Throws ListsTooLong
-  // where the memory of one of them, or `most_bytes` unless that is 0, does not suffice.
-  int findByAxisLists(const BoxSet& boxes, int threads, int devices, std::uint64_t most_bytes,
-                      PairList& pairs);
+  // As PairFinder::find, by a method that is no Auto, on the plan's devices; returns how many found
+  // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
+  // have failed: the caller then finds the pairs itself. A device that fails is reported once
+  // through dMessage and not used again by this space; one that cannot be made ready is not used by
+  // any. Throws ListsTooLong where the memory of one of them, or the plan's limit, does not
+  // suffice.
+  int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();
-  // Whether devices were reported as failed or left out since this was last asked.
+  // Whether devices were reported as failed or left out since the last call.
   bool takeLoss();
   std::size_t bytes() const;
 
@@ -50,8 +56,7 @@ class DeviceBackend {
   struct Finder;
   int lost() const;
   void reportFailures(const std::string& reason);
-  template <class Work>
-  int attempt(PairList& pairs, Work work);
+  int findByAxisLists(const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
   std::unique_ptr<Finder> finder_;
   bool failed_ = false;

@@ -23,22 +23,13 @@ Found Extraction::findBy(int method, const BoxSet& boxes, const ExtractionPlan& 
                          PairList& pairs) {
   Found found;
   found.method = method;
-  if (plan.devices > 0) found.devices = findOnDevices(method, boxes, plan, pairs);
+  if (plan.devices > 0) found.devices = devices_.find(method, boxes, plan, pairs);
   if (found.devices > 0) return found;
   finders().with(boxes.wide, [&](auto& by) {
     by.axis_lists.limit(plan.axis_lists_bytes);
     found.threads = by.of(method).find(boxes, plan.threads, pairs);
-    found.kept_cells = method == dParallelSAPMethodSweep && by.sweep.keptCells();
   });
   return found;
-}
-
-int Extraction::findOnDevices(int method, const BoxSet& boxes, const ExtractionPlan& plan,
-                              PairList& pairs) {
-  if (method == dParallelSAPMethodSweep && !boxes.wide)
-    return devices_.find(boxes, plan.threads, plan.devices, pairs);
-  if (method != dParallelSAPMethodAxisLists) return 0;
-  return devices_.findByAxisLists(boxes, plan.threads, plan.devices, plan.axis_lists_bytes, pairs);
 }
 
 }  // namespace ode_parallel_sap

@@ -11,20 +11,12 @@
 
 namespace ode_parallel_sap {
 
-// What the policy decided of the extraction.
-struct ExtractionPlan {
-  int method = 0;   // a dParallelSAPMethod, never Auto
-  int devices = 0;  // 0: on the CPU
-  int threads = 1;
-  std::uint64_t axis_lists_bytes = 0;
-};
-
-// What became of it.
+// How the pairs were found.
 struct Found {
   int method = 0;                        // that ran
   int devices = 0;                       // that found the pairs
   int threads = 1;                       // used, of those of the CPU
-  bool kept_cells = false;               // the sweep made do with the cells of the last frame
+  std::size_t pairs = 0;                 // candidates, before the filter
   std::optional<ListsTooLong> too_long;  // why it is not the method AxisLists
 };
 
@@ -45,7 +37,6 @@ class Extraction {
 
  private:
   Found findBy(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
-  int findOnDevices(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
 
   std::unique_ptr<CPUFinders> finders_;
   DeviceBackend devices_;

@@ -1,4 +1,4 @@
-// What a space tells the program through dMessage, each of it once.
+// Messages of a space to the program, through dMessage, each of them once.
 #pragma once
 
 #include <ode/ode.h>
@@ -29,8 +29,8 @@ class Complaints {
   void forget(const dxGeom* geom) {
     if (!invalid_.empty()) invalid_.erase(geom);
   }
-  void ofUntold(const dxGeom* geom, std::size_t count) {
-    if (!std::exchange(untold_, true))
+  void ofUnannounced(const dxGeom* geom, std::size_t count) {
+    if (!std::exchange(unannounced_, true))
       dMessage(0,
                "parallel SAP space: %zu geoms changed, geom %p first, of which the space was not "
                "told, as it was promised to be (dParallelSAPSpaceSetNotified)",
@@ -56,7 +56,7 @@ class Complaints {
 
  private:
   std::unordered_set<const dxGeom*> invalid_;
-  bool too_long_ = false, no_memory_ = false, unreported_events_ = false, untold_ = false;
+  bool too_long_ = false, no_memory_ = false, unreported_events_ = false, unannounced_ = false;
 };
 
 }  // namespace ode_parallel_sap

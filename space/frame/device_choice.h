@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 // Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
 // each, a model predicts how the time grows with boxes and pairs, and the frames that ran on it
-// tell by how much the model is off on this machine. Every frame goes to the choice that promises
+// show by how much the model is off on this machine. Every frame goes to the choice that promises
 // the least; one that was never tried gets a trial of a few frames when it promises to be
 // better, one that lost is tried again at growing intervals, in case the machine has more to give
 // by now.
@@ -28,25 +28,19 @@ class DeviceChoice {
   // What may be chosen: the processor, and 1, 2, 4 ... devices up to a number, or this number only.
   class Candidates {
    public:
-    static Candidates upTo(bool processor, int devices) {
-      Candidates all(processor);
-      for (int d = 1; d <= devices && d <= most_devices; d *= 2) all.add(d);
-      return all;
-    }
+    static Candidates upTo(bool processor, int devices) { return {processor, 1, devices}; }
     static Candidates only(bool processor, int devices) {
-      Candidates all(processor);
-      if (devices > 0) all.add(std::min(devices, most_devices));
-      return all;
-    }
-    explicit Candidates(bool processor = false) {
-      if (processor) add(0);
+      return {processor, std::max(1, std::min(devices, most_devices)), devices};
     }
     const int* begin() const { return devices_; }
     const int* end() const { return devices_ + count_; }
     bool has(int devices) const { return std::find(begin(), end(), devices) != end(); }
 
    private:
-    void add(int devices) { devices_[count_++] = devices; }
+    Candidates(bool processor, int least, int most) {
+      if (processor) devices_[count_++] = 0;
+      for (int d = least; d <= std::min(most, most_devices); d *= 2) devices_[count_++] = d;
+    }
     int devices_[8] = {};
     int count_ = 0;
   };

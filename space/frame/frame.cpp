@@ -10,78 +10,63 @@
 
 namespace ode_parallel_sap {
 
-namespace {
-
-void showContacts(const Buffer<dParallelSAPPair>& pairs, const NarrowPhase& narrow_phase,
-                  PairWatcher& watcher) {
-  for (std::size_t place = 0; place < pairs.size(); ++place) {
-    const int contacts = narrow_phase.contactsOf(place);
-    watcher.see(pairs[place].o1, pairs[place].o2, contacts < 0 ? PairWatcher::unwanted : contacts);
+// A frame from its plan to its end. `report` gets the pairs, or where they can only be found one by
+// one `receiver`.
+template <class Report>
+std::size_t Pipeline::run(const FrameCall& call, const SceneFacts& facts,
+                          const PairReceiver& receiver, Report report) {
+  Frame frame = {call, policy_.decide(facts, call.settings)};
+  if (const PairList* const pairs = findPairs(frame)) {
+    showPairs(frame, *pairs);
+    report(frame, *pairs);
+  } else {
+    reportWithoutMemory(frame, receiver);
   }
+  frame.clock.pause();
+  noteStats(frame);
+  return endFrame(frame.stats.pairs);
 }
-
-}  // namespace
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
-  if (Policy::isSmall(call.slots(), call.settings)) {
-    const FrameCounts counts = collideSmall(call, {data, callback}, watcher_);
-    return endFrame(counts.pairs);
-  }
-  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
-  if (const PairList* const pairs = findPairs(frame)) {
-    showPairs(frame, *pairs);
-    if (!reportByLastStage(frame, *pairs, data, callback)) report(frame, *pairs, data, callback);
-  } else {
-    reportWithoutMemory(frame, data, callback);
-  }
-  frame.clock.pause();
-  note(frame);
-  return endFrame(frame.stats.pairs);
+  const PairReceiver receiver = {data, callback, nullptr};
+  if (Policy::isSmall(call.slots(), call.settings))
+    return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  return run(call, factsOf(call), receiver, [&](Frame& frame, const PairList& pairs) {
+    if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
+  });
 }
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
   statistics_.beginFrame();
   PairBlock block(request);
-  if (Policy::isSmall(call.slots(), call.settings)) {
-    const auto finish = [](void* own) { static_cast<PairBlock*>(own)->finish(); };
-    const FrameCounts counts = collideSmall(call, {&block, &PairBlock::add, finish}, watcher_);
-    return endFrame(counts.pairs);
-  }
-  SceneFacts facts = factsOf(call);
-  facts.for_blocks = request.concurrent();
-  Frame frame = {call, policy_.decide(facts, call.settings)};
-  if (const PairList* const pairs = findPairs(frame)) {
-    showPairs(frame, *pairs);
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
+  if (Policy::isSmall(call.slots(), call.settings))
+    return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  const SceneFacts facts = factsOf(call, request.concurrent());
+  return run(call, facts, receiver, [&](Frame& frame, const PairList& pairs) {
     frame.clock.begin(Stage::report);
-    const int used = handOutBlocks(*pairs, call.geoms(), request, frame.plan.block_threads);
+    const int used = handOutBlocks(pairs, call.geoms(), request, frame.plan.block_threads);
     frame.clock.pause();
     frame.stats.threads = used;
     if (request.concurrent())
       policy_.learnOfBatch(call.settings,
-                           {Batch::blocks, used, pairs->size(), frame.clock.of(Stage::report)});
-  } else {
-    reportWithoutMemory(frame, &block, &PairBlock::add);
-    block.finish();
-    frame.clock.pause();
-  }
-  note(frame);
-  return endFrame(frame.stats.pairs);
+                           {Batch::blocks, used, pairs.size(), frame.clock.of(Stage::report)});
+  });
 }
 
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
   statistics_.beginFrame();
-  SceneFacts facts = factsOf(call);
-  facts.for_contacts = true;
-  Frame frame = {call, policy_.decide(facts, call.settings)};
+  Frame frame = {call, policy_.decide(factsOf(call, true), call.settings)};
   ContactPairs pairs(request, call.lists.contact_pairs);
+  const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr};
   if (Policy::isSmall(call.slots(), call.settings)) {
     frame.clock.begin(Stage::extract);
-    frame.stats = statsOf(collideSmall(call, {&pairs, &dParallelSAPAddPair}, nullptr));
+    frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
     pairs.add(*found, call.geoms(), geom_update_.facts().spaces, frame.plan.threads);
   } else {
-    reportWithoutMemory(frame, &pairs, &dParallelSAPAddPair);
+    reportWithoutMemory(frame, receiver);
   }
 
   NarrowPhase& narrow_phase = call.lists.narrow_phase;
@@ -99,20 +84,24 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
         call.settings, {Batch::contacts, used, pairs.list().size(), frame.clock.of(Stage::narrow)});
     policy_.learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
-      showContacts(pairs.list(), narrow_phase, *watcher_);
+      for (std::size_t place = 0; place < pairs.list().size(); ++place) {
+        const int contacts = narrow_phase.contactsOf(place);
+        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2,
+                      contacts < 0 ? PairWatcher::unwanted : contacts);
+      }
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = 1;
   }
-  note(frame);  // should a contact callback throw, or collide again
+  noteStats(frame);  // should a contact callback throw, or collide again
   if (found)
     narrow_phase.report(pairs.list(), request);
   else
     NarrowPhase::collideOneByOne(pairs.list().data(), pairs.list().size(), request);
   frame.clock.pause();
-  note(frame);
+  noteStats(frame);
   return endFrame(frame.stats.pairs);
 }
 
@@ -126,25 +115,24 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
 
   frame.clock.begin(Stage::update);
   PairCache::Update update;
-  if (plan.keep)
+  if (plan.use_cache)
     update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_);
   if (update.untold.count)
-    complaints_.ofUntold(call.geoms()[update.untold.first], update.untold.count);
+    complaints_.ofUnannounced(call.geoms()[update.untold.first], update.untold.count);
   Found found;
   if (update.kept) {
     renew(frame, update);
   } else {
+    frame.stats.moved = update.moved_in_vain;
     found = findAnew(frame);
-    frame.stats.moved += update.moved_in_vain;
   }
   const PairList& pairs = select(frame);
-  frame.same = cache_.noteReported(&pairs == &call.lists.candidates, update);
-  updateEvents(frame, pairs);
+  updateEvents(frame, pairs, cache_.noteReported(&pairs == &call.lists.candidates, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
   cache_.endFrame();
-  learn(frame, update.kept, found);
-  note(frame);
+  learn(frame, update.kept ? nullptr : &found);
+  noteStats(frame);
   return &pairs;
 } catch (const std::bad_alloc&) {
   if (events_.on() && !frame.call.scene.nested) events_.updateUnknown();
@@ -201,12 +189,14 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.method = found.method;
   frame.stats.devices = found.devices;
   if (found.devices > 0) frame.stats.backend = dParallelSAPBackendCUDA;
-  frame.stats.find_threads = std::max(update_threads, found.threads);
-  frame.stats.candidates = candidates.size();
+  found.threads = std::max(update_threads, found.threads);
+  found.pairs = candidates.size();
+  frame.stats.find_threads = found.threads;
+  frame.stats.candidates = found.pairs;
 
   frame.clock.begin(Stage::filter);
   pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads, candidates);
-  if (plan.keep)
+  if (plan.use_cache)
     cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
   return found;
 }
@@ -237,48 +227,43 @@ const PairList& Pipeline::select(Frame& frame) {
   return pairs;
 }
 
-// The pairs of a frame within a callback are no events.
-void Pipeline::updateEvents(Frame& frame, const PairList& pairs) {
+// The pairs of a frame within a callback are no events. `are_same`: all are those of the last
+// frame.
+void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) {
   if (!events_.on()) return;
   if (frame.call.scene.nested) return events_.skip();
   constexpr PairEvents::Source source = PairEvents::Source::frame;
-  if (frame.same && events_.updateSame(source)) return;
-  frame.same = false;
+  if (are_same && events_.updateSame(source)) return;
   frame.clock.begin(Stage::events);
   if (!events_.update(pairs, frame.call.scene.slots, source, frame.plan.threads))
     complaints_.ofUnreportedEvents();
 }
 
-SceneFacts Pipeline::factsOf(const FrameCall& call) const {
-  SceneFacts facts = {call.slots(), geom_update_.boxes().wide, call.scene.nested,
-                      extraction_.devices().devices()};
-  facts.tested_classes = testedClasses();
-  return facts;
+SceneFacts Pipeline::factsOf(const FrameCall& call, bool for_team) const {
+  return {call.slots(),      geom_update_.boxes().wide,
+          call.scene.nested, extraction_.devices().devices(),
+          for_team,          testedClasses()};
 }
 
-void Pipeline::learn(const Frame& frame, bool kept, const Found& found) {
+// `found`: how the pairs were found anew; null if they were kept.
+void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
-  if (kept) {
-    cache_.fat().skip();
-    policy_.learnOfKept();
+  const StageClock& clock = frame.clock;
+  if (found) {
+    const double extract_ms = clock.of(Stage::extract);
+    policy_.learn(frame.plan, factsOf(frame.call), settings, *found,
+                  {extract_ms, clock.of(Stage::update) + clock.of(Stage::synchronise) + extract_ms +
+                                   clock.of(Stage::filter)});
   } else {
-    policy_.learn(
-        frame.plan, frame.call.slots(), settings,
-        {geom_update_.boxes().wide, found.devices, frame.stats.find_threads, frame.stats.candidates,
-         frame.clock.of(Stage::update) + frame.clock.of(Stage::synchronise) +
-             frame.clock.of(Stage::extract) + frame.clock.of(Stage::filter),
-         frame.clock.of(Stage::extract)});
+    cache_.fat().skip();
+    policy_.learnOfKeptPairs();
   }
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = extraction_.devices();
   devices.reportLeftOut();
   if (devices.takeLoss()) policy_.learnOfLoss(devices.devices().usable);
-  const int wanted = policy_.learnMissedDevices(frame.plan, factsOf(frame.call), settings);
+  const int wanted = policy_.learnMissedDevices(factsOf(frame.call), settings);
   if (wanted > 0) devices.prepare(wanted);
-}
-
-void Pipeline::note(const Frame& frame) {
-  statistics_.note(frame.stats, frame.clock);
 }
 
 // Shows the pairs to who watches, before the program gets them.
@@ -294,10 +279,8 @@ void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
   frame.clock.begin(Stage::report);
   dxGeom* const* const geoms = frame.call.geoms();
-  const GeomsAhead ahead(geoms);
-  for (const Buffer<Pair>& part : pairs.parts)
-    ahead.report(part.begin(), part.end(),
-                 [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
+  reportPairs(pairs, geoms,
+              [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
 }
 
 // False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
@@ -319,7 +302,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
     policy_.learnOfBatch(call.settings, {Batch::contacts, collided.threads, pairs.size(),
                                          frame.clock.of(Stage::narrow) / part});
     policy_.learnOfApart(frame.plan, collided.apart);
-    note(frame);  // should the callback throw, or collide again
+    noteStats(frame);  // should the callback throw, or collide again
   }
   frame.clock.begin(Stage::report);
   last_stage_->report(of_frame, data, callback);
@@ -327,28 +310,22 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
 }
 
 // The last resort: finds and reports at once.
-void Pipeline::reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback) {
+void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   frame.clock.begin(Stage::report);
   complaints_.ofNoMemory();
   frame.stats = updateWithoutMemory(frame.call.scene);
-  note(frame);
-  collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, data, callback);
+  noteStats(frame);
+  collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, receiver);
 }
 
-FrameCounts Pipeline::collideSmall(const FrameCall& call, SmallReport report,
+FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                    PairWatcher* watcher) {
   cache_.stop();
-  if (watcher && !call.scene.nested && watcher->isDue()) report.watcher = watcher;
-  if (events_.on() && call.scene.nested) events_.skip();
-  if (events_.on() && !call.scene.nested) report.events = &events_;
-  const FrameCounts counts =
-      small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_, report);
-  return counts;
-}
-
-std::size_t Pipeline::endFrame(std::size_t pairs) {
-  statistics_.endFrame();
-  return pairs;
+  const bool nested = call.scene.nested;
+  if (events_.on() && nested) events_.skip();
+  return small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_,
+                               {receiver, events_.on() && !nested ? &events_ : nullptr,
+                                watcher && !nested && watcher->isDue() ? watcher : nullptr});
 }
 
 void Pipeline::clean(const Scene& scene, const Settings& settings) {

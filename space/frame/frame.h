@@ -50,7 +50,6 @@ struct Frame {
   const FrameCall& call;
   const Plan plan;
   dParallelSAPStats stats = {};
-  bool same = false;  // all pairs are those of the last frame
   StageClock clock = {};
 };
 
@@ -105,21 +104,28 @@ class Pipeline {
   std::size_t bytes() const;
 
  private:
-  SceneFacts factsOf(const FrameCall& call) const;
-  FrameCounts collideSmall(const FrameCall& call, SmallReport report, PairWatcher* watcher);
+  SceneFacts factsOf(const FrameCall& call, bool for_team = false) const;
+  template <class Report>
+  std::size_t run(const FrameCall& call, const SceneFacts& facts, const PairReceiver& receiver,
+                  Report report);
+  FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
+                           PairWatcher* watcher);
   const PairList* findPairs(Frame& frame);
   void renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);
   void noteUpdate(Frame& frame);
   const PairList& select(Frame& frame);
-  void updateEvents(Frame& frame, const PairList& pairs);
-  void learn(const Frame& frame, bool kept, const Found& found);
-  void note(const Frame& frame);
+  void updateEvents(Frame& frame, const PairList& pairs, bool are_same);
+  void learn(const Frame& frame, const Found* found);
   void showPairs(const Frame& frame, const PairList& pairs);
-  std::size_t endFrame(std::size_t pairs);
   void report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
-  void reportWithoutMemory(Frame& frame, void* data, dNearCallback* callback);
   bool reportByLastStage(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback);
+  void reportWithoutMemory(Frame& frame, const PairReceiver& receiver);
+  void noteStats(const Frame& frame) { statistics_.note(frame.stats, frame.clock); }
+  std::size_t endFrame(std::size_t pairs) {
+    statistics_.endFrame();
+    return pairs;
+  }
 
   Policy policy_;
   GeomUpdate geom_update_;

@@ -18,10 +18,10 @@ Region handing_out("pairs in blocks: blocks");
 void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
   PairBlock& self = *static_cast<PairBlock*>(block);
   self.pairs_[self.held_++] = {o1, o2};
-  if (self.held_ == size) self.finish();
+  if (self.held_ == size) self.handOut();
 }
 
-void PairBlock::finish() {
+void PairBlock::handOut() {
   if (held_ == 0) return;
   const std::size_t first = first_, count = held_;
   first_ += count;

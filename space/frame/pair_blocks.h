@@ -10,7 +10,7 @@
 
 namespace ode_parallel_sap {
 
-// What the caller of dParallelSAPSpaceCollidePairs asked for.
+// The arguments of dParallelSAPSpaceCollidePairs.
 struct PairsRequest {
   void* data;
   int flags;
@@ -29,16 +29,18 @@ class PairBlock {
 
   explicit PairBlock(const PairsRequest& request) : request_(request) {}
 
-  // A dNearCallback whose data are a PairBlock: hands out full blocks, one after the other.
+  // A PairReceiver whose data are a PairBlock: hands out full blocks, one after the other, and what
+  // is left in the end.
   static void add(void* block, dGeomID o1, dGeomID o2);
-  // Hands out what is left in the end.
-  void finish();
+  static void finish(void* block) { static_cast<PairBlock*>(block)->handOut(); }
 
   // Hands out the block of pairs [first, first + size), or less at the end of `count`, on whatever
   // thread this is.
   void handOut(std::size_t first, std::size_t count, dxGeom* const* geoms, PairCursor& pairs);
 
  private:
+  void handOut();
+
   const PairsRequest& request_;
   std::size_t first_ = 0, held_ = 0;
   dParallelSAPPair pairs_[size];

@@ -4,7 +4,6 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/frame/small_scenes.h"
 #include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
@@ -20,6 +19,19 @@ int mostThreadsFor(Batch::Of of, std::size_t items, const Settings& settings) {
   static constexpr Grain grain_of[Batch::kinds] = {grains::collided_pairs, grains::handed_out_pairs,
                                                    grains::cast_rays};
   return teamFor(items, grain_of[of], threadsFor(settings));
+}
+
+// The processor may be chosen, too.
+bool mayTakeProcessor(const Settings& settings) {
+  return settings.backend == dParallelSAPBackendAuto;
+}
+
+// Those of `devices` that the user allows.
+DeviceChoice::Candidates candidatesOf(const Settings& settings, int devices) {
+  const bool processor = mayTakeProcessor(settings);
+  return settings.devices == 0
+             ? DeviceChoice::Candidates::upTo(processor, devices)
+             : DeviceChoice::Candidates::only(processor, std::min(settings.devices, devices));
 }
 
 }  // namespace
@@ -58,42 +70,39 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   plan.threads = teamFor(facts.slots, settings);
   // A team as large as that of the narrow phase or the report: some OpenMP runtimes end the threads
   // that a smaller one does without, and start new ones for the next large one.
-  if ((facts.for_contacts || facts.for_blocks) && plan.threads > 1)
-    plan.threads = threadsFor(settings);
   const int threads = threadsFor(settings);
+  if (facts.for_team && plan.threads > 1) plan.threads = threads;
   plan.contact_threads = chosen(batch_teams_[Batch::contacts], settings, threads);
   plan.block_threads = chosen(batch_teams_[Batch::blocks], settings, threads);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;
   plan.leave_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
-  plan.keep = mechanisms::kept_pairs && !facts.nested &&
-              settings.backend != dParallelSAPBackendCUDA &&
-              (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
+  plan.use_cache = mechanisms::kept_pairs && !facts.nested &&
+                   settings.backend != dParallelSAPBackendCUDA &&
+                   (isAuto(settings) || settings.method == dParallelSAPMethodSweep);
   ExtractionPlan& extraction = plan.extraction;
-  extraction.method = isAuto(settings) ? methodFor(facts, settings) : settings.method;
+  extraction.method = settings.method;
+  if (isAuto(settings))
+    extraction.method = settings.backend == dParallelSAPBackendCUDA || facts.slots > most_tested
+                            ? dParallelSAPMethodSweep
+                            : dParallelSAPMethodBruteForce;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   // Times must not decide which extra pairs a tolerance lets through.
-  const bool only_cpu = settings.backend == dParallelSAPBackendAuto && settings.rules.tolerance > 0;
+  const bool only_cpu = mayTakeProcessor(settings) && settings.rules.tolerance > 0;
   if (facts.devices.any && settings.backend != dParallelSAPBackendCPU && !only_cpu)
     planDevices(facts, settings, plan);
-  plan.fat_pairs = mechanisms::fat_pairs && plan.keep && extraction.devices == 0 &&
+  plan.fat_pairs = mechanisms::fat_pairs && plan.use_cache && extraction.devices == 0 &&
                    (extraction.method == dParallelSAPMethodSweep || settings.rules.tolerance > 0);
   return plan;
-}
-
-int Policy::methodFor(const SceneFacts& facts, const Settings& settings) {
-  return settings.backend == dParallelSAPBackendCUDA || facts.slots > most_tested
-             ? dParallelSAPMethodSweep
-             : dParallelSAPMethodBruteForce;
 }
 
 // A number that is set without leave for the processor is taken as it is. Where the processor may
 // be chosen, devices are chosen only once they are ready, so that no frame waits for them.
 void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const {
   ExtractionPlan& extraction = plan.extraction;
-  const bool processor = settings.backend == dParallelSAPBackendAuto;
+  const bool processor = mayTakeProcessor(settings);
   if (extraction.method == dParallelSAPMethodAxisLists) {
     if (processor) return;
     extraction.devices = std::max(1, settings.devices);
@@ -110,24 +119,17 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
   int ready = processor ? facts.devices.ready : std::max(facts.devices.ready, 1);
   if (ready < std::min(settings.devices, facts.devices.usable)) ready = 0;
   plan.weighs_devices = true;
-  plan.candidates = settings.devices == 0 ? DeviceChoice::Candidates::upTo(processor, ready)
-                                          : DeviceChoice::Candidates::only(
-                                                processor, std::min(settings.devices, ready));
-  plan.device_decision = device_choice_.decide(facts.slots, plan.candidates);
+  plan.device_decision = device_choice_.decide(facts.slots, candidatesOf(settings, ready));
   extraction.devices = plan.device_decision.devices;
 }
 
-void Policy::learnOfKept() {
-  team_.learnOfOther(team_times.stalled());
-}
-
-void Policy::learn(const Plan& plan, std::size_t slots, const Settings& settings,
-                   const FoundAnew& frame) {
-  if (settings.threads == 0 && mostThreads(slots, settings) > 1)
-    team_.learn(frame.threads, slots, frame.found_ms, team_times.stalled());
-  if (plan.weighs_devices && !frame.wide)
-    device_choice_.learn(plan.device_decision, std::min(frame.devices, DeviceChoice::most_devices),
-                         slots, frame.candidates, frame.extract_ms);
+void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+                   const Found& found, const FrameTimes& times) {
+  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
+    team_.learn(found.threads, facts.slots, times.found_ms, team_times.stalled());
+  if (plan.weighs_devices && !facts.last_wide)
+    device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
+                         facts.slots, found.pairs, times.extract_ms);
 }
 
 void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
@@ -146,16 +148,9 @@ void Policy::learnOfApart(const Plan& plan, const ApartCounts& boxes) {
     apart_.paid();
 }
 
-int Policy::learnMissedDevices(const Plan& plan, const SceneFacts& facts,
-                               const Settings& settings) {
-  if (!plan.weighs_devices) return 0;
-  const bool processor = settings.backend == dParallelSAPBackendAuto;
-  const int usable = facts.devices.usable;
-  const DeviceChoice::Candidates all =
-      settings.devices == 0
-          ? DeviceChoice::Candidates::upTo(processor, usable)
-          : DeviceChoice::Candidates::only(processor, std::min(settings.devices, usable));
-  return device_choice_.learnMissed(facts.slots, all, facts.devices.ready);
+int Policy::learnMissedDevices(const SceneFacts& facts, const Settings& settings) {
+  return device_choice_.learnMissed(facts.slots, candidatesOf(settings, facts.devices.usable),
+                                    facts.devices.ready);
 }
 
 }  // namespace ode_parallel_sap

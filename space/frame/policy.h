@@ -6,14 +6,39 @@
 
 #include "space/base/back_off.h"
 #include "space/contacts/certainly_apart.h"
+#include "space/finders/extraction.h"
 #include "space/frame/device_choice.h"
-#include "space/frame/plan.h"
 #include "space/frame/settings.h"
 #include "space/frame/team_choice.h"
 
 namespace ode_parallel_sap {
 
-// Work of a size that slots do not tell, and what it took.
+// What is known when a frame begins.
+struct SceneFacts {
+  std::size_t slots;
+  bool last_wide;  // its boxes were doubles
+  bool nested;     // within a callback of this space
+  DeviceBackend::Devices devices;
+  bool for_team = false;                           // contacts or a report on all threads follow
+  UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
+};
+
+// What a frame is to do: decided once, when it begins, and not changed after.
+struct Plan {
+  PackRules rules;          // those that the user set
+  int threads = 1;          // of all stages up to the report
+  int contact_threads = 1;  // of the narrow phase
+  int block_threads = 1;    // of a report in blocks on all threads
+  bool leave_out = false;   // boxes that are certainly apart are not collided
+  bool fat_pairs = false;   // kept pairs of larger boxes may do, if those hold the boxes
+  bool use_cache = false;   // boxes and pairs of the last frame do where little has changed
+  ExtractionPlan extraction;
+  // Where extraction may run on devices: what was weighed, and how it came out.
+  bool weighs_devices = false;
+  DeviceChoice::Decision device_decision;
+};
+
+// Work whose size is not that of the scene, and the time it took.
 struct Batch {
   enum Of { contacts, blocks, rays, kinds };
 
@@ -23,12 +48,10 @@ struct Batch {
   double ms;
 };
 
-// What a frame took whose pairs were found anew.
-struct FoundAnew {
-  bool wide;  // the boxes were doubles
-  int devices, threads;
-  std::size_t candidates;
-  double found_ms, extract_ms;
+// The times of a frame whose pairs were found anew.
+struct FrameTimes {
+  double extract_ms;
+  double found_ms;  // all stages up to the filter
 };
 
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.
@@ -38,26 +61,25 @@ class Policy {
   static bool isSmall(std::size_t slots, const Settings& settings);
 
   Plan decide(const SceneFacts& facts, const Settings& settings) const;
-  // The threads for anything that looks at so many slots.
+  // The threads for anything that goes through so many slots.
   int teamFor(std::size_t slots, const Settings& settings) const;
   int threadsForRays(std::size_t rays, const Settings& settings) const;
 
-  // A frame went by `plan` at least until its pairs were found.
-  void learn(const Plan& plan, std::size_t slots, const Settings& settings, const FoundAnew& frame);
-  void learnOfKept();  // pairs
-  // What a batch took.
+  // A frame went by `plan` at least until its pairs were found: anew, or by the cache.
+  void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
+             const Found& found, const FrameTimes& times);
+  void learnOfKeptPairs() { team_.learnOfOther(team_times.stalled()); }
   void learnOfBatch(const Settings& settings, const Batch& batch);
-  // What was tested whether it is apart, and what is.
+  // Boxes that were tested whether they are apart.
   void learnOfApart(const Plan& plan, const ApartCounts& boxes);
   // Devices failed: so many are left.
   void learnOfLoss(int devices_left) { device_choice_.lost(devices_left); }
   // How many devices should be made ready.
-  int learnMissedDevices(const Plan& plan, const SceneFacts& facts, const Settings& settings);
+  int learnMissedDevices(const SceneFacts& facts, const Settings& settings);
 
  private:
   static int mostThreads(std::size_t slots, const Settings& settings);
   static int chosen(const TeamChoice& team, const Settings& settings, int most);
-  static int methodFor(const SceneFacts& facts, const Settings& settings);
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
 
   TeamChoice team_, batch_teams_[Batch::kinds];

@@ -1,12 +1,15 @@
 #include "space/frame/small_scenes.h"
 
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
 #include <algorithm>
 #include <new>
 
 #include "space/base/mechanisms.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/tuning.h"
-#include "space/geoms/facing_box.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
 #include "space/simd/kernels.h"
@@ -28,11 +31,10 @@ __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
   return moved;
 }
 
-// Calls use(pair) for those of the geoms whose AABBs overlap, ascending: with vectors of
-// the exact bounds. Needs exactMode(). Not inline, as it would cost those that do without some
-// time.
-template <class Use>
-__attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned count, Use use) {
+// Lists the pairs of geoms whose AABBs overlap, ascending, with vectors of the exact bounds.
+// Returns their number. Not inline, as it would cost the scenes that do without some time.
+__attribute__((noinline)) unsigned findByVectors(dxGeom* const* geoms, unsigned count,
+                                                 PlacePair* list) {
   constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
   Group<dReal> boxes[cells];
   GroupIds ids[cells];
@@ -51,22 +53,54 @@ __attribute__((noinline)) void forOverlapping(dxGeom* const* geoms, unsigned cou
   // A few rows at a time, which need less of the stack.
   constexpr std::size_t rows = group_size;
   Pair pairs[(rows + 1) * smallest_scene + 2 * group_size];
+  unsigned found = 0;
   for (std::size_t row = 0; row + 1 < count; row += rows) {
     PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
     const std::size_t last = std::min<std::size_t>(row + rows - 1, count - 2);
     kernels<dReal>().trianglePairs(view, {count, row, row + 1, last, count}, true, sink);
     for (const Pair* pair = pairs; pair < sink.next; ++pair)
-      use(PlacePair{static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))});
+      list[found++] = {static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))};
   }
+  return found;
 }
 
-// The same for so few geoms that vectors of them do not pay. Returns the number of pairs.
-unsigned findOverlapping(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
+#if defined(__SSE2__) && defined(dDOUBLE)
+// Two boxes overlap on an axis if neither's lower bound is above the other's upper one. With the
+// one as (lower, -upper) and the other as (upper, -lower) both are one comparison of two lanes. So
+// a pair takes three of them and no branch, which a processor could not predict.
+class FacingBox {
+ public:
+  FacingBox() = default;
+  explicit FacingBox(const dxGeom* geom) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m128d bounds = _mm_loadu_pd(geom->aabb + 2 * axis);
+      lower_[axis] = _mm_xor_pd(bounds, _mm_set_pd(-0.0, 0));
+      upper_[axis] = _mm_xor_pd(_mm_shuffle_pd(bounds, bounds, 1), _mm_set_pd(-0.0, 0));
+    }
+  }
+  bool overlaps(const FacingBox& other) const {
+    const auto apart = [&](int axis) { return _mm_cmpnle_pd(lower_[axis], other.upper_[axis]); };
+    return _mm_movemask_pd(_mm_or_pd(_mm_or_pd(apart(0), apart(1)), apart(2))) == 0;
+  }
+
+ private:
+  __m128d lower_[3], upper_[3];
+};
+#else
+struct FacingBox {
+  const dxGeom* geom = nullptr;
+
+  bool overlaps(const FacingBox& other) const { return boxesOverlap(geom, other.geom); }
+};
+#endif
+
+// The same for so few geoms that vectors of them do not pay.
+unsigned findOneByOne(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
   FacingBox boxes[most_without_vectors];
-  for (unsigned i = 0; i < count; ++i) boxes[i] = FacingBox(geoms[i]);
+  for (unsigned i = 0; i < count; ++i) boxes[i] = FacingBox{geoms[i]};
   std::size_t found = 0;
   for (unsigned i = 0; i + 1 < count; ++i) {
-    const FacingBox::Turned box(boxes[i]);
+    const FacingBox box = boxes[i];
     for (unsigned j = i + 1; j < count; ++j) {
       pairs[found] = {static_cast<std::uint16_t>(i << 8 | j)};
       found += box.overlaps(boxes[j]);
@@ -83,101 +117,81 @@ __attribute__((noinline)) Bounds boundsOf(const dxGeom* geom) {
 }
 
 // Whether an enabled geom takes part. Counts it if it is one of those that few scenes have.
-__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallCounts& counts) {
+__attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) {
   if (!isEnabled(geom)) return false;  // it is an empty sub-space
   const Bounds bounds = boundsOf(geom);
   if (bounds == Bounds::invalid) {
-    ++counts.invalid;
+    ++found.counts.invalid;
     return false;
   }
-  if (bounds == Bounds::unbounded) ++counts.unbounded;
-  if (isUserClass(geom)) counts.user_classes = true;
+  if (bounds == Bounds::unbounded) ++found.counts.unbounded;
+  if (isUserClass(geom)) found.user_classes = true;
   return true;
 }
 
 // Lists the geoms that take part. All are clean. Returns whether some two may not meet by their
 // bits or bodies: no bit is in all, or a geom is followed by another one of its body, as all but
 // the last are. Needs exactMode().
-inline bool listActive(dxGeom* first, dxGeom** active, SmallCounts& counts) {
+inline bool listActive(dxGeom* first, dxGeom** active, SmallFound& found) {
   unsigned actives = 0;
   unsigned long shared_bits = ~0ul;
   bool followed = false;
   for (dxGeom* geom = first; geom; geom = geom->next) {
     if ((geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE) continue;
     const bool usual = geom->type < dFirstSpaceClass && isPlain(geom);
-    if (!usual && !takesPart(geom, counts)) continue;
+    if (!usual && !takesPart(geom, found)) continue;
     active[actives++] = geom;
     shared_bits &= geom->category_bits & geom->collide_bits;
     followed |= geom->body_next != nullptr;
   }
-  counts.actives = actives;
+  found.actives = actives;
   return !shared_bits || followed;
 }
 
-// What decides, beside their AABBs, which geoms that take part may pair.
-struct Choice {
-  PairRule rule;
-  bool takes_all;
-
-  // Not inline, as most scenes take all.
-  __attribute__((noinline)) bool mayPair(dxGeom* a, dxGeom* b) const { return rule.mayPair(a, b); }
-  bool takes(dxGeom* a, dxGeom* b) const { return takes_all || mayPair(a, b); }
-};
-
-__attribute__((noinline)) unsigned listPairsOfMany(unsigned actives, const Choice& choice,
-                                                   SmallStorage& storage) {
-  unsigned pairs = 0;
-  forOverlapping(storage.active, actives, [&](PlacePair pair) {
-    if (choice.takes(storage.active[pair.earlier()], storage.active[pair.later()]))
-      storage.pairs[pairs++] = pair;
-  });
-  return pairs;
-}
-
-inline unsigned listPairsOfSome(unsigned actives, const Choice& choice, SmallStorage& storage) {
-  const unsigned overlapping = findOverlapping(storage.active, actives, storage.pairs);
-  if (choice.takes_all) return overlapping;
+// Which of the geoms that take part may pair, the AABBTest functions apart. Needs exactMode().
+inline unsigned listPairs(unsigned actives, const PairRule& rule, bool takes_all,
+                          SmallStorage& storage) {
+  const unsigned overlapping = actives > most_without_vectors
+                                   ? findByVectors(storage.active, actives, storage.pairs)
+                                   : findOneByOne(storage.active, actives, storage.pairs);
+  if (takes_all) return overlapping;
   unsigned pairs = 0;
   for (unsigned i = 0; i < overlapping; ++i) {
     const PlacePair pair = storage.pairs[i];
-    if (choice.takes(storage.active[pair.earlier()], storage.active[pair.later()]))
+    if (rule.mayPair(storage.active[pair.earlier()], storage.active[pair.later()]))
       storage.pairs[pairs++] = pair;
   }
   return pairs;
 }
 
-// Which of them may pair, the AABBTest functions apart. Needs exactMode().
-inline unsigned listPairs(unsigned actives, const Choice& choice, SmallStorage& storage) {
-  return actives > most_without_vectors ? listPairsOfMany(actives, choice, storage)
-                                        : listPairsOfSome(actives, choice, storage);
-}
-
 // The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().
 inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallStorage& storage,
-                           SmallCounts& counts) {
-  const bool by_filters = listActive(scene.first, storage.active, counts);
+                           SmallFound& found) {
+  const bool by_filters = listActive(scene.first, storage.active, found);
   const PairRule rule(rules);
-  counts.candidates = counts.pairs =
-      listPairs(counts.actives, {rule, !by_filters && rule.isODEs()}, storage);
+  found.counts.geoms = static_cast<unsigned>(scene.count);
+  found.counts.disabled = found.counts.geoms - found.actives - found.counts.invalid;
+  found.counts.candidates = found.counts.pairs =
+      listPairs(found.actives, rule, !by_filters && rule.isODEs(), storage);
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
-                                               SmallStorage& storage, SmallCounts& counts) {
+                                               SmallStorage& storage, SmallFound& found) {
   const ScopedMode mode(exactMode());
-  findAmongClean(scene, rules, storage, counts);
+  findAmongClean(scene, rules, storage, found);
 }
 
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
-// floating-point mode first: reading it waits for all computations before. `counts` is written
-// member by member and never copied: a copy waits until words just written have reached the cache.
+// floating-point mode first: reading it waits for all computations before. `found` is written
+// member by member and not copied: a copy waits until words just written have reached the cache.
 inline void find(const Scene& scene, const PackRules& rules, SmallStorage& storage,
-                 SmallCounts& counts) {
+                 SmallFound& found) {
   const bool is_exact = !differs(currentMode(), exactMode());
   bool others = false;
-  counts.moved = clean(scene.first, others);
+  found.counts.moved = clean(scene.first, others);
   scene.needs_clean = false;
-  if (is_exact && !others) return findAmongClean(scene, rules, storage, counts);
-  findInExactMode(scene, rules, storage, counts);
+  if (is_exact && !others) return findAmongClean(scene, rules, storage, found);
+  findInExactMode(scene, rules, storage, found);
 }
 
 // Leaves those of the pairs that pass the AABBTest functions.
@@ -208,36 +222,45 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Com
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
   SmallStorage storage;
-  SmallFound found(storage);
+  SmallFound found;
   if (isStill(rules)) {
-    found = still_scene_->found();
+    found = found_;
   } else {
-    find(scene, rules, storage, found.counts);
+    found.active = storage.active;
+    found.pairs = storage.pairs;
+    find(scene, rules, storage, found);
     noteFound(scene, rules, complaints, found);
   }
-  if (found.counts.user_classes) test(storage, found);
+  if (found.user_classes) test(storage, found);
   if (report.events && !updateEvents(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();
-  const FrameCounts result = found.counts.of(scene.count);
-  statistics.noteSmall(result);
+  statistics.noteSmall(found.counts);
   const Clock::time_point reporting = timed ? Clock::now() : begin;
   const auto forPairs = [&](auto use) {
-    for (const PlacePair* pair = found.pairs; pair < found.pairs + result.pairs; ++pair)
+    for (const PlacePair* pair = found.pairs; pair < found.pairs + found.counts.pairs; ++pair)
       use(found.active[pair->earlier()], found.active[pair->later()]);
   };
   if (report.watcher) {
     forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b, PairWatcher::unknown); });
     report.watcher->endPairs();
   }
-  forPairs([&](dxGeom* a, dxGeom* b) { report.callback(report.data, a, b); });
-  if (report.end) report.end(report.data);
+  const PairReceiver receiver = report.receiver;
+  forPairs([&](dxGeom* a, dxGeom* b) { receiver.callback(receiver.data, a, b); });
+  if (receiver.end) receiver.end(receiver.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
-    statistics.noteSmall(result);
+    statistics.noteSmall(found.counts);
   if (timed)
     statistics.noteSmallTimes(milliseconds(begin, reporting),
                               milliseconds(reporting, Clock::now()));
-  return result;
+  return found.counts;
+}
+
+bool SmallScenes::isStill(const PackRules& rules) const {
+  if (!is_still_ || rules_ != rules) return false;
+  Seen::Difference difference = 0;
+  for (const Seen& seen : seen_) difference |= seen.difference();
+  return difference == 0;
 }
 
 // Of a frame that was found anew.
@@ -253,7 +276,7 @@ void SmallScenes::noteFound(const Scene& scene, const PackRules& rules, Complain
 // False without memory for it. AABBTest functions may answer otherwise in a scene that is still.
 bool SmallScenes::updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events) {
   constexpr PairEvents::Source source = PairEvents::Source::small_scene;
-  if (found.recalled && !found.counts.user_classes && events.updateSame(source)) return true;
+  if (found.recalled && !found.user_classes && events.updateSame(source)) return true;
   try {
     event_pairs_.clear(1);
     Buffer<Pair>& pairs = event_pairs_.parts[0];
@@ -268,28 +291,23 @@ bool SmallScenes::updateEvents(const Scene& scene, const SmallFound& found, Pair
   return events.update(event_pairs_, scene.slots, source, 1);
 }
 
-// Where a frame says it all: not what rules leave out by the state of bodies. Nor within a
+// Not where rules leave out pairs by the state of bodies, which changes silently. Nor within a
 // callback, to which the remembered pairs may be reported.
 void SmallScenes::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
   if (!mechanisms::still_small_scenes || rules.skip() || scene.nested) return;
   try {
-    if (!still_scene_) still_scene_ = std::make_unique<StillScene>();
-    still_scene_->remember(scene, rules, found);
-    is_still_ = true;
+    seen_.clear();
+    for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
+    active_.assign(found.active, found.active + found.actives);
+    pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
   } catch (const std::bad_alloc&) {
+    return;
   }
-}
-
-void StillScene::remember(const Scene& scene, const PackRules& rules, const SmallFound& found) {
   rules_ = rules;
-  seen_.clear();
-  for (const dxGeom* geom = scene.first; geom; geom = geom->next) seen_.push_back(Seen(geom));
-  active_.assign(found.active, found.active + found.counts.actives);
-  pairs_.assign(found.pairs, found.pairs + found.counts.candidates);
+  found_ = found;
   found_.active = active_.data();
   found_.pairs = pairs_.data();
-  found_.counts = found.counts;
-  found_.recalled = true;
+  found_.recalled = is_still_ = true;
 }
 
 }  // namespace ode_parallel_sap

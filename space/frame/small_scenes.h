@@ -1,16 +1,15 @@
 // Scenes so small that they need no boxes. Sees ODE's private headers.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "space/base/tuning.h"
 #include "space/cache/pair_events.h"
 #include "space/frame/complaints.h"
 #include "space/frame/statistics.h"
+#include "space/frame/without_memory.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/pair_watcher.h"
@@ -31,56 +30,33 @@ struct SmallStorage {
   PlacePair pairs[smallest_scene * (smallest_scene - 1) / 2];
 };
 
-// What a frame of a small scene did. Small, so that most of it is in registers.
-struct SmallCounts {
-  unsigned moved = 0, actives = 0, invalid = 0, unbounded = 0, candidates = 0, pairs = 0;
-  bool user_classes = false;
-
-  // Of a scene of so many geoms.
-  FrameCounts of(std::size_t geoms) const {
-    return {geoms, moved, geoms - actives - invalid, invalid, unbounded, candidates, pairs};
-  }
-};
-
 // The geoms of such a scene that take part, and what was found among them.
 struct SmallFound {
-  SmallFound() = default;
-  // What is going to be put there.
-  explicit SmallFound(const SmallStorage& storage) : active(storage.active), pairs(storage.pairs) {}
-
   dxGeom* const* active = nullptr;
   const PlacePair* pairs = nullptr;  // of places in `active`
-  SmallCounts counts;
+  unsigned actives = 0;
+  FrameCounts counts = {};
+  bool user_classes = false;
   bool recalled = false;  // what was found is what was remembered
 };
 
 // What is done with the pairs of a small scene.
 struct SmallReport {
-  void* data;
-  dNearCallback* callback;
-  void (*end)(void* data) = nullptr;  // called after the last one; may be 0
-  PairEvents* events = nullptr;       // updated with the pairs; may be 0
-  PairWatcher* watcher = nullptr;     // sees the pairs; may be 0
+  const PairReceiver& receiver;
+  PairEvents* events;    // updated with the pairs; may be 0
+  PairWatcher* watcher;  // sees the pairs; may be 0
 };
 
-// A small scene in which nothing moves: the candidates of its pairs stay while no geom is dirty,
-// and all are as they were in what ODE does not announce.
-class StillScene {
+// The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
+// take most of the time. Once nothing has moved for two frames the candidates are remembered: they
+// stay while no geom is dirty, and all are as they were in what ODE does not announce.
+class SmallScenes {
  public:
-  const PackRules& rules() const { return rules_; }
-  // Whether all geoms are as remembered.
-  bool isAsSeen() const {
-    Seen::Difference difference = 0;
-    for (const Seen& seen : seen_) difference |= seen.difference();
-    return difference == 0;
-  }
-  void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
-  // Its candidates are its pairs, unless there are user classes.
-  const SmallFound& found() const { return found_; }
-  std::size_t bytes() const {
-    return sizeof *this + seen_.capacity() * sizeof(Seen) + active_.capacity() * sizeof(dxGeom*) +
-           pairs_.capacity() * sizeof(PlacePair);
-  }
+  // A geom became dirty, came or went.
+  void noteChange() { is_still_ = false; }
+  FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
+                      Statistics& statistics, const SmallReport& report);
+  std::size_t bytes() const { return bytesOf(seen_, active_, pairs_, event_pairs_); }
 
  private:
   // What decides a geom's pairs while it does not move. That a sub-space is or is not empty any
@@ -109,38 +85,22 @@ class StillScene {
     }
   };
 
-  PackRules rules_;
-  std::vector<Seen> seen_;
-  std::vector<dxGeom*> active_;
-  std::vector<PlacePair> pairs_;
-  SmallFound found_;  // in these
-};
-
-// The same promises as the pipeline's without boxes, lists or clocks: for so few geoms those would
-// take most of the time. Once nothing has moved for two frames the pairs are remembered.
-class SmallScenes {
- public:
-  // A geom became dirty, came or went.
-  void noteChange() { is_still_ = false; }
-  FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                      Statistics& statistics, const SmallReport& report);
-  std::size_t bytes() const {
-    return (still_scene_ ? still_scene_->bytes() : 0) + event_pairs_.bytes();
-  }
-
- private:
-  bool isStill(const PackRules& rules) const {
-    return is_still_ && still_scene_->rules() == rules && still_scene_->isAsSeen();
-  }
+  bool isStill(const PackRules& rules) const;
   void noteFound(const Scene& scene, const PackRules& rules, Complaints& complaints,
                  const SmallFound& found);
   void remember(const Scene& scene, const PackRules& rules, const SmallFound& found);
   bool updateEvents(const Scene& scene, const SmallFound& found, PairEvents& events);
 
-  std::unique_ptr<StillScene> still_scene_;
   bool is_still_ = false;      // it was remembered, and noteChange() was not called since
   unsigned still_frames_ = 0;  // without a move, in a row
-  PairList event_pairs_;       // by slot
+  // What is remembered.
+  PackRules rules_;
+  std::vector<Seen> seen_;
+  std::vector<dxGeom*> active_;
+  std::vector<PlacePair> pairs_;
+  SmallFound found_;  // in these
+
+  PairList event_pairs_;  // by slot
 };
 
 }  // namespace ode_parallel_sap

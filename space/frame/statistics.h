@@ -3,14 +3,18 @@
 
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "space/frame/stage_clock.h"
 
 namespace ode_parallel_sap {
 
-// The counts of a small frame, which has no other statistics but times.
+// The counts of a small frame, which has no other statistics but times; so small themselves that
+// they fit registers.
 struct FrameCounts {
-  std::size_t geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
-              pairs = 0;
+  unsigned geoms = 0, moved = 0, disabled = 0, invalid = 0, unbounded = 0, candidates = 0,
+           pairs = 0;
 };
 
 inline void setCounts(const FrameCounts& counts, dParallelSAPStats& stats) {
@@ -33,61 +37,43 @@ inline dParallelSAPStats statsOf(const FrameCounts& counts) {
 }
 
 // Sums over frames, queries and rays, and over spaces.
-class FrameSums {
- public:
-  struct Sums {
-    unsigned long long frames = 0;
-    double geoms = 0, pairs = 0, contacts = 0;
-    double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
-           report_ms = 0, total_ms = 0;
-    // Frames have no part in these.
-    unsigned long long queries = 0, rays = 0;
-    double queries_ms = 0, rays_ms = 0;
-  };
+struct FrameSums {
+  unsigned long long frames = 0;
+  double geoms = 0, pairs = 0, contacts = 0;
+  double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
+         report_ms = 0, total_ms = 0;
+  // Frames have no part in these.
+  unsigned long long queries = 0, rays = 0;
+  double queries_ms = 0, rays_ms = 0;
 
-  void add(const dParallelSAPStats& frame) {
-    ++sums_.frames;
-    addAll(frame, 1, sums_);
+  // A frame's statistics, or sums, divided by a number.
+  template <class From>
+  void addFrames(const From& from, double divisor = 1) {
+    geoms += static_cast<double>(from.geoms) / divisor;
+    pairs += static_cast<double>(from.pairs) / divisor;
+    contacts += static_cast<double>(from.contacts) / divisor;
+    update_ms += from.update_ms / divisor;
+    synchronise_ms += from.synchronise_ms / divisor;
+    extract_ms += from.extract_ms / divisor;
+    filter_ms += from.filter_ms / divisor;
+    narrow_ms += from.narrow_ms / divisor;
+    report_ms += from.report_ms / divisor;
+    total_ms += from.total_ms / divisor;
   }
   void add(const FrameSums& other) {
-    sums_.frames += other.sums_.frames;
-    addAll(other.sums_, 1, sums_);
-    addQueries(other.sums_.queries, other.sums_.queries_ms);
-    addRays(other.sums_.rays, other.sums_.rays_ms);
+    addFrames(other);
+    frames += other.frames;
+    queries += other.queries;
+    rays += other.rays;
+    queries_ms += other.queries_ms;
+    rays_ms += other.rays_ms;
   }
-  void addQueries(unsigned long long count, double ms) {
-    sums_.queries += count;
-    sums_.queries_ms += ms;
-  }
-  void addRays(unsigned long long count, double ms) {
-    sums_.rays += count;
-    sums_.rays_ms += ms;
-  }
-  const Sums& sums() const { return sums_; }
-  // Of a frame. `frames` is the number of all.
-  Sums average() const {
-    Sums average;
-    average.frames = sums_.frames;
-    if (sums_.frames) addAll(sums_, 1 / static_cast<double>(sums_.frames), average);
+  // Of a frame.
+  FrameSums average() const {
+    FrameSums average;
+    if (frames) average.addFrames(*this, static_cast<double>(frames));
     return average;
   }
-
- private:
-  template <class From>
-  static void addAll(const From& from, double share, Sums& sums) {
-    sums.geoms += static_cast<double>(from.geoms) * share;
-    sums.pairs += static_cast<double>(from.pairs) * share;
-    sums.contacts += static_cast<double>(from.contacts) * share;
-    sums.update_ms += from.update_ms * share;
-    sums.synchronise_ms += from.synchronise_ms * share;
-    sums.extract_ms += from.extract_ms * share;
-    sums.filter_ms += from.filter_ms * share;
-    sums.narrow_ms += from.narrow_ms * share;
-    sums.report_ms += from.report_ms * share;
-    sums.total_ms += from.total_ms * share;
-  }
-
-  Sums sums_;
 };
 
 class Statistics {
@@ -97,23 +83,53 @@ class Statistics {
 
   void beginFrame() { ++last_.frames; }
   // What a frame has done so far: before the report, which may throw or collide again, and after.
-  void note(const dParallelSAPStats& frame, const StageClock& clock);
+  void note(const dParallelSAPStats& frame, const StageClock& clock) {
+    const unsigned long long frames = last_.frames;
+    last_was_small_ = false;
+    last_ = frame;
+    last_.frames = frames;
+    last_.threads = std::max({frame.threads, frame.find_threads, frame.narrow_threads});
+    last_.update_ms = clock.of(Stage::update);
+    last_.synchronise_ms = clock.of(Stage::synchronise);
+    last_.extract_ms = clock.of(Stage::extract);
+    last_.filter_ms = clock.of(Stage::filter);
+    last_.events_ms = clock.of(Stage::events);
+    last_.narrow_ms = clock.of(Stage::narrow);
+    last_.report_ms = clock.of(Stage::report);
+    last_.total_ms = clock.total();
+  }
   // The same of a small frame. Few words are written: more would be a good part of a frame of two
   // geoms.
   void noteSmall(const FrameCounts& counts) {
-    if (!last_was_small_) beginSmall();
+    if (!std::exchange(last_was_small_, true)) {
+      const unsigned long long frames = last_.frames;
+      last_ = statsOf({});
+      last_.frames = frames;
+    }
     setCounts(counts, last_);
   }
-  void noteSmallTimes(double found_ms, double report_ms);
+  void noteSmallTimes(double found_ms, double report_ms) {
+    last_.extract_ms = found_ms;
+    last_.report_ms = report_ms;
+    last_.total_ms = found_ms + report_ms;
+  }
   // The last noted frame came to its end.
   void endFrame() {
-    if (sums_wanted_) sums_.add(last_);
+    if (!sums_wanted_) return;
+    ++sums_.frames;
+    sums_.addFrames(last_);
   }
 
   // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only.
   bool timesQueries() const { return sums_wanted_; }
-  void noteQuery(double ms) { sums_.addQueries(1, ms); }
-  void noteRays(std::size_t count, double ms) { sums_.addRays(count, ms); }
+  void noteQuery(double ms) {
+    ++sums_.queries;
+    sums_.queries_ms += ms;
+  }
+  void noteRays(std::size_t count, double ms) {
+    sums_.rays += count;
+    sums_.rays_ms += ms;
+  }
 
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a
   // few geoms.
@@ -123,7 +139,7 @@ class Statistics {
 
   unsigned long long frames() const { return last_.frames; }
   const FrameSums& sums() const { return sums_; }
-  // A program asked for those of the last frame: small frames are timed from now on.
+  // The program reads those of the last frame: small frames are timed from now on.
   const dParallelSAPStats& onRequest(std::size_t memory_bytes) {
     times_wanted_ = true;
     if (last_.frames) last_.memory_bytes = memory_bytes;
@@ -132,8 +148,6 @@ class Statistics {
 
  private:
   static constexpr unsigned timed_interval = 16;  // fixed: frames, as the header says
-
-  void beginSmall();
 
   bool sums_wanted_, times_wanted_;
   bool last_was_small_ = false;

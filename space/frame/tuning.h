@@ -12,12 +12,12 @@ constexpr std::size_t most_tested = 200;
 // Up to this number of geoms pairs of a small scene are tested without vectors.
 constexpr unsigned most_without_vectors = 32;
 
-// A near callback that takes so long for a pair looks at geoms that are not in the cache: one that
-// counts takes 2 to 3 ns, one that asks for bodies and user data 14 ns among 1,000 geoms, 27 among
+// A near callback that takes so long for a pair reads geoms that are not in the cache: one that
+// counts takes 2 to 3 ns, one that reads bodies and user data 14 ns among 1,000 geoms, 27 among
 // 10,000, 80 to 150 from 100,000 on.
 constexpr double least_callback_ms = 2e-5;
 
-// Looking which pairs of boxes are certainly apart pays where this part of them is.
+// Testing which pairs of boxes are certainly apart pays where this part of them is.
 // Unit: 1. From: contacts, piles.
 // Doubled: +9 % of time. Halved: no difference.
 constexpr double least_apart_boxes = 0.3;

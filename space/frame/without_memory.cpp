@@ -16,8 +16,8 @@ bool isPair(const PairRule& rule, dxGeom* a, dxGeom* b) {
 
 dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   FrameCounts counts;
-  counts.geoms = scene.count;
-  counts.moved = cleanOneByOne(scene.first);
+  counts.geoms = static_cast<unsigned>(scene.count);
+  counts.moved = static_cast<unsigned>(cleanOneByOne(scene.first));
   scene.needs_clean = false;
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
     const bool invalid = isEnabled(geom) && hasNaN(geom);
@@ -29,7 +29,7 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
 }
 
 void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelSAPStats& stats,
-                          void* data, dNearCallback* callback) {
+                          const PairReceiver& receiver) {
   const PairRule rule(rules);
   for (dxGeom* a = scene.first; a; a = a->next) {
     if (!PairRule::takesPart(a)) continue;
@@ -38,15 +38,16 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelS
       ++stats.candidates;
       if (!passesAABBTests(a, b)) continue;
       ++stats.pairs;
-      callback(data, a, b);
+      receiver.callback(receiver.data, a, b);
     }
   }
+  if (receiver.end) receiver.end(receiver.data);
 }
 
 void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom, void* data,
                         dNearCallback* callback) {
-  const PackRules asked = rules.ofQueries();
-  const PairRule rule(asked);
+  const PackRules of_queries = rules.ofQueries();
+  const PairRule rule(of_queries);
   for (dxGeom* own = scene.first; own; own = own->next)
     if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
 }

@@ -16,7 +16,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Whether a space of the process ever had swept bounds: until then none asks its sub-spaces.
+// Whether a space of the process ever had swept bounds: until then none visits its sub-spaces.
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
 std::atomic<unsigned> notified_of_all{0};
@@ -89,14 +89,14 @@ ParallelSAPSpace::~ParallelSAPSpace() {
 }
 
 void ParallelSAPSpace::printTotals() const {
-  const FrameSums::Sums &sums = totals().sums(), frame = totals().average();
-  if (frame.frames)
+  const FrameSums &sums = totals(), frame = sums.average();
+  if (sums.frames)
     dMessage(
         0,
         "parallel SAP space %p: %llu frames (%s), a frame: %.0f geoms, %.0f pairs, %.0f contacts, "
         "%.3f ms (update %.3f, synchronise %.3f, extract %.3f, filter %.3f, narrow %.3f, report "
         "%.3f)",
-        static_cast<const void*>(this), frame.frames, kernelSet().name, frame.geoms, frame.pairs,
+        static_cast<const void*>(this), sums.frames, kernelSet().name, frame.geoms, frame.pairs,
         frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
         frame.filter_ms, frame.narrow_ms, frame.report_ms);
   if (sums.queries || sums.rays)
@@ -172,11 +172,11 @@ void ParallelSAPSpace::closeSlots() {
   silent_.renumber(slots_.geoms());
 }
 
-// Checks the geoms that may be dirty without having said so, before the sweep makes some dirty of
-// which spaces around this one are not to know.
+// Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
+// of which spaces around this one are not to know.
 void ParallelSAPSpace::checkSilent() {
   silent_.check(*this, slots_.geoms().data());
-  if (any_swept.load(std::memory_order_relaxed)) sweep();
+  if (any_swept.load(std::memory_order_relaxed)) updateSweptBounds();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
@@ -195,7 +195,7 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
 // clean again before anyone else sees it, as this space is not made dirty for it, nor are those
 // around: a stock space may be going through its list. So a space of ours around it takes its box
 // for another in each frame, and its own box is made at once.
-void ParallelSAPSpace::sweep() {
+void ParallelSAPSpace::updateSweptBounds() {
   bool any = false;
   silent_.slots().forEach([&](Slot slot) {
     dxGeom* const geom = slots_.geoms()[slot];
@@ -210,7 +210,7 @@ void ParallelSAPSpace::sweep() {
   });
   if (!swept_.idle()) {
     const Lock lock(*this);
-    if (swept_.sweep(*this, slots_.geoms().data(), slots_.size())) any = true;
+    if (swept_.update(*this, slots_.geoms().data(), slots_.size())) any = true;
   }
   if (!any) return;
   gflags |= GEOM_AABB_BAD;
@@ -220,11 +220,11 @@ void ParallelSAPSpace::sweep() {
     gflags |= GEOM_DIRTY;
 }
 
-// A geom that is asked about by another space.
-void ParallelSAPSpace::sweep(dxGeom* geom) {
+// Of one geom, which meets another space.
+void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
   if (swept_.idle()) return;
   const Lock lock(*this);
-  swept_.sweepOne(geom, Slots::slotOf(geom), slots_.size());
+  swept_.updateOne(geom, Slots::slotOf(geom), slots_.size());
 }
 
 void ParallelSAPSpace::cleanGeoms() {
@@ -238,7 +238,7 @@ void ParallelSAPSpace::cleanNoted() {
   pipeline_.clean(scene(true), settings_);
 }
 
-// What a query does before it asks: where few geoms changed since the last one, these are known.
+// Before a query: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
   if (needs_clean_ && (queries_.clean(slots_.geoms()) || (rays_ && rays_->clean(slots_.geoms()))))
     needs_clean_ = false;
@@ -317,13 +317,14 @@ bool ParallelSAPSpace::findPair(dxGeom* o1, dxGeom* o2, unsigned& number) {
   return true;
 }
 
-// Has a geom that this space is asked about brought up to date by the space that it is in, or is.
+// Has the geom of a query brought up to date by the space that it is in, or is.
 void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->cleanGeoms();
   } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
-    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space)) other->sweep(geom);
+    if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
+      other->updateSweptBoundsOf(geom);
   }
 }
 

@@ -50,7 +50,7 @@ class ParallelSAPSpace : public dxSpace {
     silent_.slots().forEach([&](Slot slot) { visit(slots_.geoms()[slot]); });
   }
 
-  // The program tells what ODE does not: that a geom, or with null any, may have other bits,
+  // The program announces what ODE does not: that a geom, or with null any, may have other bits,
   // another body or another enabled state. For a geom from many threads at once.
   void notify(const dxGeom* geom) {
     if (geom)
@@ -69,7 +69,7 @@ class ParallelSAPSpace : public dxSpace {
   // other spaces.
   bool isFast(const dxGeom* geom) const;
 
-  // Which pairs begin and end, if that is asked for.
+  // Which pairs begin and end, if events are on.
   void turnEvents(bool on) { pipeline_.events().turn(on); }
   const PairEvents& events() const { return pipeline_.events(); }
 
@@ -79,7 +79,7 @@ class ParallelSAPSpace : public dxSpace {
 
   const Settings& settings() const { return settings_; }
   Settings& changeSettings() { return settings_; }
-  // Also asks for times from now on, which the smallest scenes do without.
+  // Small scenes are timed from now on.
   const dParallelSAPStats& stats();
 
  protected:
@@ -102,8 +102,8 @@ class ParallelSAPSpace : public dxSpace {
   void closeSlots();
   void checkSilent();
   static void updateOther(dxGeom* geom);
-  void sweep();
-  void sweep(dxGeom* geom);
+  void updateSweptBounds();
+  void updateSweptBoundsOf(dxGeom* geom);
   void cleanNoted();
   void cleanFew();
   void query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);

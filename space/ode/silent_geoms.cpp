@@ -17,18 +17,18 @@ bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-// A stock space that is going through its list must not be told to put it into another order.
-void tell(dxSpace* space, dxGeom* geom) {
+// A stock space that is going through its list must not put it into another order.
+void markDirty(dxSpace* space, dxGeom* geom) {
   if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Tells them of each other, if `telling`.
-void makeDirty(dxSpace* space, bool telling) {
+// locked. Marks them in each other's lists, if `marking`.
+void makeDirty(dxSpace* space, bool marking) {
   for (; space; space = space->parent_space) {
     const bool was_dirty = isDirty(space);
     space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-    if (telling && !was_dirty && space->parent_space) tell(space->parent_space, space);
+    if (marking && !was_dirty && space->parent_space) markDirty(space->parent_space, space);
   }
 }
 
@@ -95,7 +95,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
   listed_ = within_listed_ = true;
 }
 
-// A sub-space that is dirty is told of its meshes when it is clean again: its own list may have
+// The meshes of a dirty sub-space are marked in it when it is clean again: its own list may have
 // them in front already.
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
   try {
@@ -108,7 +108,7 @@ void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
         was_dirty = isDirty(geoms[slot]);
       }
       if (!isDirty(within->mesh)) continue;
-      if (!was_dirty) tell(within->mesh->parent_space, within->mesh);
+      if (!was_dirty) markDirty(within->mesh->parent_space, within->mesh);
       makeDirty(within->mesh->parent_space, true);
     }
   } catch (const std::bad_alloc&) {

@@ -12,16 +12,16 @@ struct dxSpace;
 
 namespace ode_parallel_sap {
 
-// dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which tells the spaces of clean
-// geoms only, then says nothing of it, nor of the spaces around it. So a space checks the flags of
-// its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what it
-// knows of them. (Where the program itself cleans or collides a stock sub-space first, ODE erases
-// the trace, and the bounds of that sub-space are stale in any space.)
+// dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
+// their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
+// of its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what
+// it knows of them. (Where the program itself cleans or collides a stock sub-space first, ODE
+// erases the trace, and the bounds of that sub-space are stale in any space.)
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.
   void growTo(std::size_t slots) { slots_.growTo(slots); }
-  // A geom comes to a slot. Its class is looked at later: a geom is added before its constructor
+  // A geom comes to a slot. Its class is read later: a geom is added before its constructor
   // has set it.
   void add(Slot slot) {
     slots_.insert(slot);
@@ -41,7 +41,7 @@ class SilentGeoms {
   void check(dxSpace& space, dxGeom* const* geoms) {
     if (!listed_ || anyDirty()) checkAll(space, geoms);
   }
-  // All meshes and spaces, and geoms whose class was not looked at yet.
+  // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   std::size_t bytes() const { return bytesOf(slots_, direct_, within_); }
 

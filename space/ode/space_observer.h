@@ -1,4 +1,4 @@
-// Add-ons that look at what a space does.
+// Add-ons that observe a space.
 #pragma once
 
 #include <memory>

@@ -92,7 +92,7 @@ bool SweptBounds::makeAABB(dxGeom* geom, Slot slot) {
   {
     const ScopedMode exact(exactMode());
     motion = motionOf(geom, step_);
-    if (!all_stale_ && recorded && !dirty && !records_[slot].untold &&
+    if (!all_stale_ && recorded && !dirty && !records_[slot].unreported &&
         motion == records_[slot].motion)
       return false;
   }
@@ -106,13 +106,13 @@ bool SweptBounds::makeAABB(dxGeom* geom, Slot slot) {
 }
 
 // A geom that is not dirty stays so: while it is, its space must be, too, and all around this.
-void SweptBounds::sweepOne(dxGeom* geom, Slot slot, std::size_t slots) {
+void SweptBounds::updateOne(dxGeom* geom, Slot slot, std::size_t slots) {
   const bool room = records_.size() >= slots || makeRoom(slots);
-  if (makeAABB(geom, slot) && room) records_[slot].untold = true;
+  if (makeAABB(geom, slot) && room) records_[slot].unreported = true;
 }
 
 // Without memory for records every AABB is made anew each time.
-bool SweptBounds::sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots) {
+bool SweptBounds::update(dxSpace& space, dxGeom* const* geoms, std::size_t slots) {
   const bool room = makeRoom(slots);
   bool any = false;
   for (std::size_t slot = 0; slot < slots; ++slot) {

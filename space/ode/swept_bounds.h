@@ -16,11 +16,11 @@ struct dxSpace;
 namespace ode_parallel_sap {
 
 // Writes swept bounds into the geoms themselves, as their AABBs, before anything else of a frame or
-// query looks at these: whatever finds pairs of AABBs then finds those of swept ones, as it is. A
+// query reads these: whatever finds pairs of AABBs then finds those of swept ones, as it is. A
 // geom stays dirty, so that all that is kept learns of it, but its AABB counts as up to date.
 //
-// ODE tells no space that a body has another speed. So every geom is looked at, and made dirty
-// where it moves otherwise than when its AABB was made.
+// ODE announces to no space that a body has another speed. So every geom is compared, and made
+// dirty where it moves otherwise than when its AABB was made.
 class SweptBounds {
  public:
   // How long a step is that boxes cover; 0: they are as geoms lie.
@@ -31,12 +31,12 @@ class SweptBounds {
   // Brings the AABBs of all geoms of `space` whose motion is another, or that are dirty, up to
   // date, and calls its dirty() for those that were not: it is to clean them before it returns.
   // True if there was any of either.
-  bool sweep(dxSpace& space, dxGeom* const* geoms, std::size_t slots);
-  // The same of the AABB of one geom, for another space that asks. Its own learns of it when it is
-  // swept itself.
-  void sweepOne(dxGeom* geom, Slot slot, std::size_t slots);
+  bool update(dxSpace& space, dxGeom* const* geoms, std::size_t slots);
+  // The same of the AABB of one geom, for another space. Its own learns of it when it updates
+  // all.
+  void updateOne(dxGeom* geom, Slot slot, std::size_t slots);
   // Whether the motion of a slot's geom was more than half of its smallest side when it was swept.
-  // Yes where nobody knows.
+  // Yes where that is not known.
   bool isFast(Slot slot) const {
     return step_ > 0 && (all_stale_ || (slot < records_.size() && records_[slot].fast));
   }
@@ -55,7 +55,7 @@ class SweptBounds {
   struct Record {
     Motion motion = {};  // with which the geom's AABB was made
     bool fast = false;
-    bool untold = false;  // made for another space: dirty() is still to be called
+    bool unreported = false;  // made for another space: dirty() is still to be called
   };
 
   static Motion motionOf(const dxGeom* geom, dReal step);
@@ -65,7 +65,7 @@ class SweptBounds {
 
   dReal step_ = 0;
   std::vector<Record> records_;  // by slot; none while all is off
-  bool all_stale_ = false;       // nobody knows with which motion any AABB was made
+  bool all_stale_ = false;       // with which motion AABBs were made is not known
 };
 
 }  // namespace ode_parallel_sap

@@ -11,7 +11,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-Region looking("cell coherence: active boxes");
+Region comparing("cell coherence: active boxes");
 
 // Sums of the extents of what is below a node. Not a number where there is nothing.
 template <class Real>
@@ -52,14 +52,14 @@ double growthOf(const Group<Real>& bounds, const Real* before) {
 }  // namespace
 
 template <class Real>
-bool CellCoherence<Real>::mayServe(const BoxSet& boxes, int threads) {
+bool CellCoherence<Real>::mayReuse(const BoxSet& boxes, int threads) {
   if (!mechanisms::kept_cells) return false;
   constexpr std::size_t word_slots = SlotSet::word_slots;
   const std::size_t words = (boxes.size + word_slots - 1) / word_slots;
   seen_.growTo(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
   const int most = teamFor(words, grains::box_rows, threads);
-  runTeam(looking, most, [&](int thread, int team) {
+  runTeam(comparing, most, [&](int thread, int team) {
     const Range range = ownPart(words, thread, team);
     for (std::size_t word = range.begin; word < range.end; ++word) {
       const std::size_t first = word * word_slots, count = std::min(boxes.size - first, word_slots);
@@ -79,27 +79,27 @@ bool CellCoherence<Real>::mayServe(const BoxSet& boxes, int threads) {
   bool same = true;
   for (std::size_t word = 0; word < words; ++word)
     same = same && seen_.word(word) == active_.word(word);
-  return served_ < longest_service && same;
+  return reuses_ < longest_reuse && same;
 }
 
 template <class Real>
-bool CellCoherence<Real>::serve(const CellTrees<Real>& trees) {
+bool CellCoherence<Real>::reuse(const CellTrees<Real>& trees) {
   const Real* before = spans_.data();
-  bool serve = true;
+  bool good = true;
   for (const int level : {1, 2}) {
     double growth = 0;
     const std::size_t children = forNodes(trees, level, [&](const Group<Real>& bounds) {
       growth += growthOf(bounds, before);
       before += group_size;
     });
-    serve = serve && growth <= most_growth * static_cast<double>(children);
+    good = good && growth <= most_growth * static_cast<double>(children);
   }
-  if (serve) {
-    if (++served_ > 1) back_off_.paid();
+  if (good) {
+    if (++reuses_ > 1) back_off_.paid();
     return true;
   }
   known_ = false;
-  if (served_ == 0) back_off_.failed();
+  if (reuses_ == 0) back_off_.failed();
   return false;
 }
 
@@ -112,7 +112,7 @@ void CellCoherence<Real>::restart(const CellTrees<Real>& trees) {
       spansOf(bounds, spans_.end() - group_size);
     });
   active_.swap(seen_);
-  served_ = 0;
+  reuses_ = 0;
   known_ = true;
 }
 

@@ -1,4 +1,4 @@
-// Whether cells that were cut for an earlier frame's boxes still serve.
+// Whether cells that were cut for an earlier frame's boxes are still good.
 #pragma once
 
 #include "space/base/back_off.h"
@@ -16,13 +16,13 @@ template <class Real>
 class CellCoherence {
  public:
   // Whether to try the cells of before for these boxes: if they hold all active slots and no
-  // others, and were not in vain of late. To be asked before cells are cut or packed.
-  bool mayServe(const BoxSet& boxes, int threads);
-  // Whether they do serve, `trees` being packed with the new boxes.
-  bool serve(const CellTrees<Real>& trees);
+  // others, and such a try has not failed of late. Called before cells are cut or packed.
+  bool mayReuse(const BoxSet& boxes, int threads);
+  // Whether they are good, `trees` being packed with the new boxes.
+  bool reuse(const CellTrees<Real>& trees);
   // The cells are about to be cut anew.
   void forget() { known_ = false; }
-  // Cells were cut anew for the boxes that mayServe() saw, and packed.
+  // Cells were cut anew for the boxes that mayReuse() saw, and packed.
   void restart(const CellTrees<Real>& trees);
 
   std::size_t bytes() const { return bytesOf(active_, seen_, spans_); }
@@ -32,7 +32,7 @@ class CellCoherence {
   std::size_t size_ = 0;
   SlotSet active_, seen_;  // slots: when the cells were cut, and as seen last
   Buffer<Real> spans_;  // of all below the nodes of the two lowest levels: sums of extents when cut
-  int served_ = 0;      // frames since then
+  int reuses_ = 0;      // frames since then
   BackOff back_off_{1};  // where cells come apart within a frame
 };
 

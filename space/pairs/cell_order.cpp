@@ -21,7 +21,7 @@ std::uint32_t slotOf(std::uint64_t record) {
   return static_cast<std::uint32_t>(record);
 }
 // Digits for a number of boxes: about two boxes a key where the boxes are spread evenly, and five
-// digits more, which tell the boxes of a place apart that is thirty times as clustered.
+// digits more, which separate the boxes of a place that is thirty times as clustered.
 int digitsFor(std::size_t boxes) {
   int digits = 0;
   while (digits < Quantizer<float>::max_bits && (boxes << digits_for_clusters >> digits) > 2)

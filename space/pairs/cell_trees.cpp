@@ -21,7 +21,7 @@ Region packing("cell trees: cells");
 
 // Makes room for all levels, and the views of it. There are none while that may fail.
 template <class Real>
-void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels levels) {
+void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered) {
   const std::size_t cells = classes.count ? classes.first[classes.count - 1].last_cell : 0;
   std::vector<TreeView<Real>> views = std::move(views_);
   views_.clear();
@@ -34,7 +34,7 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels l
     std::size_t groups = of.last_cell - of.first_cell;
     if (groups == 0) continue;
     view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
-    while (levels == Levels::all && (groups > 1 || view.depth < 2)) {
+    while (groups > 1 || view.depth < 2) {
       groups = groupsFor(groups);
       view.groups[view.depth++] = static_cast<std::uint32_t>(groups);
       total += groups;
@@ -58,9 +58,9 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered, Levels l
 
 template <class Real>
 void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes,
-                            int threads, Levels levels) {
+                            int threads) {
   const bool filtered = boxes.filter_bits || boxes.filter_bodies;
-  layOut(classes, filtered, levels);
+  layOut(classes, filtered);
   const Kernels<Real>& kernel = kernels<Real>();
   std::size_t nodes = 0;
   for (std::size_t tree = 0; tree < views_.size(); ++tree) nodes += groupsFor(cells(tree));
@@ -78,8 +78,7 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
       const std::size_t first = view.first_cell + begin * group_size;
       const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
       kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data(), ids_.data());
-      if (view.depth > 1)
-        kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
+      kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
       if (filtered) packFilters(boxes, first, last);
     }
   });

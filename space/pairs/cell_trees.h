@@ -25,16 +25,13 @@ struct CellClasses {
 template <class Real>
 class CellTrees {
  public:
-  enum class Levels { cells_only, all };
-
   // `of` tells which of the boxes each cell gets; what it points to is read during the call only.
-  void build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes, int threads,
-             Levels levels = Levels::all);
+  void build(const BoxSet& boxes, const CellBoxes& of, const CellClasses& classes, int threads);
   // Widens the bounds of every cell by `part` of its extents, so that its boxes have room to move.
   void widen(Real part);
   // Puts another box into a place, all NaN for none. It stays within boundsOf(cell).
   void setBox(std::size_t cell, int lane, const BasicBox<Real>& box);
-  // What the tree takes for the bounds of the boxes of one of the cells(). Needs all levels.
+  // What the tree takes for the bounds of the boxes of one of the cells().
   BasicBox<Real> boundsOf(std::size_t cell) const;
 
   // Slot i becomes slots[i].
@@ -55,7 +52,7 @@ class CellTrees {
   Group<Real>* level(const TreeView<Real>& view, int depth) {
     return groups_.data() + (view.levels[depth] - groups_.data());
   }
-  void layOut(const CellClasses& classes, bool filtered, Levels levels);
+  void layOut(const CellClasses& classes, bool filtered);
   void packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end);
   void packUpperLevels();
 

@@ -142,7 +142,7 @@ PairOrder::Buckets PairOrder::bucketsFor(std::size_t count, std::size_t slots, i
   return buckets;
 }
 
-// Deals all pairs into their buckets, one after the other in `dealt`; bucket_begin_ tells where.
+// Deals all pairs into their buckets, one after the other in `dealt`; bucket_begin_ has the places.
 void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buckets, int threads,
                      Pair* dealt) {
   const std::size_t parts = found.size();

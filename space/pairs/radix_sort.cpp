@@ -43,19 +43,6 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   });
 }
 
-// The same on one thread.
-void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t count, int low_bit,
-                  int bits) {
-  std::uint32_t next[1 << most_digits_alone];
-  const std::size_t digits = std::size_t{1} << bits;
-  std::fill(next, next + digits, 0);
-  for (std::size_t i = 0; i < count; ++i) ++next[from[i] >> low_bit & (digits - 1)];
-  std::uint32_t position = 0;
-  for (std::size_t digit = 0; digit < digits; ++digit)
-    position += std::exchange(next[digit], position);
-  for (std::size_t i = 0; i < count; ++i) to[next[from[i] >> low_bit & (digits - 1)]++] = from[i];
-}
-
 }  // namespace
 
 void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count, int low_bit,
@@ -68,10 +55,7 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
   std::uint64_t *from = records, *to = scratch;
   for (int pass = 0, done = 0; pass < passes; ++pass) {
     const int digit_bits = (bits - done + passes - pass - 1) / (passes - pass);
-    if (threads == 1)
-      countingPass(from, to, count, low_bit + done, digit_bits);
-    else
-      countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
+    countingPass(from, to, count, low_bit + done, digit_bits, threads, positions);
     std::swap(from, to);
     done += digit_bits;
   }

@@ -32,11 +32,9 @@ template <class Real>
 void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
   ++builds_;
-  kept_cells_ = cell_coherence_.mayServe(boxes, threads);
-  if (kept_cells_) {
+  if (cell_coherence_.mayReuse(boxes, threads)) {
     trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
-    kept_cells_ = cell_coherence_.serve(trees_);
-    if (kept_cells_) return;
+    if (cell_coherence_.reuse(trees_)) return;
   }
   cell_coherence_.forget();
   if (found_.empty()) found_.resize(1);

@@ -25,13 +25,11 @@ class Sweep : public PairFinder {
     return bytesOf(order_, cell_coherence_, trees_, tasks_, found_, pair_order_);
   }
 
-  // The first half of find() alone: sorts the boxes into cells, unless those of the last time still
-  // serve, and packs the trees over them.
+  // The first half of find() alone: sorts the boxes into cells, unless those of the last time are
+  // good, and packs the trees over them.
   void build(const BoxSet& boxes, int threads);
   // How often the trees were made others.
   std::uint64_t builds() const { return builds_; }
-  // Whether the last build() made do with the cells of an earlier one.
-  bool keptCells() const { return kept_cells_; }
   // The trees of the last find() or build(), small boxes first.
   const CellTrees<Real>& trees() const { return trees_; }
   // Slot i becomes slots[i] in all trees: for boxes that were gathered from a larger set.
@@ -43,7 +41,6 @@ class Sweep : public PairFinder {
 
   CellOrder<Real> order_;
   CellCoherence<Real> cell_coherence_;
-  bool kept_cells_ = false;
   std::uint64_t builds_ = 0;
   CellTrees<Real> trees_;
   std::vector<CellMeeting<Real>> tasks_;

@@ -11,7 +11,7 @@ constexpr double most_growth = 0.4;
 
 // Cells that drift through each other without growing are found out only by cutting anew, after
 // this many frames.
-constexpr int longest_service = 32;
+constexpr int longest_reuse = 32;
 
 // The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
 // difference.
@@ -21,8 +21,8 @@ constexpr std::size_t least_piece_boxes = 512;
 // spare.
 constexpr std::size_t most_piece_boxes = 8192;
 
-// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these tell
-// the boxes of a place apart that is thirty times as clustered.
+// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these
+// separate the boxes of a place that is thirty times as clustered.
 constexpr int digits_for_clusters = 5;
 
 // Boxes that decide on classes: enough to see a kind that is one in a few hundred.

@@ -40,8 +40,7 @@ void BruteForce<Real>::packCells(const BoxSet& boxes, int threads) {
     starts_[i] = static_cast<std::uint32_t>(i * group_size);
   starts_[cell_count] = static_cast<std::uint32_t>(boxes.size);
   const CellClass all = {0, cell_count};
-  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads,
-               CellTrees<Real>::Levels::cells_only);
+  cells_.build(boxes, {nullptr, starts_.data()}, {&all, 1}, threads);
 }
 
 // Each thread tests an equal part of the table. Returns the number of threads used.
@@ -71,10 +70,6 @@ int BruteForce<Real>::testAll(const BoxSet& boxes, std::uint64_t tests, int thre
 
 template <class Real>
 int BruteForce<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
-  if (boxes.size < 2) {
-    pairs.clear(1);
-    return 1;
-  }
   const ScopedMode mode(exactMode());
   const std::uint64_t tests = Triangle{boxes.size}.pairs();
   pairs.clear(threads);

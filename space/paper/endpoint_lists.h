@@ -9,10 +9,10 @@
 
 namespace ode_parallel_sap {
 
-// What a sorted list of end points says of one axis. Boxes are numbered (slots, or numbers within a
-// part of the scene); their ranks are their places in the order of their lower bounds. The pairs
-// that overlap on the axis lie in rows: row i holds the pairs of the box of rank i with those of
-// ranks i + 1 up to, but not including, reach[i], one after the other. So a pair's place in the
+// What follows from a sorted list of end points for one axis. Boxes are numbered (slots, or numbers
+// within a part of the scene); their ranks are their places in the order of their lower bounds. The
+// pairs that overlap on the axis lie in rows: row i holds the pairs of the box of rank i with those
+// of ranks i + 1 up to, but not including, reach[i], one after the other. So a pair's place in the
 // list of all pairs of the axis follows from the ranks of its two boxes.
 struct AxisRows {
   Buffer<std::uint32_t> order;   // boxes by rank

@@ -119,10 +119,12 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
     share.apart = {};
     share.pairs = 0;
   }
-  collided.threads =
-      runParts(precomputing, team, list_.size(), most_apart_pairs, [&](Range range, int thread) {
+  collided.threads = runChunks(
+      precomputing, team, list_.size(), most_apart_pairs,
+      [&](Range range, int thread) {
         collideChunk(range.begin, range.end, thread, pairs.leave_out);
-      });
+      },
+      team);
   for (const Share& share : shares_) {
     collided.contacts += share.contacts.size();
     collided.pairs += share.pairs;
@@ -211,8 +213,7 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     if (!anyChanged()) habit_.pairs += mayPrecompute(a, b);
     callback(data, a, b);
   };
-  const GeomsAhead ahead(pairs.geoms);
-  for (const Buffer<Pair>& part : pairs.list.parts) ahead.report(part.begin(), part.end(), call);
+  reportPairs(pairs.list, pairs.geoms, call);
 }
 
 void PrecomputedContacts::learn() {

@@ -109,13 +109,12 @@ void report() {
   const std::lock_guard<std::mutex> lock(sums.mutex);
   for (const StandIn* const space : sums.alive) space->addTo(sums);
   sums.alive.clear();
-  const FrameSums::Sums& all = sums.frames.sums();
-  const FrameSums::Sums each = sums.frames.average();
+  const FrameSums &all = sums.frames, each = all.average();
   std::fprintf(stderr,
                "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
                "contacts took %.3f ms each: update %.3f, synchronise %.3f, extract %.3f, filter "
                "%.3f, narrow %.3f, callbacks %.3f\n",
-               each.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
+               all.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
                each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms,
                each.report_ms);
   std::fprintf(stderr,

@@ -16,10 +16,10 @@ namespace ode_parallel_sap {
 
 // Whether there is a tree only counts decide, of geoms that changed and of queries, never times.
 //
-// What is kept is valid because the space says which slots have changed: changed() for every geom
-// that is added, is removed or becomes dirty, reset() where slots are numbered anew. Nothing else
-// changes the AABB of a geom that ODE does not call dirty. Bits, bodies and enabled states change
-// without notice, so they are not kept but read from the geoms that a query finds.
+// What is kept is valid because the space reports which slots have changed: changed() for every
+// geom that is added, is removed or becomes dirty, reset() where slots are numbered anew. Nothing
+// else changes the AABB of a geom that ODE does not call dirty. Bits, bodies and enabled states
+// change without notice, so they are not kept but read from the geoms that a query finds.
 //
 // A space without queries pays a test of a flag for each call of changed().
 class GeomTree {
@@ -27,7 +27,7 @@ class GeomTree {
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
   using Takes = bool (*)(const dxGeom*);
 
-  // Holds the geoms that `takes` says yes to, whose answer changes with a geom's AABB only, or all.
+  // Holds the geoms that `takes` is true for, whose result changes with a geom's AABB only, or all.
   explicit GeomTree(Takes takes = nullptr) : takes_(takes) {}
 
   void changed(std::size_t slot) {
@@ -60,7 +60,7 @@ class GeomTree {
   // std::bad_alloc.
   void find(const Geoms& geoms, const dxGeom* geom, Buffer<Slot>& found) const;
 
-  // A frame went by: what no query asked for in many of them is given back. Whether it was.
+  // A frame went by: a tree that no query used in many of them is given back. Whether it was.
   bool noteFrame() {
     if (!tree_ || ++idle_frames_ != idle_frames) return false;
     release();

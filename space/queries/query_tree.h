@@ -17,7 +17,7 @@ namespace ode_parallel_sap {
 // within them is written where it is. One that leaves them becomes a stray: it is taken out of its
 // cell and put into a list that every query goes through, sixteen boxes at a time. So the tree's
 // bounds never change, and a query's cost is that of the tree as built plus the strays, whose
-// number says when to build anew.
+// number decides when to build anew.
 template <class Real>
 class QueryTree {
  public:

@@ -10,7 +10,7 @@ namespace ode_parallel_sap {
 constexpr double build_cost = 12;
 
 // The same to bring it up to date, for each geom that changed; a row of sixteen strays costs a
-// query 1. Changes are noted one by one while that costs less than looking at all geoms.
+// query 1. Changes are noted one by one while that costs less than going through all geoms.
 constexpr double refresh_cost = 4;
 
 // Hits are marked rather than sorted if they are this part of all slots, but for a few.

@@ -15,22 +15,20 @@ inline void packBoxes(Group<Real>& group, const BasicBox<Real>* boxes, std::size
     }
 }
 
-// On each axis the greatest magnitude of the bounds of boxes.
+// On each axis the greatest magnitude of the bounds of sixteen boxes.
 template <class Real>
 struct Magnitudes {
   double greatest[3];
 
-  Magnitudes(const Group<Real>* groups, std::size_t count) {
+  explicit Magnitudes(const Group<Real>& boxes) {
     for (int axis = 0; axis < 3; ++axis) {
-      alignas(64) Real lanes[group_size] = {};
-      for (std::size_t i = 0; i < count; ++i)
-        for (int lane = 0; lane < group_size; ++lane) {
-          // NaN is not greater.
-          const Real lower = magnitude(groups[i].lower[axis][lane]);
-          const Real upper = magnitude(groups[i].upper[axis][lane]);
-          lanes[lane] = lower > lanes[lane] ? lower : lanes[lane];
-          lanes[lane] = upper > lanes[lane] ? upper : lanes[lane];
-        }
+      alignas(64) Real lanes[group_size];
+      for (int lane = 0; lane < group_size; ++lane) {
+        const Real lower = magnitude(boxes.lower[axis][lane]);
+        const Real upper = magnitude(boxes.upper[axis][lane]);
+        lanes[lane] = lower > 0 ? lower : 0;  // NaN is not greater
+        lanes[lane] = upper > lanes[lane] ? upper : lanes[lane];
+      }
       greatest[axis] = Lanes::greatest(lanes);
     }
   }
@@ -95,43 +93,31 @@ struct Depths {
   unsigned atMost(double most) const { return Lanes::atMost(depth, static_cast<Real>(most)); }
 };
 
-// A few cells at a time, each plane with all of them: most planes reach none, and to see that, one
-// margin, large enough for all of them, will do. Boxes with bounds that are not known are never
-// surely clear, nor do they surely reach a plane.
+// Boxes with bounds that are not known are never surely clear, nor do they surely reach a plane.
 template <class Real>
 std::size_t meetHalfSpaces(const BasicBox<Real>* boxes, std::size_t size, std::size_t begin,
                            std::size_t end, const HalfSpaces<Real>& planes, HalfSpaceHits* hits) {
-  constexpr std::size_t block = group_size;
-  Group<Real> groups[block];
-  unsigned active[block], known[block];
   HalfSpaceHits* next = hits;
-  for (; begin < end; begin += block) {
-    const std::size_t cells = end - begin < block ? end - begin : block;
-    for (std::size_t i = 0; i < cells; ++i) {
-      const std::size_t first = (begin + i) * group_size, rest = size - first;
-      packBoxes(groups[i], boxes + first, rest < group_size ? rest : group_size);
-      active[i] = Lanes::atMost(groups[i].lower[0], static_cast<Real>(__builtin_inff()));
-      known[i] = ~0u;
-    }
-    Magnitudes<Real> all(groups, cells);
-    if (!all.areKnown()) {
-      for (std::size_t i = 0; i < cells; ++i) known[i] = keepKnown(groups[i]);
-      all = Magnitudes<Real>(groups, cells);
+  for (std::size_t cell = begin; cell < end; ++cell) {
+    const std::size_t first = cell * group_size, rest = size - first;
+    Group<Real> group;
+    packBoxes(group, boxes + first, rest < group_size ? rest : group_size);
+    const unsigned active = Lanes::atMost(group.lower[0], static_cast<Real>(__builtin_inff()));
+    unsigned known = ~0u;
+    Magnitudes<Real> magnitudes(group);
+    if (!magnitudes.areKnown()) {
+      known = keepKnown(group);
+      magnitudes = Magnitudes<Real>(group);
     }
     for (std::size_t plane = 0; plane < planes.count; ++plane) {
       const HalfSpace<Real>& half_space = planes.first[plane];
-      const double distance = half_space.distance;
-      const double clear = distance + marginOf(half_space, all);
-      for (std::size_t i = 0; i < cells; ++i) {
-        const Depths<Real> depths(groups[i], half_space);
-        if (!(active[i] & ~(known[i] & depths.atLeast(clear)))) continue;
-        const double margin = marginOf(half_space, Magnitudes<Real>(groups + i, 1));
-        const unsigned maybe = active[i] & ~(known[i] & depths.atLeast(distance + margin));
-        if (!maybe) continue;
-        *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(begin + i),
-                   static_cast<std::uint16_t>(maybe),
-                   static_cast<std::uint16_t>(maybe & known[i] & depths.atMost(distance - margin))};
-      }
+      const double distance = half_space.distance, margin = marginOf(half_space, magnitudes);
+      const Depths<Real> depths(group, half_space);
+      const unsigned maybe = active & ~(known & depths.atLeast(distance + margin));
+      if (!maybe) continue;
+      *next++ = {static_cast<std::uint32_t>(plane), static_cast<std::uint32_t>(cell),
+                 static_cast<std::uint16_t>(maybe),
+                 static_cast<std::uint16_t>(maybe & known & depths.atMost(distance - margin))};
     }
   }
   return next - hits;

@@ -4,9 +4,7 @@
 
 #include <string.h>
 
-#if defined(__AVX2__)
-#include <immintrin.h>
-#elif defined(__SSE2__)
+#if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
@@ -20,50 +18,10 @@ namespace {
 
 using namespace ode_parallel_sap;
 
-// The six bounds of a box in eight lanes, two of them twice, so that two loads have them all and
-// read nothing beside the box. Upper bounds have their signs changed: of two boxes that overlap, or
-// of which one contains the other, no lane is above a certain one of the other's.
-constexpr unsigned all_bounds = 0xff;
-
-// Two steps down in the order of all floats, as twoSteps() makes them.
-template <class Bits, class Floats>
-inline Floats twoStepsDown(Floats values) {
-  const Bits bits = reinterpret_cast<Bits>(values);
-  Bits sign = bits >> 31;
-  const Bits order = ((bits & 0x7fffffff) ^ sign) - sign - 2;
-  sign = order >> 31;
-  return reinterpret_cast<Floats>(((order ^ sign) - sign) | (sign & INT32_MIN));
-}
-
-#if defined(__AVX2__)
-
-struct Bounds {
-  __m256 lanes;
-};
-
-inline Bounds boundsOf(const Box& box) {
-  const __m256 lanes = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(box.lower)),
-                                            _mm_loadu_ps(box.lower + 2), 1);
-  const __m256 signs = _mm256_setr_ps(0, 0, 0, -0.0f, 0, -0.0f, -0.0f, -0.0f);
-  return {_mm256_xor_ps(lanes, signs)};
-}
-// What the bounds of a box that overlaps this one are not above.
-inline Bounds limitsOf(const Box& box) {
-  const float *const lower = box.lower, *const upper = box.upper;
-  return {_mm256_setr_ps(upper[0], upper[1], upper[2], -lower[0], upper[2], -lower[0], -lower[1],
-                         -lower[2])};
-}
-inline Bounds twoStepsDown(const Bounds& bounds) {
-  using Bits = std::int32_t __attribute__((vector_size(32)));
-  return {twoStepsDown<Bits>(bounds.lanes)};
-}
-// Bit i: lane i is not above the limit's. NaN is above all, and all is above it.
-inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
-  return static_cast<unsigned>(
-      _mm256_movemask_ps(_mm256_cmp_ps(bounds.lanes, limits.lanes, _CMP_LE_OQ)));
-}
-
-#else
+// The six bounds of a box in twice four lanes, two of them twice, so that two loads have them all
+// and read nothing beside the box. Upper bounds have their signs changed: of two boxes that
+// overlap, or of which one contains the other, no lane is above a certain one of the other's.
+constexpr unsigned all_bounds = 0xf;
 
 using Four = float __attribute__((vector_size(16)));
 using FourBits = std::int32_t __attribute__((vector_size(16)));
@@ -84,22 +42,28 @@ inline Bounds limitsOf(const Box& box) {
   return {Four{upper[0], upper[1], upper[2], -lower[0]},
           Four{upper[2], -lower[0], -lower[1], -lower[2]}};
 }
-inline Bounds twoStepsDown(const Bounds& bounds) {
-  return {twoStepsDown<FourBits>(bounds.front), twoStepsDown<FourBits>(bounds.back)};
+// Two steps down in the order of all floats, as twoSteps() makes them.
+inline Four twoStepsDown(const Four& values) {
+  const FourBits bits = reinterpret_cast<FourBits>(values);
+  FourBits sign = bits >> 31;
+  const FourBits order = ((bits & 0x7fffffff) ^ sign) - sign - 2;
+  sign = order >> 31;
+  return reinterpret_cast<Four>(((order ^ sign) - sign) | (sign & INT32_MIN));
 }
-// All bits or not all.
+inline Bounds twoStepsDown(const Bounds& bounds) {
+  return {twoStepsDown(bounds.front), twoStepsDown(bounds.back)};
+}
+// All bits where no bound is above its limit. NaN is above all, and all is above it.
 inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
   const FourBits both = (bounds.front <= limits.front) & (bounds.back <= limits.back);
 #if defined(__SSE2__)
-  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(both))) * 0x11;
+  return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(both)));
 #else
   std::uint64_t halves[2];
   memcpy(halves, &both, sizeof halves);
   return (halves[0] & halves[1]) == ~std::uint64_t{0} ? all_bounds : 0;
 #endif
 }
-
-#endif
 
 // See Kernels.
 inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t count) {

@@ -120,7 +120,7 @@ struct CellCandidates {
 };
 
 // Calls visit(node, mask) for the nodes just above the cells of `tree`, from that of cell `first`
-// on: `mask` tells which of its sixteen cells have bounds that overlap box `lane` of `box`.
+// on: `mask` has those of its sixteen cells whose bounds overlap box `lane` of `box`.
 template <class Real, class Visit>
 inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
                                 std::size_t first, Visit visit) {
@@ -146,13 +146,6 @@ inline void forOverlappingNodes(const TreeView<Real>& tree, const Group<Real>& b
   }
 }
 
-// Where a thread gathers what a query may meet.
-template <class Real>
-struct Workplace {
-  CellCandidates<Real> cells;
-  Candidates boxes;
-};
-
 // The tree whose cells are queries, and the cells of all trees.
 template <class Real>
 struct Meeting {
@@ -171,12 +164,12 @@ struct Meeting {
 // cells that are behind them, and, if `within`, within each. Uses the gathered cells up.
 template <class Real>
 inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size_t end, bool within,
-                      Workplace<Real>& work, PairSink& sink) {
+                      CellCandidates<Real>& cells, Candidates& boxes, PairSink& sink) {
   const TreeView<Real>&own = meeting.own, &all = meeting.all;
   for (std::size_t i = begin; i < end; ++i) {
     const std::size_t cell = own.first_cell + i;
     const OneBox<Real> bounds(own.levels[1][i / group_size], i % group_size);
-    const std::size_t others = work.cells.choose(bounds, static_cast<std::uint32_t>(cell + 1));
+    const std::size_t others = cells.choose(bounds, static_cast<std::uint32_t>(cell + 1));
     if (!others && !within) continue;
     const Query<Real> query(all, cell, meeting.exact);
     if (within) {
@@ -186,13 +179,13 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
           [](unsigned box) { return all_lanes << (box + 1); }, sink);
     }
     for (std::size_t chosen = 0; chosen < others; ++chosen) {
-      const std::size_t other = work.cells.chosen[chosen];
-      work.boxes.add(other, rowOf(all.levels[0][other]).overlapping(bounds, 0));
-      if (work.boxes.full()) meetCandidates(query, all, work.boxes, sink);
+      const std::size_t other = cells.chosen[chosen];
+      boxes.add(other, rowOf(all.levels[0][other]).overlapping(bounds, 0));
+      if (boxes.full()) meetCandidates(query, all, boxes, sink);
     }
-    meetCandidates(query, all, work.boxes, sink);
+    meetCandidates(query, all, boxes, sink);
   }
-  work.cells.count = 0;
+  cells.count = 0;
 }
 
 // The trees are walked once for all cells below one node; then each of them chooses among what was
@@ -200,7 +193,8 @@ inline void meetCells(const Meeting<Real>& meeting, std::size_t begin, std::size
 template <class Real>
 void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
   const Meeting<Real> meeting(of);
-  Workplace<Real> work;
+  CellCandidates<Real> gathered;
+  Candidates boxes;
   for (std::size_t begin = of.begin, end; begin < of.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < of.end ? node_end : of.end;
@@ -215,97 +209,52 @@ void cellPairs(const CellMeeting<Real>& of, PairSink& sink) {
       const TreeView<Real>& tree = of.trees[i];
       const std::size_t first = i == of.own ? begin : 0;
       forOverlappingNodes(tree, bounds, 0, first, [&](std::uint32_t group, unsigned mask) {
-        work.cells.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
-        if (work.cells.full()) meetCells(meeting, begin, end, false, work, sink);
+        gathered.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
+        if (gathered.full()) meetCells(meeting, begin, end, false, gathered, boxes, sink);
       });
     }
-    meetCells(meeting, begin, end, true, work, sink);
+    meetCells(meeting, begin, end, true, gathered, boxes, sink);
   }
 }
 
-// Boxes of a query cell, each with a node of one level, or a cell, that it may reach.
-struct Front {
-  static constexpr std::size_t capacity = gathered_nodes;
-
-  alignas(64) std::uint32_t node[capacity + group_size];
-  std::uint8_t lane[capacity + group_size];
+// Calls meet(cells, count) for the cells of `tree` whose bounds overlap box `lane` of `box`, many
+// at a time, so that a processor need not know what is in one to read the next.
+template <class Real, class Meet>
+inline void forOverlappingCells(const TreeView<Real>& tree, const Group<Real>& box, unsigned lane,
+                                Meet meet) {
+  std::uint32_t cells[gathered_nodes + group_size];
   std::size_t count = 0;
-
-  bool full() const { return count > capacity; }
-
-  // Adds box `box_lane` with those of the sixteen nodes from `first` on that are in `mask`.
-  void add(std::uint32_t first, unsigned mask, unsigned box_lane) {
-    Lanes::writeNumbers(first, mask, node + count);
-    memset(lane + count, static_cast<int>(box_lane), group_size);
+  forOverlappingNodes(tree, box, lane, 0, [&](std::uint32_t node, unsigned mask) {
+    Lanes::writeNumbers(node * group_size, mask, cells + count);
     count += __builtin_popcount(mask);
-  }
-};
-
-template <class Real>
-inline void prefetchCell(const TreeView<Real>& tree, std::size_t cell) {
-  const char* const boxes = reinterpret_cast<const char*>(tree.levels[0] + cell);
-  for (std::size_t line = 0; line < sizeof(Group<Real>); line += 64) prefetch(boxes + line);
-  prefetch(tree.ids + cell);
-}
-
-// Pairs of the query's boxes with those of the cells that they reach, which are used up. As in
-// boxesAgainstRow, all are met before a pair is written.
-template <class Real>
-inline void meetFront(const Query<Real>& query, const TreeView<Real>& tree, Front& front,
-                      PairSink& sink) {
-  std::uint16_t hits[Front::capacity + group_size];
-  std::uint16_t hit[Front::capacity + group_size];
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < cells_ahead && i < front.count; ++i)
-    prefetchCell(tree, front.node[i]);
-  for (std::size_t i = 0; i < front.count; ++i) {
-    if (i + cells_ahead < front.count) prefetchCell(tree, front.node[i + cells_ahead]);
-    hits[i] = static_cast<std::uint16_t>(
-        overlaps(*query.boxes, front.lane[i], tree.levels[0][front.node[i]]));
-    hit[count] = static_cast<std::uint16_t>(i);
-    count += hits[i] != 0;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t cell = front.node[hit[i]];
-    makeRoom(sink, group_size);
-    writeHits(query, front.lane[hit[i]], hits[hit[i]], rowOf(tree.levels[0][cell]),
-              idsOf(tree, cell), sink);
-  }
-  front.count = 0;
-}
-
-// Walks `tree` from the nodes of `level` in fronts[level] on, with all boxes at once: which nodes a
-// box overlaps, a processor cannot predict, but it need not know the one to look at the next.
-template <class Real>
-void descend(const Query<Real>& query, const TreeView<Real>& tree, int level, Front* fronts,
-             PairSink& sink) {
-  Front& here = fronts[level];
-  Front& below = fronts[level - 1];
-  const auto goOn = [&] {
-    if (level == 1)
-      meetFront(query, tree, below, sink);
-    else
-      descend(query, tree, level - 1, fronts, sink);
-  };
-  for (std::size_t i = 0; i < here.count; ++i) {
-    const std::uint32_t node = here.node[i];
-    const unsigned lane = here.lane[i];
-    below.add(node * group_size, overlaps(*query.boxes, lane, tree.levels[level][node]), lane);
-    if (below.full()) goOn();
-  }
-  here.count = 0;
-  goOn();
+    if (count < gathered_nodes) return;
+    meet(cells, count);
+    count = 0;
+  });
+  meet(cells, count);
 }
 
 template <class Real>
 void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
               const TreeView<Real>& tree, bool exact, PairSink& sink) {
-  Front fronts[TreeView<Real>::max_levels];
-  const int top = tree.depth - 1;
   for (std::size_t cell = begin; cell < end; ++cell) {
     const Query<Real> query(queries, cell, exact);
-    for (unsigned lane = 0; lane < query.count; ++lane) fronts[top].add(0, 1, lane);
-    descend(query, tree, top, fronts, sink);
+    for (unsigned lane = 0; lane < query.count; ++lane)
+      forOverlappingCells(tree, *query.boxes, lane, [&](std::uint32_t* cells, std::size_t count) {
+        std::uint16_t hits[gathered_nodes + group_size];
+        std::size_t hit = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+          const std::uint32_t other = cells[i];
+          const unsigned mask = overlaps(*query.boxes, lane, tree.levels[0][other]);
+          cells[hit] = other;
+          hits[hit] = static_cast<std::uint16_t>(mask);
+          hit += mask != 0;
+        }
+        makeRoom(sink, hit * group_size);
+        for (std::size_t i = 0; i < hit; ++i)
+          writeHits(query, lane, hits[i], rowOf(tree.levels[0][cells[i]]), idsOf(tree, cells[i]),
+                    sink);
+      });
   }
 }
 
@@ -334,20 +283,10 @@ struct Finder {
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
   Finder<Real> finder(box, found);
-  constexpr std::size_t capacity = gathered_nodes;
-  std::uint32_t cells[capacity + group_size];
-  std::size_t count = 0;
-  const auto meetAll = [&] {
+  forOverlappingCells(tree, box, 0, [&](const std::uint32_t* cells, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
       finder.meet(tree.levels[0][cells[i]], tree.ids[cells[i]]);
-    count = 0;
-  };
-  forOverlappingNodes(tree, box, 0, 0, [&](std::uint32_t node, unsigned mask) {
-    Lanes::writeNumbers(node * group_size, mask, cells + count);
-    count += __builtin_popcount(mask);
-    if (count >= capacity) meetAll();
   });
-  meetAll();
   return finder.next - found;
 }
 

@@ -10,70 +10,36 @@
 
 namespace {
 
-// For each mask of eight lanes its set bits, low ones first: the i-th in lane place[i].
+// For each mask of eight lanes its set bits, low ones first.
 struct LaneTable {
   alignas(64) std::uint8_t lanes[256][8];
-  constexpr explicit LaneTable(const int (&place)[8]) : lanes() {
-    for (int m = 0; m < 256; ++m) {
-      int count = 0;
-      for (int i = 0; i < 8; ++i)
-        if (m >> i & 1) lanes[m][place[count++]] = static_cast<std::uint8_t>(i);
-    }
+  constexpr LaneTable() : lanes() {
+    for (int m = 0; m < 256; ++m)
+      for (int i = 0, count = 0; i < 8; ++i)
+        if (m >> i & 1) lanes[m][count++] = static_cast<std::uint8_t>(i);
   }
 };
-constexpr LaneTable compress_order({0, 1, 2, 3, 4, 5, 6, 7});
-// For words that are interleaved afterwards: those of a register come to lie in one register.
-constexpr LaneTable pair_order({0, 1, 4, 5, 2, 3, 6, 7});
+constexpr LaneTable compress_order;
 
 struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "avx2";
 
-  static __m256i load(const std::uint32_t* p) {
-    return _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
-  }
-  static __m256i lanesOf(const LaneTable& table, unsigned mask) {
+  static __m256i lanesOf(unsigned mask) {
     return _mm256_cvtepu8_epi32(
-        _mm_loadl_epi64(reinterpret_cast<const __m128i*>(table.lanes[mask])));
+        _mm_loadl_epi64(reinterpret_cast<const __m128i*>(compress_order.lanes[mask])));
   }
-  static unsigned signs(__m256 v) { return static_cast<unsigned>(_mm256_movemask_ps(v)); }
-  static unsigned signs(__m256d v) { return static_cast<unsigned>(_mm256_movemask_pd(v)); }
-  static unsigned signs(__m256i v) { return signs(_mm256_castsi256_ps(v)); }
-
-  static __m256 notBelow(const float* p, float value) {
-    return _mm256_cmp_ps(_mm256_load_ps(p), _mm256_set1_ps(value), _CMP_GE_OQ);
+  static unsigned signs(Mask<float> v) {
+    return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(v)));
   }
-  static __m256d notBelow(const double* p, double value) {
-    return _mm256_cmp_pd(_mm256_load_pd(p), _mm256_set1_pd(value), _CMP_GE_OQ);
-  }
-  static __m256 notAbove(const float* p, float value) {
-    return _mm256_cmp_ps(_mm256_load_ps(p), _mm256_set1_ps(value), _CMP_LE_OQ);
-  }
-  static __m256d notAbove(const double* p, double value) {
-    return _mm256_cmp_pd(_mm256_load_pd(p), _mm256_set1_pd(value), _CMP_LE_OQ);
-  }
-  static __m256 both(__m256 a, __m256 b) { return _mm256_and_ps(a, b); }
-  static __m256d both(__m256d a, __m256d b) { return _mm256_and_pd(a, b); }
-
-  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
-    const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return 0xffff ^ bits<std::uint32_t>([=](int i) {
-             return _mm256_cmpeq_epi32(_mm256_and_si256(load(p + i), v), _mm256_setzero_si256());
-           });
-  }
-  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
-    const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return bits<std::uint32_t>([=](int i) { return _mm256_cmpgt_epi32(v, load(p + i)); });
-  }
-  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
-    const __m256i v = _mm256_set1_epi32(static_cast<int>(value));
-    return bits<std::uint32_t>([=](int i) { return _mm256_cmpeq_epi32(load(p + i), v); });
+  static unsigned signs(Mask<double> v) {
+    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(v)));
   }
   template <class T>
   static void compress(const T* p, unsigned mask, T* out) {
     static_assert(sizeof(T) == 4, "lanes are words");
     const auto eight = [](const T* from, unsigned m, T* to) {
-      const __m256i lanes = _mm256_permutevar8x32_epi32(
-          _mm256_load_si256(reinterpret_cast<const __m256i*>(from)), lanesOf(compress_order, m));
+      const __m256i lanes =
+          _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(load(from)), lanesOf(m));
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), lanes);
     };
     eight(p, mask & 0xff, out);
@@ -84,9 +50,8 @@ struct Lanes : RegisterLanes<Lanes> {
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const auto eight = [](std::uint32_t from, unsigned m, std::uint32_t* to) {
-      _mm256_storeu_si256(
-          reinterpret_cast<__m256i*>(to),
-          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)), lanesOf(compress_order, m)));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                          _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(from)), lanesOf(m)));
     };
     eight(first, mask & 0xff, out);
     eight(first + 8, mask >> 8, out + __builtin_popcount(mask & 0xff));
@@ -102,7 +67,9 @@ struct Lanes : RegisterLanes<Lanes> {
   static int writeEight(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
     const __m256i own = _mm256_set1_epi32(static_cast<int>(slot));
-    const __m256i other = _mm256_permutevar8x32_epi32(load(slots), lanesOf(pair_order, mask));
+    // Interleaving takes from both halves of a register, so the middle quarters change places.
+    const __m256i other = _mm256_permute4x64_epi64(
+        _mm256_permutevar8x32_epi32(reinterpret_cast<__m256i>(load(slots)), lanesOf(mask)), 0xd8);
     const __m256i earlier = _mm256_min_epu32(own, other), later = _mm256_max_epu32(own, other);
     __m256i* const words = reinterpret_cast<__m256i*>(out);
     _mm256_storeu_si256(words, _mm256_unpacklo_epi32(later, earlier));

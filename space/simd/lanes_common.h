@@ -5,6 +5,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
+
+#include "space/simd/registers.h"
 
 namespace {
 
@@ -110,27 +113,56 @@ struct ScalarLanes {
   }
 };
 
-// For sets whose comparisons fill the lanes of a register, of which signs() makes bits: notBelow()
-// and notAbove() compare those at a place in memory with a number, both() is where two are filled.
+// For sets whose comparisons fill the lanes of a register, of which Set::signs() makes bits.
 template <class Set>
 struct RegisterLanes : ScalarLanes {
+  // Of a comparison: all bits of a lane, or none.
+  template <class T>
+  using Mask =
+      typename Register<std::conditional_t<sizeof(T) == 8, std::int64_t, std::int32_t>>::Type;
+
+  template <class T>
+  static typename Register<T>::Type load(const T* p) {
+    return *reinterpret_cast<const typename Register<T>::Type*>(p);
+  }
+  template <class Real>
+  static Mask<Real> notBelow(const Real* p, Real value) {
+    return reinterpret_cast<Mask<Real>>(load(p) >= value);
+  }
+  template <class Real>
+  static Mask<Real> notAbove(const Real* p, Real value) {
+    return reinterpret_cast<Mask<Real>>(load(p) <= value);
+  }
   // Bits of sixteen lanes of type T: test(i) compares those of a register from lane i on.
   template <class T, class Test>
   static unsigned bits(Test test) {
-    constexpr int width = sizeof(test(0)) / sizeof(T);
     unsigned mask = 0;
-    for (int i = 0; i < 16; i += width) mask |= Set::signs(test(i)) << i;
+    for (int i = 0; i < 16; i += Register<T>::lanes) mask |= Set::signs(test(i)) << i;
     return mask;
   }
   // Which of p[0..15] are at least `value`.
   template <class Real>
   static unsigned atLeast(const Real* p, Real value) {
-    return Set::template bits<Real>([=](int i) { return Set::notBelow(p + i, value); });
+    return Set::template bits<Real>([=](int i) { return notBelow(p + i, value); });
   }
   // Which of p[0..15] are at most `value`.
   template <class Real>
   static unsigned atMost(const Real* p, Real value) {
-    return Set::template bits<Real>([=](int i) { return Set::notAbove(p + i, value); });
+    return Set::template bits<Real>([=](int i) { return notAbove(p + i, value); });
+  }
+  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
+    return 0xffff ^ Set::template bits<std::uint32_t>(
+                        [=](int i) { return Mask<std::uint32_t>((load(p + i) & value) == 0); });
+  }
+  // Which of p[0..15] are below `value`; all are below 2^31.
+  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
+    return Set::template bits<std::uint32_t>([=](int i) {
+      return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
+    });
+  }
+  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
+    return Set::template bits<std::uint32_t>(
+        [=](int i) { return Mask<std::uint32_t>(load(p + i) == value); });
   }
   // Lanes are made bits once for all six bounds.
   template <class Real>
@@ -142,10 +174,10 @@ struct RegisterLanes : ScalarLanes {
       return Set::template bits<Real>([&](int i) {
         const auto reach = [&](int axis) {
           const std::size_t at = axis * this->stride + i;
-          return Set::both(Set::notBelow(this->upper + at, box.lower[axis][lane]),
-                           Set::notAbove(this->lower + at, box.upper[axis][lane]));
+          return notBelow(this->upper + at, box.lower[axis][lane]) &
+                 notAbove(this->lower + at, box.upper[axis][lane]);
         };
-        return Set::both(Set::both(reach(0), reach(1)), reach(2));
+        return reach(0) & reach(1) & reach(2);
       });
     }
   };

@@ -29,21 +29,6 @@ constexpr CompressBytes compress_bytes;
 struct Lanes : RegisterLanes<Lanes> {
   static constexpr const char* name = "neon";
 
-  static uint32x4_t notBelow(const float* p, float value) {
-    return vcgeq_f32(vld1q_f32(p), vdupq_n_f32(value));
-  }
-  static uint64x2_t notBelow(const double* p, double value) {
-    return vcgeq_f64(vld1q_f64(p), vdupq_n_f64(value));
-  }
-  static uint32x4_t notAbove(const float* p, float value) {
-    return vcleq_f32(vld1q_f32(p), vdupq_n_f32(value));
-  }
-  static uint64x2_t notAbove(const double* p, double value) {
-    return vcleq_f64(vld1q_f64(p), vdupq_n_f64(value));
-  }
-  static uint32x4_t both(uint32x4_t a, uint32x4_t b) { return vandq_u32(a, b); }
-  static uint64x2_t both(uint64x2_t a, uint64x2_t b) { return vandq_u64(a, b); }
-
   // Bit i: lane i of those that test() fills is all ones; all others are zero.
   template <class T, class Test>
   [[gnu::always_inline]] static unsigned bits(Test test) {
@@ -55,18 +40,6 @@ struct Lanes : RegisterLanes<Lanes> {
     return vaddvq_u32(sum);
   }
 
-  static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
-    const uint32x4_t v = vdupq_n_u32(value);
-    return bits<std::uint32_t>([=](int i) { return vtstq_u32(vld1q_u32(p + i), v); });
-  }
-  static unsigned below(const std::uint32_t* p, std::uint32_t value) {
-    const uint32x4_t v = vdupq_n_u32(value);
-    return bits<std::uint32_t>([=](int i) { return vcltq_u32(vld1q_u32(p + i), v); });
-  }
-  static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
-    const uint32x4_t v = vdupq_n_u32(value);
-    return bits<std::uint32_t>([=](int i) { return vceqq_u32(vld1q_u32(p + i), v); });
-  }
   static void compress(const std::uint32_t* p, unsigned mask, std::uint32_t* out) {
     for (; mask; mask >>= 4, p += 4) {
       vst1q_u32(out, toFront(vld1q_u32(p), mask & 0xf));
@@ -110,9 +83,10 @@ struct Lanes : RegisterLanes<Lanes> {
   template <class T, class Test>
   [[gnu::always_inline]] static uint32x4_t four(Test test, int i) {
     if constexpr (sizeof(T) == 4)
-      return test(i);
+      return reinterpret_cast<uint32x4_t>(test(i));
     else
-      return vuzp1q_u32(vreinterpretq_u32_u64(test(i)), vreinterpretq_u32_u64(test(i + 2)));
+      return vuzp1q_u32(reinterpret_cast<uint32x4_t>(test(i)),
+                        reinterpret_cast<uint32x4_t>(test(i + 2)));
   }
   // The words of `v` in `mask`, of four bits, low ones first.
   static uint32x4_t toFront(uint32x4_t v, unsigned mask) {

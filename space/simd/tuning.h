@@ -5,16 +5,11 @@
 
 namespace ode_parallel_sap {
 
-// Nodes or cells that are gathered before what is in them is looked at: they stay in the nearest
+// Nodes or cells that are gathered before what is in them is read: they stay in the nearest
 // cache.
 constexpr std::size_t gathered_nodes = 256;
 
-// Cells of a tree that are asked for before they are met.
-// Unit: cells. From: peers, dense-cube of 1,000,000.
-// Doubled: no difference. Halved: +20 % of time.
-constexpr std::size_t cells_ahead = 8;
-
-// Cells whose boxes are asked for before they are packed.
+// Cells whose boxes are prefetched before they are packed.
 constexpr std::size_t packed_ahead = 3;
 
 }  // namespace ode_parallel_sap

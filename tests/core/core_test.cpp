@@ -209,10 +209,11 @@ TEST_CASE("Threads that take from one another's parts take every index once") {
   std::vector<std::atomic<int>> taken(100003);
   for (const int threads : {1, 2, 7, 16}) {
     for (auto& times : taken) times = 0;
-    runParts(region, threads, taken.size(), 3, [&](Range range, int thread) {
+    const auto take = [&](Range range, int thread) {
       if (thread == 0) std::this_thread::yield();
       for (std::size_t i = range.begin; i < range.end; ++i) ++taken[i];
-    });
+    };
+    runChunks(region, threads, taken.size(), 3, take, threads);
     CHECK(std::all_of(taken.begin(), taken.end(), [](const auto& times) { return times == 1; }));
   }
 }

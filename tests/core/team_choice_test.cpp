@@ -5,34 +5,34 @@
 
 using namespace ode_parallel_sap;
 
-TEST_CASE("No team is tried while others take the calling thread's core", "[core]") {
-  static ThreadUse use;
-  static long preempted_a_frame;
-  use = {};
-  preempted_a_frame = 1;
-  TeamChoice choice([] { return use; });
-  const auto frameAlone = [&choice](double ms) {
-    use.cpu_ms += ms;
-    use.preempted += preempted_a_frame;
-    choice.learn(1, 1000, ms, false);
+TEST_CASE("A team that waits or does not pay is left out, and tried again later", "[core]") {
+  TeamChoice choice;
+  const auto framesAlone = [&choice] {
+    int frames = 0;
+    while (choice.threads(4) == 1 && ++frames < 1000) choice.learn(1, 1000, 1, false);
+    return frames;
   };
-  for (int frame = 0; frame < 200; ++frame) {
-    CHECK(choice.threads(4) == 1);
-    frameAlone(1);
-  }
-  preempted_a_frame = 0;
-  int frames = 0;
-  while (choice.threads(4) == 1 && ++frames < 100) frameAlone(1);
-  CHECK(frames <= 32);
+  CHECK(framesAlone() == 2);  // for comparison
 
-  SECTION("A team that waits is left out, as one that could not be started") {
-    choice.learn(GENERATE(1, 4), 1000, 9, true);
+  SECTION("A team that stalls, at once") {
+    choice.learn(GENERATE(1, 4), 1000, 0.5, true);
     CHECK(choice.threads(4) == 1);
   }
-  SECTION("Long frames are worth a team on a busy host") {
-    preempted_a_frame = 9;
-    choice.learn(4, 1000, 9, true);
-    for (int frame = 0; frame < 64; ++frame) frameAlone(40);
-    CHECK(choice.threads(4) == 4);
+  SECTION("A slow team after a few frames, each time for longer") {
+    int before = 0;
+    for (int trial = 0; trial < 4; ++trial) {
+      int frames = 0;
+      while (choice.threads(4) == 4 && ++frames < 100) choice.learn(4, 1000, 9, false);
+      CHECK((frames > 1 && frames < 10));
+      const int alone = framesAlone();
+      CHECK(alone > before);
+      before = alone;
+    }
+  }
+  SECTION("A fast team never") {
+    for (int frame = 0; frame < 100; ++frame) {
+      CHECK(choice.threads(4) == 4);
+      choice.learn(4, 1000, 0.5, false);
+    }
   }
 }
