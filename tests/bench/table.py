@@ -120,17 +120,6 @@ def oversubscription(directory):
     return markdown(["cubes on two cores", "threads", "update ms", "overlap ms", "whole ms"], lines, [machine(rows)])
 
 
-def programs(directory):
-    """Other people's programs, with their own spaces and with those replaced."""
-    rows = read(directory, "programs")
-    lines = [[row["program"], row["replaced"], count(row["geoms"]) if row["geoms"] else "–",
-              "%s of %s" % (count(row["same"]), count(row["calls"])), shown(row["pairs"]),
-              count(row["unowed"]), count(row["missed"]), shown(row["stock_ms"] * 1000),
-              shown(row["replaced_ms"] * 1000), shown(row["stock_ms"] / row["replaced_ms"], "×")] for row in rows]
-    return markdown(["program", "replaced", "geoms", "calls with equal pairs", "pairs a call", "its own too many",
-                     "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
-
-
 def certain_gain(rows, base):
     """The option that takes least, if that is less for its median frame than the base takes for its quickest."""
     gains = [row for row in rows if row["median_ms"] < base["least_ms"]]
@@ -372,7 +361,7 @@ def stock_spaces(directory):
 TABLES = {"instructions": (instructions, "instructions"), "step": (step, "step"),
           "peers": (peers, "peers"), "distributions": (distributions, "peers"), "small": (small, "small"),
           "scaling": (scaling, "scaling"), "memory": (memory, "memory"),
-          "oversubscription": (oversubscription, "oversubscription"), "programs": (programs, "programs"),
+          "oversubscription": (oversubscription, "oversubscription"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"),
           "devices": (devices, "devices"), "device-rivals": (device_rivals, "device-rivals"),
           "collide": (collide, "collide"), "rest": (rest, "rest"), "nearest": (nearest, "peers"),
