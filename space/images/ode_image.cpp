@@ -243,18 +243,14 @@ bool OdeImage::serves(const dxGeom* a, const dxGeom* b) const {
 }
 
 int OdeImage::collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
-  const bool field_first = isHeightfield(a);
-  if (!field_first && !isHeightfield(b)) return collide_(a, b, flags, contacts, skip);
-  dxGeom *const field = heightfieldLike(field_first ? a : b), *const other =
-                                                                  copyOf(field_first ? b : a);
-  const int count =
-      collide_(field_first ? field : other, field_first ? other : field, flags, contacts, skip);
-  const auto original = [&](dxGeom* geom) { return (geom == field) == field_first ? a : b; };
+  if (!isHeightfield(a) && !isHeightfield(b)) return collide_(a, b, flags, contacts, skip);
+  dxGeom *const own_a = copyOf(a), *const own_b = copyOf(b);
+  const int count = collide_(own_a, own_b, flags, contacts, skip);
   for (int i = 0; i < count; ++i) {
     dContactGeom& contact =
         *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
-    contact.g1 = original(contact.g1);
-    contact.g2 = original(contact.g2);
+    contact.g1 = contact.g1 == own_a ? a : b;
+    contact.g2 = contact.g2 == own_a ? a : b;
   }
   return count;
 }
@@ -274,6 +270,7 @@ dxGeom* OdeImage::heightfieldLike(const dxGeom* original) {
 }
 
 dxGeom* OdeImage::copyOf(const dxGeom* geom) {
+  if (isHeightfield(geom)) return heightfieldLike(geom);
   const std::size_t size = sizes_[geom->type];
   bytes_.resize((size + sizeof(double) - 1) / sizeof(double));
   std::memcpy(bytes_.data(), static_cast<const void*>(geom), size);
