@@ -125,33 +125,52 @@ class RayCaster::Pass {
   Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, RayLists& store)
       : caster_(caster), geoms_(geoms), request_(request), store_(store) {}
 
-  // What the calling thread alone may ask ODE for.
-  void begin(int threads, bool trees) {
+  // Nothing after it needs memory.
+  void run(const Way& way, bool trees) {
     trees_ = trees;
-    const std::size_t team = static_cast<std::size_t>(threads);
+    const std::size_t team = static_cast<std::size_t>(way.threads);
     // The nearest of a mesh's triangles is what ODE looks for only then.
     const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
     while (probes_.size() < team) probes_.emplace_back(flags);
     if (store_.shares.size() < team) store_.shares.resize(team);
     for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
     store_.blocks.resizeDiscarding(request_.count);
+    castAll(way);
+    collideOnImages(way);
+    collideRest();
+    gather(store_.shares, &Share::late, store_.late);
+    std::sort(store_.late.begin(), store_.late.end(), isBefore);
+    std::uint32_t most = 0;
+    for (const Block& block : store_.blocks) most = std::max(most, block.count);
+    store_.hits.reserve(most + store_.late.size());
   }
 
-  void castAll(int threads, bool manual_cleanup) {
+ private:
+  // A ray on its way.
+  struct Flight {
+    std::size_t ray;
+    RayProbe& probe;
+    Share& share;
+    bool alone;  // no other thread collides
+    dReal reach;
+    std::size_t first_found;  // of the share
+  };
+
+  void castAll(const Way& way) {
     constexpr std::size_t most = grains::cast_rays.work / 4;
-    const int team = teamFor(request_.count, grains::cast_rays, threads);
+    const int team = teamFor(request_.count, grains::cast_rays, way.threads);
     const std::size_t chunk = chunkOf(request_.count, most, team);
-    runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
+    runPartsWithData(casting, team, request_.count, chunk, way.manual_cleanup,
                      [&](const Range& range, int thread) {
                        for (std::size_t ray = range.begin; ray < range.end; ++ray)
                          castOne(ray, thread, team == 1);
                      });
   }
 
-  void collideOnImages(int threads, bool manual_cleanup) {
+  void collideOnImages(const Way& way) {
     gather(store_.shares, &Share::image, store_.waiting);
     const Buffer<Waiting>& waiting = store_.waiting;
-    const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
+    const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, way.threads),
                                  waiting.size());
     if (images.count() == 0) {
       for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
@@ -159,7 +178,7 @@ class RayCaster::Pass {
     }
     const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
     runPartsWithData(
-        colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
+        colliding_on_images, images.count(), waiting.size(), chunk, way.manual_cleanup,
         [&](const Range& range, int thread) {
           for (std::size_t i = range.begin; i < range.end; ++i)
             if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
@@ -178,26 +197,6 @@ class RayCaster::Pass {
     for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
   }
 
-  // Sorts what came late, and makes room for the hits of a ray. Nothing after it needs memory.
-  void gatherLate() {
-    gather(store_.shares, &Share::late, store_.late);
-    std::sort(store_.late.begin(), store_.late.end(), isBefore);
-    std::uint32_t most = 0;
-    for (const Block& block : store_.blocks) most = std::max(most, block.count);
-    store_.hits.reserve(most + store_.late.size());
-  }
-
- private:
-  // A ray on its way.
-  struct Flight {
-    std::size_t ray;
-    RayProbe& probe;
-    Share& share;
-    bool alone;  // no other thread collides
-    dReal reach;
-    RayFound nearest;
-  };
-
   void castOne(std::size_t ray, int thread, bool alone) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
     Share& share = store_.shares[static_cast<std::size_t>(thread)];
@@ -205,7 +204,7 @@ class RayCaster::Pass {
     block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
     const dParallelSAPRay& asked = request_.rays[ray];
     if (!probe.aim(asked)) return;
-    Flight flight = {ray, probe, share, alone, asked.length, {}};
+    Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
       const ScopedMode exact(exactMode());
       if (trees_) {
@@ -215,7 +214,6 @@ class RayCaster::Pass {
         meetAll(flight);
       }
     }
-    if (flight.nearest.hit.geom) share.found.push_back(flight.nearest);
     block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
     std::sort(share.found.begin() + block.first, share.found.end(), isNearer);
   }
@@ -295,28 +293,30 @@ class RayCaster::Pass {
   }
 
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const {
-    const int count = flight.probe.collide(geom, nullptr);
-    for (int i = 0; i < count; ++i) {
-      const RayFound found = {flight.ray, target, static_cast<std::uint32_t>(i),
-                              hitOf(geom, flight.probe.contact(i))};
-      if (!request_.nearest) {
-        flight.share.found.push_back(found);
-      } else if (!flight.nearest.hit.geom || isNearer(found, flight.nearest)) {
-        flight.nearest = found;
-        if (found.hit.distance < flight.reach) flight.reach = found.hit.distance;
-      }
-    }
+    Buffer<RayFound>& all = flight.share.found;
+    collide({flight.ray, target, geom}, flight.probe, nullptr, [&](const RayFound& found) {
+      if (!request_.nearest || all.size() == flight.first_found)
+        all.push_back(found);
+      else if (isNearer(found, all[flight.first_found]))
+        all[flight.first_found] = found;
+      if (request_.nearest && found.hit.distance < flight.reach) flight.reach = found.hit.distance;
+    });
   }
 
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
     probe.aim(request_.rays[waiting.ray]);
-    if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
-    const int count = probe.collide(waiting.geom, image);
+    Buffer<RayFound>& late = store_.shares[static_cast<std::size_t>(thread)].late;
+    if (image || passesAABBTests(waiting.geom, probe.geom()))
+      collide(waiting, probe, image, [&](const RayFound& found) { late.push_back(found); });
+  }
+
+  template <class Take>
+  static void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image, Take take) {
+    const int count = probe.collide(pair.geom, image);
     for (int i = 0; i < count; ++i)
-      store_.shares[static_cast<std::size_t>(thread)].late.push_back(
-          {waiting.ray, waiting.target, static_cast<std::uint32_t>(i),
-           hitOf(waiting.geom, probe.contact(i))});
+      take(RayFound{pair.ray, pair.target, static_cast<std::uint32_t>(i),
+                    hitOf(pair.geom, probe.contact(i))});
   }
 
   const RayCaster& caster_;
@@ -357,10 +357,12 @@ std::size_t report(const RayRequest& request, RayLists& store) {
 
 }  // namespace
 
-RayCaster::RayCaster() : bounded_(hasBoundedHits), others_(hasUnboundedHits) {}
+RayCaster::RayCaster()
+    : bounded_(hasBoundedHits), others_([](const dxGeom* geom) { return !hasBoundedHits(geom); }) {}
 
 // Whether there are trees.
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
+  if (!way.trees) return false;
   const ScopedMode mode(exactMode());
   const double queries = static_cast<double>(request.count);
   const bool bounded = bounded_.bringUpToDate(geoms, way.threads, queries);
@@ -371,42 +373,24 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
                             RayLists& lists) {
   if (request.count == 0) return 0;
   try {
-    Pass pass(*this, geoms, request, lists);
-    pass.begin(way.threads, prepare(geoms, request, way));
-    pass.castAll(way.threads, way.manual_cleanup);
-    pass.collideOnImages(way.threads, way.manual_cleanup);
-    pass.collideRest();
-    pass.gatherLate();
+    Pass(*this, geoms, request, lists).run(way, prepare(geoms, request, way));
   } catch (const std::bad_alloc&) {
     lists = RayLists();
+    if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
     release();
-    return castOneByOne(geoms, request, lists);
+    std::size_t hits = 0;
+    for (std::size_t ray = 0; ray < request.count; ++ray) {
+      RayRequest one = request;
+      one.rays += ray;
+      one.count = 1;
+      one.first += ray;
+      if (one.nearest) one.nearest += ray;
+      hits += cast(geoms, one, {1, false, false}, lists);
+      lists = RayLists();
+    }
+    return hits;
   }
   return report(request, lists);
-}
-
-// Without trees, and with memory for the hits of one ray.
-std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& request,
-                                    RayLists& lists) {
-  std::size_t hits = 0;
-  for (std::size_t ray = 0; ray < request.count; ++ray) {
-    RayRequest one = request;
-    one.rays += ray;
-    one.count = 1;
-    one.first += ray;
-    if (one.nearest) one.nearest += ray;
-    try {
-      Pass pass(*this, geoms, one, lists);
-      pass.begin(1, false);
-      pass.castAll(1, false);
-      pass.gatherLate();
-    } catch (const std::bad_alloc&) {
-      dDebug(0, "parallel SAP space: no memory for the hits of one ray");
-    }
-    hits += report(one, lists);
-    lists = RayLists();
-  }
-  return hits;
 }
 
 }  // namespace ode_parallel_sap

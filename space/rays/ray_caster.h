@@ -89,6 +89,7 @@ class RayCaster {
   struct Way {
     int threads;          // the most
     bool manual_cleanup;  // the threads leave no data in ODE
+    bool trees = true;    // where they pay
   };
 
   RayCaster();
@@ -112,8 +113,9 @@ class RayCaster {
     return bounded || others;
   }
 
-  // Casts the rays and reports what they hit. All AABBs are up to date, and no other batch uses
-  // `lists`. Returns the number of rays that hit something, or of all hits.
+  // Casts the rays and reports what they hit; where there is no memory for it, one by one. All
+  // AABBs are up to date, and no other batch uses `lists`. Returns the number of rays that hit
+  // something, or of all hits.
   std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way, RayLists& lists);
 
   // Gives back all that is held.
@@ -127,7 +129,6 @@ class RayCaster {
   class Pass;
 
   bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
-  std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request, RayLists& lists);
 
   GeomTree bounded_, others_;
 };
