@@ -163,15 +163,11 @@ void Trace::endPairs() try {
 std::unique_ptr<Trace> Trace::fromEnvironment() {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
   if (!text || !*text) return nullptr;
-  std::string path = text;
-  int every = 1;
-  const std::size_t colon = path.rfind(':');
-  if (colon != std::string::npos && colon + 1 < path.size() &&
-      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
-    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
-    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
-    path.resize(colon);
-  }
+  const char* const colon = std::strrchr(text, ':');
+  const bool numbered = colon && colon[1] && !colon[1 + std::strspn(colon + 1, "0123456789")];
+  std::string path = numbered ? std::string(text, colon) : text;
+  const long number = numbered ? std::strtol(colon + 1, nullptr, 10) : 1;
+  const int every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
   if (every < 1 || path.empty()) {
     dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
     return nullptr;

@@ -102,8 +102,7 @@ void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
 
 void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   ++frame_;
-  for (TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
-    list->clear();
+  for (TraceBytes& list : lists_) list.clear();
   present_.swap(present_before_);
   present_.clear();
   slots_.resize(std::max(slots_.size(), scene.slots.size()));
@@ -111,22 +110,18 @@ void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
     if (const dxGeom* const geom = scene.slots[slot]) visit(geom, 0, slots_[slot]);
   dropUnseen();
   std::sort(present_.begin(), present_.end());
-  std::vector<std::uint32_t> removed;
+  std::vector<std::uint32_t> gone;
   std::set_difference(present_before_.begin(), present_before_.end(), present_.begin(),
-                      present_.end(), std::back_inserter(removed));
-  removed_.append(removed.data(), removed.size() * sizeof removed[0]);
-  const auto putCount = [&](const TraceBytes& list, std::size_t entry) {
-    bytes.put(static_cast<std::uint32_t>(list.size() / entry));
-  };
-  putCount(removed_, sizeof removed[0]);
-  putCount(changed_bodies_, sizeof(BodyRecord));
-  putCount(changed_geoms_, sizeof(GeomRecord));
-  putCount(poses_, 8 + sizeof GeomRecord::pose + sizeof GeomRecord::bounds);
-  putCount(bounds_, 8 + sizeof GeomRecord::bounds);
+                      present_.end(), std::back_inserter(gone));
+  lists_[removed].append(gone.data(), gone.size() * sizeof gone[0]);
+  constexpr std::size_t bounds_entry = 8 + sizeof GeomRecord::bounds;
+  constexpr std::size_t entry[lists] = {sizeof gone[0], sizeof(BodyRecord), sizeof(GeomRecord),
+                                        bounds_entry + sizeof GeomRecord::pose, bounds_entry};
+  for (int list = 0; list < lists; ++list)
+    bytes.put(static_cast<std::uint32_t>(lists_[list].size() / entry[list]));
   bytes.put(none);
-  removed_.pad();
-  for (const TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
-    bytes.append(list->data(), list->size());
+  lists_[removed].pad();
+  for (const TraceBytes& list : lists_) bytes.append(list.data(), list.size());
 }
 
 // `last`: what was written of this geom; its number is 0 if nothing was.
@@ -153,18 +148,18 @@ std::uint32_t TraceChanges::numberOf(dBodyID body) {
   known.frame = frame_;
   BodyRecord now = recordOf(body);
   now.number = known.record.number ? known.record.number : ++last_body_;
-  if (!same(now, known.record)) changed_bodies_.put(now);
+  if (!same(now, known.record)) lists_[changed_bodies].put(now);
   known.record = now;
   return now.number;
 }
 
 void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
   if (!same(now.traits, last.traits))
-    changed_geoms_.put(now);
+    lists_[changed_geoms].put(now);
   else if (!same(now.pose, last.pose))
-    poses_.put(now.traits.number, none, now.pose, now.bounds);
+    lists_[poses].put(now.traits.number, none, now.pose, now.bounds);
   else if (!same(now.bounds, last.bounds))
-    bounds_.put(now.traits.number, none, now.bounds);
+    lists_[bounds].put(now.traits.number, none, now.bounds);
   last = now;
 }
 

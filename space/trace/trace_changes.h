@@ -89,8 +89,9 @@ class TraceChanges {
   std::vector<std::uint32_t> present_, present_before_;
   std::uint32_t last_geom_ = 0, last_body_ = 0;
   std::uint64_t frame_ = 0;
-  // Of the frame that is written.
-  TraceBytes removed_, changed_bodies_, changed_geoms_, poses_, bounds_;
+  // Of the frame that is written, as in the file.
+  enum List { removed, changed_bodies, changed_geoms, poses, bounds, lists };
+  TraceBytes lists_[lists];
 };
 
 }  // namespace ode_parallel_sap
