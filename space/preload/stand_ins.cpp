@@ -81,27 +81,19 @@ class StandIn final : public ParallelSAPSpace {
   const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
-// A stand-in for a dHashSpace; null if it is no stand-in.
-StandIn* hashSpace(dSpaceID space, const char* caller) {
+int levels(dSpaceID space, int sets, int* minlevel, int* maxlevel) {
   StandIn* const own = dynamic_cast<StandIn*>(space);
-  if (own) require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
-  return own;
-}
-
-int setLevels(dSpaceID space, int minlevel, int maxlevel) {
-  StandIn* const own = hashSpace(space, "dHashSpaceSetLevels");
   if (!own) return 0;
-  require(minlevel <= maxlevel, "must have minlevel <= maxlevel", "dHashSpaceSetLevels");
-  own->minlevel = minlevel;
-  own->maxlevel = maxlevel;
+  const char* const caller = sets ? "dHashSpaceSetLevels" : "dHashSpaceGetLevels";
+  require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
+  if (sets) {
+    require(*minlevel <= *maxlevel, "must have minlevel <= maxlevel", caller);
+    own->minlevel = *minlevel;
+    own->maxlevel = *maxlevel;
+  }
+  if (minlevel) *minlevel = own->minlevel;
+  if (maxlevel) *maxlevel = own->maxlevel;
   return 1;
-}
-
-int getLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  const StandIn* const own = hashSpace(space, "dHashSpaceGetLevels");
-  if (own && minlevel) *minlevel = own->minlevel;
-  if (own && maxlevel) *maxlevel = own->maxlevel;
-  return own != nullptr;
 }
 
 void report() {
@@ -132,14 +124,12 @@ void report() {
     std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
-void geomChanged(dxGeom* geom) {
-  dxSpace* const space = geom->parent_space;
+void noteChange(dxGeom* geom, dBodyID body) {
+  if (body)
+    for (dxGeom* own = dBodyGetFirstGeom(body); own; own = dBodyGetNextGeom(own))
+      noteChange(own, nullptr);
+  dxSpace* const space = geom ? geom->parent_space : nullptr;
   if (space && typeid(*space) == typeid(StandIn)) static_cast<StandIn*>(space)->notify(geom);
-}
-
-void bodyChanged(dBodyID body) {
-  for (dxGeom* geom = dBodyGetFirstGeom(body); geom; geom = dBodyGetNextGeom(geom))
-    geomChanged(geom);
 }
 
 }  // namespace
@@ -154,13 +144,11 @@ const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
         return misfitOfODE(&space);
       },
       [](dSpaceID parent, int space_class) -> dSpaceID { return new StandIn(parent, space_class); },
-      setLevels,
-      getLevels,
+      levels,
       report,
       [](auto* collide) { ode_collide.store(collide, std::memory_order_relaxed); },
       PrecomputedContacts::answer,
-      geomChanged,
-      bodyChanged,
+      noteChange,
       ParallelSAPSpace::notifyAll,
       PrecomputedContacts::stop};
   return &stand_ins;
