@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# account.sh PRELOAD LIBRARY PROGRAM
+# account.sh PRELOAD PROGRAM
 #
 # The account at the end of a program is that of what it did; ODE_PARALLEL_SAP_STATS is read as the
 # library reads it. PROGRAM is account_program.c.
 set -euo pipefail
 . "$(dirname "$0")/with_preload.sh"
-preload=$1 library=$2 program=$3
+preload=$1 program=$2
 
 # said VALUE [ARGUMENT]: what the program and its libraries write to stderr
 said() {
@@ -43,9 +43,11 @@ for rule in SKIP_STATIC=1/200 SKIP_ASLEEP=1/201 CULL_PLANES=1/200 TOLERANCE=2/60
   grep -q "dSpaceCollide of 202 geoms with ${rule#*/} pairs" <<<"$account" || fail "not ${rule#*/} pairs with ${rule%/*}"
 done
 
-account=$(said 1 "$library")
-grep -q '^ode-parallel-sap: 20 dSpaceCollide of 202 geoms with 401 pairs and 100 contacts took ' <<<"$account" ||
-  fail "not twenty frames of 401 pairs, half of them with 200 contacts"
+account=$(ODE_PARALLEL_SAP_CONTACTS=on said 1 collide)
+grep -q '^ode-parallel-sap: 10 dSpaceCollide of 202 geoms with 401 pairs and 160 contacts took ' <<<"$account" ||
+  fail "not 200 contacts in each frame but the first"
+grep -q '^ode-parallel-sap: 1600 pairs collided before dCollide was called for them: 1600 of them were asked for, with 1600 contacts$' \
+  <<<"$account" || fail "not all pairs of spheres were answered"
 awk -v narrow="$(sed -n "s/.* narrow \($number\), .*/\1/p" <<<"$account")" 'BEGIN { exit !(narrow > 0) }' ||
   fail "no time for the contacts"
 
