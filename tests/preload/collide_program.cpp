@@ -104,7 +104,6 @@ int flagsFor(const Program& program, dGeomID a) {
   if (program.is("flags-by-pair")) return 1 + static_cast<int>(numberOf(a) % most_contacts);
   if (program.is("classes") && dGeomGetClass(a) == dBoxClass) return 2;
   if (program.is("flags-by-frame")) return 1 + program.frame % most_contacts;
-  if (program.is("flags-once") && program.calls % 7 == 0) return 2;
   return most_contacts;
 }
 
