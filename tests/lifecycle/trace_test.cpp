@@ -44,15 +44,13 @@ Pairs pairsByPlace(dSpaceID space) {
   std::map<dGeomID, std::size_t> places;
   for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
     places[dSpaceGetGeom(space, i)] = places.size();
-  struct Found {
-    std::map<dGeomID, std::size_t>& places;
-    Pairs pairs;
-  } found = {places, {}};
+  std::vector<std::pair<dGeomID, dGeomID>> found;
   dSpaceCollide(space, &found, [](void* data, dGeomID a, dGeomID b) {
-    Found& into = *static_cast<Found*>(data);
-    into.pairs.emplace_back(into.places.at(a), into.places.at(b));
+    static_cast<decltype(found)*>(data)->emplace_back(a, b);
   });
-  return found.pairs;
+  Pairs pairs;
+  for (const auto& [a, b] : found) pairs.emplace_back(places.at(a), places.at(b));
+  return pairs;
 }
 
 trace::PairTotals totalsOf(dSpaceID space) {
