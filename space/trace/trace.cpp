@@ -145,9 +145,8 @@ bool Trace::isDue() {
 }
 
 void Trace::see(dGeomID a, dGeomID b, int) {
-  const auto numberOf = [this](dGeomID geom) { return changes_.numberIn(Slots::slotOf(geom)); };
   ++pairs_;
-  sum_ += trace_format::pairSum(numberOf(a), numberOf(b));
+  sum_ += trace_format::pairSum(changes_.numberOf(a), changes_.numberOf(b));
 }
 
 void Trace::endPairs() try {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "space/geoms/scene.h"
-#include "space/geoms/slots.h"
 #include "space/trace/trace_format.h"
 
 namespace ode_parallel_sap {
@@ -53,23 +52,18 @@ struct BodyRecord {
 static_assert(sizeof(GeomRecord) == 40 + 22 * sizeof(dReal), "no gaps");
 static_assert(sizeof(BodyRecord) == 8 + 12 * sizeof(dReal), "no gaps");
 
-// Geoms get numbers from 1 on when they are first written. Those of the space keep theirs until
-// they leave it, so numbers ascend in the order of the report; those of spaces within it are known
-// by their address.
+// Geoms get numbers from 1 on when they are first written, and are known by their address. Those of
+// the space keep theirs until they leave it, so numbers ascend in the order of the report.
 class TraceChanges {
  public:
-  // Which geom is in which slot. These take no memory.
-  void forget(Slot slot) {
-    if (slot < slots_.size()) slots_[slot].traits.number = 0;
-  }
-  void closeSlots(const Buffer<dxGeom*>& geoms);
-
+  // A geom leaves the space. Takes no memory.
+  void forget(const dxGeom* geom) { geoms_.erase(geom); }
   // Compares all geoms, which are up to date, with what was written, and writes what is else.
   void write(const Scene& scene, TraceBytes& bytes);
-
-  // Of a geom of the space that was written; 0 of any other.
-  std::uint32_t numberIn(Slot slot) const {
-    return slot < slots_.size() ? slots_[slot].traits.number : 0;
+  // Of a geom that was written; 0 of any other.
+  std::uint32_t numberOf(const dxGeom* geom) const {
+    const auto found = geoms_.find(geom);
+    return found == geoms_.end() ? 0 : found->second.record.traits.number;
   }
 
  private:
@@ -78,13 +72,12 @@ class TraceChanges {
     Record record;
     std::uint64_t frame;  // in which it was there
   };
-  void visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& last);
-  std::uint32_t numberOf(dBodyID body);
+  void visit(const dxGeom* geom, std::uint32_t parent);
+  std::uint32_t visit(dBodyID body);
   void compare(const GeomRecord& now, GeomRecord& last);
   void dropUnseen();
 
-  std::vector<GeomRecord> slots_;
-  std::unordered_map<const dxGeom*, Seen<GeomRecord>> inner_;
+  std::unordered_map<const dxGeom*, Seen<GeomRecord>> geoms_;
   std::unordered_map<dBodyID, Seen<BodyRecord>> bodies_;
   std::vector<std::uint32_t> present_, present_before_;
   std::uint32_t last_geom_ = 0, last_body_ = 0;
