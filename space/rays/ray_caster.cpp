@@ -136,8 +136,7 @@ class RayCaster::Pass {
     for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
     store_.blocks.resizeDiscarding(request_.count);
     castAll(way);
-    collideOnImages(way);
-    collideRest();
+    collideWaiting(way);
     gather(store_.shares, &Share::late, store_.late);
     std::sort(store_.late.begin(), store_.late.end(), isBefore);
     std::uint32_t most = 0;
@@ -167,39 +166,38 @@ class RayCaster::Pass {
                      });
   }
 
-  void collideOnImages(const Way& way) {
-    gather(store_.shares, &Share::image, store_.waiting);
-    const Buffer<Waiting>& waiting = store_.waiting;
-    const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, way.threads),
-                                 waiting.size());
-    if (images.count() == 0) {
-      for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
-      return;
-    }
-    const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
-    runPartsWithData(
-        colliding_on_images, images.count(), waiting.size(), chunk, way.manual_cleanup,
-        [&](const Range& range, int thread) {
-          for (std::size_t i = range.begin; i < range.end; ++i)
-            if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
-              collideLate(waiting[i], thread, &images[thread]);
-            else
-              store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
-        });
-  }
-
-  void collideRest() {
-    gather(store_.shares, &Share::calling_thread, store_.waiting);
-    std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
+  // On images, and then in the order of rays what these do not serve.
+  void collideWaiting(const Way& way) {
+    Buffer<Waiting>& waiting = store_.waiting;
+    gather(store_.shares, &Share::waiting, waiting);
+    for (Share& share : store_.shares) share.waiting.resizeDiscarding(0);
+    const std::size_t wanted = static_cast<std::size_t>(std::count_if(
+        waiting.begin(), waiting.end(), [](const Waiting& each) { return each.for_image; }));
+    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, way.threads), wanted);
+    const int team = std::max(1, images.count());
+    runPartsWithData(colliding_on_images, team, waiting.size(),
+                     chunkOf(waiting.size(), grains::heavy_pairs.work, team), way.manual_cleanup,
+                     [&](const Range& range, int thread) {
+                       for (std::size_t i = range.begin; i < range.end; ++i)
+                         if (images.count() && waiting[i].for_image &&
+                             images[thread].serves(probes_[0].geom(), waiting[i].geom))
+                           collideLate(waiting[i], thread, &images[thread]);
+                         else
+                           shareOf(thread).waiting.push_back(waiting[i]);
+                     });
+    gather(store_.shares, &Share::waiting, waiting);
+    std::sort(waiting.begin(), waiting.end(), [](const Waiting& a, const Waiting& b) {
       return std::tie(a.ray, a.target.slot, a.target.within) <
              std::tie(b.ray, b.target.slot, b.target.within);
     });
-    for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
+    for (const Waiting& each : waiting) collideLate(each, 0, nullptr);
   }
+
+  Share& shareOf(int thread) const { return store_.shares[static_cast<std::size_t>(thread)]; }
 
   void castOne(std::size_t ray, int thread, bool alone) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-    Share& share = store_.shares[static_cast<std::size_t>(thread)];
+    Share& share = shareOf(thread);
     Block& block = store_.blocks[ray];
     block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
     const dParallelSAPRay& asked = request_.rays[ray];
@@ -275,9 +273,7 @@ class RayCaster::Pass {
       const ScopedMode programs(mode_);
       hit(flight, geom, target);
     } else {
-      Share& share = flight.share;
-      (use == ColliderUse::OwnCollider ? share.image : share.calling_thread)
-          .push_back({flight.ray, target, geom});
+      flight.share.waiting.push_back({flight.ray, target, geom, use == ColliderUse::OwnCollider});
     }
   }
 
@@ -294,7 +290,7 @@ class RayCaster::Pass {
 
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const {
     Buffer<RayFound>& all = flight.share.found;
-    collide({flight.ray, target, geom}, flight.probe, nullptr, [&](const RayFound& found) {
+    collide({flight.ray, target, geom, false}, flight.probe, nullptr, [&](const RayFound& found) {
       if (!request_.nearest || all.size() == flight.first_found)
         all.push_back(found);
       else if (isNearer(found, all[flight.first_found]))
@@ -306,7 +302,7 @@ class RayCaster::Pass {
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
     probe.aim(request_.rays[waiting.ray]);
-    Buffer<RayFound>& late = store_.shares[static_cast<std::size_t>(thread)].late;
+    Buffer<RayFound>& late = shareOf(thread).late;
     if (image || passesAABBTests(waiting.geom, probe.geom()))
       collide(waiting, probe, image, [&](const RayFound& found) { late.push_back(found); });
   }

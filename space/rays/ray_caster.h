@@ -34,6 +34,7 @@ struct RayLists {
     std::size_t ray;
     RayTarget target;
     dxGeom* geom;
+    bool for_image;  // else for the calling thread
   };
   // Hits [first, first + count) of a thread's share.
   struct Block {
@@ -43,17 +44,16 @@ struct RayLists {
   struct alignas(64) Share {
     Buffer<RayFound> found;
     Buffer<RayFound> late;  // of what waited, in no order
-    Buffer<Waiting> image, calling_thread;
+    Buffer<Waiting> waiting;
     Buffer<Slot> slots;
 
     void clear(std::size_t slots_of_space) {
       found.resizeDiscarding(0);
       late.resizeDiscarding(0);
-      image.resizeDiscarding(0);
-      calling_thread.resizeDiscarding(0);
+      waiting.resizeDiscarding(0);
       slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
     }
-    std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
+    std::size_t bytes() const { return bytesOf(found, late, waiting, slots); }
   };
 
   std::vector<Share> shares;  // by thread
