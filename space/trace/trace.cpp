@@ -62,23 +62,23 @@ bool TraceFile::open(const std::string& path) {
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   head_.clear();
   head_.append(trace_format::magic, trace_format::tag_bytes);
-  if (!put(head_)) return false;
+  if (!add(head_)) return false;
   whole_ = head_.size();
   return true;
 }
 
 void TraceFile::write(const char (&tag)[9], TraceBytes& contents) {
   if (!file_) return;
-  contents.pad();
+  pad(contents);
   head_.clear();
   head_.append(tag, trace_format::tag_bytes);
-  head_.put(std::uint64_t{contents.size()});
-  head_.put(checksumOf(head_, contents));
-  if (put(head_) && put(contents)) whole_ += head_.size() + contents.size();
+  put(head_, std::uint64_t{contents.size()});
+  put(head_, checksumOf(head_, contents));
+  if (add(head_) && add(contents)) whole_ += head_.size() + contents.size();
 }
 
 // Nothing is buffered, so that the chunks of a program that crashes are in the file.
-bool TraceFile::put(const TraceBytes& bytes) {
+bool TraceFile::add(const TraceBytes& bytes) {
   errno = 0;
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size()) return true;
   giveUp(std::strerror(errno));
@@ -99,9 +99,9 @@ bool Trace::open(const std::string& path) {
   if (!file_.open(path)) return false;
   bytes_.clear();
   const std::string ode = dGetConfiguration();
-  bytes_.put(trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
-             static_cast<std::uint32_t>(ode.size()));
-  bytes_.append(ode.data(), ode.size());
+  put(bytes_, trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
+      static_cast<std::uint32_t>(ode.size()));
+  bytes_ += ode;
   file_.write(trace_format::header_tag, bytes_);
   return file_.isOpen();
 }
@@ -130,7 +130,7 @@ void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put(frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
+  put(bytes_, frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
   changes_.write(scene, bytes_);
   file_.write(trace_format::frame_tag, bytes_);
   wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before
@@ -152,7 +152,7 @@ void Trace::see(dGeomID a, dGeomID b, int) {
 void Trace::endPairs() try {
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put(frames_, pairs_, sum_);
+  put(bytes_, frames_, pairs_, sum_);
   file_.write(trace_format::pairs_tag, bytes_);
 } catch (const std::bad_alloc&) {
   file_.giveUp("out of memory");

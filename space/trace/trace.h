@@ -29,7 +29,7 @@ class TraceFile {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  bool put(const TraceBytes& bytes);
+  bool add(const TraceBytes& bytes);
 
   std::unique_ptr<std::FILE, Close> file_;
   std::string path_;

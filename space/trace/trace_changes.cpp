@@ -106,15 +106,15 @@ void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   std::vector<std::uint32_t> gone;
   std::set_difference(present_before_.begin(), present_before_.end(), present_.begin(),
                       present_.end(), std::back_inserter(gone));
-  lists_[removed].append(gone.data(), gone.size() * sizeof gone[0]);
+  for (const std::uint32_t number : gone) put(lists_[removed], number);
   constexpr std::size_t bounds_entry = 8 + sizeof GeomRecord::bounds;
   constexpr std::size_t entry[lists] = {sizeof gone[0], sizeof(BodyRecord), sizeof(GeomRecord),
                                         bounds_entry + sizeof GeomRecord::pose, bounds_entry};
   for (int list = 0; list < lists; ++list)
-    bytes.put(static_cast<std::uint32_t>(lists_[list].size() / entry[list]));
-  bytes.put(none);
-  lists_[removed].pad();
-  for (const TraceBytes& list : lists_) bytes.append(list.data(), list.size());
+    put(bytes, static_cast<std::uint32_t>(lists_[list].size() / entry[list]));
+  put(bytes, none);
+  pad(lists_[removed]);
+  for (const TraceBytes& list : lists_) bytes += list;
 }
 
 void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent) {
@@ -141,18 +141,18 @@ std::uint32_t TraceChanges::visit(dBodyID body) {
   known.frame = frame_;
   BodyRecord now = recordOf(body);
   now.number = known.record.number ? known.record.number : ++last_body_;
-  if (!same(now, known.record)) lists_[changed_bodies].put(now);
+  if (!same(now, known.record)) put(lists_[changed_bodies], now);
   known.record = now;
   return now.number;
 }
 
 void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
   if (!same(now.traits, last.traits))
-    lists_[changed_geoms].put(now);
+    put(lists_[changed_geoms], now);
   else if (!same(now.pose, last.pose))
-    lists_[poses].put(now.traits.number, none, now.pose, now.bounds);
+    put(lists_[poses], now.traits.number, none, now.pose, now.bounds);
   else if (!same(now.bounds, last.bounds))
-    lists_[bounds].put(now.traits.number, none, now.bounds);
+    put(lists_[bounds], now.traits.number, none, now.bounds);
   last = now;
 }
 

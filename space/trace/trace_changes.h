@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -12,26 +13,16 @@
 namespace ode_parallel_sap {
 
 // The contents of a chunk.
-class TraceBytes {
- public:
-  void clear() { bytes_.clear(); }
-  void append(const void* from, std::size_t size) {
-    const auto* const begin = static_cast<const unsigned char*>(from);
-    bytes_.insert(bytes_.end(), begin, begin + size);
-  }
-  // Numbers, or records of numbers without gaps.
-  template <class... Values>
-  void put(const Values&... values) {
-    (append(&values, sizeof values), ...);
-  }
-  // Zeros up to a multiple of eight bytes.
-  void pad() { bytes_.resize((bytes_.size() + 7) / 8 * 8); }
-  const unsigned char* data() const { return bytes_.data(); }
-  std::size_t size() const { return bytes_.size(); }
-
- private:
-  std::vector<unsigned char> bytes_;
-};
+using TraceBytes = std::string;
+// Appends numbers, or records of numbers without gaps.
+template <class... Values>
+void put(TraceBytes& bytes, const Values&... values) {
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+}
+// Appends zeros up to a multiple of eight bytes.
+inline void pad(TraceBytes& bytes) {
+  bytes.resize((bytes.size() + 7) / 8 * 8);
+}
 
 // As in the file. Records have no gaps, so that their bytes can be compared: a NaN is what it is.
 struct GeomRecord {
