@@ -38,24 +38,27 @@ class Pool {
     return pool;
   }
 
+  // `lent` has room for them.
   void lend(std::size_t wanted, std::size_t pairs, Lent& lent) {
     std::unique_lock<std::mutex> guard(lock_);
     if (closed_) return;
-    take(wanted, lent);
-    const std::size_t missing =
-        can_load_ ? std::min(wanted - lent.size(), most_images - seats_.size()) : 0;
+    const std::size_t missing = can_load_ && wanted > free_.size()
+                                    ? std::min(wanted - free_.size(), most_images - all_)
+                                    : 0;
     if (missing) pairs_ += pairs;
     const char* why = nullptr;
     if (missing && pairs_ >= grained(pairs_worth_an_image) * missing) {
       pairs_ = 0;
       can_load_ = false;  // another thread meanwhile
       guard.unlock();
-      why = load(missing, lent);
+      why = load(missing);
       guard.lock();
       can_load_ = !why;
     }
-    if (lent.size() == 1) giveBack(lent);
-    const std::size_t threads = std::max<std::size_t>(1, seats_.size());
+    if (std::min(wanted, free_.size()) > 1)
+      while (lent.size() < wanted && !free_.empty()) move(free_, lent);
+    lent_ += lent.size();
+    const std::size_t threads = std::max<std::size_t>(1, all_);
     guard.unlock();
     if (why)
       dMessage(0,
@@ -66,47 +69,33 @@ class Pool {
 
   void takeBack(Lent& lent) {
     const std::lock_guard<std::mutex> guard(lock_);
-    giveBack(lent);
+    lent_ -= std::min(lent_, lent.size());
+    while (!lent.empty()) move(lent, free_);
+    returned_.notify_all();
   }
 
  private:
-  struct Seat {
-    std::unique_ptr<OdeImage> image;
-    enum { Free, Lent, Lost } state;
-  };
-
   Pool() {
     onFork([] { get().lock_.lock(); }, [] { get().lock_.unlock(); }, [] { get().beginChild(); });
   }
 
-  // Those of lower numbers first: a thread mostly gets the image again that is in its cache.
-  void take(std::size_t wanted, Lent& lent) {
-    for (Seat& seat : seats_) {
-      if (lent.size() == wanted) return;
-      if (seat.state != Seat::Free) continue;
-      lent.push_back(seat.image.get());
-      seat.state = Seat::Lent;
-    }
-  }
-
-  void giveBack(Lent& lent) {
-    for (Seat& seat : seats_)
-      if (std::count(lent.begin(), lent.end(), seat.image.get())) seat.state = Seat::Free;
-    lent.clear();
-    returned_.notify_all();
+  // The last one: a thread mostly gets the image again that is in its cache.
+  static void move(Lent& from, Lent& to) {
+    to.push_back(from.back());
+    from.pop_back();
   }
 
   // Without the lock: loading takes long.
-  const char* load(std::size_t count, Lent& lent) try {
+  const char* load(std::size_t count) try {
     const char* why = nullptr;
     for (; count; --count) {
       auto image = std::make_unique<OdeImage>();
       why = image->load();
       if (why) break;
       const std::lock_guard<std::mutex> guard(lock_);
-      lent.reserve(lent.size() + 1);
-      seats_.push_back({std::move(image), Seat::Lent});
-      lent.push_back(seats_.back().image.get());
+      free_.reserve(all_ + 1);
+      free_.push_back(image.release());
+      ++all_;
     }
     // Exit runs it before it destroys what is in the images loaded so far.
     std::atexit([] { get().close(); });
@@ -117,23 +106,20 @@ class Pool {
 
   // Images whose threads are not there any more are left as they are.
   void beginChild() {
-    for (Seat& seat : seats_)
-      if (seat.state == Seat::Lent) seat.state = Seat::Lost;
+    lent_ = 0;
     lock_.unlock();
   }
 
   void close() {
     std::unique_lock<std::mutex> guard(lock_);
     closed_ = true;
-    returned_.wait_for(guard, longest_wait, [this] {
-      return std::none_of(seats_.begin(), seats_.end(),
-                          [](const Seat& seat) { return seat.state == Seat::Lent; });
-    });
+    returned_.wait_for(guard, longest_wait, [this] { return lent_ == 0; });
   }
 
   std::mutex lock_;
   std::condition_variable returned_;
-  std::vector<Seat> seats_;
+  Lent free_;  // never destroyed, with room for all
+  std::size_t all_ = 0, lent_ = 0;
   std::uint64_t pairs_ = 0;
   bool can_load_ = true, closed_ = false;
 };
@@ -143,12 +129,7 @@ class Pool {
 ThreadColliders::ThreadColliders(int wanted, std::size_t pairs) {
   if (wanted < 2) return;
   lent_.reserve(static_cast<std::size_t>(wanted));
-  try {
-    Pool::get().lend(static_cast<std::size_t>(wanted), pairs, lent_);
-  } catch (...) {
-    Pool::get().takeBack(lent_);
-    throw;
-  }
+  Pool::get().lend(static_cast<std::size_t>(wanted), pairs, lent_);
 }
 
 ThreadColliders::~ThreadColliders() {

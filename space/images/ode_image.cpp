@@ -28,29 +28,6 @@ bool copyFails(const char* part) {
   return fault && std::strcmp(fault, part) == 0;
 }
 
-using Search = std::pair<std::uintptr_t, LoadedLibrary>;  // an address, and what is found
-
-int compareLibrary(dl_phdr_info* info, std::size_t, void* data) {
-  auto& [address, found] = *static_cast<Search*>(data);
-  LoadedLibrary library;
-  library.base = info->dlpi_addr;
-  library.path = info->dlpi_name;
-  bool holds = false;
-  for (int i = 0; i < info->dlpi_phnum; ++i) {
-    const ElfW(Phdr)& header = info->dlpi_phdr[i];
-    if (header.p_type == PT_DYNAMIC) {
-      library.dynamic_begin = header.p_offset;
-      library.dynamic_end = header.p_offset + header.p_filesz;
-    }
-    if (header.p_type != PT_LOAD) continue;
-    const std::uintptr_t begin = library.base + header.p_vaddr;
-    library.segments.push_back({begin, begin + header.p_memsz, (header.p_flags & PF_W) != 0});
-    holds = holds || library.segments.back().holds(address);
-  }
-  if (holds) found = std::move(library);
-  return holds;
-}
-
 // Makes DT_SYMBOLIC of the DT_SONAME in the bytes of a library's file.
 bool makeSymbolic(const LoadedLibrary& library, std::string& bytes) {
   ElfW(Dyn) entry;
@@ -64,23 +41,6 @@ bool makeSymbolic(const LoadedLibrary& library, std::string& bytes) {
   }
   return false;
 }
-
-// A file in memory; closed with this object.
-struct MemoryFile {
-  const int number = copyFails("memory") ? -1 : memfd_create("ode-image", MFD_CLOEXEC);
-
-  MemoryFile() = default;
-  ~MemoryFile() { close(number); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  // The dynamic linker takes two files of one name for one, and numbers of files come back when
-  // they are closed: each copy is named by a path with a few slashes more.
-  std::string path() const {
-    static std::atomic<unsigned> copies{0};
-    return "/proc/self/fd" + std::string(1 + copies.fetch_add(1), '/') + std::to_string(number);
-  }
-};
 
 // The same bytes wherever nothing is written: code and constants.
 bool sameContents(const LoadedLibrary& a, const LoadedLibrary& b) {
@@ -136,9 +96,32 @@ bool isHeightfield(const dxGeom* geom) {
 }  // namespace
 
 LoadedLibrary libraryAt(const void* address) {
-  Search search = {reinterpret_cast<std::uintptr_t>(address), {}};
-  dl_iterate_phdr(compareLibrary, &search);
-  return std::move(search.second);
+  struct Search {
+    std::uintptr_t address;
+    LoadedLibrary found;
+  } search = {reinterpret_cast<std::uintptr_t>(address), {}};
+  const auto compare = [](dl_phdr_info* info, std::size_t, void* data) {
+    Search& own = *static_cast<Search*>(data);
+    LoadedLibrary library;
+    library.base = info->dlpi_addr;
+    library.path = info->dlpi_name;
+    bool holds = false;
+    for (int i = 0; i < info->dlpi_phnum; ++i) {
+      const ElfW(Phdr)& header = info->dlpi_phdr[i];
+      if (header.p_type == PT_DYNAMIC) {
+        library.dynamic_begin = header.p_offset;
+        library.dynamic_end = header.p_offset + header.p_filesz;
+      }
+      if (header.p_type != PT_LOAD) continue;
+      const std::uintptr_t begin = library.base + header.p_vaddr, end = begin + header.p_memsz;
+      library.segments.push_back({begin, end, (header.p_flags & PF_W) != 0});
+      holds = holds || (own.address >= begin && own.address < end);
+    }
+    if (holds) own.found = std::move(library);
+    return int{holds};
+  };
+  dl_iterate_phdr(compare, &search);
+  return std::move(search.found);
 }
 
 // The text of its configuration lies in ODE's library itself, where the address of a function may
@@ -175,12 +158,18 @@ const char* OdeImage::loadCopy(const LoadedLibrary& original) {
       !makeSymbolic(original, bytes))
     return "ODE is part of another library";
   if (copyFails("load")) bytes[EI_CLASS] = ELFCLASSNONE;
-  const MemoryFile file;
-  const std::string path = file.path();
+  // The dynamic linker takes two files of one name for one, and numbers of files come back when
+  // they are closed: each copy is named by a path with a few slashes more.
+  static std::atomic<unsigned> copies{0};
+  const int file = copyFails("memory") ? -1 : memfd_create("ode-image", MFD_CLOEXEC);
+  const std::string path =
+      "/proc/self/fd" + std::string(1 + copies.fetch_add(1), '/') + std::to_string(file);
   std::ofstream out(path, std::ios::binary);
-  if (!out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
-    return "this system has no room for files in memory";
-  handle_ = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  const bool written =
+      out.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush().good();
+  if (written) handle_ = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  close(file);
+  if (!written) return "this system has no room for files in memory";
   link_map* map = nullptr;
   if (!handle_ || dlinfo(handle_, RTLD_DI_LINKMAP, &map) != 0)
     return "a copy of ODE's library cannot be loaded";
@@ -243,18 +232,14 @@ bool OdeImage::serves(const dxGeom* a, const dxGeom* b) const {
 }
 
 int OdeImage::collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) {
-  const bool field_first = isHeightfield(a);
-  if (!field_first && !isHeightfield(b)) return collide_(a, b, flags, contacts, skip);
-  dxGeom *const field = heightfieldLike(field_first ? a : b), *const other =
-                                                                  copyOf(field_first ? b : a);
-  const int count =
-      collide_(field_first ? field : other, field_first ? other : field, flags, contacts, skip);
-  const auto original = [&](dxGeom* geom) { return (geom == field) == field_first ? a : b; };
+  if (!isHeightfield(a) && !isHeightfield(b)) return collide_(a, b, flags, contacts, skip);
+  dxGeom *const own_a = copyOf(a), *const own_b = copyOf(b);
+  const int count = collide_(own_a, own_b, flags, contacts, skip);
   for (int i = 0; i < count; ++i) {
     dContactGeom& contact =
         *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) + i * skip);
-    contact.g1 = original(contact.g1);
-    contact.g2 = original(contact.g2);
+    contact.g1 = contact.g1 == own_a ? a : b;
+    contact.g2 = contact.g2 == own_a ? a : b;
   }
   return count;
 }
@@ -274,6 +259,7 @@ dxGeom* OdeImage::heightfieldLike(const dxGeom* original) {
 }
 
 dxGeom* OdeImage::copyOf(const dxGeom* geom) {
+  if (isHeightfield(geom)) return heightfieldLike(geom);
   const std::size_t size = sizes_[geom->type];
   bytes_.resize((size + sizeof(double) - 1) / sizeof(double));
   std::memcpy(bytes_.data(), static_cast<const void*>(geom), size);

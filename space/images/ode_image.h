@@ -16,8 +16,6 @@ namespace ode_parallel_sap {
 struct Segment {
   std::uintptr_t begin, end;
   bool writable;
-
-  bool holds(std::uintptr_t address) const { return address >= begin && address < end; }
 };
 
 struct LoadedLibrary {

@@ -143,7 +143,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
   silent_.remove(slot);
-  observers_.forEach([=](SpaceObserver& observer) { observer.forget(slot); });
+  observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
   slots_.remove(geom, [&] { dxSpace::remove(geom); });
@@ -164,7 +164,6 @@ void ParallelSAPSpace::noteChange(Slot slot) {
 void ParallelSAPSpace::closeSlots() {
   if (!slots_.worthClosing(count)) return;
   pipeline_.closeSlots(slots_.geoms());
-  observers_.forEach([&](SpaceObserver& observer) { observer.closeSlots(slots_.geoms()); });
   swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();

@@ -8,7 +8,6 @@
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/pair_watcher.h"
 #include "space/geoms/scene.h"
-#include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 
@@ -21,9 +20,8 @@ class SpaceObserver : public PairWatcher {
   virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
     (void)geoms, (void)slots, (void)swept;
   }
-  // A geom leaves its slot; slots are about to be closed up.
-  virtual void forget(Slot) {}
-  virtual void closeSlots(const Buffer<dxGeom*>&) {}
+  // A geom leaves the space.
+  virtual void forget(const dxGeom*) {}
 };
 
 // All those of a space.

@@ -81,8 +81,7 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
     constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
     least_share_ = 1.0 / most + margin;
   }
-  if (habit_.pairs) flags_ = habit_.isWorth(least_share_) ? habit_.flags : 0;
-  habit_.pairs = habit_.votes = 0;
+  const bool any = chooseFlags();
   next_place_ = next_answer_ = 0;
   geoms_ = {};
   changed_.clear();
@@ -91,12 +90,24 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
   last_ = {};
   list_.resizeDiscarding(0);
   // Where modes cannot be compared nothing would be answered.
-  if (flags_ && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
+  if (any && !stopped_.load(std::memory_order_relaxed) && !differs(mode_, mode_))
     collide(pairs, collided);
   return true;
 } catch (const std::bad_alloc&) {
   release();
   return true;
+}
+
+// By what the program did in the last report. Whether any pairs are to be precomputed.
+bool PrecomputedContacts::chooseFlags() {
+  habits_.resize(kinds);
+  bool any = false;
+  for (Habit& habit : habits_) {
+    if (habit.pairs) habit.flags = habit.isWorth(least_share_) ? habit.asked : 0;
+    habit.pairs = habit.votes = 0;
+    any = any || habit.flags != 0;
+  }
+  return any;
 }
 
 void PrecomputedContacts::release() {
@@ -142,8 +153,9 @@ void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int t
       prefetchPairs(list_[place + pairs_ahead], list_[place + 2 * pairs_ahead]);
     const auto [o1, o2] = list_[place];
     found_[place] = {};
-    if (!mayPrecompute(o1, o2)) continue;
-    found_[place] = {0, 0, static_cast<std::uint16_t>(thread), bodiesOf(o1, o2)};
+    const std::uint16_t kind = kindOf(o1, o2);
+    if (kind == kinds || habits_[kind].flags == 0) continue;
+    found_[place] = {0, 0, static_cast<std::uint16_t>(thread), kind};
     wanted |= std::uint32_t{1} << (place - begin);
     ++share.pairs;
   }
@@ -159,37 +171,41 @@ void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int t
 void PrecomputedContacts::collidePair(std::size_t place, int thread) {
   Buffer<dContactGeom>& contacts = shares_[static_cast<std::size_t>(thread)].contacts;
   Found& found = found_[place];
+  const int flags = habits_[found.kind].flags;
   found.first = contacts.size();
-  contacts.resize(found.first + static_cast<std::size_t>(flags_));
+  contacts.resize(found.first + static_cast<std::size_t>(flags));
   dContactGeom* const own = contacts.data() + found.first;
-  for (int i = 0; i < std::min<int>(flags_, most_contacts); ++i)
+  for (int i = 0; i < std::min<int>(flags, most_contacts); ++i)
     for (dReal* const fourth : {&own[i].pos[3], &own[i].normal[3]})
       std::memcpy(fourth, &unwritten, sizeof unwritten);
   const auto collide = ode_collide.load(std::memory_order_relaxed);
-  const int count = collide(list_[place].o1, list_[place].o2, flags_, own, sizeof *own);
+  const int count = collide(list_[place].o1, list_[place].o2, flags, own, sizeof *own);
   found.count = static_cast<std::uint32_t>(count);
   if (found.count > most_contacts) found.thread = nobody;
   contacts.resize(found.first + found.count);
 }
 
+// The kind of a pair is its two classes and which of its geoms have bodies; it is `kinds` if the
+// pair may not be precomputed. Programs treat kinds differently: many do not collide two geoms
+// without bodies, or ask for fewer contacts of a sphere. ODE also takes the quaternion of a body as
+// it is, and makes a geom's own from its matrix; and it takes a body from a geom without a trace,
+// as that stays where it is.
+//
 // Spheres, boxes, capsules and cylinders: all that dCollide reads of them lies in the geoms and
 // their bodies, and whoever changes it makes the geom dirty. (Vertices, heights and the flags of
 // rays change without a trace, other classes are the program's.) Not planes: handing out the
 // contacts of a pair takes some 300 instructions and ODE's colliders with a plane 50 to 300
 // (callgrind). Geoms of one body are not collided while they are that.
-bool PrecomputedContacts::mayPrecompute(const dxGeom* o1, const dxGeom* o2) {
-  static_assert(dSphereClass == 0 && dCylinderClass == 3, "spheres to cylinders come first");
+std::uint16_t PrecomputedContacts::kindOf(const dxGeom* o1, const dxGeom* o2) {
+  constexpr int classes = dCylinderClass + 1;
+  static_assert(dSphereClass == 0 && classes == 4, "spheres to cylinders come first");
+  static_assert(kinds == classes * classes * 4, "with or without two bodies");
   const auto isKnown = [](const dxGeom* geom) {
-    return geom && geom->type >= 0 && geom->type <= dCylinderClass;
+    return geom && geom->type >= 0 && geom->type < classes;
   };
-  return isKnown(o1) && isKnown(o2) && !(o1->body && o1->body == o2->body);
-}
-
-// Which geoms of a pair have a body: ODE takes the quaternion of a body as it is, and makes a
-// geom's own from its matrix. It takes a body from a geom without a trace, as that stays where it
-// is.
-std::uint16_t PrecomputedContacts::bodiesOf(const dxGeom* o1, const dxGeom* o2) {
-  return static_cast<std::uint16_t>((o1->body ? 1 : 0) | (o2->body ? 2 : 0));
+  if (!isKnown(o1) || !isKnown(o2) || (o1->body && o1->body == o2->body)) return kinds;
+  const int bodies = (o1->body ? 1 : 0) + (o2->body ? 2 : 0);
+  return static_cast<std::uint16_t>((o1->type * classes + o2->type) * 4 + bodies);
 }
 
 void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* callback) {
@@ -210,7 +226,8 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
     if (later < list_.size() && found_[later].count && found_[later].thread != nobody)
       prefetch(shares_[found_[later].thread].contacts.data() + found_[later].first);
     // A geom that was destroyed in this report must not be looked at.
-    if (!anyChanged()) habit_.pairs += mayPrecompute(a, b);
+    const std::size_t kind = anyChanged() ? kinds : kindOf(a, b);
+    if (kind < habits_.size()) ++habits_[kind].pairs;
     callback(data, a, b);
   };
   reportPairs(pairs.list, pairs.geoms, call);
@@ -221,10 +238,10 @@ void PrecomputedContacts::learn() {
   if (always_) return;
   const bool enough =
       static_cast<double>(last_.used) >= least_share_ * static_cast<double>(last_.precomputed);
-  if (!enough || !habit_.isWorth(least_share_)) {
+  const auto isWorth = [this](const Habit& habit) { return habit.isWorth(least_share_); };
+  if (!enough || std::none_of(habits_.begin(), habits_.end(), isWorth)) {
     back_off_.failed();
-    habit_ = {};
-    flags_ = 0;
+    habits_.clear();
   } else if (last_.precomputed) {
     back_off_.paid();
   }
@@ -255,10 +272,11 @@ std::size_t PrecomputedContacts::placeBehind(const dxGeom* o1, const dxGeom* o2)
 // Most programs collide the pair that is reported.
 int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts,
                                    int skip) {
-  if (!mayPrecompute(o1, o2)) return -1;
+  const std::uint16_t kind = kindOf(o1, o2);
+  if (kind >= habits_.size()) return -1;
   // With CONTACTS_UNIMPORTANT some of ODE's colliders fail: nobody is to call one in vain.
-  if (flags == (flags & 0xffff)) habit_.vote(flags);
-  if (flags_ != flags || flags == 0) return -1;
+  if (flags == (flags & 0xffff)) habits_[kind].vote(flags);
+  if (habits_[kind].flags != flags || flags == 0) return -1;
   const bool reported = o1 == geoms_.o1 && o2 == geoms_.o2;
   const std::size_t place = reported ? next_place_ - 1 : placeBehind(o1, o2);
   if (place >= list_.size() || !isUnchanged(place)) return -1;
@@ -266,7 +284,7 @@ int PrecomputedContacts::answerOwn(dxGeom* o1, dxGeom* o2, int flags, dContactGe
   if ((o1->gflags | o2->gflags) & needs_update) return -1;
   if (differs(mode_, currentMode()) || stopped_.load(std::memory_order_relaxed)) return -1;
   const Found& found = found_[place];
-  if (found.thread == nobody || found.bodies != bodiesOf(o1, o2)) return -1;
+  if (found.thread == nobody || found.kind != kind) return -1;
   const dContactGeom* const own = shares_[found.thread].contacts.data() + found.first;
   for (std::uint32_t i = 0; i < found.count; ++i)
     copyWritten(own[i], *reinterpret_cast<dContactGeom*>(reinterpret_cast<char*>(contacts) +

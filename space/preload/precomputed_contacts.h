@@ -62,7 +62,7 @@ class PrecomputedContacts final : public LastStage {
     std::size_t first = 0;
     std::uint32_t count = 0;
     std::uint16_t thread = nobody;
-    std::uint16_t bodies = 0;  // as of bodiesOf()
+    std::uint16_t kind = kinds;
   };
   struct alignas(64) Share {
     Buffer<dContactGeom> contacts;
@@ -71,16 +71,18 @@ class PrecomputedContacts final : public LastStage {
     std::size_t bytes() const { return bytesOf(contacts); }
   };
   static constexpr std::uint16_t nobody = 0xffff;  // collided it
+  static constexpr std::uint16_t kinds = 64;       // as of kindOf()
 
-  // Of a report's pairs that may be precomputed: their number, and by how many the calls of
-  // dCollide with `flags` are more than all others.
+  // Of a report's pairs of one kind: their number, and by how many the calls of dCollide for
+  // `asked` contacts are more than all others.
   struct Habit {
     std::uint32_t pairs = 0, votes = 0;
-    int flags = 0;
+    int asked = 0;
+    int flags = 0;  // with which they are precomputed in this report; 0: they are not
 
     void vote(int called) {
-      if (votes == 0) flags = called;
-      votes += called == flags ? 1u : ~0u;
+      if (votes == 0) asked = called;
+      votes += called == asked ? 1u : ~0u;
     }
     bool isWorth(double least_share) const {
       return pairs > 0 && votes > 0 &&
@@ -88,8 +90,8 @@ class PrecomputedContacts final : public LastStage {
     }
   };
 
-  static bool mayPrecompute(const dxGeom* o1, const dxGeom* o2);
-  static std::uint16_t bodiesOf(const dxGeom* o1, const dxGeom* o2);
+  static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
+  bool chooseFlags();
   void collide(const Pairs& pairs, Collided& collided);
   void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_out);
   void collidePair(std::size_t place, int thread);
@@ -107,9 +109,8 @@ class PrecomputedContacts final : public LastStage {
   const bool always_;
   // What is collided in vain takes about as long as the rest of a frame.
   BackOff back_off_{2 * retry_frames};
-  double least_share_ = 0;  // of the pairs, that must be asked for to make it pay
-  Habit habit_;
-  int flags_ = 0;  // with which pairs are precomputed in this report; 0: they are not
+  double least_share_ = 0;         // of the pairs, that must be asked for to make it pay
+  std::vector<Habit> habits_;      // by kind
   Buffer<dParallelSAPPair> list_;  // of the pairs from the first on
   Buffer<Found> found_;            // of these
   std::vector<Share> shares_;      // by thread

@@ -92,13 +92,8 @@ static void readWanted(const char* list) {
 static void readSettings(void) {
   const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
   readWanted(list ? list : "hash,sap,quadtree");
-  const char* const stats = getenv("ODE_PARALLEL_SAP_STATS");
-  const int print_stats = stats && strcmp(stats, "1") == 0;
-  if (stats && *stats && !print_stats && strcmp(stats, "0") != 0)
-    fprintf(stderr,
-            "ode-parallel-sap: ODE_PARALLEL_SAP_STATS=%s is neither 0 nor 1 and is ignored\n",
-            stats);
-  if (print_stats) atexit(report);
+  const char* const stats = getenv("ODE_PARALLEL_SAP_STATS"); /* the spaces complain of others */
+  if (stats && strcmp(stats, "1") == 0) atexit(report);
 }
 
 /* The stand-ins for this ODE, or null and in `why` the reason why there can be none. */
@@ -221,12 +216,12 @@ MAKES(dQuadTreeSpaceClass, dQuadTreeSpaceCreate,
 
 /* ODE itself would take a stand-in for a dxHashSpace and write beyond its fields. */
 PUBLIC void dHashSpaceSetLevels(dSpaceID space, int minlevel, int maxlevel) {
-  if (!stand_ins || !stand_ins->set_levels(space, minlevel, maxlevel))
+  if (!stand_ins || !stand_ins->levels(space, 1, &minlevel, &maxlevel))
     ORIGINAL(dHashSpaceSetLevels)(space, minlevel, maxlevel);
 }
 
 PUBLIC void dHashSpaceGetLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  if (!stand_ins || !stand_ins->get_levels(space, minlevel, maxlevel))
+  if (!stand_ins || !stand_ins->levels(space, 0, minlevel, maxlevel))
     ORIGINAL(dHashSpaceGetLevels)(space, minlevel, maxlevel);
 }
 
@@ -247,22 +242,22 @@ PUBLIC void dSetColliderOverride(int i, int j, dColliderFn* fn) {
 }
 
 /* What ODE does not tell spaces of. Told before the call, while a body still has its geoms. */
-#define TELLS(what, whose, function, declared, passed)                                     \
+#define CHANGES(geom, body, function, declared, passed)                                    \
   PUBLIC void function declared {                                                          \
     const dParallelSAPStandIns* const use = __atomic_load_n(&stand_ins, __ATOMIC_ACQUIRE); \
-    if (use && whose) use->what(whose);                                                    \
+    if (use) use->changed(geom, body);                                                     \
     ORIGINAL(function) passed;                                                             \
   }
 
-TELLS(geom_changed, geom, dGeomSetCategoryBits, (dGeomID geom, unsigned long bits), (geom, bits))
-TELLS(geom_changed, geom, dGeomSetCollideBits, (dGeomID geom, unsigned long bits), (geom, bits))
-TELLS(geom_changed, geom, dGeomEnable, (dGeomID geom), (geom))
-TELLS(geom_changed, geom, dGeomDisable, (dGeomID geom), (geom))
-TELLS(geom_changed, geom, dGeomSetBody, (dGeomID geom, dBodyID body), (geom, body))
-TELLS(body_changed, body, dBodyEnable, (dBodyID body), (body))
-TELLS(body_changed, body, dBodyDestroy, (dBodyID body), (body))
-TELLS(body_changed, body, dBodySetAutoDisableFlag, (dBodyID body, int flag), (body, flag))
-TELLS(body_changed, body, dBodySetAutoDisableDefaults, (dBodyID body), (body))
+CHANGES(geom, NULL, dGeomSetCategoryBits, (dGeomID geom, unsigned long bits), (geom, bits))
+CHANGES(geom, NULL, dGeomSetCollideBits, (dGeomID geom, unsigned long bits), (geom, bits))
+CHANGES(geom, NULL, dGeomEnable, (dGeomID geom), (geom))
+CHANGES(geom, NULL, dGeomDisable, (dGeomID geom), (geom))
+CHANGES(geom, NULL, dGeomSetBody, (dGeomID geom, dBodyID body), (geom, body))
+CHANGES(NULL, body, dBodyEnable, (dBodyID body), (body))
+CHANGES(NULL, body, dBodyDestroy, (dBodyID body), (body))
+CHANGES(NULL, body, dBodySetAutoDisableFlag, (dBodyID body, int flag), (body, flag))
+CHANGES(NULL, body, dBodySetAutoDisableDefaults, (dBodyID body), (body))
 
 /* Which destroys all its bodies. */
 PUBLIC void dWorldDestroy(dWorldID world) {

@@ -81,27 +81,19 @@ class StandIn final : public ParallelSAPSpace {
   const PrecomputedContacts* precomputed_ = nullptr;  // the space's
 };
 
-// A stand-in for a dHashSpace; null if it is no stand-in.
-StandIn* hashSpace(dSpaceID space, const char* caller) {
+int levels(dSpaceID space, int sets, int* minlevel, int* maxlevel) {
   StandIn* const own = dynamic_cast<StandIn*>(space);
-  if (own) require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
-  return own;
-}
-
-int setLevels(dSpaceID space, int minlevel, int maxlevel) {
-  StandIn* const own = hashSpace(space, "dHashSpaceSetLevels");
   if (!own) return 0;
-  require(minlevel <= maxlevel, "must have minlevel <= maxlevel", "dHashSpaceSetLevels");
-  own->minlevel = minlevel;
-  own->maxlevel = maxlevel;
+  const char* const caller = sets ? "dHashSpaceSetLevels" : "dHashSpaceGetLevels";
+  require(own->type == dHashSpaceClass, "argument must be a hash space", caller);
+  if (sets) {
+    require(*minlevel <= *maxlevel, "must have minlevel <= maxlevel", caller);
+    own->minlevel = *minlevel;
+    own->maxlevel = *maxlevel;
+  }
+  if (minlevel) *minlevel = own->minlevel;
+  if (maxlevel) *maxlevel = own->maxlevel;
   return 1;
-}
-
-int getLevels(dSpaceID space, int* minlevel, int* maxlevel) {
-  const StandIn* const own = hashSpace(space, "dHashSpaceGetLevels");
-  if (own && minlevel) *minlevel = own->minlevel;
-  if (own && maxlevel) *maxlevel = own->maxlevel;
-  return own != nullptr;
 }
 
 void report() {
@@ -113,16 +105,11 @@ void report() {
   std::fprintf(stderr,
                "ode-parallel-sap: %llu dSpaceCollide of %.0f geoms with %.0f pairs and %.0f "
                "contacts took %.3f ms each: update %.3f, synchronise %.3f, extract %.3f, filter "
-               "%.3f, narrow %.3f, callbacks %.3f\n",
+               "%.3f, narrow %.3f, callbacks %.3f; dSpaceCollide2 of %llu geoms with their "
+               "callbacks took %.3f ms; %.3f s since the first space\n",
                all.frames, each.geoms, each.pairs, each.contacts, each.total_ms, each.update_ms,
-               each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms,
-               each.report_ms);
-  std::fprintf(stderr,
-               "ode-parallel-sap: %.3f s since the first space: finding pairs %.3f, contacts %.3f, "
-               "callbacks %.3f, dSpaceCollide2 of %llu geoms with their callbacks %.3f\n",
-               milliseconds(sums.begin, Clock::now()) / 1000,
-               (all.total_ms - all.narrow_ms - all.report_ms) / 1000, all.narrow_ms / 1000,
-               all.report_ms / 1000, all.queries, all.queries_ms / 1000);
+               each.synchronise_ms, each.extract_ms, each.filter_ms, each.narrow_ms, each.report_ms,
+               all.queries, all.queries_ms, milliseconds(sums.begin, Clock::now()) / 1000);
   std::fprintf(stderr,
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
@@ -131,14 +118,12 @@ void report() {
     std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
-void geomChanged(dxGeom* geom) {
-  dxSpace* const space = geom->parent_space;
+void noteChange(dxGeom* geom, dBodyID body) {
+  if (body)
+    for (dxGeom* own = dBodyGetFirstGeom(body); own; own = dBodyGetNextGeom(own))
+      noteChange(own, nullptr);
+  dxSpace* const space = geom ? geom->parent_space : nullptr;
   if (space && typeid(*space) == typeid(StandIn)) static_cast<StandIn*>(space)->notify(geom);
-}
-
-void bodyChanged(dBodyID body) {
-  for (dxGeom* geom = dBodyGetFirstGeom(body); geom; geom = dBodyGetNextGeom(geom))
-    geomChanged(geom);
 }
 
 }  // namespace
@@ -153,13 +138,11 @@ const dParallelSAPStandIns* dParallelSAPGetStandIns(void) {
         return misfitOfODE(&space);
       },
       [](dSpaceID parent, int space_class) -> dSpaceID { return new StandIn(parent, space_class); },
-      setLevels,
-      getLevels,
+      levels,
       report,
       [](auto* collide) { ode_collide.store(collide, std::memory_order_relaxed); },
       PrecomputedContacts::answer,
-      geomChanged,
-      bodyChanged,
+      noteChange,
       ParallelSAPSpace::notifyAll,
       PrecomputedContacts::stop};
   return &stand_ins;

@@ -17,19 +17,17 @@ typedef struct dParallelSAPStandIns {
   /* Null, or what about the ODE of this process differs from the private headers of the build. */
   const char* (*misfit)(void);
   dSpaceID (*create)(dSpaceID parent, int space_class);
-  /* The levels of dHashSpace, which are kept and have no effect. 0: not a stand-in. */
-  int (*set_levels)(dSpaceID space, int minlevel, int maxlevel);
-  int (*get_levels)(dSpaceID space, int* minlevel, int* maxlevel);
+  /* Sets or gets the levels of dHashSpace, which have no effect. 0: not a stand-in. */
+  int (*levels)(dSpaceID space, int sets, int* minlevel, int* maxlevel);
   /* Writes to stderr where the time of all stand-ins went, those that are gone included. */
   void (*report)(void);
   /* The dCollide behind the preload library's, which the library calls; before the first space. */
   void (*set_collide)(dParallelSAPCollideFunction* collide);
   /* What dCollide is to return, or -1: dCollide is to be called. */
   dParallelSAPCollideFunction* collide;
-  /* A geom may have other bits, another body or another enabled state; so may those of a body; so
-   * may any geom. Stand-ins look at no others for that. */
-  void (*geom_changed)(dGeomID geom);
-  void (*body_changed)(dBodyID body);
+  /* The bits, the body or the enabled state may change of this geom and of those of this body, each
+   * of which may be null; or of any geom. Stand-ins look at no others for that. */
+  void (*changed)(dGeomID geom, dBodyID body);
   void (*any_changed)(void);
   /* Contacts are not known any more: the program has colliders of its own. */
   void (*stop_contacts)(void);

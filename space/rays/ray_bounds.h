@@ -78,10 +78,6 @@ inline bool hasBoundedHits(const dxGeom* geom) {
   }
 }
 
-inline bool hasUnboundedHits(const dxGeom* geom) {
-  return !hasBoundedHits(geom);
-}
-
 // Whether the bounds hold for this direction and origin.
 inline bool isUsualRay(const dReal* origin, const dReal* direction) {
   dReal square = 0;

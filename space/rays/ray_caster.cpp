@@ -125,61 +125,18 @@ class RayCaster::Pass {
   Pass(const RayCaster& caster, const Geoms& geoms, const RayRequest& request, RayLists& store)
       : caster_(caster), geoms_(geoms), request_(request), store_(store) {}
 
-  // What the calling thread alone may ask ODE for.
-  void begin(int threads, bool trees) {
+  // Nothing after it needs memory.
+  void run(const Way& way, bool trees) {
     trees_ = trees;
-    const std::size_t team = static_cast<std::size_t>(threads);
+    const std::size_t team = static_cast<std::size_t>(way.threads);
     // The nearest of a mesh's triangles is what ODE looks for only then.
     const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
     while (probes_.size() < team) probes_.emplace_back(flags);
     if (store_.shares.size() < team) store_.shares.resize(team);
     for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
     store_.blocks.resizeDiscarding(request_.count);
-  }
-
-  void castAll(int threads, bool manual_cleanup) {
-    constexpr std::size_t most = grains::cast_rays.work / 4;
-    const int team = teamFor(request_.count, grains::cast_rays, threads);
-    const std::size_t chunk = chunkOf(request_.count, most, team);
-    runPartsWithData(casting, team, request_.count, chunk, manual_cleanup,
-                     [&](const Range& range, int thread) {
-                       for (std::size_t ray = range.begin; ray < range.end; ++ray)
-                         castOne(ray, thread, team == 1);
-                     });
-  }
-
-  void collideOnImages(int threads, bool manual_cleanup) {
-    gather(store_.shares, &Share::image, store_.waiting);
-    const Buffer<Waiting>& waiting = store_.waiting;
-    const ThreadColliders images(teamFor(waiting.size(), grains::heavy_pairs, threads),
-                                 waiting.size());
-    if (images.count() == 0) {
-      for (const Waiting& each : waiting) store_.shares[0].calling_thread.push_back(each);
-      return;
-    }
-    const std::size_t chunk = chunkOf(waiting.size(), grains::heavy_pairs.work, images.count());
-    runPartsWithData(
-        colliding_on_images, images.count(), waiting.size(), chunk, manual_cleanup,
-        [&](const Range& range, int thread) {
-          for (std::size_t i = range.begin; i < range.end; ++i)
-            if (images[thread].serves(probes_[0].geom(), waiting[i].geom))
-              collideLate(waiting[i], thread, &images[thread]);
-            else
-              store_.shares[static_cast<std::size_t>(thread)].calling_thread.push_back(waiting[i]);
-        });
-  }
-
-  void collideRest() {
-    gather(store_.shares, &Share::calling_thread, store_.waiting);
-    std::sort(store_.waiting.begin(), store_.waiting.end(), [](const Waiting& a, const Waiting& b) {
-      return std::tie(a.ray, a.target.slot, a.target.within) <
-             std::tie(b.ray, b.target.slot, b.target.within);
-    });
-    for (const Waiting& waiting : store_.waiting) collideLate(waiting, 0, nullptr);
-  }
-
-  // Sorts what came late, and makes room for the hits of a ray. Nothing after it needs memory.
-  void gatherLate() {
+    castAll(way);
+    collideWaiting(way);
     gather(store_.shares, &Share::late, store_.late);
     std::sort(store_.late.begin(), store_.late.end(), isBefore);
     std::uint32_t most = 0;
@@ -195,17 +152,57 @@ class RayCaster::Pass {
     Share& share;
     bool alone;  // no other thread collides
     dReal reach;
-    RayFound nearest;
+    std::size_t first_found;  // of the share
   };
+
+  void castAll(const Way& way) {
+    constexpr std::size_t most = grains::cast_rays.work / 4;
+    const int team = teamFor(request_.count, grains::cast_rays, way.threads);
+    const std::size_t chunk = chunkOf(request_.count, most, team);
+    runPartsWithData(casting, team, request_.count, chunk, way.manual_cleanup,
+                     [&](const Range& range, int thread) {
+                       for (std::size_t ray = range.begin; ray < range.end; ++ray)
+                         castOne(ray, thread, team == 1);
+                     });
+  }
+
+  // On images, and then in the order of rays what these do not serve.
+  void collideWaiting(const Way& way) {
+    Buffer<Waiting>& waiting = store_.waiting;
+    gather(store_.shares, &Share::waiting, waiting);
+    for (Share& share : store_.shares) share.waiting.resizeDiscarding(0);
+    const std::size_t wanted = static_cast<std::size_t>(std::count_if(
+        waiting.begin(), waiting.end(), [](const Waiting& each) { return each.for_image; }));
+    const ThreadColliders images(teamFor(wanted, grains::heavy_pairs, way.threads), wanted);
+    const int team = std::max(1, images.count());
+    runPartsWithData(colliding_on_images, team, waiting.size(),
+                     chunkOf(waiting.size(), grains::heavy_pairs.work, team), way.manual_cleanup,
+                     [&](const Range& range, int thread) {
+                       for (std::size_t i = range.begin; i < range.end; ++i)
+                         if (images.count() && waiting[i].for_image &&
+                             images[thread].serves(probes_[0].geom(), waiting[i].geom))
+                           collideLate(waiting[i], thread, &images[thread]);
+                         else
+                           shareOf(thread).waiting.push_back(waiting[i]);
+                     });
+    gather(store_.shares, &Share::waiting, waiting);
+    std::sort(waiting.begin(), waiting.end(), [](const Waiting& a, const Waiting& b) {
+      return std::tie(a.ray, a.target.slot, a.target.within) <
+             std::tie(b.ray, b.target.slot, b.target.within);
+    });
+    for (const Waiting& each : waiting) collideLate(each, 0, nullptr);
+  }
+
+  Share& shareOf(int thread) const { return store_.shares[static_cast<std::size_t>(thread)]; }
 
   void castOne(std::size_t ray, int thread, bool alone) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-    Share& share = store_.shares[static_cast<std::size_t>(thread)];
+    Share& share = shareOf(thread);
     Block& block = store_.blocks[ray];
     block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
     const dParallelSAPRay& asked = request_.rays[ray];
     if (!probe.aim(asked)) return;
-    Flight flight = {ray, probe, share, alone, asked.length, {}};
+    Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
       const ScopedMode exact(exactMode());
       if (trees_) {
@@ -215,7 +212,6 @@ class RayCaster::Pass {
         meetAll(flight);
       }
     }
-    if (flight.nearest.hit.geom) share.found.push_back(flight.nearest);
     block.count = static_cast<std::uint32_t>(share.found.size() - block.first);
     std::sort(share.found.begin() + block.first, share.found.end(), isNearer);
   }
@@ -277,9 +273,7 @@ class RayCaster::Pass {
       const ScopedMode programs(mode_);
       hit(flight, geom, target);
     } else {
-      Share& share = flight.share;
-      (use == ColliderUse::OwnCollider ? share.image : share.calling_thread)
-          .push_back({flight.ray, target, geom});
+      flight.share.waiting.push_back({flight.ray, target, geom, use == ColliderUse::OwnCollider});
     }
   }
 
@@ -295,28 +289,30 @@ class RayCaster::Pass {
   }
 
   void hit(Flight& flight, dxGeom* geom, RayTarget target) const {
-    const int count = flight.probe.collide(geom, nullptr);
-    for (int i = 0; i < count; ++i) {
-      const RayFound found = {flight.ray, target, static_cast<std::uint32_t>(i),
-                              hitOf(geom, flight.probe.contact(i))};
-      if (!request_.nearest) {
-        flight.share.found.push_back(found);
-      } else if (!flight.nearest.hit.geom || isNearer(found, flight.nearest)) {
-        flight.nearest = found;
-        if (found.hit.distance < flight.reach) flight.reach = found.hit.distance;
-      }
-    }
+    Buffer<RayFound>& all = flight.share.found;
+    collide({flight.ray, target, geom, false}, flight.probe, nullptr, [&](const RayFound& found) {
+      if (!request_.nearest || all.size() == flight.first_found)
+        all.push_back(found);
+      else if (isNearer(found, all[flight.first_found]))
+        all[flight.first_found] = found;
+      if (request_.nearest && found.hit.distance < flight.reach) flight.reach = found.hit.distance;
+    });
   }
 
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
     probe.aim(request_.rays[waiting.ray]);
-    if (!image && !passesAABBTests(waiting.geom, probe.geom())) return;
-    const int count = probe.collide(waiting.geom, image);
+    Buffer<RayFound>& late = shareOf(thread).late;
+    if (image || passesAABBTests(waiting.geom, probe.geom()))
+      collide(waiting, probe, image, [&](const RayFound& found) { late.push_back(found); });
+  }
+
+  template <class Take>
+  static void collide(const Waiting& pair, RayProbe& probe, ThreadCollider* image, Take take) {
+    const int count = probe.collide(pair.geom, image);
     for (int i = 0; i < count; ++i)
-      store_.shares[static_cast<std::size_t>(thread)].late.push_back(
-          {waiting.ray, waiting.target, static_cast<std::uint32_t>(i),
-           hitOf(waiting.geom, probe.contact(i))});
+      take(RayFound{pair.ray, pair.target, static_cast<std::uint32_t>(i),
+                    hitOf(pair.geom, probe.contact(i))});
   }
 
   const RayCaster& caster_;
@@ -357,10 +353,12 @@ std::size_t report(const RayRequest& request, RayLists& store) {
 
 }  // namespace
 
-RayCaster::RayCaster() : bounded_(hasBoundedHits), others_(hasUnboundedHits) {}
+RayCaster::RayCaster()
+    : bounded_(hasBoundedHits), others_([](const dxGeom* geom) { return !hasBoundedHits(geom); }) {}
 
 // Whether there are trees.
 bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way& way) {
+  if (!way.trees) return false;
   const ScopedMode mode(exactMode());
   const double queries = static_cast<double>(request.count);
   const bool bounded = bounded_.bringUpToDate(geoms, way.threads, queries);
@@ -371,42 +369,24 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
                             RayLists& lists) {
   if (request.count == 0) return 0;
   try {
-    Pass pass(*this, geoms, request, lists);
-    pass.begin(way.threads, prepare(geoms, request, way));
-    pass.castAll(way.threads, way.manual_cleanup);
-    pass.collideOnImages(way.threads, way.manual_cleanup);
-    pass.collideRest();
-    pass.gatherLate();
+    Pass(*this, geoms, request, lists).run(way, prepare(geoms, request, way));
   } catch (const std::bad_alloc&) {
     lists = RayLists();
+    if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
     release();
-    return castOneByOne(geoms, request, lists);
+    std::size_t hits = 0;
+    for (std::size_t ray = 0; ray < request.count; ++ray) {
+      RayRequest one = request;
+      one.rays += ray;
+      one.count = 1;
+      one.first += ray;
+      if (one.nearest) one.nearest += ray;
+      hits += cast(geoms, one, {1, false, false}, lists);
+      lists = RayLists();
+    }
+    return hits;
   }
   return report(request, lists);
-}
-
-// Without trees, and with memory for the hits of one ray.
-std::size_t RayCaster::castOneByOne(const Geoms& geoms, const RayRequest& request,
-                                    RayLists& lists) {
-  std::size_t hits = 0;
-  for (std::size_t ray = 0; ray < request.count; ++ray) {
-    RayRequest one = request;
-    one.rays += ray;
-    one.count = 1;
-    one.first += ray;
-    if (one.nearest) one.nearest += ray;
-    try {
-      Pass pass(*this, geoms, one, lists);
-      pass.begin(1, false);
-      pass.castAll(1, false);
-      pass.gatherLate();
-    } catch (const std::bad_alloc&) {
-      dDebug(0, "parallel SAP space: no memory for the hits of one ray");
-    }
-    hits += report(one, lists);
-    lists = RayLists();
-  }
-  return hits;
 }
 
 }  // namespace ode_parallel_sap

@@ -34,6 +34,7 @@ struct RayLists {
     std::size_t ray;
     RayTarget target;
     dxGeom* geom;
+    bool for_image;  // else for the calling thread
   };
   // Hits [first, first + count) of a thread's share.
   struct Block {
@@ -43,17 +44,16 @@ struct RayLists {
   struct alignas(64) Share {
     Buffer<RayFound> found;
     Buffer<RayFound> late;  // of what waited, in no order
-    Buffer<Waiting> image, calling_thread;
+    Buffer<Waiting> waiting;
     Buffer<Slot> slots;
 
     void clear(std::size_t slots_of_space) {
       found.resizeDiscarding(0);
       late.resizeDiscarding(0);
-      image.resizeDiscarding(0);
-      calling_thread.resizeDiscarding(0);
+      waiting.resizeDiscarding(0);
       slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
     }
-    std::size_t bytes() const { return bytesOf(found, late, image, calling_thread, slots); }
+    std::size_t bytes() const { return bytesOf(found, late, waiting, slots); }
   };
 
   std::vector<Share> shares;  // by thread
@@ -89,6 +89,7 @@ class RayCaster {
   struct Way {
     int threads;          // the most
     bool manual_cleanup;  // the threads leave no data in ODE
+    bool trees = true;    // where they pay
   };
 
   RayCaster();
@@ -112,8 +113,9 @@ class RayCaster {
     return bounded || others;
   }
 
-  // Casts the rays and reports what they hit. All AABBs are up to date, and no other batch uses
-  // `lists`. Returns the number of rays that hit something, or of all hits.
+  // Casts the rays and reports what they hit; where there is no memory for it, one by one. All
+  // AABBs are up to date, and no other batch uses `lists`. Returns the number of rays that hit
+  // something, or of all hits.
   std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way, RayLists& lists);
 
   // Gives back all that is held.
@@ -127,7 +129,6 @@ class RayCaster {
   class Pass;
 
   bool prepare(const Geoms& geoms, const RayRequest& request, const Way& way);
-  std::size_t castOneByOne(const Geoms& geoms, const RayRequest& request, RayLists& lists);
 
   GeomTree bounded_, others_;
 };

@@ -62,23 +62,23 @@ bool TraceFile::open(const std::string& path) {
   std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   head_.clear();
   head_.append(trace_format::magic, trace_format::tag_bytes);
-  if (!put(head_)) return false;
+  if (!add(head_)) return false;
   whole_ = head_.size();
   return true;
 }
 
 void TraceFile::write(const char (&tag)[9], TraceBytes& contents) {
   if (!file_) return;
-  contents.pad();
+  pad(contents);
   head_.clear();
   head_.append(tag, trace_format::tag_bytes);
-  head_.put(std::uint64_t{contents.size()});
-  head_.put(checksumOf(head_, contents));
-  if (put(head_) && put(contents)) whole_ += head_.size() + contents.size();
+  put(head_, std::uint64_t{contents.size()});
+  put(head_, checksumOf(head_, contents));
+  if (add(head_) && add(contents)) whole_ += head_.size() + contents.size();
 }
 
 // Nothing is buffered, so that the chunks of a program that crashes are in the file.
-bool TraceFile::put(const TraceBytes& bytes) {
+bool TraceFile::add(const TraceBytes& bytes) {
   errno = 0;
   if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size()) return true;
   giveUp(std::strerror(errno));
@@ -99,9 +99,9 @@ bool Trace::open(const std::string& path) {
   if (!file_.open(path)) return false;
   bytes_.clear();
   const std::string ode = dGetConfiguration();
-  bytes_.put(trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
-             static_cast<std::uint32_t>(ode.size()));
-  bytes_.append(ode.data(), ode.size());
+  put(bytes_, trace_format::version, trace_format::byte_order, std::uint32_t{sizeof(dReal)}, every_,
+      static_cast<std::uint32_t>(ode.size()));
+  bytes_ += ode;
   file_.write(trace_format::header_tag, bytes_);
   return file_.isOpen();
 }
@@ -130,7 +130,7 @@ void Trace::seeScene(const Scene& scene, const PackRules& rules) try {
   // After a fork both processes have the file; it is the first one's.
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put(frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
+  put(bytes_, frames_, wordOf(rules), std::uint32_t{0}, static_cast<double>(rules.tolerance));
   changes_.write(scene, bytes_);
   file_.write(trace_format::frame_tag, bytes_);
   wants_pairs_ = rules.tolerance == 0;  // else they depend on the frames before
@@ -145,15 +145,14 @@ bool Trace::isDue() {
 }
 
 void Trace::see(dGeomID a, dGeomID b, int) {
-  const auto numberOf = [this](dGeomID geom) { return changes_.numberIn(Slots::slotOf(geom)); };
   ++pairs_;
-  sum_ += trace_format::pairSum(numberOf(a), numberOf(b));
+  sum_ += trace_format::pairSum(changes_.numberOf(a), changes_.numberOf(b));
 }
 
 void Trace::endPairs() try {
   if (process_ != processNumber()) return;
   bytes_.clear();
-  bytes_.put(frames_, pairs_, sum_);
+  put(bytes_, frames_, pairs_, sum_);
   file_.write(trace_format::pairs_tag, bytes_);
 } catch (const std::bad_alloc&) {
   file_.giveUp("out of memory");
@@ -163,15 +162,11 @@ void Trace::endPairs() try {
 std::unique_ptr<Trace> Trace::fromEnvironment() {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TRACE");
   if (!text || !*text) return nullptr;
-  std::string path = text;
-  int every = 1;
-  const std::size_t colon = path.rfind(':');
-  if (colon != std::string::npos && colon + 1 < path.size() &&
-      path.find_first_not_of("0123456789", colon + 1) == std::string::npos) {
-    const long number = std::strtol(path.c_str() + colon + 1, nullptr, 10);
-    every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
-    path.resize(colon);
-  }
+  const char* const colon = std::strrchr(text, ':');
+  const bool numbered = colon && colon[1] && !colon[1 + std::strspn(colon + 1, "0123456789")];
+  std::string path = numbered ? std::string(text, colon) : text;
+  const long number = numbered ? std::strtol(colon + 1, nullptr, 10) : 1;
+  const int every = static_cast<int>(std::min<long>(number, std::numeric_limits<int>::max()));
   if (every < 1 || path.empty()) {
     dMessage(0, "ODE_PARALLEL_SAP_TRACE=%s is not a path[:every] and is ignored", text);
     return nullptr;

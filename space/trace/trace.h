@@ -29,7 +29,7 @@ class TraceFile {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  bool put(const TraceBytes& bytes);
+  bool add(const TraceBytes& bytes);
 
   std::unique_ptr<std::FILE, Close> file_;
   std::string path_;
@@ -50,8 +50,7 @@ class Trace final : public SpaceObserver {
   // Every how many-th frame is written; 0 once the file is closed.
   int every() const { return file_.isOpen() || !later_.empty() ? every_ : 0; }
 
-  void forget(Slot slot) override { changes_.forget(slot); }
-  void closeSlots(const Buffer<dxGeom*>& geoms) override { changes_.closeSlots(geoms); }
+  void forget(const dxGeom* geom) override { changes_.forget(geom); }
 
   // Counts a frame. True: it is one to be written.
   bool wantsScene() override;

@@ -94,77 +94,65 @@ bool same(const Record& a, const Record& b) {
 
 }  // namespace
 
-// `geoms` as they are before it: null where a slot is free.
-void TraceChanges::closeSlots(const Buffer<dxGeom*>& geoms) {
-  for (std::size_t slot = closeGaps(geoms, slots_); slot < slots_.size(); ++slot)
-    slots_[slot].traits.number = 0;
-}
-
 void TraceChanges::write(const Scene& scene, TraceBytes& bytes) {
   ++frame_;
-  for (TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
-    list->clear();
+  for (TraceBytes& list : lists_) list.clear();
   present_.swap(present_before_);
   present_.clear();
-  slots_.resize(std::max(slots_.size(), scene.slots.size()));
-  for (std::size_t slot = 0; slot < scene.slots.size(); ++slot)
-    if (const dxGeom* const geom = scene.slots[slot]) visit(geom, 0, slots_[slot]);
+  for (const dxGeom* const geom : scene.slots)
+    if (geom) visit(geom, 0);
   dropUnseen();
   std::sort(present_.begin(), present_.end());
-  std::vector<std::uint32_t> removed;
+  std::vector<std::uint32_t> gone;
   std::set_difference(present_before_.begin(), present_before_.end(), present_.begin(),
-                      present_.end(), std::back_inserter(removed));
-  removed_.append(removed.data(), removed.size() * sizeof removed[0]);
-  const auto putCount = [&](const TraceBytes& list, std::size_t entry) {
-    bytes.put(static_cast<std::uint32_t>(list.size() / entry));
-  };
-  putCount(removed_, sizeof removed[0]);
-  putCount(changed_bodies_, sizeof(BodyRecord));
-  putCount(changed_geoms_, sizeof(GeomRecord));
-  putCount(poses_, 8 + sizeof GeomRecord::pose + sizeof GeomRecord::bounds);
-  putCount(bounds_, 8 + sizeof GeomRecord::bounds);
-  bytes.put(none);
-  removed_.pad();
-  for (const TraceBytes* list : {&removed_, &changed_bodies_, &changed_geoms_, &poses_, &bounds_})
-    bytes.append(list->data(), list->size());
+                      present_.end(), std::back_inserter(gone));
+  for (const std::uint32_t number : gone) put(lists_[removed], number);
+  constexpr std::size_t bounds_entry = 8 + sizeof GeomRecord::bounds;
+  constexpr std::size_t entry[lists] = {sizeof gone[0], sizeof(BodyRecord), sizeof(GeomRecord),
+                                        bounds_entry + sizeof GeomRecord::pose, bounds_entry};
+  for (int list = 0; list < lists; ++list)
+    put(bytes, static_cast<std::uint32_t>(lists_[list].size() / entry[list]));
+  put(bytes, none);
+  pad(lists_[removed]);
+  for (const TraceBytes& list : lists_) bytes += list;
 }
 
-// `last`: what was written of this geom; its number is 0 if nothing was.
-void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& last) {
+void TraceChanges::visit(const dxGeom* geom, std::uint32_t parent) {
+  Seen<GeomRecord>& known = geoms_[geom];
+  known.frame = frame_;
+  if (parent == 0 && known.record.traits.parent != 0) known = {{}, frame_};  // it came to the space
   GeomRecord now = recordOf(geom);
-  now.traits.number = last.traits.number ? last.traits.number : ++last_geom_;
+  const std::uint32_t last_number = known.record.traits.number;
+  now.traits.number = last_number ? last_number : ++last_geom_;
   now.traits.parent = parent;
-  now.traits.body = numberOf(geom->body);
+  now.traits.body = visit(geom->body);
   present_.push_back(now.traits.number);
-  compare(now, last);
+  compare(now, known.record);
   if (!IS_SPACE(geom)) return;
-  for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next) {
-    Seen<GeomRecord>& inner = inner_[own];
-    inner.frame = frame_;
-    visit(own, now.traits.number, inner.record);
-  }
+  for (const dxGeom* own = static_cast<const dxSpace*>(geom)->first; own; own = own->next)
+    visit(own, now.traits.number);
 }
 
 // Writes a body that is new or has changed; 0 for none.
-std::uint32_t TraceChanges::numberOf(dBodyID body) {
+std::uint32_t TraceChanges::visit(dBodyID body) {
   if (!body) return 0;
   Seen<BodyRecord>& known = bodies_[body];
   if (known.frame == frame_) return known.record.number;
   known.frame = frame_;
   BodyRecord now = recordOf(body);
   now.number = known.record.number ? known.record.number : ++last_body_;
-  if (!same(now, known.record)) changed_bodies_.put(now);
+  if (!same(now, known.record)) put(lists_[changed_bodies], now);
   known.record = now;
   return now.number;
 }
 
 void TraceChanges::compare(const GeomRecord& now, GeomRecord& last) {
   if (!same(now.traits, last.traits))
-    changed_geoms_.put(now);
+    put(lists_[changed_geoms], now);
   else if (!same(now.pose, last.pose))
-    poses_.put(now.traits.number, none, now.pose, now.bounds);
+    put(lists_[poses], now.traits.number, none, now.pose, now.bounds);
   else if (!same(now.bounds, last.bounds))
-    bounds_.put(now.traits.number, none, now.bounds);
+    put(lists_[bounds], now.traits.number, none, now.bounds);
   last = now;
 }
 
@@ -174,7 +162,7 @@ void TraceChanges::dropUnseen() {
     for (auto entry = map.begin(); entry != map.end();)
       entry = entry->second.frame == frame_ ? std::next(entry) : map.erase(entry);
   };
-  drop(inner_);
+  drop(geoms_);
   drop(bodies_);
 }
 

@@ -3,36 +3,26 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include "space/geoms/scene.h"
-#include "space/geoms/slots.h"
 #include "space/trace/trace_format.h"
 
 namespace ode_parallel_sap {
 
 // The contents of a chunk.
-class TraceBytes {
- public:
-  void clear() { bytes_.clear(); }
-  void append(const void* from, std::size_t size) {
-    const auto* const begin = static_cast<const unsigned char*>(from);
-    bytes_.insert(bytes_.end(), begin, begin + size);
-  }
-  // Numbers, or records of numbers without gaps.
-  template <class... Values>
-  void put(const Values&... values) {
-    (append(&values, sizeof values), ...);
-  }
-  // Zeros up to a multiple of eight bytes.
-  void pad() { bytes_.resize((bytes_.size() + 7) / 8 * 8); }
-  const unsigned char* data() const { return bytes_.data(); }
-  std::size_t size() const { return bytes_.size(); }
-
- private:
-  std::vector<unsigned char> bytes_;
-};
+using TraceBytes = std::string;
+// Appends numbers, or records of numbers without gaps.
+template <class... Values>
+void put(TraceBytes& bytes, const Values&... values) {
+  (bytes.append(reinterpret_cast<const char*>(&values), sizeof values), ...);
+}
+// Appends zeros up to a multiple of eight bytes.
+inline void pad(TraceBytes& bytes) {
+  bytes.resize((bytes.size() + 7) / 8 * 8);
+}
 
 // As in the file. Records have no gaps, so that their bytes can be compared: a NaN is what it is.
 struct GeomRecord {
@@ -53,23 +43,18 @@ struct BodyRecord {
 static_assert(sizeof(GeomRecord) == 40 + 22 * sizeof(dReal), "no gaps");
 static_assert(sizeof(BodyRecord) == 8 + 12 * sizeof(dReal), "no gaps");
 
-// Geoms get numbers from 1 on when they are first written. Those of the space keep theirs until
-// they leave it, so numbers ascend in the order of the report; those of spaces within it are known
-// by their address.
+// Geoms get numbers from 1 on when they are first written, and are known by their address. Those of
+// the space keep theirs until they leave it, so numbers ascend in the order of the report.
 class TraceChanges {
  public:
-  // Which geom is in which slot. These take no memory.
-  void forget(Slot slot) {
-    if (slot < slots_.size()) slots_[slot].traits.number = 0;
-  }
-  void closeSlots(const Buffer<dxGeom*>& geoms);
-
+  // A geom leaves the space. Takes no memory.
+  void forget(const dxGeom* geom) { geoms_.erase(geom); }
   // Compares all geoms, which are up to date, with what was written, and writes what is else.
   void write(const Scene& scene, TraceBytes& bytes);
-
-  // Of a geom of the space that was written; 0 of any other.
-  std::uint32_t numberIn(Slot slot) const {
-    return slot < slots_.size() ? slots_[slot].traits.number : 0;
+  // Of a geom that was written; 0 of any other.
+  std::uint32_t numberOf(const dxGeom* geom) const {
+    const auto found = geoms_.find(geom);
+    return found == geoms_.end() ? 0 : found->second.record.traits.number;
   }
 
  private:
@@ -78,19 +63,19 @@ class TraceChanges {
     Record record;
     std::uint64_t frame;  // in which it was there
   };
-  void visit(const dxGeom* geom, std::uint32_t parent, GeomRecord& last);
-  std::uint32_t numberOf(dBodyID body);
+  void visit(const dxGeom* geom, std::uint32_t parent);
+  std::uint32_t visit(dBodyID body);
   void compare(const GeomRecord& now, GeomRecord& last);
   void dropUnseen();
 
-  std::vector<GeomRecord> slots_;
-  std::unordered_map<const dxGeom*, Seen<GeomRecord>> inner_;
+  std::unordered_map<const dxGeom*, Seen<GeomRecord>> geoms_;
   std::unordered_map<dBodyID, Seen<BodyRecord>> bodies_;
   std::vector<std::uint32_t> present_, present_before_;
   std::uint32_t last_geom_ = 0, last_body_ = 0;
   std::uint64_t frame_ = 0;
-  // Of the frame that is written.
-  TraceBytes removed_, changed_bodies_, changed_geoms_, poses_, bounds_;
+  // Of the frame that is written, as in the file.
+  enum List { removed, changed_bodies, changed_geoms, poses, bounds, lists };
+  TraceBytes lists_[lists];
 };
 
 }  // namespace ode_parallel_sap

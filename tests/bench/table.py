@@ -77,15 +77,6 @@ def busy(directory):
                     [machine(rows)])
 
 
-def programs(directory):
-    """Other people's programs, with their own spaces and with those replaced."""
-    rows = read(directory, "programs")
-    lines = [[row["program"], row["replaced"], count(row["geoms"]) if row["geoms"] else "–",
-              "%s of %s" % (count(row["same"]), count(row["calls"])), shown(row["pairs"]),
-              count(row["unowed"]), count(row["missed"]), shown(row["stock_ms"] * 1000),
-              shown(row["replaced_ms"] * 1000), shown(row["stock_ms"] / row["replaced_ms"], "×")] for row in rows]
-    return markdown(["program", "replaced", "geoms", "calls with equal pairs", "pairs a call", "its own too many",
-                     "missed", "its own us a call", "replaced", "gain"], lines, [machine(rows)])
 
 
 def certain_gain(rows, base):
@@ -236,7 +227,7 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"step": (step, "step"), "small": (small, "small"), "busy": (busy, "busy"), "programs": (programs, "programs"),
+TABLES = {"step": (step, "step"), "small": (small, "small"), "busy": (busy, "busy"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
           "wrong-scenes": (stock_spaces, "rows")}

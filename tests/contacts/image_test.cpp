@@ -71,31 +71,12 @@ int collideOverridden(dGeomID o1, dGeomID o2, int, dContactGeom* contact, int) {
   return 1;
 }
 
-// What passes through ODE's functions for memory.
-struct Memory {
-  static std::atomic<int> calls;
-  static void* allocate(size_t size) {
-    ++calls;
-    return std::malloc(size);
-  }
-  static void* reallocate(void* at, size_t, size_t size) {
-    ++calls;
-    return std::realloc(at, size);
-  }
-  static void free(void* at, size_t) {
-    ++calls;
-    std::free(at);
-  }
-  Memory() { set(allocate, reallocate, free); }
-  ~Memory() { set(nullptr, nullptr, nullptr); }
-  static void set(dAllocFunction* a, dReallocFunction* r, dFreeFunction* f) {
-    dSetAllocHandler(a);
-    dSetReallocHandler(r);
-    dSetFreeHandler(f);
-    calls = 0;
-  }
-};
-std::atomic<int> Memory::calls{0};
+// ODE's function for memory, set for a while.
+std::atomic<int> allocations{0};
+void* countAllocation(std::size_t size) {
+  ++allocations;
+  return std::malloc(size);
+}
 
 // What a process writes to its standard error while `work` runs.
 template <class Work>
@@ -179,13 +160,12 @@ TEST_CASE("What an image allocates is not the program's memory") {
   const auto before = timesOnImages();
   const Contacts expected = serialContacts(space, {8});
   reopenODE();  // frees the cache of the program's colliders
-  {
-    const Memory memory;
-    CHECK(difference(parallelContacts(space, 8), expected) == "");
-    if (meshesNeedImages()) CHECK(Memory::calls == 0);
-    CHECK(difference(serialContacts(space, {8}), expected) == "");
-    CHECK(Memory::calls > 0);
-  }
+  dSetAllocHandler(countAllocation);
+  CHECK(difference(parallelContacts(space, 8), expected) == "");
+  if (meshesNeedImages()) CHECK(allocations == 0);
+  CHECK(difference(serialContacts(space, {8}), expected) == "");
+  CHECK(allocations > 0);
+  dSetAllocHandler(nullptr);
   CHECK(timesOnImages() > before);
 }
 

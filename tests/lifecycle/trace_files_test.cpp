@@ -1,9 +1,11 @@
 // The files of traces: whose they are, when they end, and what becomes of them where they cannot be
 // written.
 #include <ode_parallel_sap/parallel_sap_space.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -60,6 +62,27 @@ TEST_CASE("Where a trace cannot be written, one message says so and the program 
     REQUIRE(messages.all()[0].find("No space left on device") != std::string::npos);
     dSpaceDestroy(other);
   }
+  // A file that may not grow ends with the last whole frame.
+  {
+    const Messages messages;
+    const auto before = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit usual;
+    getrlimit(RLIMIT_FSIZE, &usual);
+    const rlimit small = {20000, usual.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+    REQUIRE(dParallelSAPSpaceSetTrace(space, (folder / "full").c_str(), 1) == 1);
+    for (int i = 0; i < 100; ++i) {
+      dGeomSetPosition(dSpaceGetGeom(space, 0), -i, 0, 0);
+      collide(space);
+    }
+    setrlimit(RLIMIT_FSIZE, &usual);
+    std::signal(SIGXFSZ, before);
+    REQUIRE(messages.all().size() == 1);
+    REQUIRE(messages.all()[0].find("full ends here: File too large") != std::string::npos);
+  }
+  const std::size_t frames = trace::readRecording(folder / "full").frames.size();
+  REQUIRE(frames > 0);
+  REQUIRE(frames < 100);
   dSpaceDestroy(space);
 }
 

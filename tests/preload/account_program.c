@@ -1,13 +1,11 @@
-/* account_program [LIBRARY]
+/* account_program [collide]
  *
  * Does what account.sh knows the numbers of: two hash spaces with 201 spheres in a row, each of
- * which touches the next; five dSpaceCollide of each, with a callback that takes its time; one
- * dSpaceCollide2 of each with a group of 150 geoms. One of the spaces is left at the end. With
- * LIBRARY, which the preload library has loaded, five dParallelSAPSpaceCollideContacts of each,
- * too. */
-#include <dlfcn.h>
+ * which touches the next, the first 100 on sleeping bodies, and an oblique plane that all are clear
+ * of; five dSpaceCollide of each, with a callback that takes its time, or with `collide` calls
+ * dCollide; one dSpaceCollide2 of each with a group of 150 geoms. One of the spaces is left at the
+ * end. */
 #include <ode/ode.h>
-#include <ode_parallel_sap/parallel_sap_space.h>
 #include <stdio.h>
 #include <time.h>
 
@@ -23,38 +21,40 @@ static void ignorePair(void* data, dGeomID a, dGeomID b) {
   (void)data, (void)a, (void)b;
 }
 
-static void ignoreContacts(void* data, dGeomID a, dGeomID b, const dContactGeom* contacts,
-                           int count) {
-  (void)data, (void)a, (void)b, (void)contacts, (void)count;
+static void collidePair(void* data, dGeomID a, dGeomID b) {
+  dContactGeom contacts[4];
+  (void)data, (void)dCollide(a, b, 4, contacts, sizeof contacts[0]);
 }
 
-static void row(dSpaceID space, int count, dReal x) {
-  for (int i = 0; i < count; ++i)
-    dGeomSetPosition(dCreateSphere(space, (dReal)0.6), x + (dReal)i, 0, 0);
+static void row(dSpaceID space, int count, dReal x, dWorldID world, int asleep) {
+  for (int i = 0; i < count; ++i) {
+    const dGeomID sphere = dCreateSphere(space, (dReal)0.6);
+    if (i < asleep) {
+      dGeomSetBody(sphere, dBodyCreate(world));
+      dBodyDisable(dGeomGetBody(sphere));
+    }
+    dGeomSetPosition(sphere, x + (dReal)i, 0, 0);
+  }
 }
 
-static void exercise(dSpaceID space, const char* library) {
-  row(space, spheres, 0);
-  for (int i = 0; i < frames; ++i) dSpaceCollide(space, NULL, waste);
+static void exercise(dSpaceID space, dWorldID world, dNearCallback* callback) {
+  row(space, spheres, 0, world, 100);
+  dCreatePlane(space, 1, 1, 1, -100);
+  for (int i = 0; i < frames; ++i) dSpaceCollide(space, NULL, callback);
 
   const dSpaceID group = dSimpleSpaceCreate(0);
-  row(group, group_size, 1000);
+  row(group, group_size, 1000, NULL, 0);
   dSpaceCollide2((dGeomID)space, (dGeomID)group, NULL, ignorePair);
   dSpaceDestroy(group);
-
-  if (!library) return;
-  void* const handle = dlopen(library, RTLD_NOW | RTLD_NOLOAD);
-  __typeof__(&dParallelSAPSpaceCollideContacts) collideContacts = NULL;
-  if (handle) *(void**)&collideContacts = dlsym(handle, "dParallelSAPSpaceCollideContacts");
-  const dParallelSAPContactCallbacks callbacks = {ignoreContacts, NULL, NULL, NULL};
-  for (int i = 0; i < frames && collideContacts; ++i) collideContacts(space, NULL, 4, &callbacks);
 }
 
 int main(int argc, char** argv) {
+  (void)argv;
   dInitODE2(0);
+  const dWorldID world = dWorldCreate();
   for (int left = 0; left <= 1; ++left) {
     const dSpaceID space = dHashSpaceCreate(0);
-    exercise(space, argc > 1 ? argv[1] : NULL);
+    exercise(space, world, argc > 1 ? collidePair : waste);
     if (!left) dSpaceDestroy(space);
   }
   puts("done");

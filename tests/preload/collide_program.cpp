@@ -1,4 +1,4 @@
-// collide_program SCENARIO [GEOMS]
+// collide_program SCENARIO [FRAMES]
 //
 // A program that knows ODE only, whose near callback collides each pair of a scene of spheres,
 // boxes, capsules, cylinders, planes and some others, and prints what came of it, to the last bit.
@@ -6,6 +6,8 @@
 // that finds beforehand, the prints are the same. (Scenarios that depend on the order of the pairs
 // are run under the preload library only.)
 #include <ode/ode.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cfenv>
@@ -37,8 +39,8 @@ class Unlocked {
   int locks_;
 };
 
-constexpr int frames = 8;
 constexpr int most_contacts = 12;
+constexpr int count = 400;
 
 std::uint32_t random_state = 1;
 dReal uniform(dReal from, dReal to) {
@@ -63,7 +65,7 @@ struct Program {
   std::vector<dGeomID> geoms;
   std::vector<Line> lines;
   std::vector<std::pair<dGeomID, dGeomID>> gathered;
-  int frame = 0, calls = 0, depth = 0;
+  int frames = 8, frame = 0, calls = 0, depth = 0;
 
   bool is(const char* name) const { return scenario == name; }
 };
@@ -100,8 +102,8 @@ void collide(Program& program, dGeomID a, dGeomID b, int flags) {
 
 int flagsFor(const Program& program, dGeomID a) {
   if (program.is("flags-by-pair")) return 1 + static_cast<int>(numberOf(a) % most_contacts);
+  if (program.is("classes") && dGeomGetClass(a) == dBoxClass) return 2;
   if (program.is("flags-by-frame")) return 1 + program.frame % most_contacts;
-  if (program.is("flags-once") && program.calls % 7 == 0) return 2;
   return most_contacts;
 }
 
@@ -138,7 +140,7 @@ void number(Program& program, dGeomID geom) {
   program.geoms.push_back(geom);
 }
 
-void makeScene(Program& program, int count) {
+void makeScene(Program& program) {
   program.world = dWorldCreate();
   program.space = dHashSpaceCreate(nullptr);
   program.others = dSimpleSpaceCreate(nullptr);
@@ -232,6 +234,8 @@ void near(void* data, dGeomID a, dGeomID b) {
   ++program.calls;
   if (numberOf(a) > numberOf(b)) std::swap(a, b);
   if (program.is("some") && numberOf(a) % 4) return;
+  if (program.is("bodies") && !(dGeomGetBody(a) && dGeomGetBody(b))) return;
+  if (program.is("gone") && program.frame % 20 != 1) return;
   if (program.is("gather")) {
     if (numberOf(a) % 5) program.gathered.push_back({a, b});
     if (program.gathered.size() == 32) flush(program);
@@ -272,7 +276,7 @@ void runFrame(Program& program) {
   program.calls = 0;
   if (program.is("destroy")) {
     makeCouples(program);
-    for (program.frame = 0; program.frame < frames; ++program.frame)
+    for (program.frame = 0; program.frame < program.frames; ++program.frame)
       dSpaceCollide(program.space, &program, nearCouple);
   } else {
     dSpaceCollide(program.space, &program, near);
@@ -289,14 +293,30 @@ void print(Program& program) {
   program.lines.clear();
 }
 
+// What the child does comes first. One that hangs is killed.
+bool forkAndWait(bool& is_child) {
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child == 0) {
+    is_child = true;
+    alarm(60);
+    return true;
+  }
+  int status = 1;
+  return child > 0 && waitpid(child, &status, 0) == child && status == 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Program program;
   program.scenario = argc > 1 ? argv[1] : "plain";
   dInitODE2(0);
-  makeScene(program, argc > 2 ? std::atoi(argv[2]) : 400);
-  for (program.frame = 0; program.frame < frames; ++program.frame) {
+  if (argc > 2) program.frames = std::atoi(argv[2]);
+  bool is_child = false;
+  makeScene(program);
+  for (program.frame = 0; program.frame < program.frames; ++program.frame) {
+    if (program.is("fork") && program.frame % 3 == 2 && !forkAndWait(is_child)) return 1;
     try {
       runFrame(program);
     } catch (int frame) {
@@ -310,5 +330,7 @@ int main(int argc, char** argv) {
     for (const dGeomID geom : program.geoms)
       if (!program.is("destroy")) dGeomEnable(geom);
   }
+  std::fflush(stdout);
+  if (is_child) _exit(0);
   return 0;
 }

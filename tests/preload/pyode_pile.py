@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A pile of bodies by PyODE (Debian: python3-pyode), which opens ODE as a plug-in's dependency.
 
-    pyode_pile.py hash|sap|quadtree|simple|nested [bodies [frames]]
+    pyode_pile.py hash|sap|quadtree|nested [bodies [frames]]
 
 nested: a hash space of simple spaces of four bodies each. Prints the sum of all heights. Ends with
 status 77 where there is no PyODE.
@@ -27,8 +27,6 @@ def make_space(kind):
         return ode.SAPSpace(None, "XZY")
     if kind == "quadtree":
         return ode.QuadTreeSpace((0, 0, 0), (60, 60, 60), 5)
-    if kind == "simple":
-        return ode.SimpleSpace()
     return ode.HashSpace()
 
 

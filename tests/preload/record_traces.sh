@@ -1,14 +1,12 @@
 #!/usr/bin/env bash
-# record_traces.sh BUILD RESULTS [PROGRAM...]
+# record_traces.sh BUILD RESULTS
 #
 # What each option would give programs that are not ours: traces those that are installed, looks whether the traces have
 # the programs' pairs, and writes RESULTS/traces.csv by trace-replay and, where the build has the benchmarks,
 # RESULTS/trace_peers.csv by pair-benchmark. Needs a build with tests and examples; python3-pyode and
-# libdart-collision-ode-dev as far as they are there. TURNS (5): how often a trace is played for a row. With names of
-# programs ("DART shapes") only theirs are recorded, and added to the rows of others that are there.
+# libdart-collision-ode-dev as far as they are there. TURNS (5): how often a trace is played for a row.
 set -euo pipefail
 build=$(realpath "$1") results=$(realpath "$2")
-wanted=("${@:3}")
 cd "$(dirname "$0")"
 . ./with_preload.sh
 preload=$build/space/preload/libode-parallel-sap-preload.so
@@ -22,17 +20,13 @@ peer_names=parallel-sap,parallel-sap:begun-ended,dHashSpace,dSweepAndPruneSpace,
 machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1 | sed 's/ *\([0-9]*-Core\)\? *Processor$//'),$(nproc),,"
 machine+=",$(c++ --version | sed -n '1s/.* /GNU /p'),-O3 -DNDEBUG,$(git describe --always --dirty --abbrev=10),$(date -u +%F)"
 csv=$results/traces.csv peers=$results/trace_peers.csv
-if [ ${#wanted[@]} = 0 ]; then rm -f "$csv" "$peers"; fi
-[ -e "$csv" ] || echo "program,frames,geoms,option,threads,collides,median_ms,least_ms,pairs,contacts,cpu,cores,gpu,driver,compiler,flags,commit,date" >"$csv"
+rm -f "$peers"
+echo "program,frames,geoms,option,threads,collides,median_ms,least_ms,pairs,contacts,cpu,cores,gpu,driver,compiler,flags,commit,date" >"$csv"
 
 # record PROGRAM COMMAND...
 record() {
   local program=$1 trace=$folder/trace frames geoms
   shift
-  [ ${#wanted[@]} = 0 ] || printf '%s\n' "${wanted[@]}" | grep -qxF -- "$program" || return 0
-  if [ ${#wanted[@]} != 0 ]; then
-    for file in "$csv" "$peers"; do [ ! -e "$file" ] || sed -i "/^$program,/d" "$file"; done
-  fi
   ODE_PARALLEL_SAP_TRACE=$trace with_preload "$preload" "$@" >/dev/null
   "$replay" "$trace" --check >"$folder/said" || { cat "$folder/said" >&2; exit 1; }
   frames=$(sed -n 's/^\([0-9]*\) frames have the program.s pairs, 0 have others, of 0 it is not known$/\1/p' "$folder/said")

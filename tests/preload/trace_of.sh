@@ -19,3 +19,10 @@ same=$(sed -n "s/^\([0-9]*\) frames have the program's pairs, 0 have others, of 
 "$replay" "$folder/trace" --turns 1 --threads 1,2 --tolerance 0.01 --spaces hash --csv "$folder/table.csv"
 [ "$(wc -l <"$folder/table.csv")" -eq 11 ] || { cat "$folder/table.csv"; echo "not ten rows"; exit 1; }
 [ "$("$reader" "$folder/trace" | grep -c '^collide ')" -eq "$same" ] || { echo "frames.py finds other frames"; exit 1; }
+[ "$("$replay" "$folder/trace" --pairs | grep -c '^collide .*-')" -ge 1 ] || { echo "no pairs are printed"; exit 1; }
+# What is no whole trace is refused.
+head -c -5 "$folder/trace" >"$folder/cut"
+status=0
+"$replay" "$folder/cut" --check 2>"$folder/said" || status=$?
+[ $status -eq 2 ] && grep -q '^trace-replay: .*cut: it ends within a chunk' "$folder/said" ||
+  { cat "$folder/said"; echo "the replay of a cut trace ends with $status"; exit 1; }

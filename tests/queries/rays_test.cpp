@@ -261,20 +261,16 @@ TEST_CASE("Of geoms that a ray hits at one distance the earlier added one is the
     dGeomSetPosition(world.take(i % 2 ? dCreateBox(space, 2, 2, 2) : dCreateSphere(space, 1)), 5, 0,
                      0);
   const Rays rays(40, rayOf({0, 0, 0}, {1, 0, 0}, 9));
-  REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
-  CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
   const dGeomID first = world.geoms()[0];
-  world.remove(first);
-  world.addAgain(first);
-  CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
-  CHECK(world.geoms()[0] != first);
-  CHECK(allHits(space, rays, 0)[0].back().geom == first);
-  // Those of a space within stand in its order.
-  const dSpaceID inner = dSimpleSpaceCreate(space);
-  world.take(reinterpret_cast<dGeomID>(inner));
-  for (int i = 0; i < 100; ++i)
-    dGeomSetPosition(i % 2 ? dCreateBox(inner, 2, 2, 2) : dCreateSphere(inner, 1), 5, 0, 0);
-  CHECK(wrongRays(space, world.geoms(), rays, 0) == "");
+  for (const bool again : {false, true}) {
+    if (again) {
+      world.remove(first);
+      world.addAgain(first);
+    }
+    REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+    CHECK(nearestHits(space, rays, 0)[0].geom == world.geoms()[0]);
+    CHECK((world.geoms()[0] == first) != again);
+  }
 }
 
 TEST_CASE(
@@ -282,18 +278,19 @@ TEST_CASE(
     "the last one added",
     "[rays]") {
   const dVector3 centre = {0, 0, 0, 0}, extents = {9, 9, 9, 0};
-  for (int kind = 0; kind < 4; ++kind) {
+  for (int kind = 0; kind < 5; ++kind) {
     const Space space;
     const dSpaceID inner = kind == 0   ? dHashSpaceCreate(space)
                            : kind == 1 ? dParallelSAPSpaceCreate(space)
-                           : kind == 2 ? dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ)
+                           : kind == 2 ? dSimpleSpaceCreate(space)
+                           : kind == 3 ? dSweepAndPruneSpaceCreate(space, dSAP_AXES_XYZ)
                                        : dQuadTreeSpaceCreate(space, centre, extents, 2);
     const dGeomID geoms[] = {dCreateSphere(inner, 1), dCreateSphere(inner, 1),
                              dCreateSphere(inner, 1)};
     const Rays rays = {rayOf({-5, 0, 0}, {1, 0, 0}, 10)};
     for (int frame = 0; frame < 3; ++frame) {
       CAPTURE(kind, frame);
-      const dGeomID expected = kind < 2 ? dSpaceGetGeom(inner, 0) : geoms[2];
+      const dGeomID expected = kind < 3 ? dSpaceGetGeom(inner, 0) : geoms[2];
       CHECK(nearestHits(space, rays, 0)[0].geom == expected);
       dGeomSetPosition(geoms[frame], 0, 0, 0);
     }
@@ -301,7 +298,7 @@ TEST_CASE(
 }
 
 TEST_CASE("A ray of infinite length hits what a long one hits", "[rays]") {
-  for (const std::size_t n : {1, 150, 1000}) {
+  for (const std::size_t n : {1, 1000}) {
     const Space space;
     World world(space);
     world.addBoxes(denseCube(n, 5));
@@ -310,20 +307,18 @@ TEST_CASE("A ray of infinite length hits what a long one hits", "[rays]") {
     for (int i = 0; i < 60; ++i) {
       dReal bounds[6];
       dGeomGetAABB(world.geoms()[random.below(n)], bounds);
-      double from[3], along[3] = {0, 0, 0};
-      for (int axis = 0; axis < 3; ++axis) from[axis] = bounds[2 * axis] + 0.3;
+      double from[3] = {bounds[0] + 0.3, bounds[2] + 0.3, bounds[4] + 0.3}, along[3] = {0, 0, 0};
       along[i % 3] = i % 2 ? 1 : -1;
       from[i % 3] = i % 2 ? -50 : 80;
       endless.push_back(rayOf(from, along, kInfinity));
       long_ones.push_back(rayOf(from, along, 1000));
     }
-    for (const int times : {1, 20}) {  // without trees and with them
-      RayHits hits, expected;
-      for (int i = 0; i < times; ++i) hits = nearestHits(space, endless, 0);
-      expected = nearestHits(space, long_ones, 0);
+    for (int times = 0; times < 20; ++times) {  // without trees and with them
+      const RayHits hits = nearestHits(space, endless, 0);
+      const RayHits expected = nearestHits(space, long_ones, 0);
       CAPTURE(n, times);
-      CHECK(hitsOf(hits) == 60);
-      CHECK(std::equal(hits.begin(), hits.end(), expected.begin(), sameBits));
+      REQUIRE(hitsOf(hits) == 60);
+      REQUIRE(std::equal(hits.begin(), hits.end(), expected.begin(), sameBits));
     }
   }
 }
@@ -337,11 +332,8 @@ TEST_CASE("A ray without any bit has all of them", "[rays]") {
   rays[2].collide_bits = 0;
   for (const unsigned long collide : {~0ul, 0ul}) {
     dGeomSetCollideBits(ball, collide);
-    const RayHits hits = nearestHits(space, rays, 0);
-    CHECK(hits[0].geom == ball);
-    CHECK(hits[1].geom == ball);
-    CHECK((hits[2].geom == ball) == (collide != 0));
-    CHECK(hits[3].geom == ball);
+    CHECK(wrongRays(space, {ball}, rays, 0) == "");
+    CHECK(nearestHits(space, rays, 0)[0].geom == ball);
   }
 }
 
@@ -452,11 +444,9 @@ TEST_CASE("Where there is no memory for a batch its rays are cast one by one", "
     memory_fails = true;
     const std::vector<RayHits> all = allHits(space, rays, 0);
     REQUIRE(!memory_fails);
-    for (std::size_t ray = 0; ray < rays.size(); ++ray) {
-      REQUIRE(all[ray].size() == owed.all[ray].size());
-      for (std::size_t hit = 0; hit < all[ray].size(); ++hit)
-        REQUIRE(sameBits(all[ray][hit], owed.all[ray][hit]));
-    }
+    for (std::size_t ray = 0; ray < rays.size(); ++ray)
+      REQUIRE(std::equal(all[ray].begin(), all[ray].end(), owed.all[ray].begin(),
+                         owed.all[ray].end(), sameBits));
   }
 }
 
@@ -469,15 +459,11 @@ TEST_CASE("Few colliders are asked for the nearest hit of a ray among many geoms
     dGeomSetPosition(world.take(dCreateSphere(space, 1)), static_cast<dReal>(3 * i), 0, 0);
   dParallelSAPSpaceSetNumThreads(space, 1);
   const Rays rays(2000, rayOf({-5, 0, 0}, {1, 0, 0}, 1e6));
-  const auto ms = [&](auto cast) {
-    const auto begin = std::chrono::steady_clock::now();
-    cast();
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-        .count();
-  };
   REQUIRE(hitsOf(nearestHits(space, rays, 0)) == rays.size());
-  const double nearest = ms([&] { nearestHits(space, rays, 0); });
-  const Rays few(20, rays[0]);
-  const double all = ms([&] { allHits(space, few, 0); });
-  CHECK(nearest < all);  // a hundred times as many rays
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  nearestHits(space, rays, 0);
+  const Clock::time_point middle = Clock::now();
+  allHits(space, Rays(20, rays[0]), 0);
+  CHECK(middle - begin < Clock::now() - middle);  // a hundred times as many rays
 }
