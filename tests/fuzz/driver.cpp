@@ -19,8 +19,14 @@ void ignoreMessage(int, const char*, va_list) {}
 
 }  // namespace
 
-Driver::Driver(Decisions& decisions, std::size_t most_geoms)
-    : decisions_(decisions), most_geoms_(most_geoms), world_(dWorldCreate()) {
+Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration* configuration)
+    : decisions_(decisions),
+      most_geoms_(most_geoms),
+      configuration_(configuration),
+      messages_(dGetMessageHandler()),
+      debugs_(dGetDebugHandler()),
+      errors_(dGetErrorHandler()),
+      world_(dWorldCreate()) {
   dSetMessageHandler(ignoreMessage);
   dSetDebugHandler(endInAssertion);
   dSetErrorHandler(endInAssertion);
@@ -36,6 +42,9 @@ Driver::~Driver() {
   }
   while (!alive_.empty()) destroy(alive_.back());
   dWorldDestroy(world_);
+  dSetMessageHandler(messages_);
+  dSetDebugHandler(debugs_);
+  dSetErrorHandler(errors_);
 }
 
 void Driver::step() {
@@ -43,8 +52,9 @@ void Driver::step() {
   constexpr void (Driver::*kEdits[])() = {
       &Driver::populate,         &Driver::createOne,       &Driver::createSpace,
       &Driver::destroySome,      &Driver::destroySpace,    &Driver::moveSome,
-      &Driver::moveSome,         &Driver::moveFar,         &Driver::resizeSome,
-      &Driver::giveBodies,       &Driver::changeBodies,    &Driver::destroyBodies,
+      &Driver::moveSome,         &Driver::moveFar,         &Driver::turnSome,
+      &Driver::resizeSome,       &Driver::giveBodies,      &Driver::changeOffsets,
+      &Driver::changeBodies,     &Driver::destroyBodies,   &Driver::collideInStockSpace,
       &Driver::changeBits,       &Driver::changeEnabled,   &Driver::reAddSome,
       &Driver::moveToOtherSpace, &Driver::lookAtSome,      &Driver::changeUnasked,
       &Driver::changeSettings,   &Driver::stepWorld,       &Driver::collideFrames,

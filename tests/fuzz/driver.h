@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "../support/configurations.h"
 #include "../support/contact_scene.h"
 #include "../support/floating_point.h"
 #include "../support/recorder.h"
@@ -18,9 +19,10 @@ namespace sap_test {
 
 class Driver {
  public:
-  // Scenes of up to `most_geoms`. ODE's messages are silenced; an assertion of ODE's ends the
-  // program, as it would in any other.
-  Driver(Decisions& decisions, std::size_t most_geoms);
+  // Scenes of up to `most_geoms`, on spaces of one configuration, or of any where it is null. ODE's
+  // messages are silenced; an assertion of ODE's ends the program, as it would in any other.
+  Driver(Decisions& decisions, std::size_t most_geoms,
+         const Configuration* configuration = nullptr);
   ~Driver();
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -40,7 +42,7 @@ class Driver {
 
  private:
   static constexpr int kNone = -1;
-  enum Kind { kBox, kSphere, kCapsule, kUser, kRay, kPlane, kLeafKinds, kSpace };
+  enum Kind { kBox, kSphere, kCapsule, kCylinder, kUser, kRay, kPlane, kLeafKinds, kSpace };
 
   // A geom or a space; its place in objects_ is its number.
   struct Object {
@@ -75,8 +77,10 @@ class Driver {
   void destroySpace();
   void moveSome();
   void moveFar();
+  void turnSome();
   void resizeSome();
   void giveBodies();
+  void changeOffsets();
   void changeBodies();
   void destroyBodies();
   void changeBits();
@@ -95,13 +99,18 @@ class Driver {
   void collideThrowing(int space);
   void collideWithin(int space);
   void collideChanging(int space);
+  void collideTakingApart(int space);
+  void collideInStockSpace();
   void collideWithGeom();
   void collideWithMany();
   void collideAnyhow();
   void compare(int space, const Pairs& got);
   std::vector<dGeomID> membersOf(int space) const;
   void compareTwo(int first, int second);
+  void compareTwo(int first, int second, const Pairs& got);
+  void checkList(int space);
   Pairs expectedOf(int space) const;
+  Pairs soundOf(const Pairs& pairs) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
@@ -136,6 +145,8 @@ class Driver {
 
   Decisions& decisions_;
   const std::size_t most_geoms_;
+  const Configuration* const configuration_;
+  dMessageFunction *const messages_, *const debugs_, *const errors_;  // ODE's handlers before
   dWorldID world_;
   std::vector<Object> objects_;
   std::vector<int> alive_;   // leaves

@@ -78,6 +78,20 @@ void Driver::moveFar() {
   }
 }
 
+void Driver::turnSome() {
+  const int space = pickSpace();
+  Random random = decisions_.random();
+  log("turn some of " + std::to_string(space));
+  for (const int object : pickSome(space, random)) {
+    if (objects_[object].kind >= kPlane) continue;
+    dMatrix3 rotation;
+    const double a = random.between(-3, 3), b = random.between(-3, 3);
+    dRFromEulerAngles(rotation, real(a), real(b), real(random.between(-3, 3)));
+    dGeomSetRotation(objects_[object].geom, rotation);
+    ++changes_;
+  }
+}
+
 void Driver::resizeSome() {
   const int space = pickSpace();
   Random random = decisions_.random();
@@ -96,6 +110,9 @@ void Driver::resizeSome() {
       case kCapsule:
         dGeomCapsuleSetParams(geom, a / 2, b);
         break;
+      case kCylinder:
+        dGeomCylinderSetParams(geom, a / 2, b);
+        break;
       case kUser:
         userBoxData(geom).bounds = randomBounds(random);
         markMoved(object);
@@ -112,7 +129,7 @@ void Driver::resizeSome() {
 void Driver::giveBodies() {
   const int space = pickSpace();
   Random random = decisions_.random();
-  const std::size_t how = decisions_.below(4);  // own bodies, any there is, none, with offset
+  const std::size_t how = decisions_.below(3);  // own bodies, any there is, none
   log("bodies for some of " + std::to_string(space) + ", way " + std::to_string(how));
   for (const int object : pickSome(space, random)) {
     Object& o = objects_[object];
@@ -128,9 +145,24 @@ void Driver::giveBodies() {
     dGeomSetBody(o.geom, body == kNone ? nullptr : bodies_[body]);
     o.body = body;
     ++changes_;
-    if (how != 3 || body == kNone) continue;
-    const dReal x = static_cast<dReal>(random.between(-1, 1));
-    dGeomSetOffsetPosition(o.geom, x, -x, static_cast<dReal>(random.between(-1, 1)));
+  }
+}
+
+void Driver::changeOffsets() {
+  const int space = pickSpace();
+  Random random = decisions_.random();
+  const std::size_t how = decisions_.below(3);  // none, a place, an orientation
+  log("offsets of some of " + std::to_string(space) + ", way " + std::to_string(how));
+  for (const int object : pickSome(space, random)) {
+    const Object& o = objects_[object];
+    if (o.body == kNone) continue;
+    const dReal x = real(random.between(-1, 1)), y = real(random.between(-1, 1));
+    dMatrix3 rotation;
+    dRFromEulerAngles(rotation, x, -x, y);
+    if (how == 0) dGeomClearOffset(o.geom);
+    if (how == 1) dGeomSetOffsetPosition(o.geom, x, -x, y);
+    if (how == 2) dGeomSetOffsetRotation(o.geom, rotation);
+    ++changes_;
   }
 }
 
@@ -237,6 +269,7 @@ void Driver::lookAtSome() {
     dGeomGetAABB(objects_[object].geom, bounds.data());
   }
   if (random.chance(0.3)) dSpaceClean(spaceOf(space));
+  checkList(space);
 }
 
 // User classes change their minds without a word to anybody.
@@ -264,9 +297,9 @@ void Driver::changeSettings() {
   const int methods[] = {dParallelSAPMethodAuto,       dParallelSAPMethodSweep,
                          dParallelSAPMethodBruteForce, dParallelSAPMethodAxisLists,
                          dParallelSAPMethodAuto,       dParallelSAPMethodSweep};
-  if (what == 1) dParallelSAPSpaceSetMethod(id, methods[value]);
+  if (what == 1 && !configuration_) dParallelSAPSpaceSetMethod(id, methods[value]);
   if (what == 2) dParallelSAPSpaceSetNumThreads(id, static_cast<int>(value));
-  if (what == 3) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
+  if (what == 3 && !configuration_) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
   const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
   if (what == 4) dParallelSAPSpaceSetSkipStatic(id, value % 2);
   if (what == 5) dParallelSAPSpaceSetSkipAsleep(id, value % 2);

@@ -102,6 +102,9 @@ int Driver::createLeaf(Kind kind, Random& random) {
     case kCapsule:
       geom = dCreateCapsule(nullptr, a / 2, b);
       break;
+    case kCylinder:
+      geom = dCreateCylinder(nullptr, a / 2, b);
+      break;
     case kUser:
       geom =
           createUserBox(nullptr, randomBounds(random), true, random.chance(0.5) ? vetoes : nullptr);
@@ -196,6 +199,7 @@ void Driver::createSpace() {
   if (spaces_.size() >= kMostSpaces) return;
   const int parent = nested ? pickSpace() : kNone;
   const dSpaceID space = ours ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr);
+  if (ours && configuration_) configure(space, *configuration_);
   const int id = static_cast<int>(objects_.size());
   log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
       (nested ? " in " + std::to_string(parent) : ""));
