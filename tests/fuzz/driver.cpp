@@ -50,20 +50,20 @@ Driver::~Driver() {
 void Driver::step() {
   // What comes more than once is done more often.
   constexpr void (Driver::*kEdits[])() = {
-      &Driver::populate,         &Driver::createOne,       &Driver::createSpace,
-      &Driver::destroySome,      &Driver::destroySpace,    &Driver::moveSome,
-      &Driver::moveSome,         &Driver::moveFar,         &Driver::turnSome,
-      &Driver::resizeSome,       &Driver::giveBodies,      &Driver::changeOffsets,
-      &Driver::changeBodies,     &Driver::destroyBodies,   &Driver::collideInStockSpace,
-      &Driver::changeBits,       &Driver::changeEnabled,   &Driver::reAddSome,
-      &Driver::moveToOtherSpace, &Driver::lookAtSome,      &Driver::changeUnasked,
-      &Driver::changeSettings,   &Driver::stepWorld,       &Driver::collideFrames,
-      &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
-      &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
-      &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany,
-      &Driver::collideContacts,  &Driver::collideBlocks,   &Driver::collideWithEvents,
-      &Driver::collideTrembling};
-  (this->*kEdits[decisions_.below(std::size(kEdits))])();
+      &Driver::populate,        &Driver::createOne,       &Driver::createSpace,
+      &Driver::destroySpace,    &Driver::moveFar,         &Driver::changeBodies,
+      &Driver::destroyBodies,   &Driver::reAddSome,       &Driver::moveToOtherSpace,
+      &Driver::cleanSpace,      &Driver::changeSettings,  &Driver::stepWorld,
+      &Driver::collideFrames,   &Driver::collideFrames,   &Driver::collideFrames,
+      &Driver::collideFrames,   &Driver::collideFrames,   &Driver::collideFrames,
+      &Driver::collideAnyhow,   &Driver::collideAnyhow,   &Driver::collideAnyhow,
+      &Driver::collideAnyhow,   &Driver::collideWithGeom, &Driver::collideWithMany,
+      &Driver::collideContacts, &Driver::collideBlocks,   &Driver::collideInStockSpace};
+  const std::size_t what = decisions_.below(kNumChanges + std::size(kEdits));
+  if (what < kNumChanges)
+    changeSome(kChanges[what]);
+  else
+    (this->*kEdits[what - kNumChanges])();
 }
 
 void Driver::finish() {

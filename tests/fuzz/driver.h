@@ -10,6 +10,7 @@
 
 #include "../support/configurations.h"
 #include "../support/contact_scene.h"
+#include "../support/events_oracle.h"
 #include "../support/floating_point.h"
 #include "../support/recorder.h"
 #include "../support/user_box.h"
@@ -68,33 +69,44 @@ class Driver {
   void destroy(int object);
   void forget(int object);
   void markMoved(int object);
-  void place(int object, Random& random, std::size_t how);
+  void place(int object, std::size_t how, Random& random);
   static dReal randomLength(Random& random);
   static Bounds randomBounds(Random& random);
 
-  // Edits, in driver_edits.cpp.
-  void destroySome();
+  // What may happen to a geom, in one of several ways; in driver_edits.cpp.
+  struct Change {
+    const char* name;
+    std::size_t ways;
+    void (Driver::*make)(int object, std::size_t way, Random& random);
+  };
+  static constexpr std::size_t kNumChanges = 12;
+  static const Change kChanges[kNumChanges];
+  void destroyLeaf(int object, std::size_t, Random&);
+  void replaceLeaf(int object, std::size_t, Random& random);
+  void addAgain(int object, std::size_t, Random&);
+  void turn(int object, std::size_t, Random& random);
+  void resize(int object, std::size_t, Random& random);
+  void giveBody(int object, std::size_t way, Random& random);
+  void changeOffset(int object, std::size_t way, Random& random);
+  void changeBits(int object, std::size_t way, Random& random);
+  void changeEnabled(int object, std::size_t way, Random& random);
+  void lookAt(int object, std::size_t, Random&);
+  void changeUnasked(int object, std::size_t, Random& random);
+  void changeSome(const Change& change);
+  void changeAnyhow(int object, Random& random);
+
+  // Other edits, there too.
   void destroySpace();
-  void moveSome();
   void moveFar();
-  void turnSome();
-  void resizeSome();
-  void giveBodies();
-  void changeOffsets();
   void changeBodies();
   void destroyBodies();
-  void changeBits();
-  void changeEnabled();
   void reAddSome();
   void moveToOtherSpace();
-  void lookAtSome();
-  void changeUnasked();
+  void cleanSpace();
   void changeSettings();
   void stepWorld();
 
   // Collides, in driver_collides.cpp.
-  void collideFrames();
-  void collideDrifting();
   void collidePlain(int space);
   void collideThrowing(int space);
   void collideWithin(int space);
@@ -114,18 +126,17 @@ class Driver {
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
-  // Frames by fat pairs, in driver_trembling.cpp.
-  void collideTrembling();
-  void fillForTrembling(int space, Random& random);
-  void changeWhatMayPair(int member, Random& random);
+  // Frames in a row, in driver_frames.cpp.
+  void collideFrames();
+  void fill(int space, Random& random);
+  void driftAll(int space, double distance);
   void trembleAll(int space, double share, double leaving, Random& random);
+  Pairs pairsByAdding(const Pairs& got) const;
+  std::string problemOfNumbers(int space, const Pairs& got) const;
+  void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
 
   // Pairs in bulk, in driver_bulk.cpp.
   void collideBlocks();
-  void collideWithEvents();
-  void changeForEvents(int member, Random& random);
-  Pairs pairsByAdding(const Pairs& got) const;
-  std::string problemOfNumbers(int space, const Pairs& got) const;
 
   // The narrow phase, in driver_contacts.cpp.
   void collideContacts();

@@ -123,48 +123,6 @@ void Driver::collidePlain(int space) {
   checkList(space);
 }
 
-// Frames of one kind in a row: all at rest, a few moving, half of them, all.
-void Driver::collideFrames() {
-  const int space = pickSpace();
-  const std::size_t frames = 1 + decisions_.below(6), way = decisions_.below(3);
-  const double parts[] = {0, 0.001, 0.01, 0.1, 0.5, 1};
-  const double part = parts[decisions_.below(std::size(parts))];
-  Random random = decisions_.random();
-  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", moving " +
-      std::to_string(part));
-  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
-    for (const int member : objects_[space].members) {
-      if (objects_[member].kind == kSpace || !random.chance(part)) continue;
-      place(member, random, way == 0 ? 0 : 2);
-      ++changes_;
-    }
-    compare(space, collide(spaceOf(space)));
-  }
-}
-
-// Frames in which everything moves a little, each geom in a direction of its own.
-void Driver::collideDrifting() {
-  const int space = pickOurSpace();
-  const std::size_t frames = 3 + decisions_.below(6);
-  Random random = decisions_.random();
-  const double distance = random.chance(0.8) ? 0.003 : 0.1;
-  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", drifting by " +
-      std::to_string(distance));
-  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
-    for (const int member : objects_[space].members) {
-      if (objects_[member].kind >= kPlane) continue;
-      Random way(static_cast<std::uint64_t>(member));
-      dReal to[3];
-      for (int axis = 0; axis < 3; ++axis)
-        to[axis] = dGeomGetPosition(objects_[member].geom)[axis] +
-                   static_cast<dReal>(way.between(-distance, distance));
-      dGeomSetPosition(objects_[member].geom, to[0], to[1], to[2]);
-      ++changes_;
-    }
-    compare(space, collide(spaceOf(space)));
-  }
-}
-
 void Driver::collideAnyhow() {
   const int ours = pickOurSpace();
   switch (decisions_.below(6)) {
@@ -391,15 +349,8 @@ void Driver::collideWithMany() {
     compareTwo(space, alive_[random.below(alive_.size())]);
     const int member = pickMember(space, random);
     if (member == kNone || objects_[member].kind == kSpace || !random.chance(changing)) continue;
-    ++changes_;
-    const std::size_t what = random.below(4);
-    if (what == 0) (random.chance(0.5) ? dGeomEnable : dGeomDisable)(objects_[member].geom);
-    if (what == 1) compare(space, collide(spaceOf(space)));
-    if (what == 2) {
-      remove(member);
-      add(member, space);
-    }
-    if (what != 1) place(member, random, random.below(4));
+    if (random.chance(0.25)) compare(space, collide(spaceOf(space)));
+    changeAnyhow(member, random);
   }
 }
 

@@ -127,8 +127,9 @@ int Driver::createLeaf(Kind kind, Random& random) {
   return id;
 }
 
-void Driver::place(int object, Random& random, std::size_t how) {
+void Driver::place(int object, std::size_t how, Random& random) {
   const Object& o = objects_[object];
+  if (o.kind == kSpace) return;
   const double reach = side();
   if (o.kind == kPlane) {
     dVector4 plane;
@@ -175,9 +176,9 @@ void Driver::populate() {
     Kind kind = boxes_only ? kBox : static_cast<Kind>(random.below(kLeafKinds));
     if (kind == kPlane && random.chance(0.9)) kind = kBox;
     const int leaf = createLeaf(kind, random);
-    if (random.chance(0.5)) place(leaf, random, 0);  // before or after it is added
+    if (random.chance(0.5)) place(leaf, 0, random);  // before or after it is added
     add(leaf, space);
-    place(leaf, random, 0);
+    place(leaf, 0, random);
   }
 }
 
@@ -188,7 +189,7 @@ void Driver::createOne() {
   Random random = decisions_.random();
   if (alive_.size() >= most_geoms_) return;
   const int leaf = createLeaf(static_cast<Kind>(kind), random);
-  place(leaf, random, random.below(2));
+  place(leaf, random.below(2), random);
   log("create " + std::to_string(leaf) + (added ? " in " + std::to_string(space) : ""));
   if (added) add(leaf, space);
 }
