@@ -14,11 +14,11 @@ dReal extremeNumber(Random& random) {
   constexpr dReal most = std::numeric_limits<dReal>::max();
   const dReal values[] = {0,
                           std::numeric_limits<dReal>::denorm_min(),
-                          static_cast<dReal>(1e-30),
-                          static_cast<dReal>(1e6),
-                          static_cast<dReal>(1e9),
-                          static_cast<dReal>(1e12),
-                          static_cast<dReal>(1e30),
+                          real(1e-30),
+                          real(1e6),
+                          real(1e9),
+                          real(1e12),
+                          real(1e30),
                           most / 2,
                           most,
                           std::numeric_limits<dReal>::infinity(),
@@ -221,9 +221,9 @@ void Driver::changeBodies() {
     if (how == 1) dBodyEnable(body);
     if (how == 2) random.chance(0.5) ? dBodyDisable(body) : dBodyEnable(body);
     if (how == 3) {
-      const dReal x = static_cast<dReal>(random.between(0, side()));
-      const dReal y = static_cast<dReal>(random.between(0, side()));
-      dBodySetPosition(body, x, y, static_cast<dReal>(random.between(0, side())));
+      const dReal x = real(random.between(0, side()));
+      const dReal y = real(random.between(0, side()));
+      dBodySetPosition(body, x, y, real(random.between(0, side())));
     }
   }
 }
@@ -307,8 +307,8 @@ void Driver::stepWorld() {
   log("step the world");
   for (const dBodyID body : bodies_) {
     if (!body || !random.chance(0.5)) continue;
-    const dReal x = static_cast<dReal>(random.between(-speed, speed));
-    const dReal y = static_cast<dReal>(random.between(-speed, speed));
+    const dReal x = real(random.between(-speed, speed));
+    const dReal y = real(random.between(-speed, speed));
     dBodySetLinearVel(body, x, y, -x);
   }
   dWorldSetQuickStepNumIterations(world_, 1);

@@ -19,8 +19,8 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
 
 dReal Driver::randomLength(Random& random) {
   if (random.chance(0.02)) return 0;
-  if (random.chance(0.03)) return static_cast<dReal>(random.between(1, 10));
-  return random.chance(0.3) ? 1 : static_cast<dReal>(random.between(0.1, 1.5));
+  if (random.chance(0.03)) return real(random.between(1, 10));
+  return random.chance(0.3) ? 1 : real(random.between(0.1, 1.5));
 }
 
 Bounds Driver::randomBounds(Random& random) {
@@ -116,8 +116,8 @@ int Driver::createLeaf(Kind kind, Random& random) {
       dReal normal[3] = {0, 0, 0};
       normal[random.below(3)] = random.chance(0.5) ? 1 : -1;
       if (random.chance(0.5)) normal[random.below(3)] += dReal(0.5);
-      geom = dCreatePlane(nullptr, normal[0], normal[1], normal[2],
-                          static_cast<dReal>(random.between(-2, side())));
+      geom =
+          dCreatePlane(nullptr, normal[0], normal[1], normal[2], real(random.between(-2, side())));
     }
   }
   const int id = static_cast<int>(objects_.size());
@@ -134,8 +134,7 @@ void Driver::place(int object, std::size_t how, Random& random) {
   if (o.kind == kPlane) {
     dVector4 plane;
     dGeomPlaneGetParams(o.geom, plane);
-    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2],
-                        static_cast<dReal>(random.between(-2, reach)));
+    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2], real(random.between(-2, reach)));
     return;
   }
   double at[3];
@@ -151,8 +150,7 @@ void Driver::place(int object, std::size_t how, Random& random) {
   } else if (how == 3) {
     for (double& coordinate : at) coordinate += 1e6;
   }
-  dGeomSetPosition(o.geom, static_cast<dReal>(at[0]), static_cast<dReal>(at[1]),
-                   static_cast<dReal>(at[2]));
+  dGeomSetPosition(o.geom, real(at[0]), real(at[1]), real(at[2]));
 }
 
 int Driver::createBody(int at_object) {
