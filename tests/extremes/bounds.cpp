@@ -15,7 +15,7 @@ Bounds unitBounds(Scene& scene) {
 
 // Unit boxes, and a few whose bounds are infinite where `low` and `high` say so; they change places
 // with finite ones.
-std::function<void(Scene&, int)> infinite(int first_axis, int last_axis, bool low, bool high) {
+Play infinite(int first_axis, int last_axis, bool low, bool high) {
   return [=](Scene& scene, int frame) {
     if (frame == 0) {
       scene.addUnitBoxes(scene.size);
@@ -58,7 +58,7 @@ void planes(Scene& scene, int frame) {
     dVector4 parameters;
     dGeomPlaneGetParams(plane, parameters);
     dGeomPlaneSetParams(plane, parameters[0], parameters[1], parameters[2],
-                        scene.between(-1, 1) * static_cast<dReal>(scene.side()));
+                        scene.between(-1, 1) * real(scene.side()));
   }
 }
 
@@ -82,7 +82,6 @@ bool isSick(int frame) {
 }
 
 void nanPosition(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; i += 7) {
     const dGeomID geom = scene.geoms()[i];
     scene.placeAnywhere(geom);
@@ -92,7 +91,6 @@ void nanPosition(Scene& scene, int frame) {
 }
 
 void nanRotation(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; i += 7) {
     dMatrix3 rotation;
     dRSetIdentity(rotation);
@@ -133,19 +131,15 @@ void nanSize(Scene& scene, int frame) {
   }
 }
 
-void nanEverywhere(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
-  for (const dGeomID geom : scene.geoms()) {
-    if (isSick(frame)) {
-      scene.place(geom, kNaN, kNaN, kNaN);
-    } else {
-      scene.placeAnywhere(geom);
-    }
+void nanEverywhere(Scene& scene, dGeomID geom, int frame) {
+  if (isSick(frame)) {
+    scene.place(geom, kNaN, kNaN, kNaN);
+  } else {
+    scene.placeAnywhere(geom);
   }
 }
 
-void zeroSizes(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
+void zeroSizes(Scene& scene, int) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     if (!scene.random.chance(0.3)) continue;
     const dReal zero = scene.random.chance(0.5) ? 0 : 1;
@@ -229,13 +223,13 @@ Extremes extremeBounds() {
   all.push_back({theme, "forty moving planes, half of them oblique", planes, 1500});
   all.push_back({theme, "ODE's classes with infinite sizes and places", infiniteClasses});
   theme = "NaN, coming and going";
-  all.push_back({theme, "NaN positions", nanPosition});
-  all.push_back({theme, "NaN rotations", nanRotation});
+  all.push_back({theme, "NaN positions", onUnitBoxes(nanPosition)});
+  all.push_back({theme, "NaN rotations", onUnitBoxes(nanRotation)});
   all.push_back({theme, "NaN velocities, then a time step", nanBody, 1500});
   all.push_back({theme, "NaN bounds of user classes", nanSize});
-  all.push_back({theme, "every geom NaN", nanEverywhere});
+  all.push_back({theme, "every geom NaN", eachUnitBox(nanEverywhere)});
   theme = "degenerate";
-  all.push_back({theme, "zero-sized boxes, coming and going", zeroSizes});
+  all.push_back({theme, "zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
   all.push_back({theme, "inverted boxes", inverted, 1500});
   all.push_back({theme, "inverted and infinite boxes", invertedInfinite});
   theme = "user classes";

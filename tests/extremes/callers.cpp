@@ -84,8 +84,8 @@ void denormalGaps(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
-      const dReal at = static_cast<dReal>(scene.random.below(12)) - 6;
-      const dReal length = static_cast<dReal>(scene.random.below(4));
+      const dReal at = real(scene.random.below(12)) - 6;
+      const dReal length = real(scene.random.below(4));
       bounds[2 * axis] = at * kDenormal;
       bounds[2 * axis + 1] = (at + length) * kDenormal;
       if (scene.random.chance(0.2)) bounds[2 * axis] = -1;

@@ -4,14 +4,11 @@
 namespace sap_test {
 namespace {
 
-void acrossTheWorld(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
+void acrossTheWorld(Scene& scene, dGeomID geom, int frame) {
   const double reach[] = {1, 1e3, 1e9, 1e25, 2, 1e6};
-  for (const dGeomID geom : scene.geoms()) {
-    const dReal x = scene.between(-1, 1) * static_cast<dReal>(reach[frame]);
-    const dReal y = scene.between(-2, 2);
-    scene.place(geom, x, y, scene.between(-2, 2));
-  }
+  const dReal x = scene.between(-1, 1) * real(reach[frame]);
+  const dReal y = scene.between(-2, 2);
+  scene.place(geom, x, y, scene.between(-2, 2));
 }
 
 // Bodies so fast that each time step takes them through the whole world.
@@ -35,10 +32,9 @@ void fastBodies(Scene& scene, int frame) {
 }
 
 void crowdAndScatter(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
   for (std::size_t i = 0; i < scene.size; ++i) {
     if (frame % 2) {
-      scene.place(scene.geoms()[i], static_cast<dReal>(i % 20) * 5, 0, 0);
+      scene.place(scene.geoms()[i], real(i % 20) * 5, 0, 0);
     } else {
       scene.placeAnywhere(scene.geoms()[i]);
     }
@@ -51,20 +47,18 @@ void scaleFromFrameToFrame(Scene& scene, int frame) {
     Bounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
       const double low = scene.random.between(0, scene.side());
-      bounds[2 * axis] = static_cast<dReal>(low * scale[frame]);
-      bounds[2 * axis + 1] = static_cast<dReal>((low + 1) * scale[frame]);
+      bounds[2 * axis] = real(low * scale[frame]);
+      bounds[2 * axis + 1] = real((low + 1) * scale[frame]);
     }
     scene.setUserBox(i, bounds);
   }
 }
 
 void oneMoves(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
   if (frame % 3) scene.placeAnywhere(scene.anyGeom());
 }
 
 void reAddAll(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
   const std::vector<dGeomID> before = scene.geoms();
   for (std::size_t i = 0; i < before.size(); ++i) {
     scene.remove(before[frame % 2 ? before.size() - 1 - i : i]);
@@ -72,8 +66,7 @@ void reAddAll(Scene& scene, int frame) {
   for (const dGeomID geom : before) scene.addAgain(geom);
 }
 
-void reAddSome(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
+void reAddSome(Scene& scene, int) {
   for (std::size_t i = 0; i < scene.size / 10; ++i) {
     const dGeomID geom = scene.anyGeom();
     scene.remove(geom);
@@ -141,34 +134,25 @@ void bodiesSleep(Scene& scene, int frame) {
   }
 }
 
-void bitsAllOff(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
-  for (const dGeomID geom : scene.geoms()) {
-    const bool off = frame % 2 == 0;
-    dGeomSetCategoryBits(geom, off ? 0 : ~0ul);
-    if (frame > 1) dGeomSetCollideBits(geom, off ? 0 : ~0ul);
-  }
+void bitsAllOff(Scene&, dGeomID geom, int frame) {
+  const bool off = frame % 2 == 0;
+  dGeomSetCategoryBits(geom, off ? 0 : ~0ul);
+  if (frame > 1) dGeomSetCollideBits(geom, off ? 0 : ~0ul);
 }
 
 // One bit each, of all that an unsigned long has, others in every frame.
-void singleBits(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
+void singleBits(Scene& scene, dGeomID geom, int) {
   constexpr std::size_t bits = 8 * sizeof(unsigned long);
-  for (const dGeomID geom : scene.geoms()) {
-    dGeomSetCategoryBits(geom, 1ul << scene.random.below(bits));
-    dGeomSetCollideBits(
-        geom, scene.random.chance(0.5) ? 1ul << scene.random.below(bits) : scene.random.bits());
-  }
+  dGeomSetCategoryBits(geom, 1ul << scene.random.below(bits));
+  dGeomSetCollideBits(
+      geom, scene.random.chance(0.5) ? 1ul << scene.random.below(bits) : scene.random.bits());
 }
 
-void enabledState(Scene& scene, int frame) {
-  if (frame == 0) scene.addUnitBoxes(scene.size);
-  for (const dGeomID geom : scene.geoms()) {
-    if (frame == 2 || scene.random.chance(0.5)) {
-      dGeomDisable(geom);
-    } else {
-      dGeomEnable(geom);
-    }
+void enabledState(Scene& scene, dGeomID geom, int frame) {
+  if (frame == 2 || scene.random.chance(0.5)) {
+    dGeomDisable(geom);
+  } else {
+    dGeomEnable(geom);
   }
 }
 
@@ -179,21 +163,22 @@ Extremes extremeChanges() {
   const char* const adding = "adding and removing";
   const char* const unannounced = "bodies and bits";
   return {
-      {motion, "geoms that cross the world in every frame", acrossTheWorld, 1500, 6},
+      {motion, "geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6},
       {motion, "bodies that cross the world in every time step", fastBodies, 1500, 6},
-      {motion, "a crowd that scatters and meets again", crowdAndScatter, 1500, 5},
+      {motion, "a crowd that scatters and meets again", onUnitBoxes(crowdAndScatter), 1500, 5},
       {motion, "scales from 1e-30 to 1e30 from frame to frame", scaleFromFrameToFrame, 5000, 6},
-      {motion, "nothing moves, or one geom", oneMoves, 5000, 8},
-      {adding, "all geoms removed and added in every frame", reAddAll},
-      {adding, "a tenth removed and added in every frame", reAddSome, 5000, 6},
+      {motion, "nothing moves, or one geom", onUnitBoxes(oneMoves), 5000, 8},
+      {adding, "all geoms removed and added in every frame", onUnitBoxes(reAddAll)},
+      {adding, "a tenth removed and added in every frame", onUnitBoxes(reAddSome), 5000, 6},
       {adding, "all geoms destroyed and made anew in every frame", renewAll},
       {adding, "everything, nothing, everything, nothing", nothingLeft, 5000, 5},
       {unannounced, "10,000 geoms on one body", onOneBody, 10000, 3},
       {unannounced, "bodies that merge and part without a move", bodiesMergeAndPart, 700, 6},
       {unannounced, "bodies that fall asleep and wake", bodiesSleep, 5000, 4},
-      {unannounced, "category bits all off, then all on", bitsAllOff, 5000, 5},
-      {unannounced, "single bits of all that a long has", singleBits, 5000, 4},
-      {unannounced, "geoms disabled and enabled in every frame", enabledState, 5000, 5},
+      {unannounced, "category bits all off, then all on", eachUnitBox(bitsAllOff), 5000, 5},
+      {unannounced, "single bits of all that a long has", eachUnitBox(singleBits), 5000, 4},
+      {unannounced, "geoms disabled and enabled in every frame", eachUnitBox(enabledState), 5000,
+       5},
   };
 }
 

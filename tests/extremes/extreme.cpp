@@ -21,6 +21,19 @@ void Scene::placeAnywhere(dGeomID geom) {
   place(geom, x, y, z);
 }
 
+Play onUnitBoxes(Play change) {
+  return [change](Scene& scene, int frame) {
+    if (frame == 0) scene.addUnitBoxes(scene.size);
+    change(scene, frame);
+  };
+}
+
+Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> change) {
+  return onUnitBoxes([change](Scene& scene, int frame) {
+    for (const dGeomID geom : scene.geoms()) change(scene, geom, frame);
+  });
+}
+
 const std::vector<Extreme>& extremes() {
   static const std::vector<Extreme> all = [] {
     std::vector<Extreme> joined;

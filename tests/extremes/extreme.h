@@ -40,7 +40,7 @@ class Scene : private OwnSpace, public World {
   Scene(const MakeSpace& make, std::size_t size, std::uint64_t seed)
       : OwnSpace(make(nullptr)), World(own_space), size(size), random(seed), make_space(make) {}
 
-  dReal between(double low, double high) { return static_cast<dReal>(random.between(low, high)); }
+  dReal between(double low, double high) { return real(random.between(low, high)); }
   dGeomID anyGeom() { return geoms()[random.below(geoms().size())]; }
   // A unit box of ODE's somewhere in a cube in which it overlaps a few of size others.
   dGeomID addUnitBox();
@@ -64,12 +64,17 @@ class Scene : private OwnSpace, public World {
   std::vector<dSpaceID> spaces;
 };
 
+// Builds a scene in frame 0 and changes it in the frames after that. What it does depends on the
+// scene's size and random numbers only.
+using Play = std::function<void(Scene& scene, int frame)>;
+// Of unit boxes, which are changed in every frame, together or each.
+Play onUnitBoxes(Play change);
+Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> change);
+
 struct Extreme {
   const char* theme;
   std::string name;
-  // Builds the scene in frame 0 and changes it in the frames after that. What it does depends on
-  // the scene's size and random numbers only.
-  std::function<void(Scene& scene, int frame)> play;
+  Play play;
   std::size_t most = 5000;  // geoms up to which it is sensible: quadratic output
   int frames = 4;
   // How the program collides the space: all pairs of a whole dSpaceCollide, in order.

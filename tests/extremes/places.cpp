@@ -18,8 +18,8 @@ Extreme unitBoxesAt(double distance) {
     if (frame == 0) scene.addUnitBoxes(scene.size);
     for (const dGeomID geom : scene.geoms()) {
       const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
-      scene.place(geom, static_cast<dReal>(distance) + x, static_cast<dReal>(-distance) + y,
-                  static_cast<dReal>(distance) + scene.between(0, scene.side()));
+      scene.place(geom, real(distance) + x, real(-distance) + y,
+                  real(distance) + scene.between(0, scene.side()));
     }
   };
   // Where neighbouring numbers are further apart than the boxes, all are in a few places.
@@ -34,7 +34,7 @@ Extreme everythingTimes(double factor, const std::string& name) {
       for (int i = 0; i < 6; ++i) {
         const double* const bound = i % 2 ? box.high : box.low;
         const double at = bound[i / 2] - scene.side() / 2;
-        bounds[i] = static_cast<dReal>(at / (scene.side() + 2) * factor);
+        bounds[i] = real(at / (scene.side() + 2) * factor);
       }
       if (frame == 0) {
         scene.addUserBox(bounds);
@@ -50,7 +50,7 @@ Extreme clustersApart(double distance) {
   const auto play = [distance](Scene& scene, int frame) {
     for (std::size_t i = 0; i < scene.size; ++i) {
       const dGeomID geom = frame == 0 ? scene.addUnitBox() : scene.geoms()[i];
-      const dReal shift = i % 2 ? static_cast<dReal>(distance) : 0;
+      const dReal shift = i % 2 ? real(distance) : 0;
       const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
       scene.place(geom, shift + x, y, scene.between(0, scene.side()) - shift);
     }
@@ -61,7 +61,7 @@ Extreme clustersApart(double distance) {
 void allCoincident(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     const dGeomID geom = frame == 0 ? scene.addUnitBox() : scene.geoms()[i];
-    scene.place(geom, static_cast<dReal>(frame), 2, 3);
+    scene.place(geom, real(frame), 2, 3);
   }
 }
 
@@ -76,14 +76,14 @@ void twoBoxesEverywhere(Scene& scene, int frame) {
 
 // A lattice whose boxes touch their neighbours in faces, edges and corners; steps that binary
 // numbers do not have make it a matter of rounding which of them do.
-std::function<void(Scene&, int)> lattice(double step, double offset) {
+Play lattice(double step, double offset) {
   return [step, offset](Scene& scene, int) {
     std::size_t at = 0;
     for (const Box& box : touchingLattice(scene.size, scene.random.bits())) {
       Bounds bounds;
       for (int i = 0; i < 6; ++i) {
         const double* const bound = i % 2 ? box.high : box.low;
-        bounds[i] = static_cast<dReal>(bound[i / 2] * step + offset);
+        bounds[i] = real(bound[i / 2] * step + offset);
       }
       scene.setUserBox(at++, bounds);
     }
@@ -95,9 +95,9 @@ void flatBoxes(Scene& scene, int) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
-      const dReal low = static_cast<dReal>(scene.random.below(8));
+      const dReal low = real(scene.random.below(8));
       bounds[2 * axis] = low;
-      bounds[2 * axis + 1] = low + static_cast<dReal>(scene.random.below(2));
+      bounds[2 * axis + 1] = low + real(scene.random.below(2));
     }
     scene.setUserBox(i, bounds);
   }

@@ -8,9 +8,8 @@ namespace {
 
 // A user box around a place, so that no ODE class rounds its extents.
 Bounds around(double x, double y, double z, double width, double depth, double height) {
-  return {static_cast<dReal>(x - width / 2),  static_cast<dReal>(x + width / 2),
-          static_cast<dReal>(y - depth / 2),  static_cast<dReal>(y + depth / 2),
-          static_cast<dReal>(z - height / 2), static_cast<dReal>(z + height / 2)};
+  return {real(x - width / 2), real(x + width / 2),  real(y - depth / 2),
+          real(y + depth / 2), real(z - height / 2), real(z + height / 2)};
 }
 
 void give(Scene& scene, int frame, std::size_t i, const Bounds& bounds) {
@@ -37,9 +36,9 @@ void denormalsOnly(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
     Bounds bounds;
     for (int axis = 0; axis < 3; ++axis) {
-      const dReal low = static_cast<dReal>(scene.random.below(40)) - 20;
+      const dReal low = real(scene.random.below(40)) - 20;
       bounds[2 * axis] = low * kDenormal;
-      bounds[2 * axis + 1] = (low + static_cast<dReal>(scene.random.below(6))) * kDenormal;
+      bounds[2 * axis + 1] = (low + real(scene.random.below(6))) * kDenormal;
     }
     give(scene, frame, i, bounds);
   }
@@ -57,7 +56,7 @@ void aroundTheSmallestNormal(Scene& scene, int frame) {
 }
 
 // Bars and plates: one extent, or two, 1e6 times the rest.
-std::function<void(Scene&, int)> elongated(int long_axes, double ratio) {
+Play elongated(int long_axes, double ratio) {
   return [long_axes, ratio](Scene& scene, int frame) {
     const double side = scene.side() * 4;
     for (std::size_t i = 0; i < scene.size; ++i) {
@@ -93,12 +92,12 @@ void largestAmongUnits(Scene& scene, int frame) {
   if (frame == 0) {
     scene.addUnitBoxes(scene.size);
     for (const double part : {1.0, 0.5, 1e-3}) {
-      const dReal reach = static_cast<dReal>(static_cast<double>(kLargest) * part);
+      const dReal reach = real(static_cast<double>(kLargest) * part);
       scene.marked.push_back(scene.addUserBox({-reach, reach, 1, 2, -reach, reach}));
       scene.marked.push_back(scene.addUserBox({-reach, reach, -reach, reach, -reach, reach}));
     }
   } else {
-    const dReal at = static_cast<dReal>(frame);
+    const dReal at = real(frame);
     setUserBounds(scene.marked[0], {at, kLargest, -kLargest, at, at, at + 1});
     scene.placeAnywhere(scene.geoms()[0]);
   }
@@ -106,7 +105,7 @@ void largestAmongUnits(Scene& scene, int frame) {
 
 void hugeSpheres(Scene& scene, int frame) {
   for (std::size_t i = 0; i < scene.size; ++i) {
-    const dReal radius = static_cast<dReal>(std::pow(10, scene.random.between(-6, 30)));
+    const dReal radius = real(std::pow(10, scene.random.between(-6, 30)));
     if (frame == 0) {
       scene.take(dCreateSphere(scene.space(), radius));
     } else {

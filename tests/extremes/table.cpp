@@ -7,7 +7,6 @@
 // it replaces the text there between <!-- table --> and <!-- end -->. Ends with 1 if ours was not
 // exact everywhere.
 #include <ode_parallel_sap/parallel_sap_space.h>
-#include <poll.h>
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -126,24 +125,6 @@ void say_nothing(int, const char*, va_list) {}
   }
 }
 
-std::string readAnswer(int from, pid_t child) {
-  pollfd waiting = {from, POLLIN, 0};
-  std::string text;
-  if (poll(&waiting, 1, 1000 * kSeconds) == 0) {
-    kill(child, SIGKILL);
-    text = "no end in " + std::to_string(kSeconds) + " s";
-  } else {
-    char buffer[200];
-    const ssize_t length = read(from, buffer, sizeof buffer);
-    if (length > 0) text.assign(buffer, static_cast<std::size_t>(length));
-  }
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (!text.empty()) return text;
-  if (!WIFSIGNALED(status)) return "exits";
-  return WTERMSIG(status) == SIGABRT ? "aborts" : std::string("crashes");
-}
-
 std::string play(const Extreme& extreme, std::size_t kind) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe");
@@ -152,12 +133,19 @@ std::string play(const Extreme& extreme, std::size_t kind) {
   if (child == 0) {
     close(ends[0]);
     answer_to = ends[1];
+    alarm(kSeconds);
     playInThisProcess(extreme, kind);
   }
   close(ends[1]);
-  const std::string text = readAnswer(ends[0], child);
+  char buffer[200];
+  const ssize_t length = read(ends[0], buffer, sizeof buffer);
   close(ends[0]);
-  return text;
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (length > 0) return std::string(buffer, static_cast<std::size_t>(length));
+  if (!WIFSIGNALED(status)) return "exits";
+  if (WTERMSIG(status) == SIGALRM) return "no end in " + std::to_string(kSeconds) + " s";
+  return WTERMSIG(status) == SIGABRT ? "aborts" : "crashes";
 }
 
 std::string table(bool& exact) {

@@ -19,8 +19,14 @@ void ignoreMessage(int, const char*, va_list) {}
 
 }  // namespace
 
-Driver::Driver(Decisions& decisions, std::size_t most_geoms)
-    : decisions_(decisions), most_geoms_(most_geoms), world_(dWorldCreate()) {
+Driver::Driver(Decisions& decisions, std::size_t most_geoms, const Configuration* configuration)
+    : decisions_(decisions),
+      most_geoms_(most_geoms),
+      configuration_(configuration),
+      messages_(dGetMessageHandler()),
+      debugs_(dGetDebugHandler()),
+      errors_(dGetErrorHandler()),
+      world_(dWorldCreate()) {
   dSetMessageHandler(ignoreMessage);
   dSetDebugHandler(endInAssertion);
   dSetErrorHandler(endInAssertion);
@@ -36,24 +42,28 @@ Driver::~Driver() {
   }
   while (!alive_.empty()) destroy(alive_.back());
   dWorldDestroy(world_);
+  dSetMessageHandler(messages_);
+  dSetDebugHandler(debugs_);
+  dSetErrorHandler(errors_);
 }
 
 void Driver::step() {
   // What comes more than once is done more often.
   constexpr void (Driver::*kEdits[])() = {
-      &Driver::populate,         &Driver::createOne,       &Driver::createSpace,
-      &Driver::destroySome,      &Driver::destroySpace,    &Driver::moveSome,
-      &Driver::moveSome,         &Driver::moveFar,         &Driver::resizeSome,
-      &Driver::giveBodies,       &Driver::changeBodies,    &Driver::destroyBodies,
-      &Driver::changeBits,       &Driver::changeEnabled,   &Driver::reAddSome,
-      &Driver::moveToOtherSpace, &Driver::lookAtSome,      &Driver::changeUnasked,
-      &Driver::changeSettings,   &Driver::stepWorld,       &Driver::collideFrames,
-      &Driver::collideFrames,    &Driver::collideDrifting, &Driver::collideDrifting,
-      &Driver::collideAnyhow,    &Driver::collideAnyhow,   &Driver::collideAnyhow,
-      &Driver::collideAnyhow,    &Driver::collideWithGeom, &Driver::collideWithMany,
-      &Driver::collideContacts,  &Driver::collideBlocks,   &Driver::collideWithEvents,
-      &Driver::collideTrembling};
-  (this->*kEdits[decisions_.below(std::size(kEdits))])();
+      &Driver::populate,        &Driver::createOne,       &Driver::createSpace,
+      &Driver::destroySpace,    &Driver::moveFar,         &Driver::changeBodies,
+      &Driver::destroyBodies,   &Driver::reAddSome,       &Driver::moveToOtherSpace,
+      &Driver::cleanSpace,      &Driver::changeSettings,  &Driver::stepWorld,
+      &Driver::collideFrames,   &Driver::collideFrames,   &Driver::collideFrames,
+      &Driver::collideFrames,   &Driver::collideFrames,   &Driver::collideFrames,
+      &Driver::collideAnyhow,   &Driver::collideAnyhow,   &Driver::collideAnyhow,
+      &Driver::collideAnyhow,   &Driver::collideWithGeom, &Driver::collideWithMany,
+      &Driver::collideContacts, &Driver::collideBlocks,   &Driver::collideInStockSpace};
+  const std::size_t what = decisions_.below(kNumChanges + std::size(kEdits));
+  if (what < kNumChanges)
+    changeSome(kChanges[what]);
+  else
+    (this->*kEdits[what - kNumChanges])();
 }
 
 void Driver::finish() {

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "../support/configurations.h"
 #include "../support/contact_scene.h"
+#include "../support/events_oracle.h"
 #include "../support/floating_point.h"
 #include "../support/recorder.h"
 #include "../support/user_box.h"
@@ -18,9 +20,10 @@ namespace sap_test {
 
 class Driver {
  public:
-  // Scenes of up to `most_geoms`. ODE's messages are silenced; an assertion of ODE's ends the
-  // program, as it would in any other.
-  Driver(Decisions& decisions, std::size_t most_geoms);
+  // Scenes of up to `most_geoms`, on spaces of one configuration, or of any where it is null. ODE's
+  // messages are silenced; an assertion of ODE's ends the program, as it would in any other.
+  Driver(Decisions& decisions, std::size_t most_geoms,
+         const Configuration* configuration = nullptr);
   ~Driver();
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -40,7 +43,7 @@ class Driver {
 
  private:
   static constexpr int kNone = -1;
-  enum Kind { kBox, kSphere, kCapsule, kUser, kRay, kPlane, kLeafKinds, kSpace };
+  enum Kind { kBox, kSphere, kCapsule, kCylinder, kUser, kRay, kPlane, kLeafKinds, kSpace };
 
   // A geom or a space; its place in objects_ is its number.
   struct Object {
@@ -66,57 +69,74 @@ class Driver {
   void destroy(int object);
   void forget(int object);
   void markMoved(int object);
-  void place(int object, Random& random, std::size_t how);
+  void place(int object, std::size_t how, Random& random);
   static dReal randomLength(Random& random);
   static Bounds randomBounds(Random& random);
 
-  // Edits, in driver_edits.cpp.
-  void destroySome();
+  // What may happen to a geom, in one of several ways; in driver_edits.cpp.
+  struct Change {
+    const char* name;
+    std::size_t ways;
+    void (Driver::*make)(int object, std::size_t way, Random& random);
+  };
+  static constexpr std::size_t kNumChanges = 12;
+  static const Change kChanges[kNumChanges];
+  void destroyLeaf(int object, std::size_t, Random&);
+  void replaceLeaf(int object, std::size_t, Random& random);
+  void addAgain(int object, std::size_t, Random&);
+  void turn(int object, std::size_t, Random& random);
+  void resize(int object, std::size_t, Random& random);
+  void giveBody(int object, std::size_t way, Random& random);
+  void changeOffset(int object, std::size_t way, Random& random);
+  void changeBits(int object, std::size_t way, Random& random);
+  void changeEnabled(int object, std::size_t way, Random& random);
+  void lookAt(int object, std::size_t, Random&);
+  void changeUnasked(int object, std::size_t, Random& random);
+  void changeSome(const Change& change);
+  void changeAnyhow(int object, Random& random);
+
+  // Other edits, there too.
   void destroySpace();
-  void moveSome();
   void moveFar();
-  void resizeSome();
-  void giveBodies();
   void changeBodies();
   void destroyBodies();
-  void changeBits();
-  void changeEnabled();
   void reAddSome();
   void moveToOtherSpace();
-  void lookAtSome();
-  void changeUnasked();
+  void cleanSpace();
   void changeSettings();
   void stepWorld();
 
   // Collides, in driver_collides.cpp.
-  void collideFrames();
-  void collideDrifting();
   void collidePlain(int space);
   void collideThrowing(int space);
   void collideWithin(int space);
   void collideChanging(int space);
+  void collideTakingApart(int space);
+  void collideInStockSpace();
   void collideWithGeom();
   void collideWithMany();
   void collideAnyhow();
   void compare(int space, const Pairs& got);
   std::vector<dGeomID> membersOf(int space) const;
   void compareTwo(int first, int second);
+  void compareTwo(int first, int second, const Pairs& got);
+  void checkList(int space);
   Pairs expectedOf(int space) const;
+  Pairs soundOf(const Pairs& pairs) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();
 
-  // Frames by fat pairs, in driver_trembling.cpp.
-  void collideTrembling();
-  void fillForTrembling(int space, Random& random);
-  void changeWhatMayPair(int member, Random& random);
+  // Frames in a row, in driver_frames.cpp.
+  void collideFrames();
+  void fill(int space, Random& random);
+  void driftAll(int space, double distance);
   void trembleAll(int space, double share, double leaving, Random& random);
+  Pairs pairsByAdding(const Pairs& got) const;
+  std::string problemOfNumbers(int space, const Pairs& got) const;
+  void checkEvents(int space, const Pairs& got, EventsOracle& oracle);
 
   // Pairs in bulk, in driver_bulk.cpp.
   void collideBlocks();
-  void collideWithEvents();
-  void changeForEvents(int member, Random& random);
-  Pairs pairsByAdding(const Pairs& got) const;
-  std::string problemOfNumbers(int space, const Pairs& got) const;
 
   // The narrow phase, in driver_contacts.cpp.
   void collideContacts();
@@ -136,6 +156,8 @@ class Driver {
 
   Decisions& decisions_;
   const std::size_t most_geoms_;
+  const Configuration* const configuration_;
+  dMessageFunction *const messages_, *const debugs_, *const errors_;  // ODE's handlers before
   dWorldID world_;
   std::vector<Object> objects_;
   std::vector<int> alive_;   // leaves

@@ -29,6 +29,21 @@ Pairs collideInterrupted(dSpaceID space, std::size_t at, Function function) {
   return interrupter.pairs;
 }
 
+// A pair of spaces or of a space and a geom that the callback takes apart, or a whole space.
+struct TakenApart {
+  std::size_t first, second;
+  Pairs pairs;
+  std::vector<TakenApart> within;
+
+  static void call(void* data, dGeomID a, dGeomID b) {
+    TakenApart& self = *static_cast<TakenApart*>(data);
+    record(&self.pairs, a, b);
+    if (!dGeomIsSpace(a) && !dGeomIsSpace(b)) return;
+    self.within.push_back({number(a), number(b), {}, {}});
+    dSpaceCollide2(a, b, &self.within.back(), call);
+  }
+};
+
 // What a geom must be to be asked about: ODE looks at nothing else of it.
 bool mayProbe(dGeomID geom) {
   Bounds bounds;
@@ -56,6 +71,31 @@ Pairs Driver::expectedOf(int space) const {
   return expectedPairs(membersOf(space));
 }
 
+// ODE's own spaces have NaN and empty sub-spaces among their pairs.
+Pairs Driver::soundOf(const Pairs& pairs) const {
+  Pairs sound;
+  for (const Pair& pair : pairs) {
+    if (takesPart(objects_[pair.first].geom) && takesPart(objects_[pair.second].geom))
+      sound.push_back(pair);
+  }
+  return sound;
+}
+
+// The space's geoms, each once, as dSpaceGetGeom and dSpaceQuery give them.
+void Driver::checkList(int space) {
+  const dSpaceID id = spaceOf(space);
+  std::vector<int> listed, members = objects_[space].members;
+  for (int i = 0; i < dSpaceGetNumGeoms(id); ++i)
+    listed.push_back(static_cast<int>(number(dSpaceGetGeom(id, i))));
+  std::sort(listed.begin(), listed.end());
+  std::sort(members.begin(), members.end());
+  if (listed != members) fail("space " + std::to_string(space) + ": dSpaceGetGeom lists others");
+  for (const Object& o : objects_)
+    if (o.geom && (dSpaceQuery(id, o.geom) != 0) != (o.parent == space))
+      fail("space " + std::to_string(space) + ": dSpaceQuery is wrong about " +
+           std::to_string(number(o.geom)));
+}
+
 void Driver::compare(int space, const Pairs& got) {
   const Object& o = objects_[space];
   ++collides_;
@@ -66,14 +106,7 @@ void Driver::compare(int space, const Pairs& got) {
   } else if (o.ours) {
     problem = difference(got, expectedOf(space));
   } else {
-    // ODE's own: in an order of its own, with NaN and empty sub-spaces among its pairs.
-    Pairs sound;
-    for (const Pair& pair : got) {
-      if (takesPart(objects_[pair.first].geom) && takesPart(objects_[pair.second].geom)) {
-        sound.push_back(pair);
-      }
-    }
-    problem = difference(asSet(sound), asSet(expectedOf(space)));
+    problem = difference(asSet(soundOf(got)), asSet(expectedOf(space)));
   }
   if (problem.empty()) problem = problemOfNumbers(space, got);
   if (!problem.empty()) fail("space " + std::to_string(space) + ": " + problem);
@@ -87,48 +120,7 @@ void Driver::collidePlain(int space) {
     got = collide(spaceOf(space));
   }
   compare(space, got);
-}
-
-// Frames of one kind in a row: all at rest, a few moving, half of them, all.
-void Driver::collideFrames() {
-  const int space = pickSpace();
-  const std::size_t frames = 1 + decisions_.below(6), way = decisions_.below(3);
-  const double parts[] = {0, 0.001, 0.01, 0.1, 0.5, 1};
-  const double part = parts[decisions_.below(std::size(parts))];
-  Random random = decisions_.random();
-  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", moving " +
-      std::to_string(part));
-  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
-    for (const int member : objects_[space].members) {
-      if (objects_[member].kind == kSpace || !random.chance(part)) continue;
-      place(member, random, way == 0 ? 0 : 2);
-      ++changes_;
-    }
-    compare(space, collide(spaceOf(space)));
-  }
-}
-
-// Frames in which everything moves a little, each geom in a direction of its own.
-void Driver::collideDrifting() {
-  const int space = pickOurSpace();
-  const std::size_t frames = 3 + decisions_.below(6);
-  Random random = decisions_.random();
-  const double distance = random.chance(0.8) ? 0.003 : 0.1;
-  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", drifting by " +
-      std::to_string(distance));
-  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
-    for (const int member : objects_[space].members) {
-      if (objects_[member].kind >= kPlane) continue;
-      Random way(static_cast<std::uint64_t>(member));
-      dReal to[3];
-      for (int axis = 0; axis < 3; ++axis)
-        to[axis] = dGeomGetPosition(objects_[member].geom)[axis] +
-                   static_cast<dReal>(way.between(-distance, distance));
-      dGeomSetPosition(objects_[member].geom, to[0], to[1], to[2]);
-      ++changes_;
-    }
-    compare(space, collide(spaceOf(space)));
-  }
+  checkList(space);
 }
 
 void Driver::collideAnyhow() {
@@ -144,7 +136,7 @@ void Driver::collideAnyhow() {
       collideChanging(ours);
       break;
     case 3:
-      collidePlain(ours);
+      collideTakingApart(ours);
       break;
     default:
       collidePlain(pickSpace());
@@ -215,6 +207,50 @@ void Driver::collideChanging(int space) {
   }
 }
 
+// As ODE's manual has it: the callback takes spaces apart, all the way down.
+void Driver::collideTakingApart(int space) {
+  log("collide " + std::to_string(space) + " and take apart its spaces");
+  TakenApart whole = {};
+  dSpaceCollide(spaceOf(space), &whole, TakenApart::call);
+  compare(space, whole.pairs);
+  std::vector<const TakenApart*> left = {&whole};
+  while (!left.empty()) {
+    const TakenApart& next = *left.back();
+    left.pop_back();
+    for (const TakenApart& pair : next.within) {
+      compareTwo(static_cast<int>(pair.first), static_cast<int>(pair.second), pair.pairs);
+      left.push_back(&pair);
+    }
+  }
+}
+
+// All geoms of a space go to a dSimpleSpace and back, which leaves their order as it was.
+void Driver::collideInStockSpace() {
+  const int space = pickOurSpace();
+  log("compare " + std::to_string(space) + " with dSimpleSpace");
+  const std::vector<int> members = objects_[space].members;
+  for (const int member : members) markMoved(member);  // user boxes keep no old bounds
+  const Pairs got = collide(spaceOf(space));
+  compare(space, got);
+  const bool same_pairs =
+      !Rules::of(spaceOf(space)).any() && dParallelSAPSpaceGetSweptBounds(spaceOf(space)) == 0;
+  const dSpaceID stock = dSimpleSpaceCreate(nullptr);
+  for (const int member : members) {
+    remove(member);
+    dSpaceAdd(stock, objects_[member].geom);
+    markMoved(member);
+  }
+  const Pairs of_stock = soundOf(collide(stock));
+  for (const int member : members) {
+    dSpaceRemove(stock, objects_[member].geom);
+    add(member, space);
+  }
+  dSpaceDestroy(stock);
+  const std::string problem = difference(asSet(got), asSet(of_stock));
+  if (same_pairs && !problem.empty())
+    fail("space " + std::to_string(space) + " against dSimpleSpace: " + problem);
+}
+
 // dSpaceCollide2 of two objects, spaces or not, as ODE does it: which of two spaces is walked, and
 // which is asked, depends on their sublevels and sizes.
 Pairs Driver::expectedOfTwo(int first, int second, bool& ordered, int& asked) const {
@@ -258,6 +294,10 @@ void Driver::compareTwo(int first, int second) {
     const FloatingPointMode scoped(mode());
     got = collide2(objects_[first].geom, objects_[second].geom);
   }
+  compareTwo(first, second, got);
+}
+
+void Driver::compareTwo(int first, int second, const Pairs& got) {
   bool ordered = false;
   int asked = kNone;
   Pairs expected = expectedOfTwo(first, second, ordered, asked);
@@ -290,7 +330,8 @@ void Driver::collideWithGeom() {
   } else if (random.chance(0.3) && !alive_.empty()) {
     second = alive_[random.below(alive_.size())];
   }
-  if (first == second) return;
+  if (first == second)  // which is dSpaceCollide
+    return compare(first, collide2(objects_[first].geom, objects_[first].geom));
   if (random.chance(0.3)) std::swap(first, second);
   log("collide2 " + std::to_string(first) + ", " + std::to_string(second));
   compareTwo(first, second);
@@ -308,15 +349,8 @@ void Driver::collideWithMany() {
     compareTwo(space, alive_[random.below(alive_.size())]);
     const int member = pickMember(space, random);
     if (member == kNone || objects_[member].kind == kSpace || !random.chance(changing)) continue;
-    ++changes_;
-    const std::size_t what = random.below(4);
-    if (what == 0) (random.chance(0.5) ? dGeomEnable : dGeomDisable)(objects_[member].geom);
-    if (what == 1) compare(space, collide(spaceOf(space)));
-    if (what == 2) {
-      remove(member);
-      add(member, space);
-    }
-    if (what != 1) place(member, random, random.below(4));
+    if (random.chance(0.25)) compare(space, collide(spaceOf(space)));
+    changeAnyhow(member, random);
   }
 }
 

@@ -14,11 +14,11 @@ dReal extremeNumber(Random& random) {
   constexpr dReal most = std::numeric_limits<dReal>::max();
   const dReal values[] = {0,
                           std::numeric_limits<dReal>::denorm_min(),
-                          static_cast<dReal>(1e-30),
-                          static_cast<dReal>(1e6),
-                          static_cast<dReal>(1e9),
-                          static_cast<dReal>(1e12),
-                          static_cast<dReal>(1e30),
+                          real(1e-30),
+                          real(1e6),
+                          real(1e9),
+                          real(1e12),
+                          real(1e30),
                           most / 2,
                           most,
                           std::numeric_limits<dReal>::infinity(),
@@ -29,13 +29,155 @@ dReal extremeNumber(Random& random) {
 
 }  // namespace
 
-void Driver::destroySome() {
+const Driver::Change Driver::kChanges[Driver::kNumChanges] = {
+    {"destroy", 1, &Driver::destroyLeaf},
+    {"replace", 1, &Driver::replaceLeaf},
+    {"add again", 1, &Driver::addAgain},
+    {"move", 4, &Driver::place},
+    {"turn", 1, &Driver::turn},
+    {"resize", 1, &Driver::resize},
+    {"give bodies to", 4, &Driver::giveBody},
+    {"offset", 3, &Driver::changeOffset},
+    {"change bits of", 4, &Driver::changeBits},
+    {"enable or disable", 3, &Driver::changeEnabled},
+    {"look at", 1, &Driver::lookAt},
+    {"change unasked", 1, &Driver::changeUnasked},
+};
+
+// Some geoms of a space, all in one way.
+void Driver::changeSome(const Change& change) {
   const int space = pickSpace();
   Random random = decisions_.random();
-  log("destroy some of " + std::to_string(space));
+  const std::size_t way = decisions_.below(change.ways);
+  log(std::string(change.name) + " some of " + std::to_string(space) + ", way " +
+      std::to_string(way));
   for (const int object : pickSome(space, random)) {
-    if (objects_[object].kind != kSpace) destroy(object);
+    (this->*change.make)(object, way, random);
+    ++changes_;
   }
+}
+
+void Driver::changeAnyhow(int object, Random& random) {
+  const Change& change = kChanges[random.below(kNumChanges)];
+  (this->*change.make)(object, random.below(change.ways), random);
+  ++changes_;
+}
+
+void Driver::destroyLeaf(int object, std::size_t, Random&) {
+  if (objects_[object].kind != kSpace) destroy(object);
+}
+
+void Driver::replaceLeaf(int object, std::size_t, Random& random) {
+  const int space = objects_[object].parent;
+  if (objects_[object].kind == kSpace) return;
+  destroy(object);
+  const int leaf = createLeaf(random.chance(0.5) ? kBox : kSphere, random);
+  place(leaf, 0, random);
+  add(leaf, space);
+}
+
+void Driver::addAgain(int object, std::size_t, Random&) {
+  const int space = objects_[object].parent;
+  remove(object);
+  add(object, space);
+}
+
+void Driver::turn(int object, std::size_t, Random& random) {
+  if (objects_[object].kind >= kPlane) return;
+  dMatrix3 rotation;
+  const double a = random.between(-3, 3), b = random.between(-3, 3);
+  dRFromEulerAngles(rotation, real(a), real(b), real(random.between(-3, 3)));
+  dGeomSetRotation(objects_[object].geom, rotation);
+}
+
+void Driver::resize(int object, std::size_t, Random& random) {
+  const dGeomID geom = objects_[object].geom;
+  const dReal a = randomLength(random), b = randomLength(random), c = randomLength(random);
+  switch (objects_[object].kind) {
+    case kBox:
+      dGeomBoxSetLengths(geom, a, b, c);
+      break;
+    case kSphere:
+      dGeomSphereSetRadius(geom, a / 2);
+      break;
+    case kCapsule:
+      dGeomCapsuleSetParams(geom, a / 2, b);
+      break;
+    case kCylinder:
+      dGeomCylinderSetParams(geom, a / 2, b);
+      break;
+    case kUser:
+      userBoxData(geom).bounds = randomBounds(random);
+      markMoved(object);
+      break;
+    case kRay:
+      dGeomRaySetLength(geom, a + b);
+      break;
+    default:
+      break;
+  }
+}
+
+// Own bodies, any there is, none, or any without a move: what was in reach stays there.
+void Driver::giveBody(int object, std::size_t way, Random& random) {
+  Object& o = objects_[object];
+  if (o.kind >= kPlane) return;
+  int body = kNone;
+  if (way == 0 && bodies_.size() < kMostBodies) body = createBody(object);
+  if (way != 2 && body == kNone && !bodies_.empty()) {
+    body = static_cast<int>(random.below(bodies_.size()));
+    if (!bodies_[body]) body = kNone;
+  }
+  dVector3 at;
+  dGeomCopyPosition(o.geom, at);
+  // dGeomSetBody (geom, another body) would leak an offset geom's own position.
+  if (o.body != kNone && body != o.body) dGeomClearOffset(o.geom);
+  dGeomSetBody(o.geom, body == kNone ? nullptr : bodies_[body]);
+  if (way == 3 && body != kNone) dGeomSetOffsetWorldPosition(o.geom, at[0], at[1], at[2]);
+  o.body = body;
+}
+
+// None, a place, an orientation.
+void Driver::changeOffset(int object, std::size_t way, Random& random) {
+  const Object& o = objects_[object];
+  if (o.body == kNone) return;
+  const dReal x = real(random.between(-1, 1)), y = real(random.between(-1, 1));
+  dMatrix3 rotation;
+  dRFromEulerAngles(rotation, x, -x, y);
+  if (way == 0) dGeomClearOffset(o.geom);
+  if (way == 1) dGeomSetOffsetPosition(o.geom, x, -x, y);
+  if (way == 2) dGeomSetOffsetRotation(o.geom, rotation);
+}
+
+void Driver::changeBits(int object, std::size_t way, Random& random) {
+  const unsigned long few = random.below(8), one = 1ul << random.below(8 * sizeof one);
+  const unsigned long bits = way == 0 ? ~0ul : way == 1 ? 0 : way == 2 ? few : one;
+  if (random.chance(0.7)) dGeomSetCategoryBits(objects_[object].geom, bits);
+  if (random.chance(0.7)) dGeomSetCollideBits(objects_[object].geom, bits);
+}
+
+void Driver::changeEnabled(int object, std::size_t way, Random& random) {
+  const bool enable = way == 2 ? random.chance(0.5) : way != 0;
+  (enable ? dGeomEnable : dGeomDisable)(objects_[object].geom);
+}
+
+// Asking for bounds takes the mark of bad bounds off a geom, not that of a moved one.
+void Driver::lookAt(int object, std::size_t, Random&) {
+  boundsOf(objects_[object].geom);
+}
+
+// User classes change their minds without a word to anybody.
+void Driver::changeUnasked(int object, std::size_t, Random& random) {
+  if (objects_[object].kind != kUser) return;
+  userBoxData(objects_[object].geom).bounds = randomBounds(random);
+  userBoxData(objects_[object].geom).mood = static_cast<unsigned>(random.below(5));
+}
+
+void Driver::cleanSpace() {
+  const int space = pickSpace();
+  log("clean " + std::to_string(space));
+  dSpaceClean(spaceOf(space));
+  checkList(space);
 }
 
 void Driver::destroySpace() {
@@ -46,18 +188,6 @@ void Driver::destroySpace() {
   dSpaceSetCleanup(spaceOf(space), cleans_up);
   objects_[space].cleans_up = cleans_up;
   destroy(space);
-}
-
-void Driver::moveSome() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  const std::size_t how = decisions_.below(4);
-  log("move some of " + std::to_string(space) + ", way " + std::to_string(how));
-  for (const int object : pickSome(space, random)) {
-    if (objects_[object].kind == kSpace) continue;
-    place(object, random, how);
-    ++changes_;
-  }
 }
 
 // To where hardly anything should be; a few only, as they may all meet there.
@@ -78,62 +208,6 @@ void Driver::moveFar() {
   }
 }
 
-void Driver::resizeSome() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  log("resize some of " + std::to_string(space));
-  for (const int object : pickSome(space, random)) {
-    const dGeomID geom = objects_[object].geom;
-    const dReal a = randomLength(random), b = randomLength(random), c = randomLength(random);
-    ++changes_;
-    switch (objects_[object].kind) {
-      case kBox:
-        dGeomBoxSetLengths(geom, a, b, c);
-        break;
-      case kSphere:
-        dGeomSphereSetRadius(geom, a / 2);
-        break;
-      case kCapsule:
-        dGeomCapsuleSetParams(geom, a / 2, b);
-        break;
-      case kUser:
-        userBoxData(geom).bounds = randomBounds(random);
-        markMoved(object);
-        break;
-      case kRay:
-        dGeomRaySetLength(geom, a + b);
-        break;
-      default:
-        break;
-    }
-  }
-}
-
-void Driver::giveBodies() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  const std::size_t how = decisions_.below(4);  // own bodies, any there is, none, with offset
-  log("bodies for some of " + std::to_string(space) + ", way " + std::to_string(how));
-  for (const int object : pickSome(space, random)) {
-    Object& o = objects_[object];
-    if (o.kind >= kPlane) continue;
-    int body = kNone;
-    if (how == 0 && bodies_.size() < kMostBodies) body = createBody(object);
-    if (how != 2 && body == kNone && !bodies_.empty()) {
-      body = static_cast<int>(random.below(bodies_.size()));
-      if (!bodies_[body]) body = kNone;
-    }
-    // dGeomSetBody (geom, another body) would leak an offset geom's own position.
-    if (o.body != kNone && body != o.body) dGeomClearOffset(o.geom);
-    dGeomSetBody(o.geom, body == kNone ? nullptr : bodies_[body]);
-    o.body = body;
-    ++changes_;
-    if (how != 3 || body == kNone) continue;
-    const dReal x = static_cast<dReal>(random.between(-1, 1));
-    dGeomSetOffsetPosition(o.geom, x, -x, static_cast<dReal>(random.between(-1, 1)));
-  }
-}
-
 // Moves, puts to sleep or wakes some bodies.
 void Driver::changeBodies() {
   Random random = decisions_.random();
@@ -147,9 +221,9 @@ void Driver::changeBodies() {
     if (how == 1) dBodyEnable(body);
     if (how == 2) random.chance(0.5) ? dBodyDisable(body) : dBodyEnable(body);
     if (how == 3) {
-      const dReal x = static_cast<dReal>(random.between(0, side()));
-      const dReal y = static_cast<dReal>(random.between(0, side()));
-      dBodySetPosition(body, x, y, static_cast<dReal>(random.between(0, side())));
+      const dReal x = real(random.between(0, side()));
+      const dReal y = real(random.between(0, side()));
+      dBodySetPosition(body, x, y, real(random.between(0, side())));
     }
   }
 }
@@ -165,32 +239,6 @@ void Driver::destroyBodies() {
     for (const int leaf : alive_) {
       if (objects_[leaf].body == body) objects_[leaf].body = kNone;
     }
-    ++changes_;
-  }
-}
-
-void Driver::changeBits() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  const std::size_t how = decisions_.below(4);
-  log("bits of some of " + std::to_string(space) + ", way " + std::to_string(how));
-  for (const int object : pickSome(space, random)) {
-    const unsigned long few = random.below(8), one = 1ul << random.below(8 * sizeof one);
-    const unsigned long bits = how == 0 ? ~0ul : how == 1 ? 0 : how == 2 ? few : one;
-    if (random.chance(0.7)) dGeomSetCategoryBits(objects_[object].geom, bits);
-    if (random.chance(0.7)) dGeomSetCollideBits(objects_[object].geom, bits);
-    ++changes_;
-  }
-}
-
-void Driver::changeEnabled() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  const int enabled = static_cast<int>(decisions_.below(3));
-  log("enabled state of some of " + std::to_string(space));
-  for (const int object : pickSome(space, random)) {
-    const bool enable = enabled == 2 ? random.chance(0.5) : enabled != 0;
-    (enable ? dGeomEnable : dGeomDisable)(objects_[object].geom);
     ++changes_;
   }
 }
@@ -227,31 +275,6 @@ void Driver::moveToOtherSpace() {
   }
 }
 
-// Asking for bounds takes the mark of bad bounds off a geom, not that of a moved one.
-void Driver::lookAtSome() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  log("look at some of " + std::to_string(space));
-  for (const int object : pickSome(space, random)) {
-    Bounds bounds;
-    dGeomGetAABB(objects_[object].geom, bounds.data());
-  }
-  if (random.chance(0.3)) dSpaceClean(spaceOf(space));
-}
-
-// User classes change their minds without a word to anybody.
-void Driver::changeUnasked() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  log("user classes of " + std::to_string(space) + " change their minds");
-  for (const int object : pickSome(space, random)) {
-    if (objects_[object].kind != kUser) continue;
-    userBoxData(objects_[object].geom).bounds = randomBounds(random);
-    userBoxData(objects_[object].geom).mood = static_cast<unsigned>(random.below(5));
-    ++changes_;
-  }
-}
-
 void Driver::changeSettings() {
   const int space = pickSpace();
   const std::size_t what = decisions_.below(9), value = decisions_.below(6);
@@ -264,9 +287,9 @@ void Driver::changeSettings() {
   const int methods[] = {dParallelSAPMethodAuto,       dParallelSAPMethodSweep,
                          dParallelSAPMethodBruteForce, dParallelSAPMethodAxisLists,
                          dParallelSAPMethodAuto,       dParallelSAPMethodSweep};
-  if (what == 1) dParallelSAPSpaceSetMethod(id, methods[value]);
+  if (what == 1 && !configuration_) dParallelSAPSpaceSetMethod(id, methods[value]);
   if (what == 2) dParallelSAPSpaceSetNumThreads(id, static_cast<int>(value));
-  if (what == 3) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
+  if (what == 3 && !configuration_) dParallelSAPSpaceSetBackend(id, static_cast<int>(value % 3));
   const dReal tolerances[] = {0, dReal(0.01), dReal(0.1), dReal(0.5), 0, 2};
   if (what == 4) dParallelSAPSpaceSetSkipStatic(id, value % 2);
   if (what == 5) dParallelSAPSpaceSetSkipAsleep(id, value % 2);
@@ -284,8 +307,8 @@ void Driver::stepWorld() {
   log("step the world");
   for (const dBodyID body : bodies_) {
     if (!body || !random.chance(0.5)) continue;
-    const dReal x = static_cast<dReal>(random.between(-speed, speed));
-    const dReal y = static_cast<dReal>(random.between(-speed, speed));
+    const dReal x = real(random.between(-speed, speed));
+    const dReal y = real(random.between(-speed, speed));
     dBodySetLinearVel(body, x, y, -x);
   }
   dWorldSetQuickStepNumIterations(world_, 1);

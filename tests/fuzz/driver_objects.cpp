@@ -19,8 +19,8 @@ int vetoes(dGeomID self, dGeomID other, dReal[6]) {
 
 dReal Driver::randomLength(Random& random) {
   if (random.chance(0.02)) return 0;
-  if (random.chance(0.03)) return static_cast<dReal>(random.between(1, 10));
-  return random.chance(0.3) ? 1 : static_cast<dReal>(random.between(0.1, 1.5));
+  if (random.chance(0.03)) return real(random.between(1, 10));
+  return random.chance(0.3) ? 1 : real(random.between(0.1, 1.5));
 }
 
 Bounds Driver::randomBounds(Random& random) {
@@ -102,6 +102,9 @@ int Driver::createLeaf(Kind kind, Random& random) {
     case kCapsule:
       geom = dCreateCapsule(nullptr, a / 2, b);
       break;
+    case kCylinder:
+      geom = dCreateCylinder(nullptr, a / 2, b);
+      break;
     case kUser:
       geom =
           createUserBox(nullptr, randomBounds(random), true, random.chance(0.5) ? vetoes : nullptr);
@@ -113,8 +116,8 @@ int Driver::createLeaf(Kind kind, Random& random) {
       dReal normal[3] = {0, 0, 0};
       normal[random.below(3)] = random.chance(0.5) ? 1 : -1;
       if (random.chance(0.5)) normal[random.below(3)] += dReal(0.5);
-      geom = dCreatePlane(nullptr, normal[0], normal[1], normal[2],
-                          static_cast<dReal>(random.between(-2, side())));
+      geom =
+          dCreatePlane(nullptr, normal[0], normal[1], normal[2], real(random.between(-2, side())));
     }
   }
   const int id = static_cast<int>(objects_.size());
@@ -124,14 +127,14 @@ int Driver::createLeaf(Kind kind, Random& random) {
   return id;
 }
 
-void Driver::place(int object, Random& random, std::size_t how) {
+void Driver::place(int object, std::size_t how, Random& random) {
   const Object& o = objects_[object];
+  if (o.kind == kSpace) return;
   const double reach = side();
   if (o.kind == kPlane) {
     dVector4 plane;
     dGeomPlaneGetParams(o.geom, plane);
-    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2],
-                        static_cast<dReal>(random.between(-2, reach)));
+    dGeomPlaneSetParams(o.geom, plane[0], plane[1], plane[2], real(random.between(-2, reach)));
     return;
   }
   double at[3];
@@ -147,8 +150,7 @@ void Driver::place(int object, Random& random, std::size_t how) {
   } else if (how == 3) {
     for (double& coordinate : at) coordinate += 1e6;
   }
-  dGeomSetPosition(o.geom, static_cast<dReal>(at[0]), static_cast<dReal>(at[1]),
-                   static_cast<dReal>(at[2]));
+  dGeomSetPosition(o.geom, real(at[0]), real(at[1]), real(at[2]));
 }
 
 int Driver::createBody(int at_object) {
@@ -172,9 +174,9 @@ void Driver::populate() {
     Kind kind = boxes_only ? kBox : static_cast<Kind>(random.below(kLeafKinds));
     if (kind == kPlane && random.chance(0.9)) kind = kBox;
     const int leaf = createLeaf(kind, random);
-    if (random.chance(0.5)) place(leaf, random, 0);  // before or after it is added
+    if (random.chance(0.5)) place(leaf, 0, random);  // before or after it is added
     add(leaf, space);
-    place(leaf, random, 0);
+    place(leaf, 0, random);
   }
 }
 
@@ -185,7 +187,7 @@ void Driver::createOne() {
   Random random = decisions_.random();
   if (alive_.size() >= most_geoms_) return;
   const int leaf = createLeaf(static_cast<Kind>(kind), random);
-  place(leaf, random, random.below(2));
+  place(leaf, random.below(2), random);
   log("create " + std::to_string(leaf) + (added ? " in " + std::to_string(space) : ""));
   if (added) add(leaf, space);
 }
@@ -196,6 +198,7 @@ void Driver::createSpace() {
   if (spaces_.size() >= kMostSpaces) return;
   const int parent = nested ? pickSpace() : kNone;
   const dSpaceID space = ours ? dParallelSAPSpaceCreate(nullptr) : dSimpleSpaceCreate(nullptr);
+  if (ours && configuration_) configure(space, *configuration_);
   const int id = static_cast<int>(objects_.size());
   log("create space " + std::to_string(id) + (ours ? " (ours)" : " (dSimpleSpace)") +
       (nested ? " in " + std::to_string(parent) : ""));

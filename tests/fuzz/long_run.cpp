@@ -1,14 +1,20 @@
 // Random edits of random worlds, every collide compared with the oracle:
 //
 //     long-run [edits [seed]]
+//     long-run --replay FILE...    plays inputs of the fuzz target, which a fuzzer found
 //
 // A world lives for some two hundred edits; its seed is printed when it shows something wrong, and
 // `long-run 1 seed` plays that world again.
 #include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 
 #include "driver.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size);
 
 namespace {
 
@@ -74,16 +80,31 @@ int run(unsigned long edits, std::uint64_t seed) {
   return right && reachesFatProxies(totals) ? 0 : 1;
 }
 
+int replay(int count, char** names) {
+  for (int i = 0; i < count; ++i) {
+    std::ifstream file(names[i], std::ios::binary);
+    if (!file) {
+      std::fprintf(stderr, "cannot read %s\n", names[i]);
+      return 2;
+    }
+    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+    std::printf("%s: exact\n", names[i]);
+  }
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   unsigned long edits, seed;
+  if (argc > 2 && std::strcmp(argv[1], "--replay") == 0) return replay(argc - 2, argv + 2);
   try {
     if (argc > 3) throw std::invalid_argument("too many arguments");
     edits = numberOr(argc > 1 ? argv[1] : nullptr, 20000);
     seed = numberOr(argc > 2 ? argv[2] : nullptr, 1);
   } catch (const std::exception&) {
-    std::fprintf(stderr, "usage: %s [edits [seed]]\n", argv[0]);
+    std::fprintf(stderr, "usage: %s [edits [seed]] | --replay FILE...\n", argv[0]);
     return 2;
   }
   dInitODE2(0);

@@ -6,10 +6,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 #include <thread>
-#include <vector>
+#include <tuple>
 
 #include "cuda/device/fault_injection.h"
 #include "cuda/finder/device_pool.h"
@@ -31,11 +32,7 @@ namespace {
 const std::string machine = [] {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
   const std::string devices = text ? text : "";
-  std::vector<bool> full;
-  for (const char device : devices) full.push_back(device == 'f');
-  FakeCuda::setDevices(full);
-  for (std::size_t i = 0; i < devices.size(); ++i)
-    if (devices[i] == 'o') FakeCuda::setGeneration(static_cast<int>(i), 8);
+  FakeCuda::setDevices(devices);
   return devices;
 }();
 
@@ -62,6 +59,10 @@ struct Scene {
   std::uint64_t frame_ = 0;
 };
 
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 // Frames until devices are used, at most 500.
 int devicesThatAutoComesTo(Scene& scene) {
   dParallelSAPSpaceSetNumThreads(scene.space, 1);  // the fake devices are faster
@@ -70,77 +71,72 @@ int devicesThatAutoComesTo(Scene& scene) {
   return 0;
 }
 
-bool names(const std::string& message, const std::string& device) {
-  return message.find(device + " cannot be used (") != std::string::npos &&
-         message.find("out of memory") != std::string::npos;
+int freeDevices() {
+  return static_cast<int>(std::count(machine.begin(), machine.end(), '-'));
 }
 
-// What a thread's program sees.
-struct Thread {
-  int device = FakeCuda::currentDevice();
-  const void* context = FakeCuda::currentContext();
-  std::size_t contexts = FakeCuda::contextsOnStack();
-  bool operator==(const Thread& other) const {
-    return device == other.device && context == other.context && contexts == other.contexts;
+// Each full device was tried and named once, and all others had work.
+void checkFullOnes(const sap_test::Messages& messages) {
+  std::size_t named = 0;
+  for (std::size_t i = 0; i < machine.size(); ++i) {
+    const FakeCuda::Device device = FakeCuda::device(static_cast<int>(i));
+    if (machine[i] != 'f') {
+      CHECK(device.launches > 0);
+      continue;
+    }
+    CHECK(device.tried == 1);
+    REQUIRE(named < messages.all().size());
+    const std::string& message = messages.all()[named++];
+    CHECK(contains(message, "GPU " + std::to_string(i) + " cannot be used ("));
+    CHECK(contains(message, "out of memory"));
   }
-};
+  REQUIRE(messages.all().size() == named);
+  const std::string left = "GPUs left: " + std::to_string(freeDevices());
+  CHECK(contains(messages.all().back(), freeDevices() ? left : "on the CPU from now on"));
+}
 
 }  // namespace
 
-TEST_CASE("A full device is tried once, and the other one serves every frame", "[.][full-free]") {
-  REQUIRE(machine == "f-");
+TEST_CASE("Full devices are tried and named once, and the others serve every frame",
+          "[.][full-free][free-full-free][full-full]") {
   const sap_test::Messages messages;
+  const int free = freeDevices();
+  for (const int method : {dParallelSAPMethodSweep, dParallelSAPMethodAxisLists})
+    for (int wanted = 1; wanted <= 3; ++wanted) {
+      // Where none is free, CUDA is not to be had any more.
+      if (free == 0 && !messages.all().empty()) continue;
+      Scene scene(dParallelSAPBackendCUDA, wanted, 500, method);
+      for (int frame = 0; frame < 6; ++frame) {
+        const dParallelSAPStats stats = scene.collide();
+        CHECK(stats.devices == std::min(wanted, free));
+        CHECK(stats.backend == (free ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU));
+        CHECK(stats.method == method);
+        CHECK((stats.pairs > 0) == (free == 0));
+      }
+    }
+  checkFullOnes(messages);
   {
-    Scene scene(dParallelSAPBackendCUDA, 1);
-    CHECK(scene.collide().devices == 1);
-    const int tried = FakeCuda::device(0).tried;
-    CHECK(tried == 1);
-    CHECK(scene.collide(10).devices == 1);
-    CHECK(FakeCuda::device(0).tried == tried);
-    Scene second(dParallelSAPBackendCUDA, 2);
-    CHECK(second.collide(3).devices == 1);
-    CHECK(second.collide().backend == dParallelSAPBackendCUDA);
-    Scene lists(dParallelSAPBackendCUDA, 2, 500, dParallelSAPMethodAxisLists);
-    CHECK(lists.collide(3).devices == 1);
-    CHECK(lists.collide().method == dParallelSAPMethodAxisLists);
-    CHECK(FakeCuda::device(0).tried == tried);
+    Scene automatic(dParallelSAPBackendAuto, 3, 60000);
+    if (free) CHECK(devicesThatAutoComesTo(automatic) == free);
+    if (!free) CHECK(automatic.collide(30).devices == 0);
+    if (!free) CHECK(!dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA));
   }
-  CHECK(FakeCuda::device(0).tried == 1);
-  CHECK(FakeCuda::device(1).launches > 0);
-  CHECK(FakeCuda::device(1).in_use == 0);
-  REQUIRE(messages.all().size() == 1);
-  CHECK(names(messages.all()[0], "GPU 0"));
-  CHECK(messages.all()[0].find("GPUs left: 1") != std::string::npos);
+  checkFullOnes(messages);
+  for (std::size_t i = 0; i < machine.size(); ++i)
+    CHECK(FakeCuda::device(static_cast<int>(i)).in_use == 0);
 }
 
-TEST_CASE("Auto uses the free device where the first is full", "[.][auto-full-free]") {
-  REQUIRE(machine == "f-");
+TEST_CASE("Auto uses the free device where the first is full, or says once that there is none",
+          "[.][auto-full-free][auto-full]") {
   const sap_test::Messages messages;
   Scene scene(dParallelSAPBackendAuto, 0, 60000);
-  CHECK(devicesThatAutoComesTo(scene) == 1);
-  CHECK(FakeCuda::device(0).tried == 1);
-  CHECK(FakeCuda::device(1).launches > 0);
-  scene.collide(10);
-  CHECK(FakeCuda::device(0).tried == 1);
-  REQUIRE(messages.all().size() == 1);
-  CHECK(names(messages.all()[0], "GPU 0"));
-}
-
-TEST_CASE("Devices are counted without those that are left out", "[.][free-full-free]") {
-  REQUIRE(machine == "-f-");
-  const sap_test::Messages messages;
-  for (const int wanted : {2, 3}) {
-    Scene scene(dParallelSAPBackendCUDA, wanted);
-    for (int frame = 0; frame < 3; ++frame) CHECK(scene.collide().devices == 2);
-  }
-  CHECK(FakeCuda::device(0).launches > 0);
-  CHECK(FakeCuda::device(2).launches > 0);
-  CHECK(FakeCuda::device(1).tried == 1);
-  Scene automatic(dParallelSAPBackendAuto, 3, 60000);
-  CHECK(devicesThatAutoComesTo(automatic) == 2);
-  CHECK(FakeCuda::device(1).tried == 1);
-  REQUIRE(messages.all().size() == 1);
-  CHECK(names(messages.all()[0], "GPU 1"));
+  dParallelSAPSpaceSetNumThreads(scene.space, 1);  // the fake devices are faster
+  int devices = 0;
+  for (int frame = 0; frame < 500 && (messages.all().empty() || devices < freeDevices()); ++frame)
+    devices = scene.collide().devices;
+  CHECK(devices == freeDevices());
+  CHECK(scene.collide(20).devices == freeDevices());
+  checkFullOnes(messages);
 }
 
 TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]") {
@@ -153,8 +149,7 @@ TEST_CASE("Only devices of one generation share a scene", "[.][free-other-free]"
     CHECK(FakeCuda::device(1).launches == 0);
     CHECK(FakeCuda::device(2).launches > 0);
     REQUIRE(messages.all().size() == 1);
-    CHECK(messages.all()[0].find("GPU 1 cannot be used (another generation than GPU 0)") !=
-          std::string::npos);
+    CHECK(contains(messages.all()[0], "GPU 1 cannot be used (another generation than GPU 0)"));
     Scene second(dParallelSAPBackendCUDA, 2);
     CHECK(second.collide(3).devices == 2);
     CHECK(messages.all().size() == 1);
@@ -188,40 +183,6 @@ TEST_CASE("Storage of one frame is not locked for two devices either", "[.][lock
   CHECK(FakeCuda::locks().asked == 0);
   scene.collide();
   CHECK(FakeCuda::locks().now > 0);
-}
-
-TEST_CASE("Where all devices are full each is named and frames are the CPU's", "[.][full-full]") {
-  REQUIRE(machine == "ff");
-  const sap_test::Messages messages;
-  Scene scene(dParallelSAPBackendCUDA);
-  CHECK(scene.collide(3).devices == 0);
-  CHECK(scene.collide().backend == dParallelSAPBackendCPU);
-  CHECK(scene.collide().pairs > 0);
-  REQUIRE(messages.all().size() == 2);
-  CHECK(names(messages.all()[0], "GPU 0"));
-  CHECK(names(messages.all()[1], "GPU 1"));
-  CHECK(messages.all()[1].find("on the CPU from now on") != std::string::npos);
-  Scene automatic(dParallelSAPBackendAuto, 0, 20000);
-  CHECK(automatic.collide(30).devices == 0);
-  // They are not to be had any more.
-  CHECK(dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA) == 0);
-  CHECK(FakeCuda::device(0).tried == 1);
-  CHECK(FakeCuda::device(1).tried == 1);
-  CHECK(messages.all().size() == 2);
-}
-
-TEST_CASE("Auto says once that no device has room and stays on the CPU", "[.][auto-full]") {
-  REQUIRE(machine == "f");
-  const sap_test::Messages messages;
-  Scene scene(dParallelSAPBackendAuto, 0, 60000);
-  dParallelSAPSpaceSetNumThreads(scene.space, 1);
-  for (int frame = 0; frame < 500 && messages.all().empty(); ++frame)
-    CHECK(scene.collide().devices == 0);
-  CHECK(scene.collide(20).devices == 0);
-  CHECK(FakeCuda::device(0).tried == 1);
-  REQUIRE(messages.all().size() == 1);
-  CHECK(names(messages.all()[0], "GPU 0"));
-  CHECK(messages.all()[0].find("on the CPU from now on") != std::string::npos);
 }
 
 TEST_CASE("Pages of large storage are locked from the second frame until it is given back",
@@ -306,19 +267,19 @@ TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thre
 TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {
   REQUIRE(machine == "--");
   const auto frames = [](int devices) {
-    const Thread before;
+    const auto before = FakeCuda::current();
     {
       Scene scene(dParallelSAPBackendCUDA, devices);
       CHECK(scene.collide(3).devices == devices);
       Scene lists(dParallelSAPBackendCUDA, devices, 500, dParallelSAPMethodAxisLists);
       CHECK(lists.collide(3).devices == devices);
-      CHECK(before == Thread());
+      CHECK(before == FakeCuda::current());
     }
-    CHECK(before == Thread());
+    CHECK(before == FakeCuda::current());
   };
   // A thread that never had to do with CUDA gets no context, and no device that is not used does.
   frames(1);
-  CHECK(FakeCuda::currentContext() == nullptr);
+  CHECK(std::get<1>(FakeCuda::current()) == nullptr);
   CHECK(FakeCuda::device(1).tried == 0);
   frames(2);
   CHECK(FakeCuda::callsWithoutContext() == 0);

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 #include "bounds.h"
 #include "random.h"
+#include "scenes.h"
 
 namespace sap_test {
 
@@ -134,27 +136,12 @@ dHeightfieldDataID createHeights() {
   return data;
 }
 
-dGeomID createConvex() {
-  static dReal planes[] = {1, 0,  0, 0.5, -1, 0, 0, 0.5, 0, 1, 0,  0.5,
-                           0, -1, 0, 0.5, 0,  0, 1, 0.5, 0, 0, -1, 0.5};
-  static dReal points[] = {0.5, 0.5, 0.5,  -0.5, 0.5, 0.5,  0.5, -0.5, 0.5,  -0.5, -0.5, 0.5,
-                           0.5, 0.5, -0.5, -0.5, 0.5, -0.5, 0.5, -0.5, -0.5, -0.5, -0.5, -0.5};
-  static unsigned polygons[] = {4, 0, 2, 6, 4, 4, 1, 5, 7, 3, 4, 0, 4, 5, 1,
-                                4, 2, 3, 7, 6, 4, 0, 1, 3, 2, 4, 4, 6, 7, 5};
-  return dCreateConvex(nullptr, planes, 6, points, 8, polygons);
+// As in other scenes.
+dGeomID createShape(const std::string& name) {
+  for (const Shape& shape : shapes())
+    if (shape.name == name) return shape.create(nullptr);
+  throw std::logic_error(name + " is no shape");
 }
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
-dGeomID createTransform() {
-  const dGeomID transform = dCreateGeomTransform(nullptr);
-  const dGeomID box = dCreateBox(nullptr, 1, real(0.8), real(0.6));
-  dGeomSetPosition(box, real(0.2), 0, 0);
-  dGeomTransformSetGeom(transform, box);
-  dGeomTransformSetCleanup(transform, 1);
-  return transform;
-}
-#pragma GCC diagnostic pop
 
 dGeomID create(Kind kind, dHeightfieldDataID heights) {
   switch (kind) {
@@ -168,7 +155,7 @@ dGeomID create(Kind kind, dHeightfieldDataID heights) {
     case Kind::Cylinder:
       return dCreateCylinder(nullptr, real(0.4), 1);
     case Kind::Convex:
-      return createConvex();
+      return createShape("convex");
     case Kind::Torus:
       return createTorus();
     case Kind::WatchedTorus: {
@@ -185,7 +172,7 @@ dGeomID create(Kind kind, dHeightfieldDataID heights) {
     case Kind::Ray:
       return dCreateRay(nullptr, 2);
     case Kind::Transform:
-      return createTransform();
+      return createShape("geom transform");
     case Kind::User:
       return dCreateGeom(userClass());
     case Kind::Heightfield:

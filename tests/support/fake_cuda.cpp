@@ -11,6 +11,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <vector>
 
 // What the driver's opaque types are here.
 struct CUctx_st {
@@ -197,23 +198,23 @@ void* driverFunction(const std::string& name) {
 
 namespace sap_test {
 
-void FakeCuda::setDevices(const std::vector<bool>& full) {
+void FakeCuda::setDevices(const std::string& devices) {
   const Lock lock(machine().mutex);
-  machine().devices.resize(full.size());
-  machine().primary.resize(full.size());
-  for (std::size_t i = 0; i < full.size(); ++i) machine().devices[i].full = full[i];
+  machine().devices.resize(devices.size());
+  machine().primary.resize(devices.size());
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    machine().devices[i].full = devices[i] == 'f';
+    if (devices[i] == 'o') machine().devices[i].generation = 8;
+  }
+}
+std::tuple<int, const void*, std::size_t> FakeCuda::current() {
+  int device = -1;
+  cudaGetDevice(&device);
+  return {device, stack.empty() ? nullptr : stack.back(), stack.size()};
 }
 FakeCuda::Device FakeCuda::device(int number) {
   const Lock lock(machine().mutex);
   return machine().devices.at(number);
-}
-void FakeCuda::setFull(int number, bool full) {
-  const Lock lock(machine().mutex);
-  machine().devices.at(number).full = full;
-}
-void FakeCuda::setGeneration(int number, int generation) {
-  const Lock lock(machine().mutex);
-  machine().devices.at(number).generation = generation;
 }
 void FakeCuda::allowLinks(bool allowed) {
   const Lock lock(machine().mutex);
@@ -230,17 +231,6 @@ FakeCuda::Locks FakeCuda::locks() {
 void FakeCuda::allowLocks(bool allowed) {
   const Lock lock(machine().mutex);
   machine().locks_allowed = allowed;
-}
-int FakeCuda::currentDevice() {
-  int device = -1;
-  cudaGetDevice(&device);
-  return device;
-}
-const void* FakeCuda::currentContext() {
-  return stack.empty() ? nullptr : stack.back();
-}
-std::size_t FakeCuda::contextsOnStack() {
-  return stack.size();
 }
 const void* FakeCuda::createContext(int device) {
   const Lock lock(machine().mutex);
@@ -384,9 +374,6 @@ cudaError_t cudaEventDestroy(cudaEvent_t event) {
   return destroy(event);
 }
 cudaError_t cudaEventRecord(cudaEvent_t, cudaStream_t) {
-  return work();
-}
-cudaError_t cudaEventQuery(cudaEvent_t) {
   return work();
 }
 cudaError_t cudaEventSynchronize(cudaEvent_t) {

@@ -13,7 +13,8 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+#include <string>
+#include <tuple>
 
 namespace sap_test {
 
@@ -30,11 +31,10 @@ class FakeCuda {
     int launches = 0;  // of kernels and graphs
   };
 
-  // The machine from now on, the driver not having been asked before.
-  static void setDevices(const std::vector<bool>& full);
+  // The machine from now on, the driver not having been asked before: a letter a device, `f` full,
+  // `o` of an older generation.
+  static void setDevices(const std::string& devices);
   static Device device(int number);
-  static void setFull(int number, bool full);
-  static void setGeneration(int number, int generation);
   // Whether devices may read each other's memory, which they may at first.
   static void allowLinks(bool allowed);
   // Calls that worked on a device although the thread had made no context current: those of a
@@ -50,10 +50,8 @@ class FakeCuda {
   // Whether to let pages be locked, which it does at first.
   static void allowLocks(bool allowed);
 
-  // Of the calling thread.
-  static int currentDevice();
-  static const void* currentContext();
-  static std::size_t contextsOnStack();
+  // Of the calling thread: its device, its context, and how many are on its stack.
+  static std::tuple<int, const void*, std::size_t> current();
   // As a program with a context of its own has it: cuCtxCreate.
   static const void* createContext(int device);
 };

@@ -20,7 +20,7 @@ bool isFixed(dGeomID geom) {
 
 void turn(dGeomID geom, double angle) {
   dMatrix3 rotation, turned;
-  dRFromAxisAndAngle(rotation, 1, 2, 3, static_cast<dReal>(angle));
+  dRFromAxisAndAngle(rotation, 1, 2, 3, real(angle));
   dMultiply0_333(turned, rotation, dGeomGetRotation(geom));
   dGeomSetRotation(geom, turned);
 }
@@ -155,7 +155,7 @@ void MovingScene::add(dGeomID geom) {
 
 dGeomID MovingScene::make() {
   const std::size_t kind = random_.below(8);
-  if (kind < 2) return dCreateSphere(space_, static_cast<dReal>(random_.between(0.2, 0.6)));
+  if (kind < 2) return dCreateSphere(space_, real(random_.between(0.2, 0.6)));
   if (kind == 2) return dCreateBox(space_, dReal(0.2), dReal(0.2), 4);
   if (kind == 3) {
     const dReal half = dReal(0.5);
@@ -198,15 +198,13 @@ void MovingScene::addSubSpace() {
 void MovingScene::place(dGeomID geom) {
   if (isFixed(geom)) return;
   const double x = random_.between(0, reach_), y = random_.between(0, reach_);
-  dGeomSetPosition(geom, static_cast<dReal>(kinds_.offset + x), static_cast<dReal>(y),
-                   static_cast<dReal>(random_.between(0, reach_)));
+  dGeomSetPosition(geom, real(kinds_.offset + x), real(y), real(random_.between(0, reach_)));
 }
 
 void MovingScene::shift(dGeomID geom, double dx, double dy, double dz) {
   dVector3 at;
   dGeomCopyPosition(geom, at);
-  dGeomSetPosition(geom, at[0] + static_cast<dReal>(dx), at[1] + static_cast<dReal>(dy),
-                   at[2] + static_cast<dReal>(dz));
+  dGeomSetPosition(geom, at[0] + real(dx), at[1] + real(dy), at[2] + real(dz));
 }
 
 void MovingScene::shift(dGeomID geom, double distance) {
@@ -223,7 +221,7 @@ void MovingScene::setBody(dGeomID geom, dBodyID body) {
 }
 
 void MovingScene::resize(dGeomID geom) {
-  const dReal size = static_cast<dReal>(random_.chance(0.1) ? 0 : random_.between(0.2, 1));
+  const dReal size = real(random_.chance(0.1) ? 0 : random_.between(0.2, 1));
   const bool infinite = kinds_.wild && random_.chance(0.1);
   if (dGeomGetClass(geom) == dSphereClass)
     dGeomSphereSetRadius(geom, infinite ? std::numeric_limits<dReal>::infinity() : size);
@@ -267,8 +265,7 @@ void MovingScene::destroy(dGeomID geom) {
 dGeomID MovingScene::replace(dGeomID geom) {
   destroy(geom);
   if (random_.chance(0.1))
-    add(dCreatePlane(space_, dReal(0.6), 0, dReal(0.8),
-                     static_cast<dReal>(random_.between(-5, 5))));
+    add(dCreatePlane(space_, dReal(0.6), 0, dReal(0.8), real(random_.between(-5, 5))));
   while (order_.size() < kPlanes + 3 || (order_.size() < most_ && random_.chance(0.5))) addAny();
   return order_.back();
 }

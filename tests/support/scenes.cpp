@@ -20,18 +20,22 @@ Box unitBoxAround(double x, double y, double z) {
   return boxAround(x, y, z, 1, 1, 1);
 }
 
+template <class Make>
+Boxes boxesOf(std::size_t n, Make make) {
+  Boxes boxes;
+  while (boxes.size() < n) boxes.push_back(make());
+  return boxes;
+}
+
 // Log-uniform sizes down to 10^-decades of the largest, which is 1.
 Boxes decades(std::size_t n, double decades, std::uint64_t seed) {
   Random random(seed);
   const double side = 0.6 * std::cbrt(2 / decades * static_cast<double>(n));
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
+  return boxesOf(n, [&] {
     const double size = std::pow(10, -decades * random.unit());
-    boxes.push_back(boxAround(random.between(0, side), random.between(0, side),
-                              random.between(0, side), size * random.between(0.5, 1), size,
-                              size * random.between(0.5, 1)));
-  }
-  return boxes;
+    return boxAround(random.between(0, side), random.between(0, side), random.between(0, side),
+                     size * random.between(0.5, 1), size, size * random.between(0.5, 1));
+  });
 }
 
 }  // namespace
@@ -39,54 +43,44 @@ Boxes decades(std::size_t n, double decades, std::uint64_t seed) {
 Boxes denseCube(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double side = 0.95 * std::cbrt(static_cast<double>(n));
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
+  return boxesOf(n, [&] {
     const double x = random.between(0, side), y = random.between(0, side);
-    boxes.push_back(unitBoxAround(x, y, random.between(0, side)));
-  }
-  return boxes;
+    return unitBoxAround(x, y, random.between(0, side));
+  });
 }
 
 Boxes flatLayer(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double side = 0.67 * std::sqrt(static_cast<double>(n));
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
+  return boxesOf(n, [&] {
     const double x = random.between(0, side), y = random.between(0, side);
-    boxes.push_back(unitBoxAround(x, y, random.between(0, 0.1)));
-  }
-  return boxes;
+    return unitBoxAround(x, y, random.between(0, 0.1));
+  });
 }
 
 Boxes straightLine(std::size_t n, std::uint64_t seed) {
   Random random(seed);
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
-    boxes.push_back(unitBoxAround(random.between(0, 0.25 * static_cast<double>(n)), 0, 0));
-  }
-  return boxes;
+  const double length = 0.25 * static_cast<double>(n);
+  return boxesOf(n, [&] { return unitBoxAround(random.between(0, length), 0, 0); });
 }
 
 Boxes clusters(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const std::size_t count = 1 + n / 200;
   const double side = 10 * std::cbrt(static_cast<double>(n));
-  std::vector<Box> centres;
-  for (std::size_t i = 0; i < count; ++i) {
+  const Boxes centres = boxesOf(count, [&] {
     const double x = random.between(0, side), y = random.between(0, side);
-    centres.push_back(unitBoxAround(x, y, random.between(0, side)));
-  }
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
+    return unitBoxAround(x, y, random.between(0, side));
+  });
+  return boxesOf(n, [&] {
     Box box = centres[random.below(count)];
     for (int axis = 0; axis < 3; ++axis) {
       const double shift = 2.5 * random.gauss();
       box.low[axis] += shift;
       box.high[axis] += shift;
     }
-    boxes.push_back(box);
-  }
-  return boxes;
+    return box;
+  });
 }
 
 Boxes twoDecades(std::size_t n, std::uint64_t seed) {
@@ -128,14 +122,12 @@ Boxes onePlace(std::size_t n, std::uint64_t seed) {
 Boxes longBars(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double side = 4 * std::cbrt(static_cast<double>(n));
-  Boxes boxes;
-  for (std::size_t i = 0; i < n; ++i) {
+  return boxesOf(n, [&] {
     double size[3] = {1, 1, 1};
     size[random.below(3)] = std::max(1.0, side / 4);
-    boxes.push_back(boxAround(random.between(0, side), random.between(0, side),
-                              random.between(0, side), size[0], size[1], size[2]));
-  }
-  return boxes;
+    return boxAround(random.between(0, side), random.between(0, side), random.between(0, side),
+                     size[0], size[1], size[2]);
+  });
 }
 
 Boxes farClusters(std::size_t n, std::uint64_t seed) {
@@ -204,10 +196,8 @@ dGeomID World::addBox(const Box& box) {
     centre[axis] = (box.low[axis] + box.high[axis]) / 2;
     length[axis] = box.high[axis] - box.low[axis];
   }
-  const dGeomID geom = dCreateBox(space_, static_cast<dReal>(length[0]),
-                                  static_cast<dReal>(length[1]), static_cast<dReal>(length[2]));
-  dGeomSetPosition(geom, static_cast<dReal>(centre[0]), static_cast<dReal>(centre[1]),
-                   static_cast<dReal>(centre[2]));
+  const dGeomID geom = dCreateBox(space_, real(length[0]), real(length[1]), real(length[2]));
+  dGeomSetPosition(geom, real(centre[0]), real(centre[1]), real(centre[2]));
   return take(geom);
 }
 
@@ -248,7 +238,7 @@ dBodyID World::giveBody(dGeomID geom) {
 void World::jitter(double distance, std::uint64_t seed) {
   Random random(seed);
   for (const dGeomID geom : geoms_) {
-    const auto shift = [&] { return static_cast<dReal>(random.between(-distance, distance)); };
+    const auto shift = [&] { return real(random.between(-distance, distance)); };
     const dReal x = shift(), y = shift(), z = shift();
     if (dGeomGetClass(geom) == dPlaneClass || dGeomIsSpace(geom)) continue;
     dVector3 position;
@@ -259,26 +249,23 @@ void World::jitter(double distance, std::uint64_t seed) {
 
 namespace {
 
-void placeInDenseCube(const World& world, dGeomID geom, std::size_t n, Random& random) {
-  (void)world;
+void placeInDenseCube(dGeomID geom, std::size_t n, Random& random) {
   const double side = 0.95 * std::cbrt(static_cast<double>(n));
   const double x = random.between(0, side), y = random.between(0, side);
-  dGeomSetPosition(geom, static_cast<dReal>(x), static_cast<dReal>(y),
-                   static_cast<dReal>(random.between(0, side)));
+  dGeomSetPosition(geom, real(x), real(y), real(random.between(0, side)));
 }
 
 void turn(dGeomID geom, Random& random) {
   dMatrix3 rotation;
-  dRFromEulerAngles(rotation, static_cast<dReal>(random.between(-3, 3)),
-                    static_cast<dReal>(random.between(-3, 3)),
-                    static_cast<dReal>(random.between(-3, 3)));
+  dRFromEulerAngles(rotation, real(random.between(-3, 3)), real(random.between(-3, 3)),
+                    real(random.between(-3, 3)));
   dGeomSetRotation(geom, rotation);
 }
 
 void spheres(World& world, std::size_t n, std::uint64_t seed) {
   Random random(seed);
   for (std::size_t i = 0; i < n; ++i) {
-    placeInDenseCube(world, world.take(dCreateSphere(world.space(), dReal(0.5))), n, random);
+    placeInDenseCube(world.take(dCreateSphere(world.space(), dReal(0.5))), n, random);
   }
 }
 
@@ -288,21 +275,21 @@ void planesAndWalls(World& world, std::size_t n, std::uint64_t seed) {
   const double side = std::cbrt(static_cast<double>(n));
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t kind = random.below(40);
-    const dReal at = static_cast<dReal>(random.between(0, side));
+    const dReal at = real(random.between(0, side));
     const dReal sign = random.chance(0.5) ? 1 : -1;
     if (kind == 0) {
       dReal normal[3] = {0, 0, 0};
       normal[random.below(3)] = sign;
       world.take(dCreatePlane(world.space(), normal[0], normal[1], normal[2], sign * at));
     } else if (kind == 1) {
-      world.take(dCreatePlane(world.space(), sign, 1, static_cast<dReal>(0.5), at));
+      world.take(dCreatePlane(world.space(), sign, 1, real(0.5), at));
     } else if (kind == 2) {
       double size[3] = {2 * side, 2 * side, 2 * side};
       size[random.below(3)] = 0.1;
       world.addBox(
           boxAround(side / 2, side / 2, static_cast<double>(at), size[0], size[1], size[2]));
     } else {
-      placeInDenseCube(world, world.take(dCreateBox(world.space(), 1, 1, 1)), n, random);
+      placeInDenseCube(world.take(dCreateBox(world.space(), 1, 1, 1)), n, random);
     }
   }
 }
@@ -314,7 +301,7 @@ void sharedBodies(World& world, std::size_t n, std::uint64_t seed) {
   std::size_t left = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const dGeomID geom = world.take(dCreateBox(world.space(), 1, 1, 1));
-    placeInDenseCube(world, geom, n, random);
+    placeInDenseCube(geom, n, random);
     if (left == 0) {
       body = world.giveBody(geom);
       left = 1 + random.below(4);
@@ -323,8 +310,7 @@ void sharedBodies(World& world, std::size_t n, std::uint64_t seed) {
     --left;
     dGeomSetBody(geom, body);
     if (random.chance(0.5)) {
-      dGeomSetOffsetPosition(geom, static_cast<dReal>(random.between(-1, 1)),
-                             static_cast<dReal>(random.between(-1, 1)), 0);
+      dGeomSetOffsetPosition(geom, real(random.between(-1, 1)), real(random.between(-1, 1)), 0);
     }
   }
 }
@@ -351,7 +337,7 @@ void allClasses(World& world, std::size_t n, std::uint64_t seed) {
     if (!shapes()[kind].placeable && random.chance(0.95)) kind = 0;
     const dGeomID geom = world.take(shapes()[kind].create(world.space()));
     if (!shapes()[kind].placeable) continue;
-    placeInDenseCube(world, geom, n, random);
+    placeInDenseCube(geom, n, random);
     turn(geom, random);
     if (random.chance(0.5)) world.giveBody(geom);
   }

@@ -96,12 +96,6 @@ inline float __uint_as_float(unsigned value) {
 inline unsigned __float_as_uint(float value) {
   return emulation::bitsOf<unsigned>(value);
 }
-inline float __int_as_float(int value) {
-  return emulation::bitsOf<float>(value);
-}
-inline int __float_as_int(float value) {
-  return emulation::bitsOf<int>(value);
-}
 
 template <class Value, class Other>
 Value atomicAdd(Value* at, Other value) {

@@ -187,10 +187,6 @@ cudaError_t cudaEventSynchronize(cudaEvent_t event) {
   doUntil([=] { return event->happened.back() != 0; });
   return cudaSuccess;
 }
-cudaError_t cudaEventQuery(cudaEvent_t event) {
-  for (std::size_t i = emulation::random().below(4); i; --i) step();
-  return event->happened.back() ? cudaSuccess : cudaErrorNotReady;
-}
 
 cudaError_t cudaFree(void* at) {
   waitForDevice();

@@ -1,0 +1,142 @@
+// Frames of one space in a row, in which its geoms rest, move, drift or tremble and change.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <algorithm>
+
+#include "driver.h"
+
+namespace sap_test {
+
+// Of so many boxes a look at some tells how far all move.
+void Driver::fill(int space, Random& random) {
+  constexpr std::size_t kFewest = 100;
+  while (objects_[space].members.size() < kFewest && alive_.size() < most_geoms_) {
+    const int leaf = createLeaf(random.chance(0.5) ? kBox : kSphere, random);
+    place(leaf, 0, random);
+    add(leaf, space);
+    ++changes_;
+  }
+}
+
+// Each geom in a direction of its own.
+void Driver::driftAll(int space, double distance) {
+  for (const int member : objects_[space].members) {
+    if (objects_[member].kind >= kPlane) continue;
+    Random way(static_cast<std::uint64_t>(member));
+    dVector3 at;
+    dGeomCopyPosition(objects_[member].geom, at);
+    for (int axis = 0; axis < 3; ++axis) at[axis] += real(way.between(-distance, distance));
+    dGeomSetPosition(objects_[member].geom, at[0], at[1], at[2]);
+    ++changes_;
+  }
+}
+
+// Each geom by up to this share of its least extent along each axis; a part of them far. What has
+// no extent stays: it has no room either. So do rays, of which many lie along an axis.
+void Driver::trembleAll(int space, double share, double leaving, Random& random) {
+  for (const int member : objects_[space].members) {
+    if (objects_[member].kind >= kRay) continue;
+    const dGeomID geom = objects_[member].geom;
+    const Bounds bounds = boundsOf(geom);
+    double least = 2;
+    for (int axis = 0; axis < 3; ++axis)
+      least = std::min(least, static_cast<double>(bounds[2 * axis + 1] - bounds[2 * axis]));
+    if (!(least > 0)) continue;
+    const double distance = random.chance(leaving) ? 0.3 : share * least;
+    dVector3 at;
+    dGeomCopyPosition(geom, at);
+    for (int axis = 0; axis < 3; ++axis) at[axis] += real(random.between(-distance, distance));
+    dGeomSetPosition(geom, at[0], at[1], at[2]);
+    ++changes_;
+  }
+}
+
+// By numbers that change when a geom is added again.
+Pairs Driver::pairsByAdding(const Pairs& got) const {
+  Pairs pairs;
+  for (const Pair& pair : got)
+    pairs.emplace_back(objects_[pair.first].added, objects_[pair.second].added);
+  return pairs;
+}
+
+// What can be said about numbers after any complete frame.
+std::string Driver::problemOfNumbers(int space, const Pairs& got) const {
+  const dSpaceID id = spaceOf(space);
+  if (!objects_[space].ours || !dParallelSAPSpaceGetEvents(id)) return "";
+  // Of two frames within a tolerance one may have reported more.
+  if (dParallelSAPSpaceGetTolerance(id) > 0) return "";
+  std::vector<unsigned> numbers = numbersOf(id);
+  if (numbers.size() != got.size()) return "not a number for each pair";
+  std::sort(numbers.begin(), numbers.end());
+  if (std::adjacent_find(numbers.begin(), numbers.end()) != numbers.end())
+    return "two pairs with one number";
+  return "";
+}
+
+void Driver::checkEvents(int space, const Pairs& got, EventsOracle& oracle) {
+  EventsOracle::Geoms geoms;
+  for (const int member : objects_[space].members)
+    geoms[objects_[member].added] = objects_[member].geom;
+  const std::string problem = oracle.check(spaceOf(space), pairsByAdding(got), geoms);
+  if (!problem.empty()) fail("events of space " + std::to_string(space) + ": " + problem);
+}
+
+// Trembling by the sweep, so that small scenes keep candidates too, and without a tolerance, which
+// has room for boxes itself. With events at times, and with a trace that is written to nowhere.
+void Driver::collideFrames() {
+  enum Motion { kSome, kSomeByLittle, kDrift, kTremble };
+  const Motion motion = static_cast<Motion>(decisions_.below(4));
+  const int space = motion == kTremble || decisions_.chance(128) ? pickOurSpace() : pickSpace();
+  const dSpaceID id = spaceOf(space);
+  const std::size_t frames = 1 + decisions_.below(10);
+  const double distances[] = {0.001, 0.004, 0.012, 0.1}, parts[] = {0, 0.002, 0.01, 0.1, 0.5, 1};
+  const double distance = distances[decisions_.below(motion == kTremble ? 3 : 4)];
+  const double moving = parts[decisions_.below(motion == kTremble ? 3 : 6)];
+  const double changing = parts[decisions_.below(motion == kTremble ? 3 : 5)];
+  const bool events = objects_[space].ours && decisions_.chance(64);
+  const bool events_stay = decisions_.chance(160);
+  Random random = decisions_.random();
+  if (motion == kTremble) fill(space, random);
+  log(std::to_string(frames) + " frames of " + std::to_string(space) + ", motion " +
+      std::to_string(motion) + " by " + std::to_string(distance) + ", moving " +
+      std::to_string(moving) + ", changing " + std::to_string(changing) +
+      (events ? ", with events" : ""));
+  const int method = motion == kTremble ? dParallelSAPSpaceGetMethod(id) : 0;
+  const dReal tolerance = motion == kTremble ? dParallelSAPSpaceGetTolerance(id) : 0;
+  if (motion == kTremble) {
+    dParallelSAPSpaceSetMethod(id, dParallelSAPMethodSweep);
+    dParallelSAPSpaceSetTolerance(id, 0);
+  }
+  EventsOracle oracle;
+  if (events) {
+    dParallelSAPSpaceSetEvents(id, 1);
+    if (frames % 2) dParallelSAPSpaceSetTrace(id, "/dev/null", 1 + static_cast<int>(frames % 3));
+    oracle.adopt(id, pairsByAdding(collide(id)));
+  }
+  for (std::size_t frame = 0; frame < frames && problem_.empty(); ++frame) {
+    if (motion == kDrift) driftAll(space, distance);
+    if (motion == kTremble) trembleAll(space, distance, moving, random);
+    const std::vector<int> members = objects_[space].members;
+    for (const int member : members) {
+      if (motion <= kSomeByLittle && random.chance(moving)) place(member, motion * 2, random);
+      if (random.chance(changing)) changeAnyhow(member, random);
+    }
+    const Pairs got = collide(id);
+    compare(space, got);
+    if (events) checkEvents(space, got, oracle);
+    if (motion != kTremble) continue;
+    dParallelSAPStats stats;
+    dParallelSAPSpaceGetStats(id, &stats);
+    ++trembling_;
+    candidates_kept_ += stats.candidates_kept > 0;
+  }
+  if (motion == kTremble) {
+    dParallelSAPSpaceSetMethod(id, method);
+    dParallelSAPSpaceSetTolerance(id, tolerance);
+  }
+  if (!events || events_stay) return;
+  dParallelSAPSpaceSetEvents(id, 0);
+  dParallelSAPSpaceSetTrace(id, nullptr, 0);
+}
+
+}  // namespace sap_test
