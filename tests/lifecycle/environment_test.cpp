@@ -21,6 +21,10 @@ TEST_CASE("The environment sets the defaults of new spaces only", "[environment]
   const Variable backend("ODE_PARALLEL_SAP_BACKEND", "cpu");
   const Variable threads("ODE_PARALLEL_SAP_THREADS", "3");
   const Variable devices("ODE_PARALLEL_SAP_DEVICES", "2");
+  const Variable skip_static("ODE_PARALLEL_SAP_SKIP_STATIC", "1");
+  const Variable skip_asleep("ODE_PARALLEL_SAP_SKIP_ASLEEP", "1");
+  const Variable cull_planes("ODE_PARALLEL_SAP_CULL_PLANES", "1");
+  const Variable tolerance("ODE_PARALLEL_SAP_TOLERANCE", "25e-2");
   const Messages messages;
   for (const auto& [name, value] : {std::make_pair("sweep", int(dParallelSAPMethodSweep)),
                                     {"brute-force", int(dParallelSAPMethodBruteForce)},
@@ -32,9 +36,24 @@ TEST_CASE("The environment sets the defaults of new spaces only", "[environment]
     CHECK(dParallelSAPSpaceGetBackend(space) == dParallelSAPBackendCPU);
     CHECK(dParallelSAPSpaceGetNumThreads(space) == 3);
     CHECK(dParallelSAPSpaceGetNumDevices(space) == 2);
+    CHECK(dParallelSAPSpaceGetSkipStatic(space) == 1);
+    CHECK(dParallelSAPSpaceGetSkipAsleep(space) == 1);
+    CHECK(dParallelSAPSpaceGetCullPlanes(space) == 1);
+    CHECK(dParallelSAPSpaceGetTolerance(space) == dReal(0.25));
+    // Not only the getter knows.
+    World world(space);
+    world.addBoxes(denseCube(300, 3));
+    CHECK(collide(space).empty());
     // A program that sets something has the last word.
     dParallelSAPSpaceSetNumThreads(space, 5);
     CHECK(dParallelSAPSpaceGetNumThreads(space) == 5);
+    dParallelSAPSpaceSetSkipStatic(space, 0);
+    CHECK(!collide(space).empty());
+  }
+  for (const char* const nothing : {"0", ""}) {
+    const Variable off("ODE_PARALLEL_SAP_SKIP_STATIC", nothing);
+    const Space space;
+    CHECK(dParallelSAPSpaceGetSkipStatic(space) == 0);
   }
   CHECK(messages.all().empty());
   CHECK(dParallelSAPSpaceGetBackend(before) == dParallelSAPBackendAuto);
