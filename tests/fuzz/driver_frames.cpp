@@ -127,7 +127,7 @@ void Driver::collideFrames() {
     if (motion != kTremble) continue;
     dParallelSAPStats stats;
     dParallelSAPSpaceGetStats(id, &stats);
-    ++trembling_;
+    trembling_ += stats.backend == dParallelSAPBackendCPU;  // GPUs keep none
     candidates_kept_ += stats.candidates_kept > 0;
   }
   if (motion == kTremble) {
