@@ -224,7 +224,15 @@ void OdeImage::makeHeightfield() {
 #undef IN_IMAGE
 
 bool OdeImage::serves(const dxGeom* a, const dxGeom* b) const {
-  if (!hasProgramsCollider(a->type, b->type)) return false;
+  // The program's ODE must have a collider for these classes, and the image the same.
+  const Entry &own = own_table_->entries[a->type][b->type],
+              &program = programs_table_->entries[a->type][b->type];
+  const auto placeIn = [](std::uintptr_t base, const Entry& entry) {
+    return reinterpret_cast<std::uintptr_t>(entry.collider) - base;
+  };
+  if (!own.collider || !program.collider || own.reverse != program.reverse ||
+      placeIn(library_.base, own) != placeIn(program_base_, program))
+    return false;
   const dxGeom *const field = isHeightfield(a) ? a : b, *const other = field == a ? b : a;
   return !isHeightfield(field) ||
          (sizes_[other->type] != 0 && other->final_posr &&

@@ -35,7 +35,7 @@ LoadedLibrary libraryAt(const void* address);
 // | static variables of ODE 0.16 | in an image |
 // | --- | --- |
 // | cache of the trimesh colliders, list of one free pose | its own |
-// | table of colliders | its own; `hasProgramsCollider` compares it with the program's |
+// | table of colliders | its own; `serves` compares it with the program's |
 // | classes of the user | none |
 // | functions for messages and errors | they call the program's |
 // | functions for memory | malloc's; an image frees whatever it allocates |
@@ -60,13 +60,6 @@ class OdeImage final : public ThreadCollider {
   bool serves(const dxGeom* a, const dxGeom* b) const override;
   int collide(dxGeom* a, dxGeom* b, int flags, dContactGeom* contacts, int skip) override;
 
-  // Whether the program's ODE has a collider for these classes, and the image the same.
-  bool hasProgramsCollider(int class_a, int class_b) const {
-    const Entry &own = own_table_->entries[class_a][class_b],
-                &program = programs_table_->entries[class_a][class_b];
-    return own.collider && program.collider && own.reverse == program.reverse &&
-           address(own) - library_.base == address(program) - program_base_;
-  }
   // Null if there is none.
   void* symbol(const char* name) const;
 
@@ -80,9 +73,6 @@ class OdeImage final : public ThreadCollider {
     Entry entries[dGeomNumClasses][dGeomNumClasses];
   };
 
-  static std::uintptr_t address(const Entry& entry) {
-    return reinterpret_cast<std::uintptr_t>(entry.collider);
-  }
   const char* loadCopy(const LoadedLibrary& original);
   const Table* findTable() const;
   void makeHeightfield();

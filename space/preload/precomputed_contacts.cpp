@@ -50,14 +50,6 @@ void copyWritten(const dContactGeom& from, dContactGeom& to) {
 
 }  // namespace
 
-// From now on dCollide on this thread is answered from these contacts, or watched.
-void PrecomputedContacts::beginReport() {
-  endReport();
-  outer_ = reporting_now_;
-  reporting_ = true;
-  reporting_now_ = this;
-}
-
 // If there is one: a callback that was left by longjmp has left its report standing.
 void PrecomputedContacts::endReport() {
   reporting_ = false;
@@ -81,7 +73,14 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
     constexpr double margin = 0.25;  // fixed: that costs a fifth of a collision (callgrind)
     least_share_ = 1.0 / most + margin;
   }
-  const bool any = chooseFlags();
+  // By what the program did in the last report.
+  bool any = false;
+  habits_.resize(kinds);
+  for (Habit& habit : habits_) {
+    if (habit.pairs) habit.flags = habit.isWorth(least_share_) ? habit.asked : 0;
+    habit.pairs = habit.votes = 0;
+    any = any || habit.flags != 0;
+  }
   next_place_ = next_answer_ = 0;
   geoms_ = {};
   changed_.clear();
@@ -96,18 +95,6 @@ bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
 } catch (const std::bad_alloc&) {
   release();
   return true;
-}
-
-// By what the program did in the last report. Whether any pairs are to be precomputed.
-bool PrecomputedContacts::chooseFlags() {
-  habits_.resize(kinds);
-  bool any = false;
-  for (Habit& habit : habits_) {
-    if (habit.pairs) habit.flags = habit.isWorth(least_share_) ? habit.asked : 0;
-    habit.pairs = habit.votes = 0;
-    any = any || habit.flags != 0;
-  }
-  return any;
 }
 
 void PrecomputedContacts::release() {
@@ -216,7 +203,10 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
       contacts.learn();
     }
   };
-  beginReport();
+  endReport();
+  outer_ = reporting_now_;
+  reporting_ = true;
+  reporting_now_ = this;  // from now on dCollide on this thread is answered, or watched
   const End end{*this};
   const auto call = [&](Pair pair) {
     dxGeom *const a = pairs.geoms[earlierOf(pair)], *const b = pairs.geoms[laterOf(pair)];

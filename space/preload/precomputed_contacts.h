@@ -91,11 +91,9 @@ class PrecomputedContacts final : public LastStage {
   };
 
   static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
-  bool chooseFlags();
   void collide(const Pairs& pairs, Collided& collided);
   void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_out);
   void collidePair(std::size_t place, int thread);
-  void beginReport();
   void endReport();
   void learn();
   bool anyChanged() const { return changed_all_ || !changed_.empty(); }

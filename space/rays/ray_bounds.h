@@ -47,19 +47,13 @@ inline bool isRotation(const dReal* rows) {
   return true;
 }
 
-inline bool hasUsualBounds(const dxGeom* geom) {
-  bool usual = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal lower = geom->aabb[2 * axis], upper = geom->aabb[2 * axis + 1];
-    usual = usual && lower <= upper && lower >= -most_coordinate && upper <= most_coordinate;
-  }
-  return usual;
-}
-
 // Whether a geom with an AABB that is up to date has a collider with rays for which the bounds
 // hold, or is a space of such geoms. Changes with the AABB only. Needs exactMode().
 inline bool hasBoundedHits(const dxGeom* geom) {
-  if (!hasUsualBounds(geom)) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const dReal lower = geom->aabb[2 * axis], upper = geom->aabb[2 * axis + 1];
+    if (!(lower <= upper && lower >= -most_coordinate && upper <= most_coordinate)) return false;
+  }
   if (IS_SPACE(geom)) {
     const dxGeom* own = static_cast<const dxSpace*>(geom)->first;
     while (own && hasBoundedHits(own)) own = own->next;

@@ -43,10 +43,8 @@ dParallelSAPRayHit hitOf(dGeomID geom, const dContactGeom& contact) {
   dParallelSAPRayHit hit = {};
   hit.geom = geom;
   hit.distance = contact.depth;
-  for (int axis = 0; axis < 3; ++axis) {
-    hit.pos[axis] = contact.pos[axis];
-    hit.normal[axis] = contact.normal[axis];
-  }
+  std::copy_n(contact.pos, 3, hit.pos);
+  std::copy_n(contact.normal, 3, hit.normal);
   hit.side = contact.side2;
   return hit;
 }
