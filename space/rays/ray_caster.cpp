@@ -131,7 +131,7 @@ class RayCaster::Pass {
     const int flags = request_.flags | (request_.nearest ? dParallelSAPRayClosestHit : 0);
     while (probes_.size() < team) probes_.emplace_back(flags);
     if (store_.shares.size() < team) store_.shares.resize(team);
-    for (Share& share : store_.shares) share.clear(trees ? geoms_.size() : 0);
+    for (Share& share : store_.shares) share.clear();
     store_.blocks.resizeDiscarding(request_.count);
     castAll(way);
     collideWaiting(way);
@@ -242,17 +242,10 @@ class RayCaster::Pass {
 
   // Those that its box overlaps.
   void meetOthers(Flight& flight, const GeomTree& of) const {
-    of.withTree([&](const auto& tree) {
-      using Real = typename std::remove_reference<decltype(tree)>::type::RealType;
-      if (tree.holdsNone()) return;
-      bool coarse;
-      Slot* const slots = flight.share.slots.data();
-      const std::size_t count = tree.find(boxOf<Real>(flight.probe.geom(), coarse), slots);
-      for (std::size_t i = 0; i < count; ++i) {
-        const Slot slot = slots[i] & ~borderline_slot;
-        meet(flight, geoms_[slot], {slot, 0});
-      }
-    });
+    if (of.withTree([](const auto& tree) { return tree.holdsNone(); })) return;
+    Buffer<Slot>& slots = flight.share.slots;
+    of.find(geoms_, flight.probe.geom(), slots);
+    for (const Slot slot : slots) meet(flight, geoms_[slot], {slot, 0});
   }
 
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const {

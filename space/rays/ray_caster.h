@@ -47,11 +47,10 @@ struct RayLists {
     Buffer<Waiting> waiting;
     Buffer<Slot> slots;
 
-    void clear(std::size_t slots_of_space) {
+    void clear() {
       found.resizeDiscarding(0);
       late.resizeDiscarding(0);
       waiting.resizeDiscarding(0);
-      slots.resizeDiscarding(slots_of_space + QueryTree<float>::spare);
     }
     std::size_t bytes() const { return bytesOf(found, late, waiting, slots); }
   };
