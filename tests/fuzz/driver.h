@@ -100,7 +100,6 @@ class Driver {
   void moveFar();
   void changeBodies();
   void destroyBodies();
-  void reAddSome();
   void moveToOtherSpace();
   void cleanSpace();
   void changeSettings();

@@ -243,22 +243,6 @@ void Driver::destroyBodies() {
   }
 }
 
-void Driver::reAddSome() {
-  const int space = pickSpace();
-  Random random = decisions_.random();
-  const bool at_once = decisions_.chance(128);
-  log("remove and add some of " + std::to_string(space));
-  const std::vector<int> some = pickSome(space, random);
-  for (const int object : some) {
-    remove(object);
-    if (!at_once) add(object, space);
-  }
-  for (const int object : some) {
-    if (at_once) add(object, space);
-    ++changes_;
-  }
-}
-
 // From one space to another; also what is in none.
 void Driver::moveToOtherSpace() {
   const int from = pickSpace(), to = pickSpace();

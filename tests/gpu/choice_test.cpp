@@ -53,6 +53,20 @@ Run run(DeviceChoice& choice, const Machine& machine, double boxes, int availabl
   return made;
 }
 
+// Milliseconds a frame on ready devices, of the last half of so many frames.
+double play(DeviceChoice& choice, const Candidates& ready, const Machine& machine, double boxes,
+            int frames) {
+  double ms = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    const auto n = static_cast<std::size_t>(boxes);
+    const DeviceChoice::Decision decision = choice.decide(n, ready);
+    const double taken = machine(decision.devices, boxes);
+    choice.learn(decision, decision.devices, n, static_cast<std::size_t>(4.6 * boxes), taken);
+    if (2 * frame >= frames) ms += 2 * taken / frames;
+  }
+  return ms;
+}
+
 double bestOf(const Machine& machine, double boxes, int available) {
   double best = machine(0, boxes);
   for (int devices = 1; devices <= available; devices *= 2)
@@ -128,15 +142,7 @@ TEST_CASE("A choice follows the size of the scene", "[choice]") {
   const auto all = Candidates::upTo(true, 4);
   for (int round = 0; round < 3; ++round)
     for (const double boxes : {100.0, 3e4, 1e6, 16e6}) {
-      double ms = 0;
-      for (int frame = 0; frame < 60; ++frame) {
-        const auto n = static_cast<std::size_t>(boxes);
-        const DeviceChoice::Decision decision = choice.decide(n, all);
-        const int devices = decision.devices;
-        const double taken = time(devices, boxes);
-        choice.learn(decision, devices, n, static_cast<std::size_t>(4.6 * boxes), taken);
-        if (frame >= 30) ms += taken / 30;
-      }
+      const double ms = play(choice, all, time, boxes, 60);
       INFO(boxes << " boxes, round " << round);
       CHECK(ms <= 1.1 * bestOf(time, boxes, 4) + 0.01);
     }
@@ -183,14 +189,7 @@ TEST_CASE("A device whose first frames were slow is soon known as fast", "[choic
       };
       DeviceChoice choice;
       const auto all = Candidates::upTo(true, 2);
-      double ms = 0;
-      for (int frame = 0; frame < 200; ++frame) {
-        const DeviceChoice::Decision decision = choice.decide(500000, all);
-        const int devices = decision.devices;
-        const double taken = time(devices, 500000);
-        choice.learn(decision, devices, 500000, 2300000, taken);
-        if (frame >= 100) ms += taken / 100;
-      }
+      const double ms = play(choice, all, time, 500000, 200);
       INFO(slow << " frames slow by " << by);
       CHECK(ms <= 1.05 * 1.2);
     }

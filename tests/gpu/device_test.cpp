@@ -29,11 +29,6 @@ using sap_test::Pairs;
 
 namespace {
 
-void fill(sap_test::World& world, const Boxes& boxes) {
-  world.addBoxes(boxes);
-  for (std::size_t i = 0; i < world.geoms().size(); ++i) sap_test::setNumber(world.geoms()[i], i);
-}
-
 // A scene in a space of its own.
 struct Scene {
   sap_test::Space space;
@@ -43,7 +38,7 @@ struct Scene {
     REQUIRE(dParallelSAPSpaceSetBackend(space, backend));
     REQUIRE(dParallelSAPSpaceSetMethod(space, dParallelSAPMethodSweep));
     dParallelSAPSpaceSetNumDevices(space, devices);
-    fill(world, boxes);
+    world.addBoxes(boxes);
   }
   Pairs collide() { return sap_test::collide(space); }
   dParallelSAPStats stats() const { return statsOf(space); }
@@ -228,23 +223,6 @@ TEST_CASE("Frames leave a thread's device and context to the program", "[device]
   }).join();
   CHECK_FALSE(changed_nothing);
   CHECK_FALSE(changed_context);
-}
-
-TEST_CASE("Spaces in several threads share a device", "[device][several]") {
-  std::vector<std::thread> users;
-  std::vector<std::string> differences(3);
-  for (std::size_t user = 0; user < differences.size(); ++user) {
-    const Boxes boxes = sap_test::denseCube(4000 + 1000 * user, user);
-    const Pairs expected = pairsOnProcessor(boxes);
-    users.emplace_back([&differences, user, boxes, expected] {
-      dAllocateODEDataForThread(dAllocateMaskAll);
-      Scene scene(boxes, dParallelSAPBackendCUDA, 1 + static_cast<int>(user % 2));
-      for (int frame = 0; frame < 20; ++frame)
-        differences[user] += difference(scene.collide(), expected);
-    });
-  }
-  for (std::thread& user : users) user.join();
-  for (const std::string& one : differences) CHECK(one == "");
 }
 
 TEST_CASE("Auto moves to a device that pays, and back from one that fails", "[device][one]") {

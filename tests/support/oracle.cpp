@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "user_box.h"
 
@@ -94,14 +95,16 @@ bool mayTouchIfNear(dGeomID first, dGeomID second) {
   return mayTouchIfNear(first, boundsOf(first), second, boundsOf(second));
 }
 
-Pairs expectedPairs(const std::vector<dGeomID>& in_add_order) {
+std::vector<dGeomID> takingPart(const std::vector<dGeomID>& all, std::vector<Bounds>& bounds) {
   std::vector<dGeomID> geoms;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(geoms), takesPart);
+  for (const dGeomID geom : geoms) bounds.push_back(boundsOf(geom));
+  return geoms;
+}
+
+Pairs expectedPairs(const std::vector<dGeomID>& in_add_order) {
   std::vector<Bounds> bounds;
-  for (const dGeomID geom : in_add_order) {
-    if (!takesPart(geom)) continue;
-    geoms.push_back(geom);
-    bounds.push_back(boundsOf(geom));
-  }
+  const std::vector<dGeomID> geoms = takingPart(in_add_order, bounds);
   Pairs pairs;
   for (std::size_t i = 0; i < geoms.size(); ++i) {
     for (std::size_t j = i + 1; j < geoms.size(); ++j) {

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "bounds.h"
 #include "recorder.h"
 #include "scenes.h"
 
@@ -16,6 +17,9 @@ bool holdsGeom(dGeomID geom);
 
 // What may stand in a pair at all: enabled, not zero-sized, no NaN bound, not an empty sub-space.
 bool takesPart(dGeomID geom);
+
+// Of all geoms those that take part, and their bounds.
+std::vector<dGeomID> takingPart(const std::vector<dGeomID>& all, std::vector<Bounds>& bounds);
 
 // Bits, bodies, closed intervals in dReal and both AABBTest calls; both geoms take part.
 bool mayTouch(dGeomID first, dGeomID second);

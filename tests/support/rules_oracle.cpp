@@ -102,13 +102,8 @@ Rules Rules::of(dSpaceID space) {
 
 std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
                          const Pairs& got, bool beginning_only) {
-  std::vector<dGeomID> geoms;
   std::vector<Bounds> bounds;
-  for (const dGeomID geom : in_add_order) {
-    if (!takesPart(geom)) continue;
-    geoms.push_back(geom);
-    bounds.push_back(boundsOf(geom));
-  }
+  const std::vector<dGeomID> geoms = takingPart(in_add_order, bounds);
   // The sum that makes a box wider may round up.
   const long double most =
       rules.tolerance * (1 + 4 * static_cast<long double>(std::numeric_limits<dReal>::epsilon()));
