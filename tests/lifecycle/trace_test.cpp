@@ -135,15 +135,12 @@ bool isTaken(const std::string& contents) {
   try {
     std::istringstream file(contents);
     const trace::Recording recording = trace::readRecording(file, "the trace");
-    const dSpaceID space = dParallelSAPSpaceCreate(nullptr);
-    {
-      trace::Player player(recording, space);
-      for (std::size_t i = 0; i < recording.frames.size(); ++i) {
-        applyRules(space, player.advance());
-        totalsOf(space);
-      }
+    const Space space;
+    trace::Player player(recording, space);
+    for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+      applyRules(space, player.advance());
+      totalsOf(space);
     }
-    dSpaceDestroy(space);
     return true;
   } catch (const trace::BadTrace& refused) {
     REQUIRE(std::string(refused.what()).find("the trace: ") == 0);
