@@ -26,7 +26,7 @@ PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file
 HEADER = "space/base/mechanisms.h"
 # There is one thread but in few cells.
 IDLE = ("learned_teams",)
-MOST_SPREAD = 1.1  # of the middle three fifths of the libraries of a cell
+MOST_SPREAD = 1.1  # of the libraries that do the same in a cell
 
 
 def mechanisms():
@@ -139,8 +139,8 @@ def write(path, wanted, least):
 
 def ratios_of(path):
     """By library: (time over the median of all libraries, cell); and the cells that are left out. The median is steadier
-    than one library, as most mechanisms have nothing to do in a cell. For the same reason the machine was unsteady in a cell
-    in which the middle libraries differ."""
+    than one library, as most mechanisms have nothing to do in a cell. The machine was unsteady in a cell
+    in which libraries that do the same differ."""
     with open(path) as file:
         rows = list(csv.DictReader(file))
     times = {}
@@ -150,8 +150,8 @@ def ratios_of(path):
     by_name, unsteady = {}, []
     for cell, of in times.items():
         ordered = sorted(of.values())
-        fifth = len(ordered) // 5
-        if ordered[-1 - fifth] > MOST_SPREAD * ordered[fifth]:
+        same = [of[name] for name in ("whole", "nothing", *IDLE) if name in of]
+        if max(same) > MOST_SPREAD * min(same):
             unsteady.append(cell)
             continue
         for name, ms in of.items():
@@ -178,7 +178,7 @@ def table(options):
     print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |" % noise)
     print("| without %s, which does nothing on one thread | %.2f | %.2f |\n" % ((", ".join("`%s`" % name for name in IDLE),) + others))
     if unsteady:
-        print("%d other cells are left out, as the middle three fifths of the libraries differ by more than %.1f times there.\n"
+        print("%d other cells are left out, as libraries that do the same differ by more than %.1f times there.\n"
               % (len(unsteady), MOST_SPREAD))
         print("\n".join(sorted(unsteady)), file=sys.stderr)
     print("| without | mean | cells it gains | most | there | least | there |")
