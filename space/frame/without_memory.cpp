@@ -32,8 +32,8 @@ void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelS
                           const PairReceiver& receiver) {
   const PairRule rule(rules);
   for (dxGeom* a = scene.first; a; a = a->next) {
-    if (!PairRule::takesPart(a)) continue;
-    for (dxGeom* b = a->next; b; b = b->next) {
+    // Asked before each pair: the callback may disable it.
+    for (dxGeom* b = a->next; b && PairRule::takesPart(a); b = b->next) {
       if (!isPair(rule, b, a)) continue;
       ++stats.candidates;
       if (!passesAABBTests(a, b)) continue;

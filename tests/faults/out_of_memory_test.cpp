@@ -420,3 +420,20 @@ TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]"
     CHECK(failures > 0);
   }
 }
+
+TEST_CASE("A geom that the callback disables is in no further pair of a frame without memory",
+          "[memory]") {
+  const Space space;
+  World world(space);
+  for (int i = 0; i < 300; ++i) world.addBox({{0, 0, 0}, {1, 1, 1}});
+  int pairs = 0;
+  {
+    const Allocations allocations(0, true);
+    dSpaceCollide(space, &pairs, [](void* data, dGeomID a, dGeomID) {
+      ++*static_cast<int*>(data);
+      dGeomDisable(a);
+    });
+  }
+  CHECK(Allocations::failed() > 0);
+  CHECK(pairs == 299);
+}
