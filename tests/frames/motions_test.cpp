@@ -261,3 +261,17 @@ TEST_CASE(
     if (frame == 79) CHECK(pairs.size() > expectedPairs(one.geoms()).size());
   }
 }
+
+TEST_CASE("A disabled geom that is removed is counted no more", "[motions]") {
+  const Space space(on_cpu);
+  World world(space);
+  world.addBoxes(denseCube(1500, 73));
+  (void)collide(space);
+  dGeomDisable(world.geoms().back());
+  (void)collide(space);
+  CHECK(statsOf(space).disabled == 1);
+  world.shrinkTo(1499);
+  (void)collide(space);
+  CHECK(statsOf(space).kept > 0);
+  CHECK(statsOf(space).disabled == 0);
+}
