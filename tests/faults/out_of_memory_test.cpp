@@ -437,3 +437,20 @@ TEST_CASE("A geom that the callback disables is in no further pair of a frame wi
   CHECK(Allocations::failed() > 0);
   CHECK(pairs == 299);
 }
+
+TEST_CASE("A query without memory finds pairs at rest, too", "[memory]") {
+  const Space space;
+  World world(space);
+  for (int i = 0; i < 300; ++i) world.addBox({{0, 0, 0}, {1, 1, 1}});
+  dParallelSAPSpaceSetSkipStatic(space, 1);
+  const dGeomID probe = dCreateBox(nullptr, 1, 1, 1);
+  int hits = 0;
+  {
+    const Allocations allocations(0, true);
+    dSpaceCollide2(asGeom(space), probe, &hits,
+                   [](void* data, dGeomID, dGeomID) { ++*static_cast<int*>(data); });
+  }
+  CHECK(Allocations::failed() > 0);
+  CHECK(hits == 300);
+  dGeomDestroy(probe);
+}
