@@ -37,7 +37,8 @@ class Driver {
   const std::string& problem() const { return problem_; }
   unsigned long collides() const { return collides_; }  // compared with the oracle
   unsigned long changes() const { return changes_; }    // of single geoms, bodies, settings
-  // Frames on the CPU in which nearly all moved by little, and those of them found from kept candidates.
+  // Frames on the CPU in which nearly all moved by little, and those of them found from kept
+  // candidates.
   unsigned long trembling() const { return trembling_; }
   unsigned long candidatesKept() const { return candidates_kept_; }
 
