@@ -219,7 +219,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
     runTeam(driving, count == 1 ? 1 : threads, [&](int thread, int team) {
       if (thread == 0) used = std::min(team, count);
       for (int i = thread; i < count; i += team) {
-        TeamWatch::noteWork();
+        noteWork();
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
         if (!share.device) share.driver_context = driverContextOf(share.number);

@@ -34,7 +34,7 @@ inline Range partOf(std::size_t count, int part, int parts, std::size_t step = 1
 // The same of a thread of a team.
 inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 1) {
   const Range range = partOf(count, part, parts, step);
-  if (range.begin < range.end) TeamWatch::noteWork();
+  if (range.begin < range.end) noteWork();
   return range;
 }
 
@@ -53,7 +53,7 @@ int runTeam(Region& region, int threads, Work&& work) {
   const FloatingPointMode mode = currentMode();
   std::exception_ptr failure;
   std::atomic_flag failed = ATOMIC_FLAG_INIT;
-  TeamWatch watch(region);
+  std::atomic<int> workers{0};
   int team = 1;
   using Clock = std::chrono::steady_clock;
   using Milliseconds = std::chrono::duration<double, std::milli>;
@@ -63,7 +63,7 @@ int runTeam(Region& region, int threads, Work&& work) {
   {
     const ScopedMode callers_mode(mode);
     const int thread = omp_get_thread_num(), size = omp_get_num_threads();
-    const TeamWatch::Member member(watch, size);
+    team_member = {size};
     if (thread == 0) team = size;
     const Clock::time_point work_begin = Clock::now();
     try {
@@ -72,7 +72,10 @@ int runTeam(Region& region, int threads, Work&& work) {
       if (!failed.test_and_set()) failure = std::current_exception();
     }
     if (thread == 0) worked = Clock::now() - work_begin;
+    workers += team_member.worked;
+    team_member = {};
   }
+  if (workers > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
   team_times.add(team, worked.count(), Milliseconds(Clock::now() - begin - worked).count());
   if (failure) std::rethrow_exception(failure);
   return team;
@@ -94,10 +97,10 @@ class ChunkQueue {
   }
   // False when nothing is left.
   bool next(Range& range, int thread = 0) {
-    TeamWatch::takeTurn(arrived_);
+    if (teamsAreTested()) awaitTeam(arrived_);
     for (int i = 0; i < parts_; ++i)
       if (takeFrom(queue_[(thread + i) % parts_], range)) {
-        TeamWatch::noteWork();
+        noteWork();
         return true;
       }
     return false;

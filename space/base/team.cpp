@@ -17,8 +17,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-thread_local TeamWatch::Member* own = nullptr;
-
 // Of OpenMP's threads, which has no function for it; 0: the system's usual size.
 std::size_t stackSize() {
   const char* text = std::getenv("OMP_STACKSIZE");
@@ -130,36 +128,22 @@ int threadsToBeHad(int wanted) {
   return std::min(wanted, granted);
 }
 
-void TeamWatch::Member::enter(int team) {
-  team_ = team;
-  outer_ = own;
-  own = this;
-}
-
-void TeamWatch::Member::leave() {
-  own = outer_;
-  if (worked_) watch_.workers_.fetch_add(1, std::memory_order_relaxed);
-}
-
-void TeamWatch::noteOwnWork() {
-  if (own) own->worked_ = true;
-}
-
 // Nothing here orders what threads do: a sanitizer is to see all that they do at once.
-void TeamWatch::awaitOthers(std::atomic<int>& arrived) {
-  if (!own) return;
-  if (own->queue_ != &arrived) {
-    own->queue_ = &arrived;
+void awaitTeam(std::atomic<int>& arrived) {
+  const int team = team_member.team;
+  if (team == 1) return;
+  if (team_member.queue != &arrived) {
+    team_member.queue = &arrived;
     arrived.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   constexpr std::chrono::milliseconds longest_wait(100);
-  if (arrived.load(std::memory_order_relaxed) >= own->team_) return;
+  if (arrived.load(std::memory_order_relaxed) >= team) return;
   const Clock::time_point end = Clock::now() + longest_wait;
-  while (arrived.load(std::memory_order_relaxed) < own->team_ && Clock::now() < end)
+  while (arrived.load(std::memory_order_relaxed) < team && Clock::now() < end)
     std::this_thread::yield();
-  if (arrived.load(std::memory_order_relaxed) < own->team_)
-    arrived.fetch_add(own->team_, std::memory_order_relaxed);  // nobody waits again
+  if (arrived.load(std::memory_order_relaxed) < team)
+    arrived.fetch_add(team, std::memory_order_relaxed);  // nobody waits again
 }
 
 }  // namespace ode_parallel_sap

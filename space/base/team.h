@@ -99,79 +99,34 @@ inline thread_local TeamTimes team_times;
 
 // A place in the code where a team works: one object for each, in a list of all, so that a test can
 // see that none of them has only ever had one thread at work.
-class Region {
- public:
-  explicit Region(const char* name) : name_(name), next_(first_) { first_ = this; }
+struct Region {
+  explicit Region(const char* name) : name(name), next(first) { first = this; }
   Region(const Region&) = delete;
   Region& operator=(const Region&) = delete;
 
-  const char* name() const { return name_; }
+  inline static const Region* first = nullptr;
+  const char* const name;
+  const Region* const next;
   // How often two threads or more had work there. Counted where teams are tested.
-  std::uint64_t timesShared() const { return times_shared_.load(std::memory_order_relaxed); }
-  static const Region* first() { return first_; }
-  const Region* next() const { return next_; }
-
- private:
-  friend class TeamWatch;
-
-  inline static const Region* first_ = nullptr;
-  const char* const name_;
-  const Region* const next_;
-  std::atomic<std::uint64_t> times_shared_{0};
+  std::atomic<std::uint64_t> times_shared{0};
 };
 
-// Counts the threads of a team that have work, where teams are tested. Elsewhere nothing is done.
-class TeamWatch {
- public:
-  explicit TeamWatch(Region& region) : region_(teamsAreTested() ? &region : nullptr) {}
-  ~TeamWatch() {
-    if (region_ && workers_.load(std::memory_order_relaxed) > 1)
-      region_->times_shared_.fetch_add(1, std::memory_order_relaxed);
-  }
-  TeamWatch(const TeamWatch&) = delete;
-  TeamWatch& operator=(const TeamWatch&) = delete;
-
-  // The calling thread as one of a team, as long as this lives.
-  class Member {
-   public:
-    Member(TeamWatch& watch, int team) : watch_(watch) {
-      if (watch_.region_) enter(team);
-    }
-    ~Member() {
-      if (watch_.region_) leave();
-    }
-    Member(const Member&) = delete;
-    Member& operator=(const Member&) = delete;
-
-   private:
-    friend class TeamWatch;
-    void enter(int team);
-    void leave();
-
-    TeamWatch& watch_;
-    Member* outer_ = nullptr;
-    const void* queue_ = nullptr;  // the last one that it took from
-    int team_ = 1;
-    bool worked_ = false;
-  };
-
-  // Notes that the calling thread has work of its team's.
-  static void noteWork() {
-    if (teamsAreTested()) noteOwnWork();
-  }
-  // Called before anything is taken from a queue, which counts the threads that have come to it.
-  // Nobody takes twice before all have come (or have been waited for long enough): of little work
-  // the first thread would have done all while the others wake.
-  static void takeTurn(std::atomic<int>& arrived) {
-    if (teamsAreTested()) awaitOthers(arrived);
-  }
-
- private:
-  static void noteOwnWork();
-  static void awaitOthers(std::atomic<int>& arrived);
-
-  Region* const region_;
-  std::atomic<int> workers_{0};
+// The calling thread as one of its team. Used where teams are tested.
+struct TeamMember {
+  int team = 1;
+  bool worked = false;
+  const void* queue = nullptr;  // the last one that it took from
 };
+inline thread_local TeamMember team_member;
+
+// Notes that the calling thread has work of its team's.
+inline void noteWork() {
+  if (teamsAreTested()) team_member.worked = true;
+}
+
+// To be called before anything is taken from a queue, which counts the threads that have come to
+// it. Nobody takes twice before all have come (or have been waited for long enough): of little work
+// the first thread would have done all while the others wake.
+void awaitTeam(std::atomic<int>& arrived);
 
 }  // namespace ode_parallel_sap

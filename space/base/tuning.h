@@ -1,5 +1,4 @@
-// The tuned constants that several rooms share, and the work from which on threads are worth their
-// start, stage by stage.
+// The tuned constants, and the work from which on threads are worth their start, stage by stage.
 #pragma once
 
 #include <cstddef>
@@ -45,6 +44,144 @@ constexpr int idle_frames = 128;
 // behind on their way to their size (up to 70 bytes a geom where they hold 170 in the end), and
 // pages can be locked for a device (10,000 boxes: 0.9 of the time of the heap's).
 constexpr std::size_t least_mapped = std::size_t{1} << 16;
+
+// Geoms.
+
+// Geoms are brought up to date in blocks of so many: their poses and bounds are asked for while
+// they are listed.
+constexpr std::size_t update_block = prefetch_distance;
+
+// How far ahead a geom is asked for that is only looked at: a look takes a few ns, a line from
+// memory a hundred times as long. Half as far took up to 1.33 times as long (peers, at rest).
+constexpr std::size_t look_distance = 4 * prefetch_distance;
+
+// Cells, and sorting pairs.
+
+// By how much cells may have grown on average, and the nodes above them, which grow alone where
+// each cell is a swarm of its own.
+constexpr double most_growth = 0.4;
+
+// Cells that drift through each other without growing are found out only by cutting anew, after
+// this many frames.
+constexpr int longest_reuse = 32;
+
+// The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
+// difference.
+constexpr std::size_t least_piece_boxes = 512;
+
+// What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
+// spare.
+constexpr std::size_t most_piece_boxes = 8192;
+
+// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these
+// separate the boxes of a place that is thirty times as clustered.
+constexpr int digits_for_clusters = 5;
+
+// Boxes that decide on classes: enough to see a kind that is one in a few hundred.
+constexpr std::size_t sampled_boxes = 1024;
+
+// An axis divides boxes into short and long ones if these are this many times as long on average.
+constexpr double far_longer = 8;
+
+// Binary digits that records are dealt by at a time: 2,048 counters and open cache lines stay
+// within the second-level cache.
+constexpr int most_digits = 11;
+
+// The same on one thread, whose counters are cleared for a few hundred records.
+constexpr int most_digits_alone = 8;
+
+// Pairs of a bucket, 64 kB: small beside the second-level cache.
+constexpr std::size_t bucket_pairs = 8192;
+
+// And at least so many where there are buckets for all threads only.
+constexpr std::size_t least_bucket_pairs = 512;
+
+// One thread puts up to this number, of a quarter as many slots, in order at once: they still fit
+// the cache.
+constexpr std::size_t pairs_at_once = 65536;
+
+// Inner loops.
+
+// Nodes or cells that are gathered before what is in them is read: they stay in the nearest
+// cache.
+constexpr std::size_t gathered_nodes = 256;
+
+// Cells whose boxes are prefetched before they are packed.
+constexpr std::size_t packed_ahead = 3;
+
+// From frame to frame.
+
+// When more than one geom in so many changed, all pairs are found anew: of 100,000 cubes, others in
+// every frame, a tenth takes 0.75 of the time of that and a quarter 1.23.
+constexpr std::size_t changing_share = 8;
+
+// The trees of all boxes are made anew when one box in so many is in the recent ones.
+constexpr std::size_t recent_share = 4;
+
+// Cells of changed boxes that a thread takes at a time: few, since some meet far more than others.
+constexpr std::size_t changed_chunk_cells = 4;
+
+// Kept pairs that a thread merges at a time; parts that have grown to twice that are cut.
+constexpr std::size_t part_pairs = std::size_t{1} << 16;
+
+// How far a fat box lies outside of a box, in parts of the box's least extent; one that its box has
+// left twice as far. Piles then have a third more candidates than pairs; with half or twice the
+// room extraction takes up to 1.3 times as long in some.
+constexpr float fat_share = 1.0f / 16;
+
+// Fat boxes are made where boxes would stay in them for so many frames: twice as many as make good
+// what that takes.
+constexpr float least_service = 4;
+
+// Queries.
+
+// What it costs to build a tree, for each of its geoms, in units of what a query without a tree
+// pays for a geom, about 4 ns.
+constexpr double build_cost = 12;
+
+// The same to bring it up to date, for each geom that changed; a row of sixteen strays costs a
+// query 1. Changes are noted one by one while that costs less than going through all geoms.
+constexpr double refresh_cost = 4;
+
+// Hits are marked rather than sorted if they are this part of all slots, but for a few.
+constexpr std::size_t many_hits = 1024, few_hits = 16;
+
+// How much wider than its boxes a cell is on each side, in parts of its extent: little enough to
+// leave most queries the cells they would visit anyway; a pile that trembles stays within it.
+constexpr double cell_margin = 1.0 / 16;
+
+// Decisions.
+
+// Up to this number of slots brute force is as fast as the sweep on one thread.
+constexpr std::size_t most_tested = 200;
+
+// Up to this number of geoms pairs of a small scene are tested without vectors.
+constexpr unsigned most_without_vectors = 32;
+
+// A near callback that takes so long for a pair reads geoms that are not in the cache: one that
+// counts takes 2 to 3 ns, one that reads bodies and user data 14 ns among 1,000 geoms, 27 among
+// 10,000, 80 to 150 from 100,000 on.
+constexpr double least_callback_ms = 2e-5;
+
+// Testing which pairs of boxes are certainly apart pays where this part of them is: twice as much
+// took 1.09 times as long in piles.
+constexpr double least_apart_boxes = 0.3;
+
+// The part of what is known of a back end's time that its newest frame makes up.
+constexpr double newest_weight = 0.25;
+
+// The same while it is tried.
+constexpr double trial_weight = 0.7;
+
+// A change of back ends must take less than this part of the time.
+constexpr double hysteresis = 0.95;
+
+// A back end that lost is tried again if it would take no more than so many times as long.
+constexpr double worth_another_try = 2;
+
+// Time that devices would have saved a space before their driver is loaded, which takes up to a
+// second of another thread's time.
+constexpr double least_missed_ms = 50;
 
 // The work that is worth a thread: 10 us to 0.3 ms on one core (AMD EPYC, GCC 12). A team of two
 // takes about 2 us to start while its threads still spin, 10 to 50 us once they sleep.

@@ -5,7 +5,6 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/cache/tuning.h"
 
 namespace ode_parallel_sap {
 

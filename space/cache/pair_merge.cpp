@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "space/base/parallel.h"
-#include "space/cache/tuning.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

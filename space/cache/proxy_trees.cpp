@@ -5,7 +5,6 @@
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/cache/tuning.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {

@@ -5,7 +5,6 @@
 #include <cstddef>
 
 #include "space/base/tuning.h"
-#include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -9,7 +9,6 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
-#include "space/frame/tuning.h"
 #include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {

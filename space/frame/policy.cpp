@@ -4,7 +4,6 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/tuning.h"
-#include "space/frame/tuning.h"
 
 namespace ode_parallel_sap {
 

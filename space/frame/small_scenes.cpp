@@ -8,8 +8,8 @@
 #include <new>
 
 #include "space/base/mechanisms.h"
+#include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
-#include "space/frame/tuning.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
 #include "space/simd/kernels.h"

@@ -12,7 +12,6 @@
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
-#include "space/geoms/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -185,7 +185,7 @@ void PairFilter::closeGaps(int threads, PairList& pairs) {
     runTeam(moving, most, [&](int thread, int team) {
       for (int i = thread; i < most; i += team) {
         Piece& piece = pieces_[i];
-        TeamWatch::noteWork();
+        noteWork();
         if (piece.begin == piece.end || piece.begin == piece.to) continue;
         Pair* const rest = std::min(piece.end, piece.begin + (piece.begin - piece.to));
         piece.head.assign(piece.begin, rest);

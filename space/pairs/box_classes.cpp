@@ -5,7 +5,7 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
-#include "space/pairs/tuning.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -5,7 +5,6 @@
 #include "space/base/mechanisms.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/tuning.h"
 
 namespace ode_parallel_sap {
 

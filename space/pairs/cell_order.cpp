@@ -5,7 +5,6 @@
 
 #include "space/base/tuning.h"
 #include "space/pairs/radix_sort.h"
-#include "space/pairs/tuning.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {

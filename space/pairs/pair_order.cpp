@@ -5,8 +5,8 @@
 
 #include "space/base/parallel.h"
 #include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/pairs/radix_sort.h"
-#include "space/pairs/tuning.h"
 
 namespace ode_parallel_sap {
 
@@ -150,7 +150,7 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
   positions_.assign(buckets.count * parts, 0);
   runTeam(counting, threads, [&](int thread, int team) {
     for (std::size_t part = thread; part < parts; part += team) {
-      if (found[part].size()) TeamWatch::noteWork();
+      if (found[part].size()) noteWork();
       std::size_t* const counts = positions_.data() + buckets.count * part;
       for (const Pair pair : found[part]) ++counts[bucketOf(pair)];
     }
@@ -165,7 +165,7 @@ void PairOrder::deal(const std::vector<Buffer<Pair>>& found, const Buckets& buck
   bucket_begin_[buckets.count] = position;
   runTeam(dealing, threads, [&](int thread, int team) {
     for (std::size_t part = thread; part < parts; part += team) {
-      if (found[part].size()) TeamWatch::noteWork();
+      if (found[part].size()) noteWork();
       std::size_t* const next = positions_.data() + buckets.count * part;
       for (const Pair pair : found[part]) {
         Pair* const to = dealt + next[bucketOf(pair)]++;

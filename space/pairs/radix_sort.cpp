@@ -7,7 +7,6 @@
 
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -180,7 +180,7 @@ void EndpointLists<Real>::update(const BoxSet& boxes, int threads) {
   const int most = teamFor(members_, grains::sorted_members, threads);
   runTeam(sorting, most, [&](int thread, int team) {
     for (int axis = thread; axis < 3; axis += team) {
-      TeamWatch::noteWork();
+      noteWork();
       int& anew_for = axes_[axis].anew_for;
       if (anew_for > 0 || !repairable) {
         if (anew_for > 0) --anew_for;

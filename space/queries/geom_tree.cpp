@@ -6,9 +6,9 @@
 
 #include "space/base/mechanisms.h"
 #include "space/base/round_outward.h"
+#include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
-#include "space/queries/tuning.h"
 
 namespace ode_parallel_sap {
 

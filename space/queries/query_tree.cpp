@@ -4,7 +4,7 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/mechanisms.h"
-#include "space/queries/tuning.h"
+#include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/simd/kernel_rows.h"
-#include "space/simd/tuning.h"
 
 namespace {
 

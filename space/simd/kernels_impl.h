@@ -6,13 +6,13 @@
 #include <string.h>
 
 #include "space/base/platform.h"
+#include "space/base/tuning.h"
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
 #include "space/simd/kernel_kept_pairs.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
-#include "space/simd/tuning.h"
 
 namespace {
 

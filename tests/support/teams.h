@@ -26,8 +26,8 @@ class ScopedGrain {
 inline std::map<std::string, std::uint64_t> timesShared() {
   std::map<std::string, std::uint64_t> times;
   using ode_parallel_sap::Region;
-  for (const Region* region = Region::first(); region; region = region->next())
-    times[region->name()] = region->timesShared();
+  for (const Region* region = Region::first; region; region = region->next)
+    times[region->name] = region->times_shared;
   return times;
 }
 
