@@ -4,6 +4,7 @@
 
 #include "space/base/floating_point.h"
 #include "space/base/round_outward.h"
+#include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
@@ -26,7 +27,7 @@ bool floatsOverlap(const Box& a, const Box& b) {
 
 }  // namespace
 
-// In the order of their lower bounds on the first axis.
+// In the order of their lower bounds on the axis on which these differ most.
 void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse) {
   const double share =
       std::min(1.0, static_cast<double>(most_sampled) / static_cast<double>(coarse));
@@ -37,21 +38,45 @@ void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, st
     sample_.push_back({{}, geoms[slot]});
     roundOutward(geoms[slot]->aabb, sample_.back().box);
   }
-  std::sort(sample_.begin(), sample_.end(),
-            [](const Sampled& a, const Sampled& b) { return a.box.lower[0] < b.box.lower[0]; });
+  if (sample_.empty()) return;
+  float widest = -1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [least, most] = std::minmax_element(
+        sample_.begin(), sample_.end(),
+        [=](const Sampled& a, const Sampled& b) { return a.box.lower[axis] < b.box.lower[axis]; });
+    const float width = most->box.lower[axis] - least->box.lower[axis];
+    if (!(width > widest)) continue;
+    widest = width;
+    axis_ = axis;
+  }
+  std::sort(sample_.begin(), sample_.end(), [this](const Sampled& a, const Sampled& b) {
+    return a.box.lower[axis_] < b.box.lower[axis_];
+  });
 }
 
 bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states,
                                 std::size_t coarse, std::size_t most) {
+  if (coarse * coarse / 2 <= most) {
+    sampled_of_ = coarse;
+    return answer_ = false;
+  }
+  const std::size_t few = sampled_of_ / 8;
+  const bool alike = coarse <= sampled_of_ + few && coarse + few >= sampled_of_;
+  if (alike && ++age_ < retry_frames) return answer_;
+  age_ = 0;
   sampled_of_ = coarse;
-  if (coarse * coarse / 2 <= most) return false;
+  return answer_ = sampleOverlaps(geoms, states, coarse, most);
+}
+
+bool CoarseBoxes::sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& states,
+                                 std::size_t coarse, std::size_t most) {
   const ScopedMode exact(exactMode());
   take(geoms, states, coarse);
   const double share = static_cast<double>(sample_.size()) / static_cast<double>(coarse);
   const double most_sampled_pairs = static_cast<double>(most) * share * share;
   std::size_t in_vain = 0;
   for (auto a = sample_.begin(); a != sample_.end(); ++a)
-    for (auto b = a + 1; b != sample_.end() && b->box.lower[0] <= a->box.upper[0]; ++b) {
+    for (auto b = a + 1; b != sample_.end() && b->box.lower[axis_] <= a->box.upper[axis_]; ++b) {
       in_vain += floatsOverlap(a->box, b->box) && !boxesOverlap(a->geom, b->geom);
       if (static_cast<double>(in_vain) > most_sampled_pairs) return true;
     }

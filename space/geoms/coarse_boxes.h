@@ -18,7 +18,7 @@ namespace ode_parallel_sap {
 class CoarseBoxes {
  public:
   // Whether more than about `most` pairs of the `coarse` boxes overlap in floats alone, by a sample
-  // of them. Needs clean geoms.
+  // of them. An answer is kept for some frames while their number is alike. Needs clean geoms.
   bool overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
                      std::size_t most);
   // Whether there are so many more of them since that the answer may be another.
@@ -32,9 +32,14 @@ class CoarseBoxes {
     const dxGeom* geom;
   };
   void take(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse);
+  bool sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
+                      std::size_t most);
 
   std::vector<Sampled> sample_;
-  std::size_t sampled_of_ = 0;
+  int axis_ = 0;                // by which it is sorted
+  std::size_t sampled_of_ = 0;  // coarse boxes
+  bool answer_ = false;
+  int age_ = 0;  // of the answer, in frames
 };
 
 }  // namespace ode_parallel_sap

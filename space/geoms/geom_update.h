@@ -50,7 +50,9 @@ class GeomUpdate {
   dReal tolerance() const { return facts_.beyond_tolerance ? 0 : packer_.rules.tolerance; }
   BoxSet& boxes() { return boxes_; }
   const BoxSet& boxes() const { return boxes_; }
-  std::size_t bytes() const { return bytesOf(boxes_, parts_, states_, watched_, slots_); }
+  std::size_t bytes() const {
+    return bytesOf(boxes_, parts_, states_, watched_, slots_, coarse_boxes_);
+  }
 
  private:
   // Geoms that are brought up to date together: those of all slots, or of the slots of a list.

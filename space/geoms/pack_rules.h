@@ -19,7 +19,10 @@ struct PackRules {
   // Those whose AABBTest may say no. The user makes them, and a frame's plan says which they are.
   UserClassSet tested_classes = all_user_classes;
 
+  // Whether pairs are left out by what geoms are, which may change unannounced.
   bool skip() const { return skip_static || skip_asleep; }
+  // Whether every frame asks the geoms of all candidates for that.
+  bool verified() const { return skip() && !notified; }
   // dSpaceCollide2 finds pairs at rest, too.
   PackRules ofQueries() const {
     PackRules rules = *this;

@@ -72,14 +72,16 @@ void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackR
   closeGaps(threads, pairs);
 }
 
-// Copies the pairs that their geoms do not rule out; returns the end of the copy.
-Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
-                            const Pair* end, Pair* to) {
+// Copies the pairs that their geoms do not rule out; returns the end of the copy. `user_classes`:
+// calls AABBTest functions.
+Pair* PairFilter::verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
+                            const Pair* begin, const Pair* end, Pair* to) {
+  const PairRule rule(rules);
   // Geoms lie anywhere in memory. The earlier one is often that of the pair before.
   constexpr std::ptrdiff_t ahead = prefetch_distance;
   const auto askFor = [&](const dxGeom* geom) {
     prefetch(&geom->gflags);
-    if (what.bits) prefetch(&geom->collide_bits);
+    if (rules.skip()) prefetch(&geom->collide_bits);
   };
   for (const Pair* pair = begin; pair < end; ++pair) {
     if (end - pair > 2 * ahead) {
@@ -90,8 +92,7 @@ Pair* PairFilter::verifyRun(dxGeom* const* geoms, const Verified& what, const Pa
     }
     dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
     *to = *pair;
-    to += isEnabled(a) && isEnabled(b) && (!what.bits || filtersMatch(a, b)) &&
-          (!what.user_classes || passesAABBTests(a, b, what.tested_classes));
+    to += rule.isStillPair(a, b) && (!user_classes || passesAABBTests(a, b, rules.tested_classes));
   }
   return to;
 }
@@ -104,8 +105,7 @@ const PairList& PairFilter::select(dxGeom* const* geoms, const UpdateFacts& fact
   const PairList* others = &candidates;
   if (needsVerifying(facts, rules)) {
     PairList& verified = planes_apart ? selected.verified : selected.pairs;
-    verify(geoms, {rules.skip(), facts.user_classes, rules.tested_classes}, threads, candidates,
-           verified);
+    verify(geoms, rules, facts.user_classes, threads, candidates, verified);
     others = &verified;
   }
   if (planes_apart)
@@ -115,10 +115,10 @@ const PairList& PairFilter::select(dxGeom* const* geoms, const UpdateFacts& fact
 }
 
 // Puts into `verified`, another list, the pairs to be reported.
-void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
-                        const PairList& pairs, PairList& verified) {
+void PairFilter::verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
+                        int threads, const PairList& pairs, PairList& verified) {
   const std::size_t count = pairs.size();
-  const int team = what.user_classes ? 1 : teamFor(count, grains::looked_up, threads);
+  const int team = user_classes ? 1 : teamFor(count, grains::looked_up, threads);
   verified.clear(static_cast<std::size_t>(team));
   runTeam(verifying, team, [&](int thread, int size) {
     const Range own = ownPart(count, thread, size);
@@ -126,7 +126,7 @@ void PairFilter::verify(dxGeom* const* geoms, const Verified& what, int threads,
     part.resizeDiscarding(own.end - own.begin);
     Pair* to = part.data();
     PairCursor(pairs).read(own.begin, own.end, [&](const Pair* run, const Pair* run_end) {
-      to = verifyRun(geoms, what, run, run_end, to);
+      to = verifyRun(geoms, rules, user_classes, run, run_end, to);
     });
     part.resize(static_cast<std::size_t>(to - part.data()));
   });

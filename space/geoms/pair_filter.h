@@ -40,26 +40,20 @@ class PairFilter {
   std::size_t bytes() const { return bytesOf(pieces_to_test_, gaps_, planes_); }
 
  private:
-  // What there is to verify besides that geoms are enabled.
-  struct Verified {
-    bool bits;          // which were not looked at for geoms at rest
-    bool user_classes;  // their AABBTest functions, called on the calling thread
-    UserClassSet tested_classes;
-  };
   static bool needsVerifying(const UpdateFacts& facts, const PackRules& rules) {
-    return facts.user_classes || (rules.skip() && !rules.notified);
+    return facts.user_classes || rules.verified();
   }
   bool planesApart(const PackRules& rules) const { return rules.cull_planes && planes_.any(); }
-  void verify(dxGeom* const* geoms, const Verified& what, int threads, const PairList& pairs,
-              PairList& verified);
+  void verify(dxGeom* const* geoms, const PackRules& rules, bool user_classes, int threads,
+              const PairList& pairs, PairList& verified);
   struct ExactTest;
   // Pairs [begin, end) of a part, which are to begin at `to`.
   struct Piece {
     Pair *begin = nullptr, *end = nullptr, *to = nullptr;
     std::vector<Pair> head;
   };
-  static Pair* verifyRun(dxGeom* const* geoms, const Verified& what, const Pair* begin,
-                         const Pair* end, Pair* to);
+  static Pair* verifyRun(dxGeom* const* geoms, const PackRules& rules, bool user_classes,
+                         const Pair* begin, const Pair* end, Pair* to);
   void testSegments(const ExactTest& test, int threads, PairList& pairs);
   void closeGaps(int threads, PairList& pairs);
 

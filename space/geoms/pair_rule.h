@@ -54,6 +54,10 @@ class PairRule {
   bool mayMeet(const dxGeom* a, const dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b);
   }
+  // Whether candidates are still pairs, whose geoms may have changed unannounced.
+  bool isStillPair(const dxGeom* a, const dxGeom* b) const {
+    return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
+  }
   // Whether only ODE's filters have a say.
   bool isODEs() const { return !rules_.skip() && !rules_.cull_planes; }
 

@@ -58,7 +58,6 @@ template <class Real>
 struct PlanePairs::Search {
   dxGeom* const* geoms;
   const BoxSet& boxes;
-  const PackRules& rules;
   const PairRule rule;
   const Buffer<Slot>& planes;
   const std::vector<HalfSpace<Real>>& half_spaces;
@@ -83,9 +82,7 @@ struct PlanePairs::Search {
   bool passes(Slot plane, Slot other, bool sure) const {
     dxGeom *const a = geoms[plane], *const b = geoms[other];
     if (!sure && (!boxesOverlap(a, b) || rule.isClear(a, b))) return false;
-    // The boxes' bits and presence say nothing of geoms at rest.
-    if (rules.skip()) return isEnabled(b) && rule.mayMeet(a, b);
-    return !boxes.filter_bits || rule.mayMeet(a, b);
+    return isEnabled(b) && rule.mayMeet(a, b);
   }
 };
 
@@ -101,7 +98,7 @@ void PlanePairs::find(dxGeom* const* geoms, const BoxSet& boxes, const PackRules
   ChunkQueue queue(cells, chunkOf(cells, chunk_cells, threads));
   runTeam(meeting, threads, [&](int thread, int) {
     const ScopedMode mode(exactMode());
-    const Search<Real> search = {geoms, boxes, rules, PairRule(rules), planes_, half_spaces};
+    const Search<Real> search = {geoms, boxes, PairRule(rules), planes_, half_spaces};
     for (Range range; queue.next(range);) search.run(range, hits_[thread], found_[thread]);
   });
 }

@@ -345,7 +345,7 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
-    queries_.find(slots_.geoms(), geom, settings_.rules.cull_planes,
+    queries_.find(slots_.geoms(), geom, settings_.rules,
                   pipeline_.policy().teamFor(slots_.size(), settings_), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();

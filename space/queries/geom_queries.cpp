@@ -14,16 +14,15 @@ void GeomQueries::release() {
   marks_ = SlotSet();
 }
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads,
+void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
                        Buffer<dxGeom*>& hits) {
   const ScopedMode mode(exactMode());
   if (tree_.bringUpToDate(geoms, threads))
     findByTree(geoms, geom, hits);
   else
     findByTests(geoms, geom, hits);
-  PackRules rules;
-  rules.cull_planes = cull_planes;
-  const PairRule rule(rules);
+  const PackRules of_queries = rules.ofQueries();
+  const PairRule rule(of_queries);
   std::size_t found = 0;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (i + prefetch_distance < hits.size()) prefetchState(hits[i + prefetch_distance]);

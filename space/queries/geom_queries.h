@@ -5,6 +5,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
+#include "space/geoms/pack_rules.h"
 #include "space/queries/geom_tree.h"
 
 struct dxGeom;
@@ -22,11 +23,12 @@ class GeomQueries {
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
-  // Puts into `hits`, in ascending order of their slots, the enabled geoms that pair with `geom`
-  // by ODE's formula, the AABBTest calls apart, and, if `cull_planes`, are not clear of a plane
-  // that is one of the two. Up to `threads` threads build a tree. All AABBs are up to date, that of
-  // `geom` is without NaN. Throws std::bad_alloc where memory ends.
-  void find(const Geoms& geoms, dxGeom* geom, bool cull_planes, int threads, Buffer<dxGeom*>& hits);
+  // Puts into `hits`, in ascending order of their slots, the enabled geoms that are pairs with
+  // `geom` by the rules of queries, the AABBTest calls apart. Up to `threads` threads build a tree.
+  // All AABBs are up to date, that of `geom` is without NaN. Throws std::bad_alloc where memory
+  // ends.
+  void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
+            Buffer<dxGeom*>& hits);
 
   // Whether it gave back what it holds.
   bool noteFrame() {

@@ -360,7 +360,7 @@ typedef struct dParallelSAPStats {
   unsigned long long frames;          /* such collides since the space was created */
   size_t geoms;                       /* geoms in the space */
   size_t moved;                       /* geoms whose AABB was brought up to date */
-  size_t disabled;                    /* left out: disabled, zero-sized, empty, skipped as static */
+  size_t disabled;                    /* geoms left out: disabled, zero-sized, or empty */
   size_t invalid;                     /* geoms left out: a NaN bound */
   size_t unbounded;                   /* geoms with an infinite or inverted AABB */
   unsigned long long candidates;      /* pairs found in this frame, before the filter */
@@ -371,7 +371,7 @@ typedef struct dParallelSAPStats {
   int threads;                        /* threads used by the widest stage */
   int devices;                        /* GPUs used */
   double update_ms;                   /* AABBs of the geoms that moved */
-  double synchronise_ms;              /* merging the boxes of all threads */
+  double synchronise_ms;              /* numbering bodies, taking planes out */
   double extract_ms;                  /* finding pairs; up to 120 geoms: all before the report */
   double filter_ms;                   /* exact test of borderline pairs, AABBTest calls */
   double narrow_ms;                   /* the contacts of all pairs */
