@@ -11,17 +11,13 @@ def percent(share):
     return "%.2g %%" % (100 * share) if share < 0.995 else "100 %"
 
 
-def span(found):
-    return "%s (%s to %s)" % tuple(percent(value) for value in found[:3])
-
-
 def cells(one, winner):
     """What is known of a limit: the cheapest setting, and what is lacking until it is certain."""
     if winner.setting is None:
         return [winner.why, "", "", ""]
     level = one.level_for(winner.limit)
-    bias = ", ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
-    error = "%s, of %d seeds" % (span(winner.fresh or winner.interval), (winner.fresh or winner.interval).count)
+    bias = " ± %s" % percent(one.bias(level)) if one.bias(level) < 1 else ""
+    error = "%s (%s to %s)" % tuple(percent(value).rstrip(" %") for value in (winner.fresh or winner.interval)[:3])
     return [study.name_of(winner.setting) + (" (uncertain: %s)" % winner.why if winner.why else ""),
             "%.3g (%.3g to %.3g)" % tuple(1000 * value for value in one.costs(winner.setting)), error,
             "%g ms%s" % (1000 * study.REFERENCE[level].dt, bias)]
@@ -29,7 +25,7 @@ def cells(one, winner):
 
 def answer(studies):
     """What is to be said now; limits with the same setting share a row."""
-    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error | reference's step, and its bias |",
+    lines = ["| scene | within | cheapest setting | ms of processor a simulated second | error, % | reference's step and bias |",
              "| --- | ---: | --- | ---: | ---: | ---: |"]
     for one in studies:
         same = {}
@@ -43,8 +39,11 @@ def answer(studies):
 
 def origin(table):
     """Where the rows are from."""
-    machines = {tuple(row[name] for name in ("cpu", "cores", "commit", "date")) for row in table.rows}
-    return "\n".join("%s, a run a core on %s cores, commit %s, %s" % machine for machine in sorted(machines)) + "\n"
+    machines = {}
+    for row in table.rows:
+        machines.setdefault((row["cpu"], row["cores"], row["date"]), set()).add(row["commit"])
+    return "\n".join("%s, a run a core on %s cores, %s, commit %s" % (*machine, ", ".join(sorted(commits)))
+                     for machine, commits in sorted(machines.items())) + "\n"
 
 
 def shown(one):

@@ -1,10 +1,10 @@
 #include "machine.h"
 
-#include <dirent.h>
 #include <sched.h>
 
 #include <cctype>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 
 #include "commit.h"
@@ -25,17 +25,13 @@ std::string valueIn(const std::string& path, const std::string& key) {
 
 // All GPUs of one model: "2 x NVIDIA H200".
 std::string gpus() {
-  DIR* directory = opendir("/proc/driver/nvidia/gpus");
-  if (!directory) return "";
+  std::error_code without;
   int count = 0;
   std::string model;
-  while (const dirent* entry = readdir(directory)) {
-    if (entry->d_name[0] == '.') continue;
+  for (const auto& gpu : std::filesystem::directory_iterator("/proc/driver/nvidia/gpus", without)) {
     ++count;
-    model =
-        valueIn(std::string("/proc/driver/nvidia/gpus/") + entry->d_name + "/information", "Model");
+    model = valueIn(gpu.path() / "information", "Model");
   }
-  closedir(directory);
   return count > 0 ? std::to_string(count) + " x " + model : "";
 }
 

@@ -33,14 +33,6 @@ void Overlapping::add(std::size_t a, std::size_t b, const std::vector<bool>& mov
 
 namespace {
 
-Overlapping allPairs(const Boxes& boxes, const std::vector<bool>& moved) {
-  Overlapping pairs;
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    for (std::size_t j = i + 1; j < boxes.size(); ++j)
-      if (boxes[i].overlaps(boxes[j])) pairs.add(i, j, moved);
-  return pairs;
-}
-
 // Along x, among the boxes that reach into a slab of y from `low` to below `high`; a pair counts in
 // the slab where its intersection begins.
 template <class Add>
@@ -60,7 +52,6 @@ void sweepSlab(const Boxes& boxes, const std::vector<std::size_t>& by_x, dReal l
 }  // namespace
 
 Overlapping overlapping(const Boxes& boxes, const std::vector<bool>& moved) {
-  if (boxes.size() <= 3000) return allPairs(boxes, moved);
   std::vector<dReal> lows;
   for (const CentredBox& box : boxes) lows.push_back(box.low(1));
   std::sort(lows.begin(), lows.end());

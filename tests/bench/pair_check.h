@@ -24,8 +24,8 @@ struct Reported {
 };
 Reported reportedBy(Peer& peer, const Boxes& boxes);
 
-// By a way of its own, which shares no code with what is compared: all pairs up to 3,000 boxes, a
-// sweep in slabs of equally many boxes above.
+// By a way of its own, which shares no code with what is compared: a sweep in slabs of equally many
+// boxes.
 struct Overlapping {
   PairSet all, of_moved;  // the latter have a box that moved
   void add(std::size_t a, std::size_t b, const std::vector<bool>& moved);

@@ -21,13 +21,14 @@ sys.dont_write_bytecode = True  # nothing is left beside the sources
 from results import OURS, machine, one, read, timed, values
 
 
-def save(figure, directory, name, rows):
-    figure.text(0.01, 0.003, machine(rows), fontsize=6, color="gray")
-    figure.tight_layout(rect=(0, 0.02, 1, 1))
+def save(figure, directory, name, source, top=1):
+    figure.text(0.01, 0.003, source, fontsize=6, color="gray")
+    figure.tight_layout(rect=(0, 0.02, 1, top))
     path = os.path.join(directory, name + ".png")
     figure.savefig(path, dpi=110)
     plt.close(figure)
     print(path)
+    return figure
 
 
 def on_devices(rows):
@@ -67,7 +68,7 @@ def figure14(directory):
     tops = [bar.get_height() for axes in grid for bar in axes.patches]
     grid[0].set_ylim(min(tops) / 2, max(tops) * 8)
     grid[0].set_ylabel("% of brute force on one thread, whole collide")
-    save(figure, directory, "paper-figure-14", rows)
+    return save(figure, directory, "paper-figure-14", machine(rows))
 
 
 def figure15(directory):
@@ -83,7 +84,7 @@ def figure15(directory):
         axes.grid(True, alpha=0.3)
         axes.legend(fontsize=8)
     grid[0].set_ylabel("ms a collide, balls")
-    save(figure, directory, "paper-figure-15", rows)
+    return save(figure, directory, "paper-figure-15", machine(rows))
 
 
 STEP_PARTS = (("broad_ms", "broad phase", "#d55e00"), ("narrow_ms", "narrow phase", "#e69f00"),
@@ -121,14 +122,8 @@ def step(directory):
     handles = [matplotlib.patches.Patch(color=colour, label=label) for _, label, colour in reversed(STEP_PARTS)]
     handles.append(matplotlib.lines.Line2D([], [], color="black", linestyle="--", linewidth=1, label="16.7 ms: 60 steps a second"))
     figure.legend(handles=handles, fontsize=9, ncol=len(handles), loc="upper center", frameon=False)
-    row = rows[0]
-    figure.text(0.01, 0.005, "A pile of boxes on a terrain, up to %d threads in ours, one in the others; %s, %d cores; commit %s, %s" % (
-        max(values(rows, "threads")), row["cpu"], row["cores"], row["commit"] or "unknown", row["date"]), fontsize=7, color="gray")
-    figure.tight_layout(rect=(0, 0.02, 1, 0.93))
-    path = os.path.join(directory, "step.png")
-    figure.savefig(path, dpi=110)
-    print(path)
-    return figure
+    return save(figure, directory, "step", "A pile of boxes on a terrain, up to %d threads in ours, one in the others; %s" % (
+        max(values(rows, "threads")), machine(rows)), top=0.93)
 
 
 FIGURES = {"figure14": figure14, "figure15": figure15, "step": step}

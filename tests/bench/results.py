@@ -49,9 +49,9 @@ ODE_SPACES = ("dHashSpace", "dSweepAndPruneSpace", "dQuadTreeSpace", "dSimpleSpa
 OURS = "parallel-sap"
 
 
-def best(rows, scene, n, threads, peers):
-    """The quickest of the peers with up to so many threads: not all of them take a number."""
-    found = [row for row in timed(rows, scene=scene, n=n) if row["peer"] in peers and row["threads"] <= threads]
+def best(rows, peers, **wanted):
+    """The quickest of the peers."""
+    found = [row for row in timed(rows, **wanted) if row["peer"] in peers]
     return min(found, key=lambda row: row["median_ms"], default=None)
 
 
@@ -59,4 +59,4 @@ def machine(rows):
     row = rows[0]
     gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row.get("gpu") else ""
     compiler = "; %s %s" % (row["compiler"], row["flags"]) if "compiler" in row else ""
-    return "%s, %d cores%s%s; commit %s, %s" % (row["cpu"], row["cores"], gpu, compiler, row["commit"], row["date"])
+    return "%s, %d cores%s%s; commit %s, %s" % (row["cpu"], row["cores"], gpu, compiler, row["commit"] or "unknown", row["date"])

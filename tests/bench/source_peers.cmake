@@ -3,7 +3,6 @@
 set(ODE_PARALLEL_SAP_BENCH_PHYSX "" CACHE PATH "PhysX 5, the directory that has source/ and include/")
 set(ODE_PARALLEL_SAP_BENCH_JOLT "" CACHE PATH "Jolt Physics, the directory that has Jolt/ and Build/")
 set(ODE_PARALLEL_SAP_BENCH_BOX3D "" CACHE PATH "Box3D, the directory that has src/ and include/")
-set(ODE_PARALLEL_SAP_BENCH_CUBQL "" CACHE PATH "cuBQL, the directory that has cuBQL/bvh.h")
 
 # source_is_there(<result> <directory> <a file of it>): true, false where none is named, and an error
 # where another directory was.
@@ -78,7 +77,6 @@ endfunction()
 source_is_there(physx_FOUND "${ODE_PARALLEL_SAP_BENCH_PHYSX}" source/lowlevelaabb/include/BpBroadPhase.h)
 source_is_there(jolt_FOUND "${ODE_PARALLEL_SAP_BENCH_JOLT}" Build/CMakeLists.txt)
 source_is_there(box3d_FOUND "${ODE_PARALLEL_SAP_BENCH_BOX3D}" src/broad_phase.h)
-source_is_there(cubql_FOUND "${ODE_PARALLEL_SAP_BENCH_CUBQL}" cuBQL/bvh.h)
 
 if(physx_FOUND)
   add_physx(${ODE_PARALLEL_SAP_BENCH_PHYSX})
@@ -88,13 +86,4 @@ if(jolt_FOUND)
 endif()
 if(box3d_FOUND)
   add_box3d(${ODE_PARALLEL_SAP_BENCH_BOX3D})
-endif()
-if(cubql_FOUND)
-  enable_language(CUDA)
-  set(CMAKE_CUDA_STANDARD 17)
-  set_property(TARGET pair-benchmark PROPERTY CUDA_ARCHITECTURES OFF) # it links code for devices only
-  find_package(CUDAToolkit REQUIRED)
-  add_library(bench-cubql INTERFACE)
-  target_include_directories(bench-cubql SYSTEM INTERFACE ${ODE_PARALLEL_SAP_BENCH_CUBQL})
-  target_link_libraries(bench-cubql INTERFACE CUDA::cudart_static)
 endif()

@@ -57,7 +57,7 @@ def small(directory):
             some = [row for row in rows if row["moving"] == moving and row["scene"] == scene]
             cells = []
             for n in values(some, "n"):
-                ours, other = one(some, n=n, peer=OURS), best(some, scene, n, 1, ODE_SPACES)
+                ours, other = one(some, n=n, peer=OURS), best(some, ODE_SPACES, n=n)
                 cells.append(shown(other["median_ms"] / ours["median_ms"], "×") if ours and other else "–")
             lines.append(["%s, %s" % (scene, "moving" if moving else "still")] + cells)
     return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
@@ -75,8 +75,6 @@ def busy(directory):
         lines.append([name] + [shown(cell and cell[column]) for cell in cells for column in ("median_ms", "mean_ms", "max_ms")])
     return markdown(["ms a frame"] + [head for n in sizes for head in (count(n) + " boxes: median", "mean", "worst")], lines,
                     [machine(rows)])
-
-
 
 
 def certain_gain(rows, base):
@@ -111,13 +109,10 @@ def trace_peers(directory):
     rows = read(directory, "trace_peers")
     lines = []
     for program in values(rows, "program"):
-        here = [row for row in timed(rows) if row["program"] == program]
-        ours, told = (one(here, peer="parallel-sap" + setting) for setting in ("", ":begun-ended"))
-        others = sorted((row for row in here if row["peer"] in LIBRARIES), key=lambda row: row["median_ms"])
-        stock = sorted((row for row in here if row["peer"] in ODE_SPACES), key=lambda row: row["median_ms"])
-        cell = lambda found: "%s %s" % (found[0]["peer"], shown(1000 * found[0]["median_ms"])) if found else "–"
-        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(1000 * told["median_ms"]) if told else "–", cell(others),
-                      cell(stock)])
+        ours, told = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
+        nearest = [best(rows, peers, program=program) for peers in (LIBRARIES, ODE_SPACES)]
+        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(told and 1000 * told["median_ms"])] +
+                     ["%s %s" % (row["peer"], shown(1000 * row["median_ms"])) if row else "–" for row in nearest])
     return markdown(["boxes of", "boxes", "ours, us a frame", "ours, begun and ended pairs", "nearest other library",
                      "nearest of ODE's spaces"], lines, [machine(rows)])
 
@@ -128,9 +123,8 @@ def nearest_of(rows, groups):
     for scene in values(rows, "scene"):
         line = [scene]
         for n, threads in groups:
-            here = timed(rows, scene=scene, n=n, threads=threads)
-            ours = one(here, peer=OURS)
-            near = min((row for row in here if row["peer"] in LIBRARIES), key=lambda row: row["median_ms"], default=None)
+            cell = dict(scene=scene, n=n, threads=threads)
+            ours, near = one(rows, peer=OURS, **cell), best(rows, LIBRARIES, **cell)
             line += [shown(ours["median_ms"]), "%s %s" % (near["peer"], shown(near["median_ms"])),
                      shown(near["median_ms"] / ours["median_ms"], "×")] if ours and near else ["–"] * 3
         lines.append(line)

@@ -199,7 +199,7 @@ void testsChange(Scene& scene, int frame) {
     if (frame == 0 && i % 3) {
       scene.take(createUserBox(scene.space(), unitBounds(scene), false, capricious));
     } else if (frame == 0) {
-      scene.addUnitBox();
+      scene.addUnitBoxes(1);
     }
     if (i % 3) userBoxData(scene.geoms()[i]).mood = static_cast<unsigned>(frame);
   }
@@ -211,31 +211,27 @@ void testsChange(Scene& scene, int frame) {
 Extremes extremeBounds() {
   Extremes all;
   const char* const axes[] = {"x", "y", "z"};
-  const char* theme = "infinite";
   for (int axis = 0; axis < 3; ++axis) {
     const std::string along = std::string(" along ") + axes[axis];
-    all.push_back({theme, "half-infinite boxes down" + along, infinite(axis, axis, true, false)});
-    all.push_back({theme, "half-infinite boxes up" + along, infinite(axis, axis, false, true)});
-    all.push_back({theme, "infinite boxes" + along, infinite(axis, axis, true, true)});
+    all.push_back({"half-infinite boxes down" + along, infinite(axis, axis, true, false)});
+    all.push_back({"half-infinite boxes up" + along, infinite(axis, axis, false, true)});
+    all.push_back({"infinite boxes" + along, infinite(axis, axis, true, true)});
   }
-  all.push_back({theme, "boxes infinite in all directions", infinite(0, 2, true, true)});
-  all.push_back({theme, "nothing but infinite boxes", nothingButInfinite, 700});
-  all.push_back({theme, "forty moving planes, half of them oblique", planes, 1500});
-  all.push_back({theme, "ODE's classes with infinite sizes and places", infiniteClasses});
-  theme = "NaN, coming and going";
-  all.push_back({theme, "NaN positions", onUnitBoxes(nanPosition)});
-  all.push_back({theme, "NaN rotations", onUnitBoxes(nanRotation)});
-  all.push_back({theme, "NaN velocities, then a time step", nanBody, 1500});
-  all.push_back({theme, "NaN bounds of user classes", nanSize});
-  all.push_back({theme, "every geom NaN", eachUnitBox(nanEverywhere)});
-  theme = "degenerate";
-  all.push_back({theme, "zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
-  all.push_back({theme, "inverted boxes", inverted, 1500});
-  all.push_back({theme, "inverted and infinite boxes", invertedInfinite});
-  theme = "user classes";
-  all.push_back({theme, "bounds that have nothing to do with the place", boundsElsewhere, 1500});
-  all.push_back({theme, "bounds that change unasked", boundsChangeUnasked, 1500});
-  all.push_back({theme, "an AABBTest that changes its mind", testsChange, 1500});
+  all.push_back({"boxes infinite in all directions", infinite(0, 2, true, true)});
+  all.push_back({"nothing but infinite boxes", nothingButInfinite, 700});
+  all.push_back({"forty moving planes, half of them oblique", planes, 1500});
+  all.push_back({"ODE's classes with infinite sizes and places", infiniteClasses});
+  all.push_back({"NaN positions", onUnitBoxes(nanPosition)});
+  all.push_back({"NaN rotations", onUnitBoxes(nanRotation)});
+  all.push_back({"NaN velocities, then a time step", nanBody, 1500});
+  all.push_back({"NaN bounds of user classes", nanSize});
+  all.push_back({"every geom NaN", eachUnitBox(nanEverywhere)});
+  all.push_back({"zero-sized boxes, coming and going", onUnitBoxes(zeroSizes)});
+  all.push_back({"inverted boxes", inverted, 1500});
+  all.push_back({"inverted and infinite boxes", invertedInfinite});
+  all.push_back({"bounds that have nothing to do with the place", boundsElsewhere, 1500});
+  all.push_back({"bounds that change unasked", boundsChangeUnasked, 1500});
+  all.push_back({"an AABBTest that changes its mind", testsChange, 1500});
   return all;
 }
 

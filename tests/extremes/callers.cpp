@@ -8,14 +8,8 @@
 namespace sap_test {
 namespace {
 
-void unitBoxes(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    if (frame == 0) {
-      scene.addUnitBox();
-    } else {
-      scene.placeAnywhere(scene.geoms()[i]);
-    }
-  }
+void anywhere(Scene& scene, dGeomID geom, int) {
+  scene.placeAnywhere(geom);
 }
 
 // The callback throws at its 1st, 2nd, 4th... call; a geom comes and goes in between, which takes a
@@ -62,12 +56,7 @@ Pairs collideWithin(Scene& scene) {
   return spoilt;
 }
 
-// Whatever the callback disables counts in the next frame only, in which it is enabled again.
-void enableAll(Scene& scene, int frame) {
-  unitBoxes(scene, frame);
-  for (const dGeomID geom : scene.geoms()) dGeomEnable(geom);
-}
-
+// Whatever the callback disables counts in the next frame only; by then it is enabled again.
 Pairs collideDisabling(Scene& scene) {
   Pairs pairs;
   dSpaceCollide(scene.space(), &pairs, [](void* data, dGeomID a, dGeomID b) {
@@ -116,22 +105,21 @@ void trappingBounds(Scene& scene, int frame) {
 }  // namespace
 
 Extremes extremeCallers() {
-  const char* theme = "callbacks";
+  const Play unit_boxes = eachUnitBox(anywhere);
   Extremes all = {
-      {theme, "a callback that throws at every k-th call", unitBoxes, 5000, 3, collideThrowing},
-      {theme, "a callback that collides its own space", unitBoxes, 5000, 3, collideWithin},
-      {theme, "a callback that disables all geoms", enableAll, 5000, 3, collideDisabling},
+      {"a callback that throws at every k-th call", unit_boxes, 5000, 3, collideThrowing},
+      {"a callback that collides its own space", unit_boxes, 5000, 3, collideWithin},
+      {"a callback that disables all geoms", unit_boxes, 5000, 3, collideDisabling},
   };
   if (!FloatingPointMode::kCanBeSet) return all;
-  theme = "floating-point modes";
   const auto add = [&](const char* name, auto play, std::size_t most, unsigned mode) {
-    all.push_back({theme, name, play, most});
+    all.push_back({name, play, most});
     all.back().mode = mode;
   };
   add("denormals flushed (-ffast-math)", denormalGaps, 700, FloatingPointMode::kFlushing);
-  add("rounding downward", unitBoxes, 5000, FloatingPointMode::kDownward);
-  add("rounding upward", unitBoxes, 5000, FloatingPointMode::kUpward);
-  add("rounding toward zero", unitBoxes, 5000, FloatingPointMode::kTowardZero);
+  add("rounding downward", unit_boxes, 5000, FloatingPointMode::kDownward);
+  add("rounding upward", unit_boxes, 5000, FloatingPointMode::kUpward);
+  add("rounding toward zero", unit_boxes, 5000, FloatingPointMode::kTowardZero);
   add("invalid operations and overflows trap", trappingBounds, 1500, FloatingPointMode::kTrapping);
   return all;
 }

@@ -159,26 +159,22 @@ void enabledState(Scene& scene, dGeomID geom, int frame) {
 }  // namespace
 
 Extremes extremeChanges() {
-  const char* const motion = "motion";
-  const char* const adding = "adding and removing";
-  const char* const unannounced = "bodies and bits";
   return {
-      {motion, "geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6},
-      {motion, "bodies that cross the world in every time step", fastBodies, 1500, 6},
-      {motion, "a crowd that scatters and meets again", onUnitBoxes(crowdAndScatter), 1500, 5},
-      {motion, "scales from 1e-30 to 1e30 from frame to frame", scaleFromFrameToFrame, 5000, 6},
-      {motion, "nothing moves, or one geom", onUnitBoxes(oneMoves), 5000, 8},
-      {adding, "all geoms removed and added in every frame", onUnitBoxes(reAddAll)},
-      {adding, "a tenth removed and added in every frame", onUnitBoxes(reAddSome), 5000, 6},
-      {adding, "all geoms destroyed and made anew in every frame", renewAll},
-      {adding, "everything, nothing, everything, nothing", nothingLeft, 5000, 5},
-      {unannounced, "10,000 geoms on one body", onOneBody, 10000, 3},
-      {unannounced, "bodies that merge and part without a move", bodiesMergeAndPart, 700, 6},
-      {unannounced, "bodies that fall asleep and wake", bodiesSleep, 5000, 4},
-      {unannounced, "category bits all off, then all on", eachUnitBox(bitsAllOff), 5000, 5},
-      {unannounced, "single bits of all that a long has", eachUnitBox(singleBits), 5000, 4},
-      {unannounced, "geoms disabled and enabled in every frame", eachUnitBox(enabledState), 5000,
-       5},
+      {"geoms that cross the world in every frame", eachUnitBox(acrossTheWorld), 1500, 6},
+      {"bodies that cross the world in every time step", fastBodies, 1500, 6},
+      {"a crowd that scatters and meets again", onUnitBoxes(crowdAndScatter), 1500, 5},
+      {"scales from 1e-30 to 1e30 from frame to frame", scaleFromFrameToFrame, 5000, 6},
+      {"nothing moves, or one geom", onUnitBoxes(oneMoves), 5000, 8},
+      {"all geoms removed and added in every frame", onUnitBoxes(reAddAll)},
+      {"a tenth removed and added in every frame", onUnitBoxes(reAddSome), 5000, 6},
+      {"all geoms destroyed and made anew in every frame", renewAll},
+      {"everything, nothing, everything, nothing", nothingLeft, 5000, 5},
+      {"10,000 geoms on one body", onOneBody, 10000, 3},
+      {"bodies that merge and part without a move", bodiesMergeAndPart, 700, 6},
+      {"bodies that fall asleep and wake", bodiesSleep, 5000, 4},
+      {"category bits all off, then all on", eachUnitBox(bitsAllOff), 5000, 5},
+      {"single bits of all that a long has", eachUnitBox(singleBits), 5000, 4},
+      {"geoms disabled and enabled in every frame", eachUnitBox(enabledState), 5000, 5},
   };
 }
 

@@ -10,10 +10,8 @@ double Scene::side() const {
   return 0.95 * std::cbrt(static_cast<double>(size));
 }
 
-dGeomID Scene::addUnitBox() {
-  const dGeomID geom = take(dCreateBox(space(), 1, 1, 1));
-  placeAnywhere(geom);
-  return geom;
+void Scene::addUnitBoxes(std::size_t n) {
+  while (n-- > 0) placeAnywhere(take(dCreateBox(space(), 1, 1, 1)));
 }
 
 void Scene::placeAnywhere(dGeomID geom) {

@@ -42,11 +42,8 @@ class Scene : private OwnSpace, public World {
 
   dReal between(double low, double high) { return real(random.between(low, high)); }
   dGeomID anyGeom() { return geoms()[random.below(geoms().size())]; }
-  // A unit box of ODE's somewhere in a cube in which it overlaps a few of size others.
-  dGeomID addUnitBox();
-  void addUnitBoxes(std::size_t n) {
-    while (n-- > 0) addUnitBox();
-  }
+  // Unit boxes of ODE's in a cube in which each overlaps a few of size others.
+  void addUnitBoxes(std::size_t n);
   dGeomID addUserBox(const Bounds& bounds) { return take(createUserBox(space(), bounds)); }
   // Gives geom number i these bounds, and adds it if there are just i.
   void setUserBox(std::size_t i, const Bounds& bounds) {
@@ -72,7 +69,6 @@ Play onUnitBoxes(Play change);
 Play eachUnitBox(std::function<void(Scene& scene, dGeomID geom, int frame)> change);
 
 struct Extreme {
-  const char* theme;
   std::string name;
   Play play;
   std::size_t most = 5000;  // geoms up to which it is sensible: quadratic output
@@ -85,7 +81,7 @@ struct Extreme {
   unsigned mode = FloatingPointMode::current();
 };
 
-// All of them, by theme.
+// All of them.
 const std::vector<Extreme>& extremes();
 
 using Extremes = std::vector<Extreme>;

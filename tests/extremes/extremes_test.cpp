@@ -17,52 +17,40 @@ using namespace sap_test;
 
 namespace {
 
-struct Variant {
-  Configuration configuration;
-  int threads;  // 0: as it is by default
-};
+constexpr int kDefaultThreads = 0;
 
-std::vector<Variant> variantsWith(int threads) {
-  std::vector<Variant> variants;
-  for (const Configuration& configuration : configurations())
-    variants.push_back({configuration, threads});
-  return variants;
-}
-
-std::unique_ptr<Scene> sceneFor(const Variant& variant, std::size_t size, std::uint64_t seed) {
-  const MakeSpace make = [variant](dSpaceID parent) {
-    const dSpaceID space = dParallelSAPSpaceCreate(parent);
-    configure(space, variant.configuration);
-    if (variant.threads) dParallelSAPSpaceSetNumThreads(space, variant.threads);
-    return space;
-  };
-  return std::make_unique<Scene>(make, size, seed);
-}
-
-Pairs collideAsAsked(const Extreme& extreme, Scene& scene) {
-  const FloatingPointMode mode(extreme.mode);
-  return extreme.collide(scene);
-}
-
-// Plays the extreme on one scene for each variant, in step: the same calls give the same bounds, so
-// the pairs owed are worked out once a frame. Returns the first thing that is wrong, or "".
+// Plays the extreme on one scene for each configuration, in step: the same calls give the same
+// bounds, so the pairs owed are worked out once a frame. Returns the first thing that is wrong, or
+// "".
 template <typename Look>
-std::string play(const Extreme& extreme, std::size_t size, const std::vector<Variant>& variants,
-                 int frames, Look&& differenceIn) {
+std::string play(const Extreme& extreme, std::size_t size, int threads, int frames,
+                 Look&& differenceIn) {
   const Messages nan_reports;  // contract_test counts them
   std::vector<std::unique_ptr<Scene>> scenes;
-  for (const Variant& variant : variants) scenes.push_back(sceneFor(variant, size, seedOr(size)));
+  for (const Configuration& configuration : configurations()) {
+    const MakeSpace make = [configuration, threads](dSpaceID parent) {
+      const dSpaceID space = dParallelSAPSpaceCreate(parent);
+      configure(space, configuration);
+      if (threads != kDefaultThreads) dParallelSAPSpaceSetNumThreads(space, threads);
+      return space;
+    };
+    scenes.push_back(std::make_unique<Scene>(make, size, seedOr(size)));
+  }
   for (int frame = 0; frame < frames; ++frame) {
     Pairs expected;
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       extreme.play(*scenes[i], frame);
-      const Pairs got = collideAsAsked(extreme, *scenes[i]);
+      Pairs got;
+      {
+        const FloatingPointMode mode(extreme.mode);
+        got = extreme.collide(*scenes[i]);
+      }
       // After the space had to bring the bounds up to date.
       if (i == 0) expected = expectedPairs(*scenes[0]);
       const std::string problem = differenceIn(extreme, *scenes[i], got, expected);
       if (problem.empty()) continue;
       return extreme.name + ", " + std::to_string(size) + " geoms, frame " + std::to_string(frame) +
-             ", " + variants[i].configuration.name + ", " + std::to_string(variants[i].threads) +
+             ", " + configurations()[i].name + ", " + std::to_string(threads) +
              " threads, ODE_PARALLEL_SAP_TEST_SEED=" + std::to_string(seedOr(size)) + ": " +
              problem;
     }
@@ -113,27 +101,24 @@ std::string differenceOfProbes(const Extreme& extreme, Scene& scene, const Pairs
 }  // namespace
 
 TEST_CASE("At every extreme every configuration finds exactly the pairs owed", "[extremes]") {
-  const std::vector<Variant> variants = variantsWith(0);
   for (const Extreme& extreme : extremes()) {
     for (const std::size_t size : {std::size_t{25}, std::size_t{200}, geomsOf(1200)}) {
-      CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
+      CHECK(play(extreme, std::min(size, extreme.most), kDefaultThreads, extreme.frames,
                  differenceOfPairs) == "");
     }
   }
 }
 
 TEST_CASE("At every extreme any number of threads finds exactly the pairs owed", "[extremes]") {
-  const std::vector<Variant> variants = variantsWith(3);
   for (const Extreme& extreme : extremes()) {
-    CHECK(play(extreme, geomsOf(extreme.most), variants, 2, differenceOfPairs) == "");
+    CHECK(play(extreme, geomsOf(extreme.most), 3, 2, differenceOfPairs) == "");
   }
 }
 
 TEST_CASE("At every extreme dSpaceCollide2 finds exactly the geoms owed", "[extremes]") {
-  const std::vector<Variant> variants = variantsWith(0);
   for (const Extreme& extreme : extremes()) {
     for (const std::size_t size : {std::size_t{25}, geomsOf(700)}) {
-      CHECK(play(extreme, std::min(size, extreme.most), variants, extreme.frames,
+      CHECK(play(extreme, std::min(size, extreme.most), kDefaultThreads, extreme.frames,
                  differenceOfProbes) == "");
     }
   }

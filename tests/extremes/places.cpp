@@ -14,16 +14,13 @@ std::string text(double value) {
 
 // Unit boxes of ODE's, a dense cube of them, at a distance along all axes.
 Extreme unitBoxesAt(double distance) {
-  const auto play = [distance](Scene& scene, int frame) {
-    if (frame == 0) scene.addUnitBoxes(scene.size);
-    for (const dGeomID geom : scene.geoms()) {
-      const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
-      scene.place(geom, real(distance) + x, real(-distance) + y,
-                  real(distance) + scene.between(0, scene.side()));
-    }
-  };
+  const Play play = eachUnitBox([distance](Scene& scene, dGeomID geom, int) {
+    const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+    scene.place(geom, real(distance) + x, real(-distance) + y,
+                real(distance) + scene.between(0, scene.side()));
+  });
   // Where neighbouring numbers are further apart than the boxes, all are in a few places.
-  return {"far away", "unit boxes " + text(distance) + " from the origin", play, 1500, 2};
+  return {"unit boxes " + text(distance) + " from the origin", play, 1500, 2};
 }
 
 // All coordinates and sizes times a factor; the largest leaves a little room for sums.
@@ -43,35 +40,26 @@ Extreme everythingTimes(double factor, const std::string& name) {
       }
     }
   };
-  return {"far away", name, play, 5000, 2};
+  return {name, play, 5000, 2};
 }
 
 Extreme clustersApart(double distance) {
-  const auto play = [distance](Scene& scene, int frame) {
-    for (std::size_t i = 0; i < scene.size; ++i) {
-      const dGeomID geom = frame == 0 ? scene.addUnitBox() : scene.geoms()[i];
-      const dReal shift = i % 2 ? real(distance) : 0;
-      const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
-      scene.place(geom, shift + x, y, scene.between(0, scene.side()) - shift);
-    }
-  };
-  return {"far away", "two clusters " + text(distance) + " apart", play, 1500, 3};
+  const Play play = eachUnitBox([distance](Scene& scene, dGeomID geom, int) {
+    const dReal shift = number(geom) % 2 ? real(distance) : 0;
+    const dReal x = scene.between(0, scene.side()), y = scene.between(0, scene.side());
+    scene.place(geom, shift + x, y, scene.between(0, scene.side()) - shift);
+  });
+  return {"two clusters " + text(distance) + " apart", play, 1500, 3};
 }
 
-void allCoincident(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    const dGeomID geom = frame == 0 ? scene.addUnitBox() : scene.geoms()[i];
-    scene.place(geom, real(frame), 2, 3);
-  }
+void inOnePlace(Scene& scene, dGeomID geom, int frame) {
+  scene.place(geom, real(frame), 2, 3);
 }
 
-void twoBoxesEverywhere(Scene& scene, int frame) {
-  // Two crowds that just touch, or just do not.
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    const dGeomID geom = frame == 0 ? scene.addUnitBox() : scene.geoms()[i];
-    const dReal gap = frame % 2 ? std::numeric_limits<dReal>::epsilon() * 2 : 0;
-    scene.place(geom, i % 2 ? dReal(1.5) + gap : dReal(0.5), 0, 0);
-  }
+// Two crowds that just touch, or just do not.
+void inTwoPlaces(Scene& scene, dGeomID geom, int frame) {
+  const dReal gap = frame % 2 ? std::numeric_limits<dReal>::epsilon() * 2 : 0;
+  scene.place(geom, number(geom) % 2 ? dReal(1.5) + gap : dReal(0.5), 0, 0);
 }
 
 // A lattice whose boxes touch their neighbours in faces, edges and corners; steps that binary
@@ -117,13 +105,12 @@ Extremes extremePlaces() {
   all.push_back(everythingTimes(largest, "a scene as wide as the type's largest number"));
   all.push_back(everythingTimes(2 * largest, "a scene that reaches both ends of the type's range"));
   for (const double distance : {1e6, 1e12, 1e30}) all.push_back(clustersApart(distance));
-  const char* const theme = "in contact";
-  all.push_back({theme, "all boxes in one place", allCoincident, 700});
-  all.push_back({theme, "two crowds that touch, or just do not", twoBoxesEverywhere, 700});
-  all.push_back({theme, "a lattice that touches all over", lattice(1, 0), 5000, 2});
-  all.push_back({theme, "a lattice of steps of 0.1", lattice(0.1, 0), 5000, 2});
-  all.push_back({theme, "a lattice of steps of 0.1, 1e6 away", lattice(0.1, 1e6), 1500, 2});
-  all.push_back({theme, "boxes without extent in a lattice", flatBoxes, 1500, 2});
+  all.push_back({"all boxes in one place", eachUnitBox(inOnePlace), 700});
+  all.push_back({"two crowds that touch, or just do not", eachUnitBox(inTwoPlaces), 700});
+  all.push_back({"a lattice that touches all over", lattice(1, 0), 5000, 2});
+  all.push_back({"a lattice of steps of 0.1", lattice(0.1, 0), 5000, 2});
+  all.push_back({"a lattice of steps of 0.1, 1e6 away", lattice(0.1, 1e6), 1500, 2});
+  all.push_back({"boxes without extent in a lattice", flatBoxes, 1500, 2});
   return all;
 }
 

@@ -72,20 +72,12 @@ Play elongated(int long_axes, double ratio) {
 }
 
 // The same as boxes of ODE's, turned, whose AABBs are then large in all directions.
-void turnedBars(Scene& scene, int frame) {
-  for (std::size_t i = 0; i < scene.size; ++i) {
-    dGeomID geom;
-    if (frame == 0) {
-      geom = scene.addUnitBox();
-      if (i % 50 == 0) dGeomBoxSetLengths(geom, dReal(1e6), 1, 1);
-    } else {
-      geom = scene.geoms()[i];
-    }
-    dMatrix3 rotation;
-    const dReal a = scene.between(-3, 3), b = scene.between(-3, 3);
-    dRFromEulerAngles(rotation, a, b, scene.between(-3, 3));
-    dGeomSetRotation(geom, rotation);
-  }
+void turnedBars(Scene& scene, dGeomID geom, int frame) {
+  if (frame == 0 && number(geom) % 50 == 0) dGeomBoxSetLengths(geom, dReal(1e6), 1, 1);
+  dMatrix3 rotation;
+  const dReal a = scene.between(-3, 3), b = scene.between(-3, 3);
+  dRFromEulerAngles(rotation, a, b, scene.between(-3, 3));
+  dGeomSetRotation(geom, rotation);
 }
 
 void largestAmongUnits(Scene& scene, int frame) {
@@ -119,16 +111,15 @@ void hugeSpheres(Scene& scene, int frame) {
 }  // namespace
 
 Extremes extremeSizes() {
-  const char* const theme = "sizes";
   return {
-      {theme, "denormal to 1e9 in one scene", denormalTo1e9, 1500},
-      {theme, "denormal coordinates only", denormalsOnly, 1500},
-      {theme, "around the smallest normal number", aroundTheSmallestNormal, 1500},
-      {theme, "bars 1e6 times as long as wide", elongated(1, 1e6), 1500},
-      {theme, "plates 1e6 times as wide as thick", elongated(2, 1e6), 700},
-      {theme, "turned bars of 1e6 among unit boxes", turnedBars, 1500},
-      {theme, "boxes of the type's largest extent among unit boxes", largestAmongUnits, 5000},
-      {theme, "spheres with radii of 1e-6 to 1e30", hugeSpheres, 1500},
+      {"denormal to 1e9 in one scene", denormalTo1e9, 1500},
+      {"denormal coordinates only", denormalsOnly, 1500},
+      {"around the smallest normal number", aroundTheSmallestNormal, 1500},
+      {"bars 1e6 times as long as wide", elongated(1, 1e6), 1500},
+      {"plates 1e6 times as wide as thick", elongated(2, 1e6), 700},
+      {"turned bars of 1e6 among unit boxes", eachUnitBox(turnedBars), 1500},
+      {"boxes of the type's largest extent among unit boxes", largestAmongUnits, 5000},
+      {"spheres with radii of 1e-6 to 1e30", hugeSpheres, 1500},
   };
 }
 

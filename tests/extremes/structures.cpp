@@ -100,14 +100,13 @@ void stockSubSpaces(Scene& scene, int frame) {
 }  // namespace
 
 Extremes extremeStructures() {
-  const char* const theme = "sub-spaces";
   return {
-      {theme, "fifty spaces in each other", deepNest, 5000, 5},
-      {theme, "empty sub-spaces", emptySubSpaces, 1500, 3},
-      {theme, "sub-spaces that fill and empty", spacesFillAndEmpty, 1500, 5},
-      {theme, "nothing but sub-spaces of one geom", spacesOfOne, 1500},
-      {theme, "a geom that wanders through sub-spaces", wanderingGeom, 1500, 6},
-      {theme, "sub-spaces of other kinds", stockSubSpaces, 1500},
+      {"fifty spaces in each other", deepNest, 5000, 5},
+      {"empty sub-spaces", emptySubSpaces, 1500, 3},
+      {"sub-spaces that fill and empty", spacesFillAndEmpty, 1500, 5},
+      {"nothing but sub-spaces of one geom", spacesOfOne, 1500},
+      {"a geom that wanders through sub-spaces", wanderingGeom, 1500, 6},
+      {"sub-spaces of other kinds", stockSubSpaces, 1500},
   };
 }
 

@@ -203,7 +203,7 @@ Extremes modes() {
   const Extreme all[] = {{"denormals", "a stack of 5", Demand::stand, stackOnPlane(5)},
                          {"denormals", "a ball that turns at a denormal speed", Demand::conserve,
                           [tiny](Stage& stage) {
-                            dWorldSetGravity(stage.world(), 0, 0, 0);
+                            stage.noGravity();
                             stage.ball({}, 0.5);
                             stage.spin(0, {0, 0, tiny / 16});
                           }},

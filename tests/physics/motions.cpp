@@ -8,10 +8,6 @@ namespace sap_test::physics {
 
 namespace {
 
-void noGravity(Stage& stage) {
-  dWorldSetGravity(stage.world(), 0, 0, 0);
-}
-
 // Things that fly at a plate in the plane x = 0, from two metres away and more. There are eight of
 // each, so that steps end at eight places around the plate.
 constexpr int kShots = 8;
@@ -21,7 +17,7 @@ Extreme shot(const std::string& name, double thickness, std::function<void(Stage
           name,
           Demand::stop,
           [thickness, shoot](Stage& stage) {
-            noGravity(stage);
+            stage.noGravity();
             stage.block({thickness / 2, 0, 0}, {thickness, 30, 30});
             shoot(stage);
           },
@@ -51,7 +47,7 @@ void bullets(Stage& stage) {
 }
 
 void headOn(Stage& stage) {
-  noGravity(stage);
+  stage.noGravity();
   for (const int side : {-1, 1}) {
     stage.ball({side * 2.13, 0, 0}, 0.1);
     stage.push(stage.bodies().size() - 1, {side * -100.0, 0, 0});
@@ -118,7 +114,7 @@ Extreme turning(const char* name, const Vec& sides, const Vec& speed, int steps 
           name,
           Demand::conserve,
           [sides, speed](Stage& stage) {
-            noGravity(stage);
+            stage.noGravity();
             if (sides[0] > 0) {
               stage.box({}, sides);
             } else {

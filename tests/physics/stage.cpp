@@ -126,8 +126,7 @@ dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
 dBodyID Stage::box(const Vec& centre, const Vec& sides, double density) {
   dMass mass;
   dMassSetBox(&mass, real(density), real(sides[0]), real(sides[1]), real(sides[2]));
-  return body(take(dCreateBox(space_, real(sides[0]), real(sides[1]), real(sides[2]))), mass,
-              centre);
+  return body(block(centre, sides), mass, centre);
 }
 
 dBodyID Stage::ball(const Vec& centre, double radius, double density) {

@@ -69,6 +69,8 @@ class Stage {
   dGeomID mesh(const std::vector<dReal>& vertices, const std::vector<dTriIndex>& triangles);
   dGeomID take(dGeomID geom);
 
+  void noGravity() { dWorldSetGravity(world_, 0, 0, 0); }
+
   // Bodies; kilograms a cubic metre.
   dBodyID box(const Vec& centre, const Vec& sides, double density = 1000);
   dBodyID ball(const Vec& centre, double radius, double density = 1000);
