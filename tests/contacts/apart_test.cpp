@@ -208,7 +208,8 @@ void checkTouching(Numbers numbers) {
     }
   }
   CHECK(count.tested == count.checked);
-  CHECK(count.apart > count.checked / 50);
+  // A gap of a thousandth is wide enough; floats decide less.
+  CHECK(count.apart > count.checked / (kSingle ? 50 : 6));
 }
 
 }  // namespace
