@@ -272,22 +272,11 @@ std::string difference(const Contacts& got, const Contacts& expected) {
 }
 
 const char* nameOf(Kind kind) {
-  static const char* const names[] = {"sphere",
-                                      "box",
-                                      "capsule",
-                                      "cylinder",
-                                      "convex",
-                                      "torus",
-                                      "watched torus",
-                                      "coherent torus",
-                                      "ray",
-                                      "geom transform",
-                                      "user",
-                                      "offset box",
-                                      "heightfield",
-                                      "fixed heightfield",
-                                      "called heightfield",
-                                      "plane"};
+  static const char* const names[] = {
+      "sphere", "box",           "capsule",        "cylinder",    "convex",
+      "torus",  "watched torus", "coherent torus", "ray",         "geom transform",
+      "user",   "offset box",    "heightfield",    "fixed field", "called field",
+      "plane"};
   return names[static_cast<int>(kind)];
 }
 
