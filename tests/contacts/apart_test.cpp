@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "space/contacts/certainly_apart.h"
@@ -159,23 +158,6 @@ class Pair {
   double origin_[3], direction_[3] = {}, unit_;
 };
 
-std::string tell(dGeomID geom) {
-  std::string text = "box";
-  const auto add = [&text](const dReal* numbers, int count) {
-    char digits[64];
-    for (int i = 0; i < count; ++i) {
-      std::snprintf(digits, sizeof digits, " %.17g", static_cast<double>(numbers[i]));
-      text += digits;
-    }
-  };
-  dVector4 sizes = {};
-  dGeomBoxGetLengths(geom, sizes);
-  add(sizes, 4);
-  add(dGeomGetPosition(geom), 3);
-  add(dGeomGetRotation(geom), 12);
-  return text;
-}
-
 struct Count {
   std::size_t apart = 0, tested = 0, checked = 0;
 };
@@ -189,8 +171,8 @@ void check(const Pair& pair, Count& count) {
   if (!apart) return;
   ++count.apart;
   for (const int flags : {1, 2, 8}) {
-    if (pair.contacts(flags) == 0) continue;
-    FAIL(tell(pair.a.get()) << "\nand " << tell(pair.b.get()) << "\ntouch with flags " << flags);
+    CAPTURE(count.checked, flags);
+    REQUIRE(pair.contacts(flags) == 0);
   }
 }
 
@@ -212,10 +194,6 @@ void checkAround(Pair& pair, Random& random, Count& count) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 void checkTouching(Numbers numbers) {
   const std::uint64_t seed = seedOr(3101);
   INFO(kernelSet().name << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
@@ -230,7 +208,8 @@ void checkTouching(Numbers numbers) {
     }
   }
   CHECK(count.tested == count.checked);
-  CHECK(count.apart > count.checked / 50);
+  // A gap of a thousandth is wide enough; floats decide less.
+  CHECK(count.apart > count.checked / (kSingle ? 50 : 6));
 }
 
 }  // namespace
@@ -263,25 +242,6 @@ TEST_CASE("No pair with a contact is left out, whatever its numbers", "[apart]")
   }
   CHECK(count.tested == count.checked);
   CHECK(count.apart > count.checked / 100);
-}
-
-// Not only harmless: of pairs whose gap is a hundredth of their size next to all are left out.
-TEST_CASE("What is clearly apart is left out", "[apart]") {
-  const std::uint64_t seed = seedOr(3103);
-  INFO("ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-  Random random(seed);
-  int left_out = 0, free = 0;
-  for (int i = 0; i < scaled(400); ++i) {
-    Pair pair(random, Numbers::ordinary);
-    pair.move(pair.edge() + 0.02 * pair.unit());
-    bool tested;
-    if (pair.contacts(1)) continue;
-    ++free;
-    left_out += pair.isLeftOut(tested);
-  }
-  CHECK(free > scaled(100));
-  // What is small is not decided where ODE computes with floats.
-  CHECK(left_out * 100 >= free * (kSingle ? 50 : 98));
 }
 
 TEST_CASE("Every instruction set leaves out the same pairs of boxes", "[apart]") {

@@ -2,6 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <set>
@@ -17,6 +18,7 @@
 #include "support/ode_errors.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
+#include "support/variable.h"
 
 using namespace sap_test;
 
@@ -35,7 +37,9 @@ std::vector<Kind> allKinds() {
 void fillWithAll(ContactScene& scene, std::size_t n, std::uint64_t seed) {
   scene.add(Kind::Plane, 0, seed);
   scene.fill(allKinds(), n, seed);
-  for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+  for (std::uint64_t i = 0; i < 3; ++i) scene.add(Kind::Heightfield, 6, seed + i);
+  for (const Kind kind : {Kind::FixedHeightfield, Kind::CalledHeightfield})
+    scene.add(kind, 6, seed);
 }
 
 struct Stop : std::runtime_error {
@@ -57,6 +61,17 @@ int flagsByClass(void*, dGeomID o1, dGeomID o2) {
   return sum % 4 | (sum % 3 ? 0 : dParallelSAPOnCallingThread);
 }
 
+// None of a pair that touches only, and one that is changed of others.
+int keepDeepest(void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
+  const auto deepest = std::max_element(
+      contacts, contacts + count,
+      [](const dContactGeom& a, const dContactGeom& b) { return a.depth < b.depth; });
+  const bool touches_only = deepest->depth < dReal(0.05);
+  std::swap(*contacts, *deepest);
+  contacts->depth /= 2;
+  return touches_only ? 0 : 1;
+}
+
 }  // namespace
 
 TEST_CASE("Contacts of every two classes are those of the serial loop", "[narrow]") {
@@ -68,7 +83,10 @@ TEST_CASE("Contacts of every two classes are those of the serial loop", "[narrow
       ContactScene scene(space);
       const std::vector<Kind> kinds = {static_cast<Kind>(first), static_cast<Kind>(second)};
       scene.fill(kinds, 40, seed);
-      const int flags = (first + second) % 2 ? 8 : 0xffff;  // the most there are
+      int flags = (first + second) % 2 ? 8 : 0xffff;  // the most there are
+      // Other colliders of ODE fail with this.
+      if (kinds[0] == Kind::Box && (kinds[1] == Kind::Box || kinds[1] == Kind::OffsetBox))
+        flags |= static_cast<int>(CONTACTS_UNIMPORTANT);
       const Contacts expected = serialContacts(space, {flags});
       INFO(nameOf(kinds[0]) << " and " << nameOf(kinds[1])
                             << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
@@ -132,50 +150,27 @@ TEST_CASE("The threads of pairs and of contacts are told apart", "[narrow]") {
   CHECK(statsOf(space).threads == finding);
 }
 
-TEST_CASE("Flags and limits hold for each pair", "[narrow]") {
+TEST_CASE("Flags hold for each pair, and a reduce callback chooses and changes contacts",
+          "[narrow]") {
   const std::uint64_t seed = seedOr(85);
   const Space space;
   ContactScene scene(space);
   fillWithAll(scene, 1200, seed);
-  SerialLoop loop;
-  loop.flags_of = flagsByClass;
-  const Contacts expected = serialContacts(space, loop);
-  REQUIRE(expected.size() > 100);
-  REQUIRE(expected.size() < serialContacts(space, {3}).size());
-  for (const int threads : kThreads) {
-    CAPTURE(threads);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    REQUIRE(difference(parallelContacts(space, 64, {nullptr, flagsByClass, nullptr, nullptr}),
-                       expected) == "");
-  }
-}
-
-TEST_CASE("A reduce callback chooses and changes contacts", "[narrow]") {
-  struct Reduce {
-    static int deepest(void*, dGeomID, dGeomID, dContactGeom* contacts, int count) {
-      const auto deepest = std::max_element(
-          contacts, contacts + count,
-          [](const dContactGeom& a, const dContactGeom& b) { return a.depth < b.depth; });
-      const bool touches_only = deepest->depth < dReal(0.05);
-      std::swap(*contacts, *deepest);
-      contacts->depth /= 2;
-      return touches_only ? 0 : 1;
+  for (dParallelSAPReduceCallback* const reduce :
+       {static_cast<dParallelSAPReduceCallback*>(nullptr), keepDeepest}) {
+    SerialLoop loop;
+    loop.flags_of = flagsByClass;
+    loop.reduce = reduce;
+    const Contacts expected = serialContacts(space, loop);
+    REQUIRE(expected.size() > 100);
+    REQUIRE(expected.size() < serialContacts(space, {reduce ? 1 : 3}).size());
+    for (const int threads : kThreads) {
+      CAPTURE(threads, reduce != nullptr);
+      dParallelSAPSpaceSetNumThreads(space, threads);
+      REQUIRE(difference(parallelContacts(space, 64, {nullptr, flagsByClass, reduce, nullptr}),
+                         expected) == "");
+      CHECK(statsOf(space).contacts == expected.size());
     }
-  };
-  const Space space;
-  ContactScene scene(space);
-  fillWithAll(scene, 1200, seedOr(92));
-  SerialLoop loop = {16};
-  loop.reduce = Reduce::deepest;
-  const Contacts expected = serialContacts(space, loop);
-  REQUIRE(expected.size() > 100);
-  REQUIRE(expected.size() < serialContacts(space, {1}).size());
-  for (const int threads : kThreads) {
-    CAPTURE(threads);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    CHECK(difference(parallelContacts(space, 16, {nullptr, nullptr, Reduce::deepest, nullptr}),
-                     expected) == "");
-    CHECK(statsOf(space).contacts == expected.size());
   }
 }
 
@@ -403,6 +398,45 @@ TEST_CASE("Threads of a manually cleaned ODE leave nothing behind and collide al
   }
   dCleanupODEAllDataForThread();
   dCloseODE();
+}
+
+TEST_CASE("Boxes that are apart are asked for their flags, which may keep them in, and not reduced",
+          "[narrow]") {
+  static std::atomic<unsigned> asked, reduced;
+  static int flags;
+  const auto ask = [](void*, dGeomID, dGeomID) {
+    ++asked;
+    return flags;
+  };
+  const auto reduce = [](void*, dGeomID, dGeomID, dContactGeom*, int count) {
+    ++reduced;
+    return count;
+  };
+  constexpr unsigned kTouching = 70, kApart = 90;  // all overlap in their AABBs
+  dMatrix3 matrix;
+  dRFromEulerAngles(matrix, dReal(0.7), dReal(0.5), dReal(0.3));
+  for (const char* const look : {"0", "1"}) {
+    const Variable variable("ODE_PARALLEL_SAP_TEST_APART", look);
+    const Space space;
+    for (unsigned i = 0; i < kTouching + kApart; ++i)
+      for (const dReal place : {dReal(0), i < kTouching ? dReal(0.5) : dReal(2.1)}) {
+        const dGeomID box = dCreateBox(space, 2, 2, 2);
+        dGeomSetRotation(box, matrix);
+        dGeomSetPosition(box, static_cast<dReal>(10 * i) + place, place, place);
+      }
+    for (const unsigned some_flags :
+         {4u, 0u, 4u | dParallelSAPOnCallingThread, 4u | CONTACTS_UNIMPORTANT})
+      for (const int threads : kThreads) {
+        CAPTURE(look, some_flags, threads);
+        dParallelSAPSpaceSetNumThreads(space, threads);
+        asked = reduced = 0;
+        flags = static_cast<int>(some_flags);
+        parallelContacts(space, 0, {nullptr, ask, reduce, nullptr});
+        CHECK(asked == kTouching + kApart);
+        CHECK(statsOf(space).apart == (*look == '1' && flags == 4 ? kApart : 0));
+        if (some_flags <= 4) CHECK(reduced == (flags ? kTouching : 0));
+      }
+  }
 }
 
 TEST_CASE("Wrong arguments for contacts are assertions", "[narrow]") {

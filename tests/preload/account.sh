@@ -3,7 +3,6 @@
 #
 # The account at the end of a program is that of what it did; ODE_PARALLEL_SAP_STATS is read as the
 # library reads it. PROGRAM is account_program.c.
-set -euo pipefail
 . "$(dirname "$0")/with_preload.sh"
 preload=$1 program=$2
 
@@ -11,12 +10,7 @@ preload=$1 program=$2
 said() {
   local value=$1
   shift
-  ODE_PARALLEL_SAP_STATS=$value with_preload "$preload" "$program" "$@" 2>&1 >/dev/null
-}
-fail() {
-  echo "$account"
-  echo "$*"
-  exit 1
+  ODE_PARALLEL_SAP_STATS=$value with_preload "$preload" "$program" "$@" 2>&1 >/dev/null | tee "$folder/said"
 }
 
 account=$(said 1)

@@ -6,21 +6,16 @@
 # left_alone.sh PRELOAD
 #
 # A program without ODE stays without it, and nothing is said.
-set -euo pipefail
 . "$(dirname "$0")/with_preload.sh"
 preload=$1
 if [ $# -eq 1 ]; then
-  said=$(ODE_PARALLEL_SAP_STATS=1 with_preload "$preload" cat /proc/self/maps 2>&1)
-  grep -q "$(basename "$preload")" <<<"$said" || { echo "$preload was not loaded"; exit 1; }
-  if grep -E 'libode|libstdc|libgomp|ode-parallel-sap:' <<<"$said" | grep -v "/$(basename "$preload")"; then
-    echo "the preload library said this, or brought it along"
-    exit 1
-  fi
+  ODE_PARALLEL_SAP_STATS=1 with_preload "$preload" cat /proc/self/maps >"$folder/said" 2>&1
+  grep -q "$(basename "$preload")" "$folder/said" || fail "$preload was not loaded"
+  ! grep -E 'libode|libstdc|libgomp|ode-parallel-sap:' "$folder/said" | grep -v "/$(basename "$preload")" ||
+    fail "the preload library said this, or brought it along"
   exit 0
 fi
 
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 with_preload "${4-}" "$3" >"$folder/stock"
 ODE_PARALLEL_SAP_STATS=1 with_preload "$preload${4+$'\n'$4}" "$3" >"$folder/preloaded" 2>"$folder/said"
 cat "$folder/said"

@@ -12,7 +12,7 @@ import sys
 try:
     import ode
 except ImportError:
-    print("skipped: no PyODE (Debian: python3-pyode)")
+    print("Skipped: no PyODE (Debian: python3-pyode)")
     sys.exit(77)
 
 

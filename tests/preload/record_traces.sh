@@ -5,15 +5,12 @@
 # the programs' pairs, and writes RESULTS/traces.csv by trace-replay and, where the build has the benchmarks,
 # RESULTS/trace_peers.csv by pair-benchmark. Needs a build with tests and examples; python3-pyode and
 # libdart-collision-ode-dev as far as they are there. TURNS (5): how often a trace is played for a row.
-set -euo pipefail
+. "$(dirname "$0")/with_preload.sh"
 build=$(realpath "$1") results=$(realpath "$2")
 cd "$(dirname "$0")"
-. ./with_preload.sh
 preload=$build/space/preload/libode-parallel-sap-preload.so
 replay=$build/examples/trace/trace-replay
 benchmark=$build/tests/bench/pair-benchmark
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 export DRAWSTUFF_FRAMES=400 DRAWSTUFF_KEYS=bscxyvbsc
 
 peer_names=parallel-sap,parallel-sap:begun-ended,dHashSpace,dSweepAndPruneSpace,embree,embree-default,cgal,bullet-dbvt,fcl-tree
@@ -28,7 +25,7 @@ record() {
   local program=$1 trace=$folder/trace frames geoms
   shift
   ODE_PARALLEL_SAP_TRACE=$trace with_preload "$preload" "$@" >/dev/null
-  "$replay" "$trace" --check >"$folder/said" || { cat "$folder/said" >&2; exit 1; }
+  "$replay" "$trace" --check >"$folder/said" || fail "$program: the replay has other pairs" >&2
   frames=$(sed -n 's/^\([0-9]*\) frames have the program.s pairs, 0 have others, of 0 it is not known$/\1/p' "$folder/said")
   geoms=$(sed -n '1s/.* precision, \([0-9]*\) geoms.*/\1/p' "$folder/said")
   "$replay" "$trace" --threads "1,$(nproc)" --spaces hash,sap --turns "${TURNS:-5}" --csv "$folder/table.csv" >/dev/null

@@ -4,27 +4,19 @@
 # What PROGRAM prints is the same whether or not contacts are found before it asks for them, on one thread and
 # on four; and of LEAST to MOST pairs they are. Where ORDER is `any`, it is also what it prints without the
 # preload library, whose spaces report in another order. Ends with status 77 where PROGRAM does.
-set -euo pipefail
 . "$(dirname "$0")/with_preload.sh"
 preload=$1 order=$2 least=$3 most=$4
 shift 4
 program=("$@")
 
-folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
 export ODE_PARALLEL_SAP_TEST_GRAIN=1 ODE_PARALLEL_SAP_STATS=1
 
-fail() {
-  cat "$folder/said"
-  echo "$*"
-  exit 1
-}
 # run CONTACTS THREADS: sets `told` and `used`
 run() {
   local status=0
   ODE_PARALLEL_SAP_CONTACTS=$1 ODE_PARALLEL_SAP_THREADS=$2 with_preload "$preload" "${program[@]}" \
     >"$folder/$1" 2>"$folder/said" || status=$?
-  [ $status -ne 77 ] || exit 77
+  [ $status -ne 77 ] || { cat "$folder/$1"; exit 77; }
   [ $status -eq 0 ] || fail "ends with status $status ($1, $2 threads)"
   cmp "$folder/off" "$folder/$1" || fail "the prints of $1 differ ($2 threads)"
   read -r told used < <(

@@ -256,27 +256,3 @@ TEST_CASE("An empty space has no blocks", "[blocks]") {
   for (const int flags : kFlags) blocks.collide(space, flags);
   CHECK(blocks.at.empty());
 }
-
-TEST_CASE("Without a callback pairs are found and counted, and those that began and ended told",
-          "[blocks]") {
-  for (const std::size_t n : {100, 3000})
-    for (const int flags : kFlags) {
-      const Space space;
-      dParallelSAPSpaceSetEvents(space, 1);
-      World world(space);
-      worldScenes()[0].populate(world, n, seedOr(74));
-      const dParallelSAPPairEvent* events;
-      std::size_t before = 0;
-      for (int frame = 0; frame < 3; ++frame) {
-        INFO(n << " geoms, flags " << flags << ", frame " << frame);
-        world.jitter(frame, seedOr(74));
-        dParallelSAPSpaceCollidePairs(space, nullptr, flags, nullptr);
-        const std::size_t begun = dParallelSAPSpaceGetBegunPairs(space, &events);
-        before += begun - dParallelSAPSpaceGetEndedPairs(space, &events);
-        CHECK(before > 0);
-        CHECK(statsOf(space).pairs == before);
-        CHECK(before == collide(space).size());
-      }
-      CHECK(isUsable(space, collide(space)));
-    }
-}

@@ -116,8 +116,10 @@ std::string wrongFrame(MovingScene& scene, EventsOracle& oracle, std::size_t kin
             oracle.check(space, owedBy(scene), EventsOracle::byNumber(scene.order()));
         if (problem != "") return problem;
       }
-      dParallelSAPSpaceCollidePairs(space, nullptr, 0, nullptr);
+      dParallelSAPSpaceCollidePairs(space, nullptr,
+                                    random.chance(0.5) ? dParallelSAPPairsConcurrent : 0, nullptr);
       pairs = owedBy(scene);
+      if (statsOf(space).pairs != pairs.size()) return "without a callback not all are counted";
       break;
     default:
       pairs = collide(space);

@@ -77,8 +77,9 @@ TEST_CASE("Meshes, heightfields and users' classes are hit alike by any number o
   const std::uint64_t seed = seedOr(411);
   const Space space;
   ContactScene scene(space);
+  // ODE's collider of a ray and an endless heightfield takes memory for the whole of the ray.
   std::vector<Kind> kinds;
-  for (int kind = 0; kind < static_cast<int>(Kind::Plane); ++kind)
+  for (int kind = 0; kind <= static_cast<int>(Kind::Heightfield); ++kind)
     kinds.push_back(static_cast<Kind>(kind));
   scene.fill(kinds, 300, seed);
   scene.add(Kind::Plane, 1, seed);

@@ -123,16 +123,28 @@ dGeomID createTorus() {
   return dCreateTriMesh(nullptr, torus_mesh->data, nullptr, nullptr, nullptr);
 }
 
-dHeightfieldDataID createHeights() {
-  constexpr int kSamples = 9;
-  static const std::vector<float> heights = [] {
-    std::vector<float> made;
-    for (int i = 0; i < kSamples * kSamples; ++i)
-      made.push_back(static_cast<float>(0.4 * std::sin(1.7 * i)));
-    return made;
-  }();
+constexpr int kSamples = 9;
+
+dReal heightOf(void*, int x, int z) {
+  noteUserCode();
+  return real(0.4 * std::sin(1.7 * (x + z * kSamples)));
+}
+
+dHeightfieldDataID createHeights(Kind kind) {
+  static float floats[kSamples * kSamples];
+  unsigned char bytes[kSamples * kSamples];
+  for (int i = 0; i < kSamples * kSamples; ++i) {
+    floats[i] = static_cast<float>(0.4 * std::sin(1.7 * i));
+    bytes[i] = static_cast<unsigned char>(7 * i % 11);
+  }
   const dHeightfieldDataID data = dGeomHeightfieldDataCreate();
-  dGeomHeightfieldDataBuildSingle(data, heights.data(), 0, 4, 4, kSamples, kSamples, 1, 0, 1, 0);
+  if (kind == Kind::Heightfield)
+    dGeomHeightfieldDataBuildSingle(data, floats, 0, 4, 4, kSamples, kSamples, 1, 0, 1, 0);
+  else if (kind == Kind::FixedHeightfield)
+    dGeomHeightfieldDataBuildByte(data, bytes, 1, 4, 4, kSamples, kSamples, real(0.1), 0, 1, 1);
+  else
+    dGeomHeightfieldDataBuildCallback(data, nullptr, heightOf, 4, 4, kSamples, kSamples, 1, 0, 1,
+                                      0);
   return data;
 }
 
@@ -143,7 +155,7 @@ dGeomID createShape(const std::string& name) {
   throw std::logic_error(name + " is no shape");
 }
 
-dGeomID create(Kind kind, dHeightfieldDataID heights) {
+dGeomID create(Kind kind, std::map<Kind, dHeightfieldDataID>& heights) {
   switch (kind) {
     case Kind::Sphere:
       return dCreateSphere(nullptr, real(0.6));
@@ -176,7 +188,12 @@ dGeomID create(Kind kind, dHeightfieldDataID heights) {
     case Kind::User:
       return dCreateGeom(userClass());
     case Kind::Heightfield:
-      return dCreateHeightfield(nullptr, heights, 1);
+    case Kind::FixedHeightfield:
+    case Kind::CalledHeightfield: {
+      dHeightfieldDataID& data = heights[kind];
+      if (!data) data = createHeights(kind);
+      return dCreateHeightfield(nullptr, data, kind != Kind::FixedHeightfield);
+    }
     case Kind::Plane:
       return dCreatePlane(nullptr, 0, 0, 1, 0);
     case Kind::Count:
@@ -256,9 +273,10 @@ std::string difference(const Contacts& got, const Contacts& expected) {
 
 const char* nameOf(Kind kind) {
   static const char* const names[] = {
-      "sphere", "box",           "capsule",        "cylinder", "convex",
-      "torus",  "watched torus", "coherent torus", "ray",      "geom transform",
-      "user",   "offset box",    "heightfield",    "plane"};
+      "sphere", "box",           "capsule",        "cylinder",    "convex",
+      "torus",  "watched torus", "coherent torus", "ray",         "geom transform",
+      "user",   "offset box",    "heightfield",    "fixed field", "called field",
+      "plane"};
   return names[static_cast<int>(kind)];
 }
 
@@ -270,7 +288,7 @@ ContactScene::~ContactScene() {
     if (dGeomGetClass(geom) == dTriMeshClass) dGeomTriMeshClearTCCache(geom);
     dGeomDestroy(geom);
   }
-  if (heights_) dGeomHeightfieldDataDestroy(heights_);
+  for (const auto& [kind, data] : heights_) dGeomHeightfieldDataDestroy(data);
   dWorldDestroy(world_);
 }
 
@@ -280,19 +298,19 @@ dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed) {
 
 dGeomID ContactScene::add(Kind kind, double side, std::uint64_t seed, dSpaceID space) {
   Random random(seed);
-  if (kind == Kind::Heightfield && !heights_) heights_ = createHeights();
   const dGeomID geom = create(kind, heights_);
   geoms_.push_back(geom);
   dSpaceAdd(space, geom);
-  if (kind == Kind::Plane) return geom;
-  if (kind != Kind::Heightfield && kind != Kind::Ray) {
+  if (kind == Kind::Plane || kind == Kind::FixedHeightfield) return geom;
+  placed_.push_back(geom);
+  if (dGeomGetClass(geom) != dHeightfieldClass && kind != Kind::Ray) {
     dGeomSetBody(geom, dBodyCreate(world_));
     if (kind == Kind::OffsetBox) dGeomSetOffsetPosition(geom, real(0.1), real(-0.2), real(0.3));
   }
   dMatrix3 rotation;
   dRFromEulerAngles(rotation, real(random.between(-3, 3)), real(random.between(-3, 3)),
                     real(random.between(-3, 3)));
-  if (kind != Kind::Heightfield) dGeomSetRotation(geom, rotation);
+  dGeomSetRotation(geom, rotation);
   dGeomSetPosition(geom, real(random.between(0, side)), real(random.between(0, side)),
                    real(random.between(0, side)));
   return geom;
@@ -306,8 +324,7 @@ void ContactScene::fill(const std::vector<Kind>& kinds, std::size_t n, std::uint
 
 void ContactScene::move(std::uint64_t seed) {
   Random random(seed);
-  for (const dGeomID geom : geoms_) {
-    if (dGeomGetClass(geom) == dPlaneClass) continue;
+  for (const dGeomID geom : placed_) {
     const dReal* const at = dGeomGetPosition(geom);
     dReal to[3];
     for (int i = 0; i < 3; ++i) to[i] = at[i] + real(random.between(-0.1, 0.1));

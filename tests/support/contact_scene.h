@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <thread>
 #include <vector>
@@ -58,6 +59,8 @@ enum class Kind {
   User,       // a sphere by a user class
   OffsetBox,  // off its body's centre
   Heightfield,
+  FixedHeightfield,   // without place, endless, of copied bytes
+  CalledHeightfield,  // whose heights a callback gives
   Plane,
   Count
 };
@@ -83,9 +86,9 @@ class ContactScene {
  private:
   dSpaceID space_;
   dWorldID world_;
-  std::vector<dGeomID> geoms_;
+  std::vector<dGeomID> geoms_, placed_;
   // Of this scene alone: ODE's collider writes to them, and scenes may be collided at once.
-  dHeightfieldDataID heights_ = nullptr;
+  std::map<Kind, dHeightfieldDataID> heights_;
 };
 
 // In which threads the user's code ran since the last call: only this one?
