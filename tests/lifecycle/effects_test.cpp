@@ -37,22 +37,6 @@ void nap() {
 
 void ignoreContacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
 
-// The pairs of the space, the same in blocks and as many for contacts.
-std::size_t pairsOf(dSpaceID space) {
-  const Pairs pairs = collide(space);
-  Pairs blocks;
-  dParallelSAPSpaceCollidePairs(
-      space, &blocks, 0,
-      [](void* all, const dParallelSAPPair* some, std::size_t count, std::size_t) {
-        for (std::size_t i = 0; i < count; ++i) record(all, some[i].o1, some[i].o2);
-      });
-  CHECK(difference(blocks, pairs) == "");
-  const dParallelSAPContactCallbacks callbacks = {ignoreContacts, nullptr, nullptr, nullptr};
-  dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
-  CHECK(statsOf(space).pairs == pairs.size());
-  return pairs.size();
-}
-
 // Collides a space whose callback sleeps in its first call.
 void collideAsleep(dSpaceID space) {
   int calls = 0;
@@ -196,46 +180,6 @@ TEST_CASE("Statistics of a frame for contacts count its pairs and contacts", "[e
     }
 }
 
-TEST_CASE("Settings hold for blocks and contacts as for pairs, and those of rest for no query",
-          "[effects]") {
-  for (const std::size_t n : {40, 1500}) {
-    const Space space;
-    World world(space);
-    world.addBoxes(denseCube(n, 4));
-    world.take(dCreatePlane(space, 1, 1, 1, -1000));
-    for (std::size_t i = 0; i < n; i += 2) world.giveBody(world.geoms()[i]);
-    for (const dBodyID body : world.bodies()) dBodyDisable(body);
-    const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
-    const Pairs all = collide(space), hits = collide2(space, probe);
-    INFO(n << " geoms");
-    CHECK(pairsOf(space) == all.size());
-
-    const auto pairsWith = [&](void (*set)(dSpaceID, int)) {
-      set(space, 1);
-      const std::size_t pairs = pairsOf(space);
-      const std::size_t queried = collide2(space, probe).size();
-      set(space, 0);
-      CHECK(pairsOf(space) == all.size());
-      return std::make_pair(pairs, queried);
-    };
-    // The plane is static: every pair has a sleeping body or none.
-    CHECK(pairsWith(dParallelSAPSpaceSetSkipAsleep).first < all.size() / 2);
-    CHECK(pairsWith(dParallelSAPSpaceSetSkipAsleep).second == hits.size());
-    CHECK(pairsWith(dParallelSAPSpaceSetSkipStatic).first < all.size());
-    CHECK(pairsWith(dParallelSAPSpaceSetSkipStatic).second == hits.size());
-    CHECK(pairsWith(dParallelSAPSpaceSetCullPlanes).first == all.size() - n);
-    CHECK(pairsWith(dParallelSAPSpaceSetCullPlanes).second == hits.size() - 1);
-
-    if (n > 100) {  // fewer are tested by their own bounds
-      dParallelSAPSpaceSetTolerance(space, dReal(0.5));
-      dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-      CHECK(pairsOf(space) > all.size());
-      CHECK(difference(collide2(space, probe), hits) == "");
-    }
-    dGeomDestroy(probe);
-  }
-}
-
 namespace {
 
 // What the functions of a user class see of the space they are called for.
@@ -295,9 +239,11 @@ TEST_CASE("Functions of user classes run on the calling thread, locked, before a
     }
 }
 
-TEST_CASE("Scenes of some thousand geoms use one thread, whatever is set", "[effects]") {
+TEST_CASE(
+    "Auto is brute force for up to some 200 geoms, then the sweep; some thousand use one thread",
+    "[effects]") {
   for (const int method : {dParallelSAPMethodAuto, dParallelSAPMethodSweep})
-    for (const std::size_t n : {3, 100, 1000, 4000}) {
+    for (const std::size_t n : {3, 100, 180, 220, 1000, 4000}) {
       const Space space;
       dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
       dParallelSAPSpaceSetMethod(space, method);
@@ -306,6 +252,9 @@ TEST_CASE("Scenes of some thousand geoms use one thread, whatever is set", "[eff
       world.addBoxes(denseCube(n, 6));
       (void)collide(space);
       INFO(n << " geoms");
+      const bool tests_all = method == dParallelSAPMethodAuto && n < 200;
+      CHECK(statsOf(space).method ==
+            (tests_all ? dParallelSAPMethodBruteForce : dParallelSAPMethodSweep));
       CHECK(statsOf(space).threads == 1);
     }
 }
