@@ -12,7 +12,6 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
-#include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
@@ -34,8 +33,6 @@ constexpr double kNapMs = 5;
 void nap() {
   std::this_thread::sleep_for(kNap);
 }
-
-void ignoreContacts(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
 
 // Collides a space whose callback sleeps in its first call.
 void collideAsleep(dSpaceID space) {
@@ -144,40 +141,6 @@ TEST_CASE("Small scenes are timed once statistics were asked for, in every sixte
     last = stats.total_ms;
   }
   CHECK(last >= kNapMs);
-}
-
-TEST_CASE("Statistics of a frame for contacts count its pairs and contacts", "[effects]") {
-  for (const Configuration& configuration : configurations())
-    for (const std::size_t n : {30, 2000}) {
-      const Space space(configuration);
-      World world(space);
-      world.addBoxes(denseCube(n, 3));
-      INFO(configuration.name << ", " << n << " geoms");
-      std::size_t calls = 0, contacts = 0;
-      struct Counts {
-        std::size_t& calls;
-        std::size_t& contacts;
-      } counts = {calls, contacts};
-      const dParallelSAPContactCallbacks callbacks = {
-          [](void* data, dGeomID, dGeomID, const dContactGeom*, int count) {
-            ++static_cast<Counts*>(data)->calls;
-            static_cast<Counts*>(data)->contacts += static_cast<std::size_t>(count);
-          },
-          nullptr, nullptr, nullptr};
-      dParallelSAPSpaceCollideContacts(space, &counts, 8, &callbacks);
-      dParallelSAPStats stats = statsOf(space);
-      CHECK(stats.frames == 1);
-      CHECK(stats.geoms == n);
-      CHECK(stats.moved == n);
-      CHECK(stats.contacts == contacts);
-      CHECK(contacts > calls);
-      CHECK(stats.pairs == expectedPairs(world.geoms()).size());
-      (void)collide(space);
-      stats = statsOf(space);
-      CHECK(stats.frames == 2);
-      CHECK(stats.contacts == 0);
-      CHECK(stats.narrow_ms == 0);
-    }
 }
 
 namespace {
