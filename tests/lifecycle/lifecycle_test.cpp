@@ -1,7 +1,6 @@
 // Spaces and geoms may end in any order; who outlives a space is as good as new.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
-#include <functional>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -30,25 +29,20 @@ dGeomID createWitness(dSpaceID space) {
   return geom;
 }
 
+// ODE's own spaces.
 struct StockSpace {
   const char* name;
-  std::function<dSpaceID(dSpaceID)> create;
+  dSpaceID (*create)(dSpaceID parent);
 };
-
-const std::vector<StockSpace>& stockSpaces() {
-  static const std::vector<StockSpace> all = {
-      {"dSimpleSpace", [](dSpaceID parent) { return dSimpleSpaceCreate(parent); }},
-      {"dHashSpace", [](dSpaceID parent) { return dHashSpaceCreate(parent); }},
-      {"dSweepAndPruneSpace",
-       [](dSpaceID parent) { return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ); }},
-      {"dQuadTreeSpace",
-       [](dSpaceID parent) {
-         const dVector3 centre = {0, 0, 0, 0}, extents = {20, 20, 20, 0};
-         return dQuadTreeSpaceCreate(parent, centre, extents, 3);
-       }},
-  };
-  return all;
-}
+const StockSpace kStockSpaces[] = {
+    {"dSimpleSpace", dSimpleSpaceCreate},
+    {"dHashSpace", dHashSpaceCreate},
+    {"dSweepAndPruneSpace",
+     [](dSpaceID parent) { return dSweepAndPruneSpaceCreate(parent, dSAP_AXES_XYZ); }},
+    {"dQuadTreeSpace", [](dSpaceID parent) {
+       const dVector3 centre = {0, 0, 0, 0}, extents = {20, 20, 20, 0};
+       return dQuadTreeSpaceCreate(parent, centre, extents, 3);
+     }}};
 
 std::vector<dGeomID> spheresInARow(dSpaceID space, std::size_t n) {
   std::vector<dGeomID> geoms;
@@ -103,7 +97,7 @@ TEST_CASE("A space destroys its geoms, used or unused, nested or not, unless tol
 TEST_CASE("Geoms wander between our space and every ODE space, and outlive both", "[lifecycle]") {
   // dQuadTreeSpace leaves its private fields set in geoms that outlive it.
   for (const Configuration& configuration : configurations()) {
-    for (const StockSpace& stock : stockSpaces()) {
+    for (const StockSpace& stock : kStockSpaces) {
       for (const int variant : {0, 1, 2, 3}) {
         const int first = variant % 2;  // 1: ours, in which they are never brought up to date
         const bool outlive = variant / 2;
@@ -130,11 +124,13 @@ TEST_CASE("Geoms wander between our space and every ODE space, and outlive both"
 }
 
 TEST_CASE("Our space lives in every ODE space and every ODE space in ours", "[lifecycle]") {
-  for (const StockSpace& stock : stockSpaces()) {
+  for (const StockSpace& stock : kStockSpaces) {
     INFO(stock.name);
     {
       const dSpaceID outer = stock.create(nullptr);
       const dSpaceID inner = dParallelSAPSpaceCreate(outer);
+      CHECK(dSpaceIsParallelSAP(outer) == 0);
+      CHECK(dSpaceIsParallelSAP(inner) == 1);
       spheresInARow(inner, 20);
       const dGeomID probe = dCreateSphere(outer, 1);
       CHECK(dSpaceGetNumGeoms(outer) == 2);
