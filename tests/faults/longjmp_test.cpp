@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <csetjmp>
-#include <cstdio>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -137,10 +137,7 @@ void change(World& world, Random& random) {
 
 long virtualKilobytes() {
   long pages = 0;
-  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(file, "%ld", &pages) != 1) pages = 0;
-    std::fclose(file);
-  }
+  std::ifstream("/proc/self/statm") >> pages;
   return pages * 4;
 }
 

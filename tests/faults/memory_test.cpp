@@ -16,13 +16,10 @@ using namespace sap_test;
 
 namespace {
 
-void ignore(void*, dGeomID, dGeomID) {}
-
-void ignoreContact(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
-
 // Frames in which a few geoms move.
 void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool contacts = false) {
-  const dParallelSAPContactCallbacks callbacks = {ignoreContact, nullptr, nullptr, nullptr};
+  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
   Random random(7);
   for (int frame = 0; frame < frames; ++frame) {
     for (std::size_t i = 0; i < geoms.size(); i += 1 + random.below(50)) {
@@ -33,7 +30,7 @@ void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool co
     if (contacts)
       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
     else
-      dSpaceCollide(space, nullptr, ignore);
+      dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
   }
 }
 
