@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
+#include "space/base/float_steps.h"
 #include "space/base/floating_point.h"
 #include "space/geoms/ode_private.h"
 #include "space/geoms/user_classes.h"
@@ -38,10 +38,16 @@ inline bool isEnabled(const dxGeom* geom) {
          !(IS_SPACE(geom) && isEmpty(static_cast<const dxSpace*>(geom)));
 }
 
+using BoundBits = std::conditional<sizeof(dReal) == 8, std::uint64_t, std::uint32_t>::type;
+inline BoundBits bitsOfBound(dReal bound) {
+  return static_cast<BoundBits>(bitsOf(bound));
+}
+
+// As integers without their signs: to compare a signalling NaN may trap.
 inline bool hasNaN(const dxGeom* geom) {
-  const dReal* const bounds = geom->aabb;
+  const BoundBits infinity = bitsOfBound(std::numeric_limits<dReal>::infinity()) << 1;
   bool nan = false;
-  for (int i = 0; i < 6; ++i) nan |= bounds[i] != bounds[i];
+  for (int i = 0; i < 6; ++i) nan |= (bitsOfBound(geom->aabb[i]) << 1) > infinity;
   return nan;
 }
 
@@ -59,17 +65,12 @@ inline bool isUnbounded(const dxGeom* geom) {
 // False for NaN and unbounded geoms and for extents beyond the type: few instructions for the many.
 // Needs exactMode(): the differences may overflow, which is no business of a program that traps it.
 inline bool isPlain(const dxGeom* geom) {
-  using Bits = std::conditional<sizeof(dReal) == 8, std::uint64_t, std::uint32_t>::type;
-  const auto bitsOf = [](dReal value) {
-    Bits bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-  };
   // As integers, negative numbers, infinities and NaN are above all others.
   const dReal* const bounds = geom->aabb;
-  const Bits infinity = bitsOf(std::numeric_limits<dReal>::infinity());
-  const Bits most = std::max(std::max(bitsOf(bounds[1] - bounds[0]), bitsOf(bounds[3] - bounds[2])),
-                             bitsOf(bounds[5] - bounds[4]));
+  const BoundBits infinity = bitsOfBound(std::numeric_limits<dReal>::infinity());
+  const BoundBits most =
+      std::max(std::max(bitsOfBound(bounds[1] - bounds[0]), bitsOfBound(bounds[3] - bounds[2])),
+               bitsOfBound(bounds[5] - bounds[4]));
   return most < infinity;
 }
 

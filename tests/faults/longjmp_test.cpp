@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <csetjmp>
-#include <cstdio>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -137,10 +137,7 @@ void change(World& world, Random& random) {
 
 long virtualKilobytes() {
   long pages = 0;
-  if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
-    if (std::fscanf(file, "%ld", &pages) != 1) pages = 0;
-    std::fclose(file);
-  }
+  std::ifstream("/proc/self/statm") >> pages;
   return pages * 4;
 }
 
@@ -222,25 +219,15 @@ TEST_CASE("Callbacks that are left by longjmp leave at most one frame's lists", 
 
 TEST_CASE("A call that another thread left is over for the next thread, for events too",
           "[longjmp]") {
-  static std::jmp_buf back;
-  static bool leaves;
-  const auto callback = [](void*, dGeomID, dGeomID) {
-    if (leaves) std::longjmp(back, 1);
-  };
-  const dSpaceID space = dParallelSAPSpaceCreate(0);
-  worlds().push_back(new World(space));
-  worlds().back()->addBoxes(denseCube(300, 5));
-  dParallelSAPSpaceSetEvents(space, 1);
-  std::thread([&] {
-    leaves = true;
-    if (!setjmp(back)) dSpaceCollide(space, nullptr, callback);
-    leaves = false;
-  }).join();
+  World& world = newWorld(300, 1);
+  dParallelSAPSpaceSetEvents(script.space, 1);
+  script.until_left = 1;
+  std::thread([] { isLeft(kNear); }).join();
   const dParallelSAPPairEvent* pairs;
-  dGeomDisable(worlds().back()->geoms()[7]);
-  dSpaceCollide(space, nullptr, callback);
-  CHECK(dParallelSAPSpaceGetEndedPairs(space, &pairs) > 0);
-  dSpaceCollide(space, nullptr, callback);
-  CHECK(dParallelSAPSpaceGetBegunPairs(space, &pairs) == 0);
-  CHECK(dParallelSAPSpaceGetEndedPairs(space, &pairs) == 0);
+  dGeomDisable(world.geoms()[7]);
+  isLeft(kNear);
+  CHECK(dParallelSAPSpaceGetEndedPairs(script.space, &pairs) > 0);
+  isLeft(kNear);
+  CHECK(dParallelSAPSpaceGetBegunPairs(script.space, &pairs) == 0);
+  CHECK(dParallelSAPSpaceGetEndedPairs(script.space, &pairs) == 0);
 }

@@ -7,24 +7,19 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
-#include "support/ode_errors.h"
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
-#include "support/user_box.h"
 
 using namespace sap_test;
 
 namespace {
 
-void ignore(void*, dGeomID, dGeomID) {}
-
-void ignoreContact(void*, dGeomID, dGeomID, const dContactGeom*, int) {}
-
 // Frames in which a few geoms move.
 void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool contacts = false) {
-  const dParallelSAPContactCallbacks callbacks = {ignoreContact, nullptr, nullptr, nullptr};
+  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+  const dParallelSAPContactCallbacks callbacks = {ignore, nullptr, nullptr, nullptr};
   Random random(7);
   for (int frame = 0; frame < frames; ++frame) {
     for (std::size_t i = 0; i < geoms.size(); i += 1 + random.below(50)) {
@@ -35,13 +30,14 @@ void play(dSpaceID space, const std::vector<dGeomID>& geoms, int frames, bool co
     if (contacts)
       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
     else
-      dSpaceCollide(space, nullptr, ignore);
+      dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) {});
   }
 }
 
 }  // namespace
 
-TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]") {
+TEST_CASE("Memory goes in several frames after a scene has shrunk, and no pair with it",
+          "[memory]") {
   for (const bool contacts : {false, true})
     for (const std::size_t left : {20, 400, 900}) {
       const Space space;
@@ -53,13 +49,19 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
       const dGeomID probe = dCreateSphere(nullptr, 2);
       play(space, geoms, 3, contacts);
       for (int i = 0; i < 30; ++i) collide2(space, probe);
-      const std::size_t most = statsOf(space).memory_bytes;
+      const auto most = static_cast<double>(statsOf(space).memory_bytes);
       CHECK(most > 12000 * 100);
       world.shrinkTo(left);
-      play(space, geoms, 60, contacts);
-      CHECK(statsOf(space).memory_bytes > most / 4);  // it could be a pause
-      play(space, geoms, 100, contacts);
-      CHECK(statsOf(space).memory_bytes < most / 6);
+      double before = most, most_given_back = 0;
+      for (int frame = 0; frame < 160; ++frame) {
+        play(space, geoms, 1, contacts);
+        const auto now = static_cast<double>(statsOf(space).memory_bytes);
+        most_given_back = std::max(most_given_back, before - now);
+        before = now;
+        if (frame < 60) REQUIRE(now > most / 4);  // it could be a pause
+      }
+      CHECK(before < most / 6);
+      if (!contacts) CHECK(most_given_back < 0.75 * (most - before));
       for (const bool moved : {false, true, false}) {
         if (moved) dGeomSetPosition(geoms[0], 1, 1, 1);
         REQUIRE(difference(collide(space), expectedPairs(geoms)) == "");
@@ -67,25 +69,6 @@ TEST_CASE("Memory goes after a scene has shrunk, and no pair with it", "[memory]
       }
       dGeomDestroy(probe);
     }
-}
-
-TEST_CASE("No frame gives back much of what a larger scene needed", "[memory]") {
-  const Space space;
-  dParallelSAPSpaceSetNumThreads(space, 1);
-  World world(space);
-  world.addBoxes(denseCube(5000, seedOr(302)));
-  play(space, world.geoms(), 3);
-  const auto full = static_cast<double>(statsOf(space).memory_bytes);
-  world.shrinkTo(1000);
-  double before = full, most = 0;
-  for (int frame = 0; frame < 200; ++frame) {
-    play(space, world.geoms(), 1);
-    const auto now = static_cast<double>(statsOf(space).memory_bytes);
-    most = std::max(most, before - now);
-    before = now;
-  }
-  CHECK(before < full / 2);
-  CHECK(most < 0.75 * (full - before));
 }
 
 TEST_CASE("Memory goes after a pile of pairs has come apart", "[memory]") {
@@ -141,32 +124,4 @@ TEST_CASE("The memory of queries goes when there are none any more", "[memory]")
   CHECK(statsOf(space).memory_bytes < with - 100000);
   CHECK(collide2(space, probe).size() < 3000);
   dGeomDestroy(probe);
-}
-
-TEST_CASE("Where there is no memory for the list of pairs they are tested one by one", "[memory]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(300, seedOr(331)));
-  world.take(createUserBox(space, {-100, 100, -100, 100, -100, 100}, false, failWithoutMemory));
-  dGeomDisable(world.geoms()[7]);
-  const Pairs expected = expectedPairs(world.geoms());
-  REQUIRE(difference(collide(space), expected) == "");
-  REQUIRE(difference(collide(space), expected) == "");
-  CHECK(statsOf(space).kept > 0);
-  const Messages messages;
-  for (int frame = 0; frame < 2; ++frame) {
-    memory_fails = true;
-    REQUIRE(difference(collide(space), expected) == "");
-    CHECK(!memory_fails);
-    CHECK(messages.all().size() == 1);
-    const dParallelSAPStats stats = statsOf(space);
-    CHECK(stats.method == dParallelSAPMethodBruteForce);
-    CHECK(stats.pairs == expected.size());
-    CHECK(stats.candidates == expected.size());
-    CHECK(stats.kept == 0);
-    CHECK(stats.disabled == 1);
-    CHECK(stats.unbounded == 0);
-  }
-  REQUIRE(difference(collide(space), expected) == "");
-  CHECK(messages.all().size() == 1);
 }

@@ -34,8 +34,10 @@ int threadsOfFrames() {
   world.addBoxes(denseCube(400, seedOr(81)));
   ContactScene scene(space_of_contacts);
   fillForImages(scene, seedOr(82));
-  for (const dSpaceID each : {dSpaceID(space), dSpaceID(space_of_contacts)})
+  for (const dSpaceID each : {dSpaceID(space), dSpaceID(space_of_contacts)}) {
+    dParallelSAPSpaceSetBackend(each, dParallelSAPBackendCPU);  // a GPU's driver has threads, too
     dParallelSAPSpaceSetNumThreads(each, 8);
+  }
   int threads = 0;
   for (std::uint64_t frame = 0; frame < 3; ++frame) {
     world.jitter(0.3, seedOr(83) + frame);

@@ -1,9 +1,9 @@
 // The callback's rights and duties; sub-spaces, empty ones too.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
+#include <algorithm>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -32,14 +32,15 @@ struct Stop {};
 
 }  // namespace
 
-TEST_CASE("The callback runs on the calling thread, with the space locked, in the program's mode",
+TEST_CASE("The callback runs on the calling thread, in the program's mode, in a locked space",
           "[contract]") {
   for (const Configuration& configuration : configurations()) {
     for (const std::size_t n : kSceneSizes) {
-      const Space space(configuration);
+      const Space space(configuration), other(configuration);
       dParallelSAPSpaceSetNumThreads(space, 3);
-      World world(space);
+      World world(space), world_of_other(other);
       world.addBoxes(denseCube(n, 2));
+      world_of_other.addBoxes(denseCube(n, 3));
       const dGeomID loose = dCreateSphere(nullptr, 1), probe = dCreateSphere(nullptr, 100);
       const dGeomID inside = world.geoms()[0];
       const std::thread::id here = std::this_thread::get_id();
@@ -58,6 +59,7 @@ TEST_CASE("The callback runs on the calling thread, with the space locked, in th
           elsewhere += std::this_thread::get_id() != here;
           other_mode += FloatingPointMode::current() != FloatingPointMode::kFlushing;
           if (calls++) return;
+          world_of_other.jitter(1, n);  // geoms of other spaces may change
           forbidden([&] { dSpaceAdd(space, loose); });
           forbidden([&] { dSpaceRemove(space, inside); });
           forbidden([&] { dGeomSetPosition(inside, 1, 2, 3); });
@@ -76,57 +78,15 @@ TEST_CASE("The callback runs on the calling thread, with the space locked, in th
         // dGeomSetPosition had its effect before ODE looked at the lock; it counts from now on.
         dGeomSetPosition(inside, 1, 2, 3);
         CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
+        CHECK(difference(collide(other), expectedPairs(world_of_other.geoms())) == "");
+        const auto stop = [&](dGeomID a, dGeomID) {
+          collideWith(space, a, [](dGeomID, dGeomID) { throw Stop(); });
+        };
+        CHECK_THROWS_AS(query ? collideWith(space, probe, stop) : collideWith(space, stop), Stop);
         dSpaceAdd(space, loose);
         dSpaceRemove(space, loose);
       }
       dGeomDestroy(loose);
-      dGeomDestroy(probe);
-    }
-  }
-}
-
-TEST_CASE("The callback may collide this space again, other spaces and geoms, and catch exceptions",
-          "[contract]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : {8, 60, 1500}) {
-      const Space space(configuration), other(configuration);
-      World world(space), world_of_other(other);
-      world.addBoxes(denseCube(n, 4));
-      world_of_other.addBoxes(denseCube(n + 100, 6));
-      const dGeomID probe = dCreateSphere(nullptr, 3);
-      const Pairs expected = collide(space), expected_of_other = collide(other),
-                  expected_of_probe = collide2(space, probe);
-      REQUIRE(!expected.empty());
-      REQUIRE(!expected_of_probe.empty());
-      Pairs outer;
-      std::string problem;
-      std::size_t caught = 0;
-      const std::size_t step = expected.size() / 5 + 1;
-      collideWith(space, [&](dGeomID a, dGeomID b) {
-        outer.emplace_back(number(a), number(b));
-        if (outer.size() % step != 1 % step) return;
-        Pairs inner;
-        collideWith(space, [&](dGeomID c, dGeomID d) {
-          if (inner.empty()) problem += difference(collide(space), expected);
-          inner.emplace_back(number(c), number(d));
-        });
-        problem += difference(inner, expected);
-        problem += difference(collide(other), expected_of_other);
-        problem += difference(collide2(space, probe), expected_of_probe);
-        problem += collide2(a, b).size() == 1 ? "" : "a pair on its own is none";
-        problem += collide2(space.geom(), other.geom()).empty() ? "no pair of two spaces" : "";
-        try {
-          collideWith(space, [](dGeomID, dGeomID) { throw Stop(); });
-        } catch (const Stop&) {
-          ++caught;
-        }
-      });
-      INFO(configuration.name << ", " << n << " geoms");
-      CHECK(difference(outer, expected) == "");
-      CHECK(problem == "");
-      CHECK(caught > 0);
-      dGeomDestroy(dCreateSphere(space, 1));  // not locked
-      CHECK(difference(collide(space), expected) == "");
       dGeomDestroy(probe);
     }
   }
@@ -159,57 +119,6 @@ TEST_CASE("Geoms and bodies that the callback disables or enables count in the n
   }
 }
 
-TEST_CASE("An exception leaves every space of a nest unlocked", "[contract]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space outer(configuration);
-    const dSpaceID inner = dParallelSAPSpaceCreate(outer);
-    configure(inner, configuration);
-    for (int i = 0; i < 3; ++i) dCreateSphere(inner, 1);
-    for (int i = 0; i < 3; ++i) dCreateSphere(outer, 1);
-    const auto takeApart = [](void*, dGeomID a, dGeomID b) {
-      dSpaceCollide2(a, b, nullptr, [](void*, dGeomID, dGeomID) { throw Stop(); });
-    };
-    INFO(configuration.name);
-    CHECK_THROWS_AS(dSpaceCollide(outer, nullptr, takeApart), Stop);
-    dCreateSphere(inner, 1);
-    dCreateSphere(outer, 1);
-    CHECK(collide(outer).size() == 10);
-    CHECK(collide(inner).size() == 6);
-  }
-}
-
-TEST_CASE("The callback may change geoms of other spaces, which see it in their next collide",
-          "[contract]") {
-  for (const Configuration& configuration : configurations()) {
-    for (const std::size_t n : kSceneSizes) {
-      const Space space(configuration), other(configuration);
-      World world(space), world_of_other(other);
-      world.addBoxes(denseCube(n, 17));
-      world_of_other.addBoxes(denseCube(n, 18));
-      (void)collide(other);
-      const std::vector<dGeomID>& geoms = world_of_other.geoms();
-      int calls = 0;
-      collideWith(space, [&](dGeomID, dGeomID) {
-        if (calls++) return;
-        dGeomSetPosition(geoms[0], 1, 2, 3);
-        dGeomBoxSetLengths(geoms[1], 3, 3, 3);
-        dGeomSetCategoryBits(geoms[2], 2);
-        dGeomSetCollideBits(geoms[2], 2);
-        const dBodyID body = world_of_other.giveBody(geoms[3]);
-        dGeomSetBody(geoms[4], body);
-        dGeomDisable(geoms[5]);
-        const dGeomID again = geoms[6];
-        world_of_other.remove(again);
-        world_of_other.addAgain(again);
-      });
-      INFO(configuration.name << ", " << n << " geoms");
-      CHECK(calls > 0);
-      CHECK(difference(collide(other), expectedPairs(geoms)) == "");
-      CHECK(difference(collide(space), expectedPairs(world.geoms())) == "");
-    }
-  }
-}
-
 TEST_CASE("A sub-space without a geom at any depth is never reported, whatever is at the origin",
           "[contract]") {
   for (const Configuration& configuration : configurations())
@@ -218,52 +127,33 @@ TEST_CASE("A sub-space without a geom at any depth is never reported, whatever i
         INFO(configuration.name << ", " << n << " geoms, depth " << depth);
         const Space space(configuration);
         World world(space);
-        world.addBoxes(denseCube(n - 3, 15));
-        world.take(dCreateSphere(space, 1));  // around the origin
+        world.addBoxes(denseCube(n - 2, 15));
+        const dGeomID probe = dCreateSphere(nullptr, 1);  // around the origin
         world.take(dCreatePlane(space, 1, 1, 1, 0));
-        // A space around it makes dSpaceCollide2 ask about the sub-space itself.
-        const dSpaceID around = dSimpleSpaceCreate(nullptr);
-        const dSpaceID outside = dHashSpaceCreate(dSimpleSpaceCreate(around));
-        const dSpaceID sub_space = dHashSpaceCreate(space);
-        const std::size_t own = number(world.take(asGeom(sub_space)));
-        dSpaceID innermost = sub_space;
+        dSpaceID innermost = dHashSpaceCreate(space);
+        const std::size_t own = number(world.take(asGeom(innermost)));
         for (int i = 1; i < depth; ++i) {
           dHashSpaceCreate(innermost);
           innermost = i % 2 ? dSimpleSpaceCreate(innermost) : dParallelSAPSpaceCreate(innermost);
         }
-        const auto pairsOfSubSpace = [&] {
-          const Pairs got = collide(space);
+        const auto isReported = [&] {
+          const Pairs got = collide(space), hits = collide2(space, probe);
           REQUIRE(difference(got, expectedPairs(world.geoms())) == "");
-          std::size_t count = 0, of_contacts = 0;
-          for (const Pair& pair : got) count += pair.first == own || pair.second == own;
-          dParallelSAPContactCallbacks callbacks = {};
-          callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-          callbacks.spaces = [](void* count, dGeomID, dGeomID, void*) {
-            ++*static_cast<std::size_t*>(count);
+          const auto isOwn = [=](const Pair& pair) {
+            return pair.first == own || pair.second == own;
           };
-          dParallelSAPSpaceCollideContacts(space, &of_contacts, 1, &callbacks);
-          CHECK(of_contacts == count);
-          const dGeomID probe = dCreateSphere(nullptr, 1);
-          for (const Pair& pair : collide2(space, probe)) CHECK((count || pair.first != own));
-          dGeomDestroy(probe);
-          return count;
+          const bool reported = std::any_of(got.begin(), got.end(), isOwn);
+          CHECK(std::any_of(hits.begin(), hits.end(), isOwn) == reported);
+          return reported;
         };
-        for (const bool destroy : {true, false}) {
-          CHECK(collide2(space.geom(), asGeom(around)).empty());
-          CHECK(pairsOfSubSpace() == 0);
+        for (int time = 0; time < 2; ++time) {
+          CHECK(!isReported());
           const dGeomID inside = dCreateSphere(innermost, dReal(0.5));
-          const dGeomID ball = dCreateSphere(outside, 1);
-          CHECK_FALSE(collide2(space.geom(), asGeom(around)).empty());
-          CHECK(pairsOfSubSpace() >= 2);
-          dGeomSetPosition(inside, -50, -50, -50);
-          // The plane; an empty space beside it reaches to the origin.
-          CHECK((pairsOfSubSpace() == 1) == (depth == 1));
-          if (!destroy) dSpaceRemove(innermost, inside);
+          CHECK(isReported());
           dGeomDestroy(inside);
-          dGeomDestroy(ball);
         }
-        CHECK(pairsOfSubSpace() == 0);
-        dSpaceDestroy(around);
+        CHECK(!isReported());
+        dGeomDestroy(probe);
       }
 }
 

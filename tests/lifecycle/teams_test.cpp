@@ -24,16 +24,7 @@ using namespace sap_test;
 
 namespace {
 
-const int kTeams[] = {2, 3, 7, 16};
-
-// A scene, what happens to it before each frame, and the regions in which teams work then.
-struct Play {
-  const char* name;
-  int method;
-  std::function<void(World& world, std::uint64_t seed)> populate;
-  std::function<void(World& world, std::uint64_t seed)> change;
-  std::vector<std::string> regions;
-};
+using Edit = void (*)(World& world, std::uint64_t seed);
 
 void moveAll(World& world, std::uint64_t seed) {
   world.jitter(0.4, seed);
@@ -95,187 +86,78 @@ void populateDensely(World& world, std::uint64_t seed) {
   world.addBoxes(denseCube(700, seed));
 }
 
-const std::vector<Play>& plays() {
-  static const std::vector<Play> all = {
-      {"all boxes move",
-       dParallelSAPMethodSweep,
-       populateDensely,
-       moveAll,
-       {"update: geoms", "box classes: survey", "cell order: keys", "cell order: buckets",
-        "cell order: pieces", "cell trees: cells", "cell coherence: active boxes", "sweep: tasks",
-        "pair order: counts", "pair order: deal", "pair order: buckets"}},
-      {"crowds in one place",
-       dParallelSAPMethodSweep,
-       populateWithCrowds,
-       moveSome,
-       {"radix sort: counts", "radix sort: scatter", "radix sort: copy"}},
-      {"brute force",
-       dParallelSAPMethodBruteForce,
-       populateDensely,
-       moveAll,
-       {"brute force: pairs"}},
-      {"axis lists",
-       dParallelSAPMethodAxisLists,
-       populateDensely,
-       moveAll,
-       {"end points: axes", "axis lists: places", "axis lists: pairs of all axes"}},
-      {"some boxes move",
-       dParallelSAPMethodSweep,
-       populateDensely,
-       moveSome,
-       {"update: what changed unnoticed", "proxy trees: cells", "pair merge: parts"}},
-      {"all boxes tremble",
-       dParallelSAPMethodSweep,
-       populateDensely,
-       trembleAll,
-       {"fat proxies: boxes", "fat proxies: fat boxes", "fat proxies: candidates"}},
-      {"bits that boxes have no room for",
-       dParallelSAPMethodSweep,
-       populateWithHighBits,
-       moveAll,
-       {"filter: exact tests", "filter: gaps", "filter: pieces"}},
-      {"geoms at rest are left out",
-       dParallelSAPMethodSweep,
-       populateWithBodies,
-       moveAll,
-       {"filter: verified pairs"}},
-      {"planes apart", dParallelSAPMethodSweep, populateWithPlanes, moveAll, {"planes: cells"}},
+// Frames of a scene, before each of which it changes, held against the oracle.
+std::function<void(int threads)> framesOf(int method, Edit populate, Edit change) {
+  return [=](int threads) {
+    const std::uint64_t seed = seedOr(91);
+    const Space space({dParallelSAPBackendCPU, method, ""});
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    World world(space);
+    populate(world, seed);
+    for (std::uint64_t frame = 0; frame < 8; ++frame) {
+      if (frame > 0) change(world, seed + frame);
+      const Pairs pairs = collide(space);
+      INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      REQUIRE(pairs.size() > 0);
+      REQUIRE(difference(pairs, expectedPairs(world.geoms())) == "");
+    }
   };
-  return all;
 }
 
-const std::vector<std::string> regions_of_contacts = {"contacts: list of pairs", "contacts: pairs",
-                                                      "contacts: heavy pairs",
-                                                      "contacts: pairs on images"};
-
-const std::vector<std::string> regions_of_preload = {"contacts: precomputed pairs"};
-
-const std::vector<std::string> regions_of_rays = {"rays: rays", "rays: geoms on images"};
-
-const std::vector<std::string> regions_of_bulk = {"pairs in blocks: blocks",
-                                                  "pair events: comparison"};
-
-// The pairs of each frame, held against the oracle.
-std::vector<Pairs> framesOf(const Play& play, int threads) {
-  const std::uint64_t seed = seedOr(91);
-  const Space space({dParallelSAPBackendCPU, play.method, play.name});
+void findContactsAndCastRays(int threads) {
+  const std::uint64_t seed = seedOr(92);
+  const Space space;
   dParallelSAPSpaceSetNumThreads(space, threads);
-  World world(space);
-  play.populate(world, seed);
-  std::vector<Pairs> frames;
-  for (std::uint64_t frame = 0; frame < 8; ++frame) {
-    if (frame > 0) play.change(world, seed + frame);
-    frames.push_back(collide(space));
-    INFO(play.name << ", " << threads << " threads, frame " << frame
-                   << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-    REQUIRE(frames.back().size() > 0);
-    REQUIRE(difference(frames.back(), expectedPairs(world.geoms())) == "");
-  }
-  return frames;
-}
-
-// Light, heavy, on images of ODE.
-void fillForEveryCollider(ContactScene& scene, std::uint64_t seed) {
+  ContactScene scene(space);
+  // Light, heavy, on images of ODE.
   scene.fill({Kind::Box, Kind::Cylinder, Kind::Sphere, Kind::Torus}, 400, seed);
   for (std::uint64_t i = 0; i < 4; ++i) scene.add(Kind::Heightfield, 6, seed + i);
-}
-
-// Two threads and more have had work in each region since.
-template <class Regions, class Times>
-void checkShared(const Regions& regions, const Times& before) {
-  const auto after = timesShared();
-  for (const std::string& region : regions) {
-    INFO(region);
-    REQUIRE(after.count(region) == 1);
-    CHECK(after.at(region) > before.at(region));
+  std::vector<dGeomID> geoms;
+  for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
+  Random random(seed);
+  for (std::uint64_t frame = 0; frame < 4; ++frame) {
+    scene.move(seed + frame);
+    const Contacts got = parallelContacts(space, 8);
+    INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    REQUIRE(got.size() > 100);
+    REQUIRE(difference(got, serialContacts(space, {8})) == "");
+    REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
   }
 }
 
-}  // namespace
-
-TEST_CASE("With a grain of 1 two threads and more have work in every region of the pipeline") {
-  for (const Play& play : plays()) {
-    const std::vector<Pairs> expected = framesOf(play, 1);
-    const ScopedGrain grain(1);
-    for (const int threads : kTeams) {
-      const auto before = timesShared();
-      const std::vector<Pairs> frames = framesOf(play, threads);
-      for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-        INFO(play.name << ", " << threads << " threads, frame " << frame);
-        REQUIRE(difference(frames[frame], expected[frame]) == "");
-      }
-      INFO(play.name << ", " << threads << " threads");
-      checkShared(play.regions, before);
-    }
-  }
-}
-
-TEST_CASE("With a grain of 1 two threads and more find contacts and cast rays") {
-  const std::uint64_t seed = seedOr(92);
-  const ScopedGrain grain(1);
-  for (const int threads : kTeams) {
-    const Space space;
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    ContactScene scene(space);
-    fillForEveryCollider(scene, seed);
-    std::vector<dGeomID> geoms;
-    for (int i = 0; i < dSpaceGetNumGeoms(space); ++i) geoms.push_back(dSpaceGetGeom(space, i));
-    Random random(seed);
-    const auto before = timesShared();
-    for (std::uint64_t frame = 0; frame < 4; ++frame) {
-      scene.move(seed + frame);
-      const Contacts got = parallelContacts(space, 8);
-      INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      REQUIRE(got.size() > 100);
-      REQUIRE(difference(got, serialContacts(space, {8})) == "");
-      REQUIRE(wrongRays(space, geoms, raysAt(geoms, 40, random), 4) == "");
-    }
-    INFO(threads << " threads");
-    checkShared(regions_of_contacts, before);
-    checkShared(regions_of_rays, before);
-  }
-}
-
-TEST_CASE("With a grain of 1 two threads and more hand out pairs and tell which began") {
+// In the callback all threads may read the numbers of pairs.
+void handOutPairs(int threads) {
   const std::uint64_t seed = seedOr(93);
-  const ScopedGrain grain(1);
-  for (const int threads : kTeams) {
-    const Space space;
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    dParallelSAPSpaceSetEvents(space, 1);
-    World world(space);
-    populateDensely(world, seed);
-    const auto before = timesShared();
-    for (std::uint64_t frame = 0; frame < 4; ++frame) {
-      if (frame > 0) moveAll(world, seed + frame);
-      struct Told {
-        dSpaceID space;
-        std::atomic<std::size_t> pairs{0}, without_numbers{0};
-      } told = {space, {0}, {0}};
-      dParallelSAPSpaceCollidePairs(
-          space, &told, dParallelSAPPairsConcurrent,
-          [](void* data, const dParallelSAPPair*, std::size_t count, std::size_t first) {
-            Told& told = *static_cast<Told*>(data);
-            told.pairs += count;
-            // Which may be read from all threads.
-            const unsigned* numbers;
-            const std::size_t numbered = dParallelSAPSpaceGetPairNumbers(told.space, &numbers);
-            if (numbered < first + count || !numbers) ++told.without_numbers;
-          });
-      INFO(threads << " threads, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
-      const std::size_t pairs = told.pairs;
-      REQUIRE(pairs == expectedPairs(world.geoms()).size());
-      REQUIRE(told.without_numbers == 0);
-      const unsigned* numbers;
-      REQUIRE(dParallelSAPSpaceGetPairNumbers(space, &numbers) == pairs);
-    }
-    INFO(threads << " threads");
-    checkShared(regions_of_bulk, before);
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, threads);
+  dParallelSAPSpaceSetEvents(space, 1);
+  World world(space);
+  populateDensely(world, seed);
+  for (std::uint64_t frame = 0; frame < 4; ++frame) {
+    if (frame > 0) moveAll(world, seed + frame);
+    struct Told {
+      dSpaceID space;
+      std::atomic<std::size_t> pairs{0}, without_numbers{0};
+    } told = {space, {0}, {0}};
+    dParallelSAPSpaceCollidePairs(
+        space, &told, dParallelSAPPairsConcurrent,
+        [](void* data, const dParallelSAPPair*, std::size_t count, std::size_t first) {
+          Told& told = *static_cast<Told*>(data);
+          told.pairs += count;
+          const unsigned* numbers;
+          const std::size_t numbered = dParallelSAPSpaceGetPairNumbers(told.space, &numbers);
+          if (numbered < first + count || !numbers) ++told.without_numbers;
+        });
+    INFO("frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    const std::size_t pairs = told.pairs;
+    REQUIRE(pairs == expectedPairs(world.geoms()).size());
+    REQUIRE(told.without_numbers == 0);
+    const unsigned* numbers;
+    REQUIRE(dParallelSAPSpaceGetPairNumbers(space, &numbers) == pairs);
   }
 }
 
-TEST_CASE("With a grain of 1 two threads and more find contacts before dCollide is called") {
-  const ScopedGrain grain(1);
+void findContactsBeforeDCollide(int threads) {
   const Variable on("ODE_PARALLEL_SAP_CONTACTS", "on");
   const dParallelSAPStandIns& stand_ins = *dParallelSAPGetStandIns();
   struct Call {
@@ -291,30 +173,86 @@ TEST_CASE("With a grain of 1 two threads and more find contacts before dCollide 
       for (int i = 0; i < count; ++i) REQUIRE(found[i].depth == expected[i].depth);
     }
   };
-  for (const int threads : kTeams) {
-    const dSpaceID space = stand_ins.create(nullptr, dHashSpaceClass);
-    dParallelSAPSpaceSetNumThreads(space, threads);
-    {
-      ContactScene scene(space);
-      scene.fill({Kind::Box, Kind::Sphere, Kind::Capsule}, 400, seedOr(95));
-      const auto before = timesShared();
-      Call call = {stand_ins};
-      for (int frame = 0; frame < 4; ++frame) dSpaceCollide(space, &call, Call::collide);
-      INFO(threads << " threads");
-      CHECK(call.found > 100);
-      checkShared(regions_of_preload, before);
-    }
-    dSpaceDestroy(space);
+  const dSpaceID space = stand_ins.create(nullptr, dHashSpaceClass);
+  dParallelSAPSpaceSetNumThreads(space, threads);
+  {
+    ContactScene scene(space);
+    scene.fill({Kind::Box, Kind::Sphere, Kind::Capsule}, 400, seedOr(95));
+    Call call = {stand_ins};
+    for (int frame = 0; frame < 4; ++frame) dSpaceCollide(space, &call, Call::collide);
+    CHECK(call.found > 100);
   }
+  dSpaceDestroy(space);
+}
+
+// Work, and the regions in which teams share it.
+struct Work {
+  const char* name;
+  std::function<void(int threads)> run;
+  std::vector<std::string> regions;
+};
+
+const Work kWorks[] = {
+    {"all boxes move",
+     framesOf(dParallelSAPMethodSweep, populateDensely, moveAll),
+     {"update: geoms", "box classes: survey", "cell order: keys", "cell order: buckets",
+      "cell order: pieces", "cell trees: cells", "cell coherence: active boxes", "sweep: tasks",
+      "pair order: counts", "pair order: deal", "pair order: buckets"}},
+    {"crowds in one place",
+     framesOf(dParallelSAPMethodSweep, populateWithCrowds, moveSome),
+     {"radix sort: counts", "radix sort: scatter", "radix sort: copy"}},
+    {"brute force",
+     framesOf(dParallelSAPMethodBruteForce, populateDensely, moveAll),
+     {"brute force: pairs"}},
+    {"axis lists",
+     framesOf(dParallelSAPMethodAxisLists, populateDensely, moveAll),
+     {"end points: axes", "axis lists: places", "axis lists: pairs of all axes"}},
+    {"some boxes move",
+     framesOf(dParallelSAPMethodSweep, populateDensely, moveSome),
+     {"update: what changed unnoticed", "proxy trees: cells", "pair merge: parts"}},
+    {"all boxes tremble",
+     framesOf(dParallelSAPMethodSweep, populateDensely, trembleAll),
+     {"fat proxies: boxes", "fat proxies: fat boxes", "fat proxies: candidates"}},
+    {"bits that boxes have no room for",
+     framesOf(dParallelSAPMethodSweep, populateWithHighBits, moveAll),
+     {"filter: exact tests", "filter: gaps", "filter: pieces"}},
+    {"geoms at rest are left out",
+     framesOf(dParallelSAPMethodSweep, populateWithBodies, moveAll),
+     {"filter: verified pairs"}},
+    {"planes apart",
+     framesOf(dParallelSAPMethodSweep, populateWithPlanes, moveAll),
+     {"planes: cells"}},
+    {"contacts and rays",
+     findContactsAndCastRays,
+     {"contacts: list of pairs", "contacts: pairs", "contacts: heavy pairs",
+      "contacts: pairs on images", "rays: rays", "rays: geoms on images"}},
+    {"pairs in blocks", handOutPairs, {"pairs in blocks: blocks", "pair events: comparison"}},
+    {"contacts before dCollide is called",
+     findContactsBeforeDCollide,
+     {"contacts: precomputed pairs"}}};
+
+}  // namespace
+
+TEST_CASE("With a grain of 1 two threads and more have work in every region, and find the same") {
+  const ScopedGrain grain(1);
+  for (const Work& work : kWorks)
+    for (const int threads : {2, 3, 7, 16}) {
+      const auto before = timesShared();
+      INFO(work.name << ", " << threads << " threads");
+      work.run(threads);
+      const auto after = timesShared();
+      for (const std::string& region : work.regions) {
+        INFO(region);
+        REQUIRE(after.count(region) == 1);
+        CHECK(after.at(region) > before.at(region));
+      }
+    }
 }
 
 // Those of a device are looked at by device_test.
-TEST_CASE("There is no region that these tests leave out") {
-  std::set<std::string> covered(regions_of_contacts.begin(), regions_of_contacts.end());
-  covered.insert(regions_of_bulk.begin(), regions_of_bulk.end());
-  covered.insert(regions_of_rays.begin(), regions_of_rays.end());
-  covered.insert(regions_of_preload.begin(), regions_of_preload.end());
-  for (const Play& play : plays()) covered.insert(play.regions.begin(), play.regions.end());
+TEST_CASE("There is no region that this test leaves out") {
+  std::set<std::string> covered;
+  for (const Work& work : kWorks) covered.insert(work.regions.begin(), work.regions.end());
   for (const auto& [region, times] : timesShared()) {
     INFO(region);
     CHECK((covered.count(region) == 1 || isOfDevice(region)));

@@ -123,6 +123,17 @@ void checkReplay(const std::string& path, const std::vector<Pairs>& expected, in
   dSpaceDestroy(space);
 }
 
+// The recording of a row of boxes.
+template <class Run>
+trace::Recording recordingOf(int boxes_in_row, Run run) {
+  const Folder folder;
+  const dSpaceID space = boxes(boxes_in_row);
+  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
+  run(space);
+  dSpaceDestroy(space);
+  return trace::readRecording(folder / "trace");
+}
+
 // The file of a small trace of few frames.
 std::string smallTrace() {
   const Folder folder;
@@ -214,22 +225,18 @@ TEST_CASE("Frames in which nothing changes are a few bytes in a trace", "[trace]
 
 TEST_CASE("Pairs in blocks are counted in a trace, and those of contacts are not known",
           "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(300);
-  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
-  collide(space);
-  const auto ignore = [](void*, const dParallelSAPPair*, size_t, size_t) {};
-  dParallelSAPSpaceCollidePairs(space, nullptr, 0, ignore);
-  dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, nullptr);
-  dParallelSAPContactCallbacks callbacks = {};
-  callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-  dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
-  REQUIRE(collideUntil(space, 3).size() == 3);
-  dParallelSAPSpaceSetTolerance(space, 1);
-  collide(space);
-  dSpaceDestroy(space);
-
-  const trace::Recording recording = trace::readRecording(folder / "trace");
+  const trace::Recording recording = recordingOf(300, [](dSpaceID space) {
+    collide(space);
+    const auto ignore = [](void*, const dParallelSAPPair*, size_t, size_t) {};
+    dParallelSAPSpaceCollidePairs(space, nullptr, 0, ignore);
+    dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, nullptr);
+    dParallelSAPContactCallbacks callbacks = {};
+    callbacks.contacts = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+    dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+    REQUIRE(collideUntil(space, 3).size() == 3);
+    dParallelSAPSpaceSetTolerance(space, 1);
+    collide(space);
+  });
   REQUIRE(recording.frames.size() == 6);
   REQUIRE(recording.frames[0].pairs->count == 299);
   REQUIRE((recording.frames[1].pairs == recording.frames[0].pairs));
@@ -241,37 +248,28 @@ TEST_CASE("Pairs in blocks are counted in a trace, and those of contacts are not
 }
 
 TEST_CASE("A collide within a callback is not in the trace, which goes on after it", "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(200);
-  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
-  for (int i = 0; i < 3; ++i)
-    dSpaceCollide(space, space, [](void* data, dGeomID, dGeomID) {
-      std::size_t inner = 0;
-      dSpaceCollide(static_cast<dSpaceID>(data), &inner,
-                    [](void* count, dGeomID, dGeomID) { ++*static_cast<std::size_t*>(count); });
-      REQUIRE(inner == 199);
-    });
-  dSpaceDestroy(space);
-  const trace::Recording recording = trace::readRecording(folder / "trace");
+  const trace::Recording recording = recordingOf(200, [](dSpaceID space) {
+    const auto collideWithin = [](void* data, dGeomID, dGeomID) {
+      REQUIRE(collide(static_cast<dSpaceID>(data)).size() == 199);
+    };
+    for (int i = 0; i < 3; ++i) dSpaceCollide(space, space, collideWithin);
+  });
   REQUIRE(recording.frames.size() == 3);
   for (const trace::Frame& frame : recording.frames) REQUIRE(frame.pairs->count == 199);
 }
 
 TEST_CASE("A geom that is added again, or at another one's address, is a new one in a trace",
           "[trace]") {
-  const Folder folder;
-  const dSpaceID space = boxes(3);
-  const dGeomID last = dSpaceGetGeom(space, 2);
-  dParallelSAPSpaceSetTrace(space, (folder / "trace").c_str(), 1);
-  collide(space);
-  dSpaceRemove(space, last);
-  dSpaceAdd(space, last);
-  collide(space);
-  dGeomDestroy(last);
-  dCreateSphere(space, 1);
-  collide(space);
-  dSpaceDestroy(space);
-  const trace::Recording recording = trace::readRecording(folder / "trace");
+  const trace::Recording recording = recordingOf(3, [](dSpaceID space) {
+    const dGeomID last = dSpaceGetGeom(space, 2);
+    collide(space);
+    dSpaceRemove(space, last);
+    dSpaceAdd(space, last);
+    collide(space);
+    dGeomDestroy(last);
+    dCreateSphere(space, 1);
+    collide(space);
+  });
   REQUIRE(recording.frames.size() == 3);
   for (const std::uint32_t frame : {1u, 2u}) {
     REQUIRE((recording.frames[frame].removed == std::vector<std::uint32_t>{2 + frame}));

@@ -87,6 +87,12 @@ void stackOfTwo(Stage& stage, double) {
   stack(stage, 2, 1);
 }
 
+void boxOnAHeavyOne(Stage& stage) {
+  stage.plane();
+  stack(stage, 1, 1);
+  stack(stage, 1, 1, {0, 0, 1}, 1e5);
+}
+
 void stackOfTwoHarder(Stage& stage, double times) {
   dWorldSetERP(stage.world(), dReal(0.8));
   dWorldSetCFM(stage.world(), dReal(1e-5 / times));
@@ -354,21 +360,14 @@ TEST_CASE("Contacts are warned of from five a pair on") {
 }
 
 TEST_CASE("Warnings are off until they are asked for, and can be cut off") {
-  const auto heavy = [](Stage& stage) {
-    stage.plane();
-    stack(stage, 1, 1);
-    stack(stage, 1, 1, {0, 0, 1}, 1e5);
-  };
   Stage stage(Pairing::ours, {}, 0.01);
-  heavy(stage);
+  boxOnAHeavyOne(stage);
   const auto play = [&] {
     for (int step = 0; step < 70; ++step) stage.step();
     return dParallelSAPSpaceFindWarnings(stage.space(), nullptr, 0);
   };
-  CHECK(dParallelSAPSpaceGetWarnings(stage.space()) == 0);
   CHECK(play() == 0);
   dParallelSAPSpaceSetWarnings(stage.space(), 1);
-  CHECK(dParallelSAPSpaceGetWarnings(stage.space()) == 1);
   CHECK(play() >= 1);
   const std::string all = textOf(stage.space());
   CHECK(all.back() == '\n');
@@ -377,7 +376,6 @@ TEST_CASE("Warnings are off until they are asked for, and can be cut off") {
   CHECK(text == all.substr(0, 9));
   CHECK(text[10] == 'x');
   dParallelSAPSpaceSetWarnings(stage.space(), 0);
-  CHECK(dParallelSAPSpaceGetWarnings(stage.space()) == 0);
   CHECK(textOf(stage.space()) == "");
 }
 
@@ -386,9 +384,7 @@ TEST_CASE("The account of a space has its warnings") {
   const Messages messages;
   {
     Stage stage(Pairing::ours, {}, 0.01);
-    stage.plane();
-    stack(stage, 1, 1);
-    stack(stage, 1, 1, {0, 0, 1}, 1e5);
+    boxOnAHeavyOne(stage);
     for (int step = 0; step < 2; ++step) stage.step();
   }
   const auto warns = [](const std::string& line) {

@@ -164,7 +164,8 @@ dGeomID MovingScene::make() {
   }
   const Shape& shape = shapes()[random_.below(shapes().size())];
   const bool tests = shape.name == std::string("user class with AABBTest");
-  if (kind == 4 && shape.placeable && (kinds_.wild || !tests)) return shape.create(space_);
+  if (kind == 4 && kinds_.all && shape.placeable && (kinds_.wild || !tests))
+    return shape.create(space_);
   return dCreateBox(space_, 1, 1, 1);
 }
 

@@ -20,6 +20,7 @@ class MovingScene {
   struct Kinds {
     double offset = 0;  // of all, along x
     bool wild = true;   // AABBTest functions, and bounds that are infinite or no numbers
+    bool all = true;    // any class of ODE
   };
   // Two planes, boxes, spheres, bars, user boxes, any class, sub-spaces. Most have bodies.
   MovingScene(const Configuration& configuration, std::size_t n, std::uint64_t seed, Kinds kinds);
