@@ -28,7 +28,7 @@ struct Totals {
 
 bool live(std::uint64_t seed, Totals& totals) {
   using namespace sap_test;
-  RandomDecisions decisions(seed);
+  Decisions decisions(seed);
   const std::size_t most = kGeoms[Random(seed).below(std::size(kGeoms))];
   Driver driver(decisions, most);
   for (int edit = 0; edit < kEditsOfAWorld && driver.problem().empty(); ++edit) {
