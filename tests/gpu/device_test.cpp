@@ -185,7 +185,7 @@ TEST_CASE("Pairs for which there was no room are found all the same", "[device][
   }
 }
 
-// The same on a fake CUDA is in device_subset_test.cpp; here the driver has the word.
+// The same on emulated devices is in device_subset_test.cpp; here the driver has the word.
 TEST_CASE("Frames leave a thread's device and context to the program", "[device][several]") {
   makeDevicesReady();
   void* found = nullptr;

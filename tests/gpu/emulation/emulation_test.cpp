@@ -1,6 +1,5 @@
 // The kernels and all that drives them, on emulated devices: any number of devices finds the pairs
 // of the CPU's sweep in its order, whatever is done before what, and leaves nothing behind.
-#define CATCH_CONFIG_RUNNER
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -9,6 +8,7 @@
 
 #include "cuda/check/scenes.h"
 #include "cuda/device/devices.h"
+#include "cuda/device/fault_injection.h"
 #include "cuda/several/device_group.h"
 #include "space/pairs/sweep.h"
 #include "support/catch.hpp"
@@ -108,9 +108,11 @@ class Run {
   Run(std::uint64_t seed, int number, double failing, Seen& seen)
       : random_(seed), scene_(random_), failing_(failing), seen_(seen) {
     emulation::seed(random_.bits());
-    emulation::Machine& machine = emulation::machine();
-    machine.peers_readable = number % 3 == 0;
-    machine.some_peers = number % 3 == 2;
+    using emulation::Settings;
+    emulation::settings().kernels_run = true;
+    emulation::settings().links = number % 3 == 0   ? Settings::All
+                                  : number % 3 == 1 ? Settings::None
+                                                    : Settings::Some;
     const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
     const std::size_t members_a_device = 1 + number / 3 % 3;
     for (std::size_t i = 0; i < most; ++i)
@@ -135,7 +137,7 @@ class Run {
     show();
     members_.clear();
     REQUIRE(emulation::pending() == 0);
-    REQUIRE(emulation::machine().held == 0);
+    REQUIRE(emulation::memoryHeld() == 0);
   }
 
  private:
@@ -150,7 +152,7 @@ class Run {
 
   bool find(const std::vector<DeviceSweep*>& used) {
     const bool failing = random_.chance(failing_);
-    if (failing) emulation::machine().fail_call = 1 + static_cast<int>(random_.below(120 * used_));
+    if (failing) failCudaCall(1 + random_.below(120 * used_));
     DeviceGroup group(used);
     try {
       group.find(scene_.boxes(), pairs_);
@@ -160,7 +162,7 @@ class Run {
       for (const DeviceSweep* member : used) REQUIRE_FALSE(member->context());
       return false;
     }
-    emulation::machine().fail_call = 0;
+    failCudaCall(0);
     return true;
   }
 
@@ -174,7 +176,7 @@ class Run {
     std::size_t bytes = 0;
     for (const auto& member : members_)
       if (member->context()) bytes += member->context()->deviceBytes();
-    REQUIRE(bytes == emulation::machine().held);
+    REQUIRE(bytes == emulation::memoryHeld());
     ++seen_.frames;
     if (used.size() == 1) return;
     ++seen_.shared;
@@ -214,8 +216,7 @@ Seen runAll(int runs, std::uint64_t usual_seed, double failing) {
 
 }  // namespace
 
-TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "[emulation]") {
-  emulation::machine().replays = 0;
+TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "[.][emulation]") {
   const Seen seen = runAll(40, 1, 0);
   CHECK(seen.frames > 0);
   CHECK(seen.shared > 0);
@@ -224,16 +225,12 @@ TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "
   CHECK(seen.beyond_rows > 0);
   CHECK(seen.read > 0);
   CHECK(seen.copied > 0);
-  CHECK(emulation::machine().replays > 0);
+  CHECK(emulation::device(0).replays > 0);
 }
 
 TEST_CASE("A call that fails leaves nothing under way, and the next frame is right",
-          "[emulation]") {
+          "[.][emulation]") {
   const Seen seen = runAll(20, 1000, 0.5);
   CHECK(seen.failures > 0);
   CHECK(seen.frames > 0);
-}
-
-int main(int argc, char** argv) {
-  return Catch::Session().run(argc, argv) == 0 ? 0 : 1;
 }
