@@ -15,9 +15,7 @@
 #include "cuda/finder/cuda_sweep.h"
 #include "support/catch.hpp"
 #include "support/configurations.h"
-#include "support/knobs.h"
 #include "support/ode_errors.h"
-#include "support/random.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 #include "support/teams.h"
@@ -46,63 +44,6 @@ struct Scene {
 
 Pairs pairsOnProcessor(const Boxes& boxes) {
   return Scene(boxes, dParallelSAPBackendCPU).collide();
-}
-
-// Devices of this process, by the variable that CMakeLists.txt sets.
-int available() {
-  const char* const text = std::getenv("ODE_PARALLEL_SAP_VIRTUAL_DEVICES");
-  REQUIRE(text);
-  return std::atoi(text);
-}
-
-// What fails while a device is made ready leaves it out for the rest of the program; these tests
-// are of what fails later.
-void makeDevicesReady() {
-  Scene scene(sap_test::denseCube(1000, 1), dParallelSAPBackendCUDA, available());
-  scene.collide();
-  REQUIRE(scene.stats().devices == available());
-}
-
-// One frame during which a fault is met, and one after it. Returns whether the fault was met at
-// all.
-bool survives(const Boxes& boxes, const Pairs& expected, int devices, int frames_before,
-              void (*inject)(unsigned long long), unsigned long long number) {
-  Scene scene(boxes, dParallelSAPBackendCUDA, devices);
-  for (int frame = 0; frame < frames_before; ++frame) scene.collide();
-  const sap_test::Messages messages;
-  inject(number);
-  const Pairs during = scene.collide();
-  inject(0);
-  const dParallelSAPStats met = scene.stats();
-  if (messages.all().empty()) {
-    CHECK(met.devices == devices);
-    return false;
-  }
-  INFO(number << ": " << messages.all().front());
-  CHECK(difference(during, expected) == "");
-  const int left = std::min(devices, available() - 1);
-  CHECK(met.devices == left);
-  CHECK(met.backend == (left > 0 ? dParallelSAPBackendCUDA : dParallelSAPBackendCPU));
-  // Not tried again, and not mentioned again.
-  CHECK(difference(scene.collide(), expected) == "");
-  CHECK(scene.stats().devices == left);
-  CHECK(messages.all().size() == 1);
-  return true;
-}
-
-void surviveAll(int devices, int frames_before, void (*inject)(unsigned long long),
-                std::size_t stride, int least) {
-  makeDevicesReady();
-  const Boxes boxes = sap_test::denseCube(3000, 5);
-  const Pairs expected = pairsOnProcessor(boxes);
-  sap_test::Random random(sap_test::seedOr(21));
-  int met = 0;
-  unsigned long long number = 1;
-  while (survives(boxes, expected, devices, frames_before, inject, number)) {
-    ++met;
-    number += met < 8 ? 1 : 1 + random.below(stride);
-  }
-  CHECK(met >= least);
 }
 
 // ODE_PARALLEL_SAP_TEST_MACHINE, read before anything can ask the driver.
@@ -141,53 +82,8 @@ TEST_CASE("On a machine without a device that will do frames stay on the CPU", "
   CHECK(messages.all().empty());
 }
 
-TEST_CASE("A call that fails costs time, not pairs", "[device][one]") {
-  REQUIRE(available() == 1);
-  surviveAll(1, 0, failCudaCall, 6, 15);
-  surviveAll(1, 3, failCudaCall, 3, 8);
-}
-
-TEST_CASE("Memory that ends on the device costs time, not pairs", "[device][one]") {
-  surviveAll(1, 0, failCudaAllocation, 4, 8);
-}
-
-TEST_CASE("One device of several that fails leaves the frame to the others", "[device][several]") {
-  REQUIRE(available() == 3);
-  surviveAll(2, 0, failCudaCall, 12, 10);
-  surviveAll(3, 2, failCudaCall, 12, 8);
-  surviveAll(2, 0, failCudaAllocation, 8, 8);
-}
-
-TEST_CASE("When all devices fail the frame is the CPU's", "[device][several]") {
-  REQUIRE(available() == 3);
-  makeDevicesReady();
-  const Boxes boxes = sap_test::denseCube(3000, 5);
-  const Pairs expected = pairsOnProcessor(boxes);
-  Scene scene(boxes, dParallelSAPBackendCUDA, 3);
-  const sap_test::Messages messages;
-  for (int left = 2; left >= 0; --left) {
-    failCudaCall(30);
-    CHECK(difference(scene.collide(), expected) == "");
-    CHECK(scene.stats().devices == left);
-  }
-  failCudaCall(0);
-  CHECK(messages.all().size() == 3);
-}
-
-TEST_CASE("Pairs for which there was no room are found all the same", "[device][several]") {
-  // Thirteen pairs a box, where eight are reckoned with at first; then few, then many again.
-  for (const int devices : {1, 2}) {
-    Scene scene(sap_test::touchingLattice(20000, 7), dParallelSAPBackendCUDA, devices);
-    const Pairs expected = pairsOnProcessor(sap_test::touchingLattice(20000, 7));
-    CHECK(difference(scene.collide(), expected) == "");
-    CHECK(scene.stats().devices == devices);
-    CHECK(difference(scene.collide(), expected) == "");
-  }
-}
-
 // The same on emulated devices is in device_subset_test.cpp; here the driver has the word.
 TEST_CASE("Frames leave a thread's device and context to the program", "[device][several]") {
-  makeDevicesReady();
   void* found = nullptr;
 #if CUDART_VERSION >= 12050
   cudaGetDriverEntryPointByVersion("cuCtxGetCurrent", &found, 12000, cudaEnableDefault);
@@ -251,17 +147,6 @@ TEST_CASE("Auto moves to a device that pays, and back from one that fails", "[de
   for (int i = 0; i < 30; ++i) collideNext();
   CHECK(scene.stats().backend == dParallelSAPBackendCPU);
   CHECK(messages.all().size() == 1);
-}
-
-TEST_CASE("Spaces that come and go leave nothing on the device", "[device][several]") {
-  const Boxes boxes = sap_test::denseCube(2000, 9);
-  const auto round = [&](int devices) { Scene(boxes, dParallelSAPBackendCUDA, devices).collide(); };
-  for (int i = 0; i < 5; ++i) round(2);
-  const std::size_t before = freeDeviceMemory();
-  for (int i = 0; i < 200; ++i) round(1 + i % 2);
-  const std::size_t after = freeDeviceMemory();
-  INFO(before << " bytes free before, " << after << " after");
-  CHECK(after + (4 << 20) >= before);
 }
 
 namespace {

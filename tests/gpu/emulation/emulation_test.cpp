@@ -11,6 +11,7 @@
 #include "cuda/device/fault_injection.h"
 #include "cuda/several/device_group.h"
 #include "space/pairs/sweep.h"
+#include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
@@ -20,22 +21,6 @@ using namespace ode_parallel_sap;
 using sap_test::Random;
 
 namespace {
-
-std::vector<Pair> joined(const PairList& pairs) {
-  std::vector<Pair> all;
-  for (const Buffer<Pair>& part : pairs.parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
-// Borderline pairs that are in a segment, counted with those that are in several.
-std::size_t borderlineInSegments(const PairList& pairs) {
-  std::size_t count = 0;
-  for (const PairList::Segment& segment : pairs.borderline)
-    count += static_cast<std::size_t>(
-        std::count_if(pairs.parts[segment.part].begin() + segment.begin,
-                      pairs.parts[segment.part].begin() + segment.end, isMarkedBorderline));
-  return count;
-}
 
 // Scenes that change from frame to frame: another one, one in which some boxes have moved, or the
 // same boxes nearer to or further from each other, which changes the length of lists.
@@ -169,10 +154,8 @@ class Run {
   void check(const std::vector<DeviceSweep*>& used) {
     PairList expected;
     cpu_.find(scene_.boxes(), 1, expected);
-    const std::vector<Pair> pairs = joined(pairs_);
-    REQUIRE((pairs == joined(expected)));
-    REQUIRE(borderlineInSegments(pairs_) == static_cast<std::size_t>(std::count_if(
-                                                pairs.begin(), pairs.end(), isMarkedBorderline)));
+    REQUIRE((joined(pairs_) == joined(expected)));
+    checkBorderlineSegments(pairs_, false);
     std::size_t bytes = 0;
     for (const auto& member : members_)
       if (member->context()) bytes += member->context()->deviceBytes();

@@ -15,6 +15,7 @@ add_executable(
   "${CMAKE_CURRENT_LIST_DIR}/emulation_test.cpp"
   "${CMAKE_CURRENT_LIST_DIR}/runtime.cpp"
   gpu/device_subset_test.cpp
+  support/case.cpp
   "${PROJECT_SOURCE_DIR}/cuda/check/scenes.cpp"
   $<TARGET_OBJECTS:emulated-cuda>
   $<TARGET_OBJECTS:ode-parallel-sap>
