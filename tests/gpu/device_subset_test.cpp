@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <string>
 #include <thread>
 
@@ -18,6 +19,7 @@
 #include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/teams.h"
 #include "support/thread_limit.h"
 #include "tests/gpu/emulation/runtime.h"
 
@@ -335,4 +337,27 @@ TEST_CASE("A device that fails in a frame costs time, not pairs, and is given ba
   }
   for (const int device : {0, 1, 2}) CHECK(emulation::device(device).in_use == 0);
   CHECK(emulation::callsWithoutContext() == 0);
+}
+
+TEST_CASE("Of the threads that serve one device or several two and more have work",
+          "[.][free-free-free]") {
+  emulation::settings().kernels_run = true;
+  const std::map<std::string, int> devices_of = {{"device: pairs of axis lists", 1},
+                                                 {"device: axis lists", 3}};
+  const sap_test::ScopedGrain grain(1);
+  for (const auto& [region, devices] : devices_of)
+    for (const int threads : {2, 3, 7, 16}) {
+      INFO(region << ", " << threads << " threads");
+      Scene scene(dParallelSAPBackendCUDA, devices, 500, dParallelSAPMethodAxisLists);
+      dParallelSAPSpaceSetNumThreads(scene.space, threads);
+      const auto shared = [name = region] { return sap_test::timesShared().at(name); };
+      const std::uint64_t before = shared();
+      for (int frame = 0; frame < 20 && shared() == before; ++frame)
+        REQUIRE(scene.collide().devices == devices);
+      CHECK(shared() > before);
+    }
+  for (const auto& [region, times] : sap_test::timesShared()) {
+    INFO(region);
+    CHECK(sap_test::isOfDevice(region) == (devices_of.count(region) == 1));
+  }
 }

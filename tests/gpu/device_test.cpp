@@ -1,4 +1,4 @@
-// What becomes of frames when the GPU is not there, fails or runs out of memory; built into one
+// What a real driver and GPU do, and what becomes of frames when they are not there; built into one
 // program with the library's objects, so that it can make CUDA fail.
 #include <cuda.h>
 #include <cuda_runtime_api.h>
@@ -9,7 +9,6 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "cuda/device/fault_injection.h"
 #include "cuda/finder/cuda_sweep.h"
@@ -18,7 +17,6 @@
 #include "support/ode_errors.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
-#include "support/teams.h"
 
 using namespace ode_parallel_sap;
 using sap_test::Boxes;
@@ -147,52 +145,4 @@ TEST_CASE("Auto moves to a device that pays, and back from one that fails", "[de
   for (int i = 0; i < 30; ++i) collideNext();
   CHECK(scene.stats().backend == dParallelSAPBackendCPU);
   CHECK(messages.all().size() == 1);
-}
-
-namespace {
-
-const std::vector<std::string> regions_of_one = {"device: pairs of axis lists"};
-const std::vector<std::string> regions_of_several = {"device: axis lists"};
-
-// Plays frames by each method until two threads have had work in all the regions.
-void shareRegions(int devices, const std::vector<std::string>& regions) {
-  const Boxes boxes = sap_test::denseCube(60000, 11);
-  const Pairs expected = pairsOnProcessor(boxes);
-  const sap_test::ScopedGrain grain(1);
-  for (const int threads : {2, 3, 7, 16}) {
-    Scene scene(boxes, dParallelSAPBackendCUDA, devices);
-    dParallelSAPSpaceSetNumThreads(scene.space, threads);
-    const auto before = sap_test::timesShared();
-    const auto left = [&] {
-      std::string left;
-      const auto after = sap_test::timesShared();
-      for (const std::string& region : regions)
-        if (after.at(region) == before.at(region)) left += region + "; ";
-      return left;
-    };
-    for (int frame = 0; frame < 20 && !left().empty(); ++frame) {
-      INFO(threads << " threads, frame " << frame);
-      REQUIRE(dParallelSAPSpaceSetMethod(scene.space, dParallelSAPMethodAxisLists));
-      REQUIRE(difference(scene.collide(), expected) == "");
-      REQUIRE(scene.stats().devices == devices);
-    }
-    INFO(threads << " threads");
-    CHECK(left() == "");
-  }
-}
-
-}  // namespace
-
-TEST_CASE("Of the threads that serve a device two and more have work", "[device][one]") {
-  shareRegions(1, regions_of_one);
-  for (const auto& [region, times] : sap_test::timesShared()) {
-    INFO(region);
-    const bool covered = std::count(regions_of_one.begin(), regions_of_one.end(), region) +
-                         std::count(regions_of_several.begin(), regions_of_several.end(), region);
-    CHECK(covered == sap_test::isOfDevice(region));
-  }
-}
-
-TEST_CASE("Of the threads that serve several devices two and more have work", "[device][several]") {
-  shareRegions(3, regions_of_several);
 }
