@@ -48,12 +48,6 @@ cudaError_t attributeOf(int device, cudaDeviceAttr attribute, int* value) {
 
 }  // namespace
 
-std::size_t freeDeviceMemory() {
-  std::size_t free = 0, all = 0;
-  CHECK_CUDA(cudaMemGetInfo(&free, &all));
-  return free;
-}
-
 bool cudaCallIsToFail() {
   return isLast(calls_until_failure);
 }

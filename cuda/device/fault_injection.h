@@ -1,8 +1,6 @@
 // For tests: lets CUDA fail as it does on other machines and on bad days.
 #pragma once
 
-#include <cstddef>
-
 namespace ode_parallel_sap {
 
 // Lets the call-th CUDA call from now on, by any finder, fail as if the device had; 0: none.
@@ -19,8 +17,5 @@ void pretendMachine(PretendedMachine machine);
 // Has every second of those who ask for a device's processors told half of them, as if it were a
 // smaller one of its generation.
 void pretendSmallerDevices(bool smaller);
-
-// Bytes free on device 0.
-std::size_t freeDeviceMemory();
 
 }  // namespace ode_parallel_sap

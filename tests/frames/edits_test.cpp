@@ -9,7 +9,7 @@ using namespace sap_test;
 namespace {
 
 void editAndCheck(const Configuration& configuration, std::uint64_t seed, std::size_t most_geoms) {
-  RandomDecisions decisions(seed);
+  Decisions decisions(seed);
   Driver driver(decisions, most_geoms, &configuration);
   for (int i = 0; i < 200 && driver.problem().empty(); ++i) driver.step();
   if (driver.problem().empty()) driver.finish();

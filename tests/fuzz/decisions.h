@@ -10,10 +10,16 @@ namespace sap_test {
 
 class Decisions {
  public:
-  virtual ~Decisions() = default;
-  virtual bool more() const = 0;
-  virtual std::uint8_t byte() = 0;
+  // The bytes in turn; zeros behind their end.
+  Decisions(const std::uint8_t* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
+  // Any, without end.
+  explicit Decisions(std::uint64_t seed) : by_chance_(true), random_(seed) {}
 
+  bool more() const { return by_chance_ || next_ != end_; }
+  std::uint8_t byte() {
+    if (by_chance_) return static_cast<std::uint8_t>(random_.bits() >> 32);
+    return next_ == end_ ? 0 : *next_++;
+  }
   // In [0, n), n up to 65536.
   std::size_t below(std::size_t n) {
     if (n <= 1) return 0;
@@ -23,28 +29,11 @@ class Decisions {
   bool chance(int of_256) { return byte() < of_256; }
   // For work that would take too many bytes to decide in detail.
   Random random() { return Random(below(65536)); }
-};
-
-// The bytes in turn; zeros behind their end.
-class ByteDecisions : public Decisions {
- public:
-  ByteDecisions(const std::uint8_t* bytes, std::size_t size) : next_(bytes), end_(bytes + size) {}
-  bool more() const override { return next_ != end_; }
-  std::uint8_t byte() override { return next_ == end_ ? 0 : *next_++; }
 
  private:
-  const std::uint8_t* next_;
-  const std::uint8_t* const end_;
-};
-
-class RandomDecisions : public Decisions {
- public:
-  explicit RandomDecisions(std::uint64_t seed) : random_(seed) {}
-  bool more() const override { return true; }
-  std::uint8_t byte() override { return static_cast<std::uint8_t>(random_.bits() >> 32); }
-
- private:
-  Random random_;
+  const std::uint8_t *next_ = nullptr, *end_ = nullptr;
+  bool by_chance_ = false;
+  Random random_{0};
 };
 
 }  // namespace sap_test

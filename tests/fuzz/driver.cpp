@@ -49,19 +49,16 @@ Driver::~Driver() {
 
 void Driver::step() {
   // What comes more than once is done more often.
-  constexpr void (Driver::*kEdits[])() = {&Driver::populate,        &Driver::createOne,
-                                          &Driver::createSpace,     &Driver::destroySpace,
-                                          &Driver::moveFar,         &Driver::changeBodies,
-                                          &Driver::destroyBodies,   &Driver::moveToOtherSpace,
-                                          &Driver::cleanSpace,      &Driver::changeSettings,
-                                          &Driver::stepWorld,       &Driver::collideFrames,
-                                          &Driver::collideFrames,   &Driver::collideFrames,
-                                          &Driver::collideFrames,   &Driver::collideFrames,
-                                          &Driver::collideFrames,   &Driver::collideAnyhow,
-                                          &Driver::collideAnyhow,   &Driver::collideAnyhow,
-                                          &Driver::collideAnyhow,   &Driver::collideWithGeom,
-                                          &Driver::collideWithMany, &Driver::collideContacts,
-                                          &Driver::collideBlocks,   &Driver::collideInStockSpace};
+  constexpr void (Driver::*kEdits[])() = {
+      &Driver::populate,        &Driver::createOne,        &Driver::createSpace,
+      &Driver::destroySpace,    &Driver::moveFar,          &Driver::changeBodies,
+      &Driver::destroyBodies,   &Driver::moveToOtherSpace, &Driver::cleanSpace,
+      &Driver::changeSettings,  &Driver::stepWorld,        &Driver::collideFrames,
+      &Driver::collideFrames,   &Driver::collideFrames,    &Driver::collideFrames,
+      &Driver::collideFrames,   &Driver::collideFrames,    &Driver::collideAnyhow,
+      &Driver::collideAnyhow,   &Driver::collideAnyhow,    &Driver::collideAnyhow,
+      &Driver::collideWithGeom, &Driver::collideWithMany,  &Driver::collideContacts,
+      &Driver::collideBlocks};
   const std::size_t what = decisions_.below(kNumChanges + std::size(kEdits));
   if (what < kNumChanges)
     changeSome(kChanges[what]);

@@ -112,7 +112,6 @@ class Driver {
   void collideWithin(int space);
   void collideChanging(int space);
   void collideTakingApart(int space);
-  void collideInStockSpace();
   void collideWithGeom();
   void collideWithMany();
   void collideAnyhow();
@@ -121,7 +120,6 @@ class Driver {
   void compareTwo(int first, int second);
   void compareTwo(int first, int second, const Pairs& got);
   void checkList(int space);
-  Pairs expectedOf(int space) const;
   Pairs soundOf(const Pairs& pairs) const;
   Pairs expectedOfTwo(int first, int second, bool& ordered, int& asked) const;
   unsigned mode();

@@ -67,10 +67,6 @@ std::vector<dGeomID> Driver::membersOf(int space) const {
   return geoms;
 }
 
-Pairs Driver::expectedOf(int space) const {
-  return expectedPairs(membersOf(space));
-}
-
 // ODE's own spaces have NaN and empty sub-spaces among their pairs.
 Pairs Driver::soundOf(const Pairs& pairs) const {
   Pairs sound;
@@ -99,15 +95,9 @@ void Driver::checkList(int space) {
 void Driver::compare(int space, const Pairs& got) {
   const Object& o = objects_[space];
   ++collides_;
-  std::string problem;
-  const Rules rules = Rules::of(spaceOf(space));
-  if (rules.any()) {
-    problem = wrongByRules(rules, membersOf(space), got);
-  } else if (o.ours) {
-    problem = difference(got, expectedOf(space));
-  } else {
-    problem = difference(asSet(soundOf(got)), asSet(expectedOf(space)));
-  }
+  std::string problem =
+      o.ours ? wrongByRules(Rules::of(spaceOf(space)), membersOf(space), got)
+             : difference(asSet(soundOf(got)), asSet(expectedPairs(membersOf(space))));
   if (problem.empty()) problem = problemOfNumbers(space, got);
   if (!problem.empty()) fail("space " + std::to_string(space) + ": " + problem);
 }
@@ -149,15 +139,8 @@ void Driver::collideThrowing(int space) {
   log("collide " + std::to_string(space) + ", throwing at call " + std::to_string(at));
   const Pairs got = collideUntil(spaceOf(space), at);
   ++collides_;
-  std::string problem;
-  const Rules rules = Rules::of(spaceOf(space));
-  if (rules.any()) {
-    problem = wrongByRules(rules, membersOf(space), got, got.size() == at);
-  } else {
-    Pairs expected = expectedOf(space);
-    if (expected.size() > at) expected.resize(at);
-    problem = difference(got, expected);
-  }
+  const std::string problem =
+      wrongByRules(Rules::of(spaceOf(space)), membersOf(space), got, got.size() == at);
   if (!problem.empty()) fail("space " + std::to_string(space) + ", throwing: " + problem);
 }
 
@@ -222,33 +205,6 @@ void Driver::collideTakingApart(int space) {
       left.push_back(&pair);
     }
   }
-}
-
-// All geoms of a space go to a dSimpleSpace and back, which leaves their order as it was.
-void Driver::collideInStockSpace() {
-  const int space = pickOurSpace();
-  log("compare " + std::to_string(space) + " with dSimpleSpace");
-  const std::vector<int> members = objects_[space].members;
-  for (const int member : members) markMoved(member);  // user boxes keep no old bounds
-  const Pairs got = collide(spaceOf(space));
-  compare(space, got);
-  const bool same_pairs =
-      !Rules::of(spaceOf(space)).any() && dParallelSAPSpaceGetSweptBounds(spaceOf(space)) == 0;
-  const dSpaceID stock = dSimpleSpaceCreate(nullptr);
-  for (const int member : members) {
-    remove(member);
-    dSpaceAdd(stock, objects_[member].geom);
-    markMoved(member);
-  }
-  const Pairs of_stock = soundOf(collide(stock));
-  for (const int member : members) {
-    dSpaceRemove(stock, objects_[member].geom);
-    add(member, space);
-  }
-  dSpaceDestroy(stock);
-  const std::string problem = difference(asSet(got), asSet(of_stock));
-  if (same_pairs && !problem.empty())
-    fail("space " + std::to_string(space) + " against dSimpleSpace: " + problem);
 }
 
 // dSpaceCollide2 of two objects, spaces or not, as ODE does it: which of two spaces is walked, and

@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   using namespace sap_test;
   static const bool ready = dInitODE2(0) && dAllocateODEDataForThread(dAllocateMaskAll);
   if (!ready) std::abort();
-  ByteDecisions decisions(bytes, size);
+  Decisions decisions(bytes, size);
   Driver driver(decisions, kMostGeoms);
   for (int i = 0; i < kMostSteps && decisions.more() && driver.problem().empty(); ++i) {
     driver.step();

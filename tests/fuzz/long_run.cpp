@@ -9,7 +9,6 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
-#include <stdexcept>
 #include <string>
 
 #include "driver.h"
@@ -28,7 +27,7 @@ struct Totals {
 
 bool live(std::uint64_t seed, Totals& totals) {
   using namespace sap_test;
-  RandomDecisions decisions(seed);
+  Decisions decisions(seed);
   const std::size_t most = kGeoms[Random(seed).below(std::size(kGeoms))];
   Driver driver(decisions, most);
   for (int edit = 0; edit < kEditsOfAWorld && driver.problem().empty(); ++edit) {
@@ -56,14 +55,6 @@ bool reachesFatProxies(const Totals& totals) {
   std::printf("%lu of %lu frames of trembling worlds found from kept candidates%s\n",
               totals.candidates_kept, totals.trembling, enough ? "" : ": TOO FEW");
   return enough;
-}
-
-unsigned long numberOr(const char* text, unsigned long usual) {
-  if (!text) return usual;
-  std::size_t used = 0;
-  const unsigned long number = std::stoul(text, &used);
-  if (text[used] != 0) throw std::invalid_argument(text);
-  return number;
 }
 
 int run(unsigned long edits, std::uint64_t seed) {
@@ -97,19 +88,11 @@ int replay(int count, char** names) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  unsigned long edits, seed;
   if (argc > 2 && std::strcmp(argv[1], "--replay") == 0) return replay(argc - 2, argv + 2);
-  try {
-    if (argc > 3) throw std::invalid_argument("too many arguments");
-    edits = numberOr(argc > 1 ? argv[1] : nullptr, 20000);
-    seed = numberOr(argc > 2 ? argv[2] : nullptr, 1);
-  } catch (const std::exception&) {
-    std::fprintf(stderr, "usage: %s [edits [seed]] | --replay FILE...\n", argv[0]);
-    return 2;
-  }
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
-  const int result = run(edits, seed);
+  const int result =
+      run(argc > 1 ? std::stoul(argv[1]) : 20000, argc > 2 ? std::stoul(argv[2]) : 1);
   dCloseODE();
   return result;
 }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "cuda/one/cell_cut.h"
-#include "cuda/one/cell_dealer.h"
 #include "cuda/one/curve.h"
 #include "cuda/one/elements.h"
 #include "space/base/packed_pair_rule.h"
@@ -207,34 +206,5 @@ TEST_CASE("Cells are whole blocks of space, of 32 boxes at most, or a cluster", 
     }
     checkCuts(keys);
     checkCuts(long_keys);
-  }
-}
-
-TEST_CASE("Each cell is dealt to one warp of one part, whoever is done first", "[elements]") {
-  Random random(sap_test::seedOr(100));
-  for (int round = 0; round < 300; ++round) {
-    const auto cells = static_cast<std::uint32_t>(random.below(5000));
-    const std::uint32_t parts = 1 + random.below(device::most_parts);
-    const std::uint32_t warps = device::CellDealer::together * (1 + random.below(60));
-    INFO(cells << " cells, " << parts << " parts, " << warps << " warps");
-    std::vector<int> times(cells, 0);
-    for (std::uint32_t part = 0; part < parts; ++part) {
-      const device::CellDealer dealer({part, parts}, cells, warps);
-      std::vector<std::uint32_t> at(warps);
-      for (std::uint32_t warp = 0; warp < warps; ++warp) at[warp] = warp;
-      std::uint32_t asked = 0;
-      while (!at.empty()) {
-        std::uint32_t& own = at[random.below(static_cast<std::uint32_t>(at.size()))];
-        const std::uint32_t cell = dealer.cellOf(own);
-        if (cell >= cells) {
-          own = at.back();
-          at.pop_back();
-          continue;
-        }
-        ++times[cell];
-        own = dealer.isInStrides(dealer.after(own)) ? dealer.after(own) : dealer.forAsking(asked++);
-      }
-    }
-    CHECK(std::count(times.begin(), times.end(), 1) == static_cast<std::ptrdiff_t>(cells));
   }
 }

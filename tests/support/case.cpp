@@ -1,21 +1,13 @@
 #include "case.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "catch.hpp"
+#include "oracle.h"
 #include "space/base/round_outward.h"
 
 namespace ode_parallel_sap {
-namespace {
-
-bool overlap(const double* a, const double* b) {
-  return a[0] <= b[1] && b[0] <= a[1] && a[2] <= b[3] && b[2] <= a[3] && a[4] <= b[5] &&
-         b[4] <= a[5];
-}
-
-}  // namespace
 
 Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered) {
   const std::size_t n = scene.size();
@@ -29,27 +21,25 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
   boxes.bodies.resize(n);
   boxes.filter_bits = boxes.filter_bodies = filtered;
   boxes.exact = true;
-  std::vector<std::vector<double>> bounds(n);
   for (std::size_t i = 0; i < n; ++i) {
+    double bounds[6];
     for (int axis = 0; axis < 3; ++axis) {
-      bounds[i].push_back(scene[i].low[axis]);
-      bounds[i].push_back(scene[i].high[axis]);
+      bounds[2 * axis] = scene[i].low[axis];
+      bounds[2 * axis + 1] = scene[i].high[axis];
       boxes.wide_boxes[i].lower[axis] = scene[i].low[axis];
       boxes.wide_boxes[i].upper[axis] = scene[i].high[axis];
     }
-    boxes.exact = roundOutward<double>(bounds[i].data(), boxes.boxes[i]).exact && boxes.exact;
+    boxes.exact = roundOutward<double>(bounds, boxes.boxes[i]).exact && boxes.exact;
     boxes.bits[i] = {1u << i % 3, 1u << i % 2 | 4};
     boxes.bodies[i] = i % 5 == 0 ? static_cast<std::uint32_t>(1 + i % 4) : 0;
   }
   boxes.exact = boxes.exact || wide;
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = i + 1; j < n; ++j) {
-      const FilterBits a = boxes.bits[i], b = boxes.bits[j];
-      if (filtered && !(a.category & b.collide) && !(b.category & a.collide)) continue;
-      if (filtered && boxes.bodies[i] && boxes.bodies[i] == boxes.bodies[j]) continue;
-      if (overlap(bounds[i].data(), bounds[j].data()))
-        made.exact.push_back(makePair(static_cast<Slot>(i), static_cast<Slot>(j)));
-    }
+  for (const auto& [i, j] : sap_test::expectedPairs(scene)) {
+    const FilterBits a = boxes.bits[i], b = boxes.bits[j];
+    if (filtered && !(a.category & b.collide) && !(b.category & a.collide)) continue;
+    if (filtered && boxes.bodies[i] && boxes.bodies[i] == boxes.bodies[j]) continue;
+    made.exact.push_back(makePair(static_cast<Slot>(i), static_cast<Slot>(j)));
+  }
   return made;
 }
 
@@ -76,7 +66,7 @@ void check(const std::vector<Pair>& got, const Case& wanted) {
   REQUIRE(std::includes(wanted.exact.begin(), wanted.exact.end(), sure.begin(), sure.end()));
 }
 
-void checkBorderlineSegments(const PairList& list) {
+void checkBorderlineSegments(const PairList& list, bool few_others) {
   std::size_t covered = 0, all = 0, length = 0;
   for (const PairList::Segment& segment : list.borderline) {
     length += segment.end - segment.begin;
@@ -86,7 +76,7 @@ void checkBorderlineSegments(const PairList& list) {
   for (const Buffer<Pair>& part : list.parts)
     all += std::count_if(part.begin(), part.end(), isMarkedBorderline);
   REQUIRE(covered == all);
-  REQUIRE(length <= 8 * all);
+  if (few_others) REQUIRE(length <= 8 * all);
 }
 
 }  // namespace ode_parallel_sap

@@ -18,7 +18,6 @@ struct Rules {
 
   // Those of a space; none of one that is not ours.
   static Rules of(dSpaceID space);
-  bool any() const { return skip_static || skip_asleep || cull_planes || tolerance > 0; }
 };
 
 // "" or what is wrong first with pairs that were reported by a space with these rules, to which

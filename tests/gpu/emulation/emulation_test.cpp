@@ -1,6 +1,5 @@
 // The kernels and all that drives them, on emulated devices: any number of devices finds the pairs
 // of the CPU's sweep in its order, whatever is done before what, and leaves nothing behind.
-#define CATCH_CONFIG_RUNNER
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -9,8 +8,10 @@
 
 #include "cuda/check/scenes.h"
 #include "cuda/device/devices.h"
+#include "cuda/device/fault_injection.h"
 #include "cuda/several/device_group.h"
 #include "space/pairs/sweep.h"
+#include "support/case.h"
 #include "support/catch.hpp"
 #include "support/knobs.h"
 #include "support/random.h"
@@ -20,22 +21,6 @@ using namespace ode_parallel_sap;
 using sap_test::Random;
 
 namespace {
-
-std::vector<Pair> joined(const PairList& pairs) {
-  std::vector<Pair> all;
-  for (const Buffer<Pair>& part : pairs.parts) all.insert(all.end(), part.begin(), part.end());
-  return all;
-}
-
-// Borderline pairs that are in a segment, counted with those that are in several.
-std::size_t borderlineInSegments(const PairList& pairs) {
-  std::size_t count = 0;
-  for (const PairList::Segment& segment : pairs.borderline)
-    count += static_cast<std::size_t>(
-        std::count_if(pairs.parts[segment.part].begin() + segment.begin,
-                      pairs.parts[segment.part].begin() + segment.end, isMarkedBorderline));
-  return count;
-}
 
 // Scenes that change from frame to frame: another one, one in which some boxes have moved, or the
 // same boxes nearer to or further from each other, which changes the length of lists.
@@ -108,9 +93,11 @@ class Run {
   Run(std::uint64_t seed, int number, double failing, Seen& seen)
       : random_(seed), scene_(random_), failing_(failing), seen_(seen) {
     emulation::seed(random_.bits());
-    emulation::Machine& machine = emulation::machine();
-    machine.peers_readable = number % 3 == 0;
-    machine.some_peers = number % 3 == 2;
+    using emulation::Settings;
+    emulation::settings().kernels_run = true;
+    emulation::settings().links = number % 3 == 0   ? Settings::All
+                                  : number % 3 == 1 ? Settings::None
+                                                    : Settings::Some;
     const std::size_t most = number % 4 == 3 ? 1 : 2 + random_.below(random_.chance(0.5) ? 3 : 15);
     const std::size_t members_a_device = 1 + number / 3 % 3;
     for (std::size_t i = 0; i < most; ++i)
@@ -135,7 +122,7 @@ class Run {
     show();
     members_.clear();
     REQUIRE(emulation::pending() == 0);
-    REQUIRE(emulation::machine().held == 0);
+    REQUIRE(emulation::memoryHeld() == 0);
   }
 
  private:
@@ -150,7 +137,7 @@ class Run {
 
   bool find(const std::vector<DeviceSweep*>& used) {
     const bool failing = random_.chance(failing_);
-    if (failing) emulation::machine().fail_call = 1 + static_cast<int>(random_.below(120 * used_));
+    if (failing) failCudaCall(1 + random_.below(120 * used_));
     DeviceGroup group(used);
     try {
       group.find(scene_.boxes(), pairs_);
@@ -160,21 +147,19 @@ class Run {
       for (const DeviceSweep* member : used) REQUIRE_FALSE(member->context());
       return false;
     }
-    emulation::machine().fail_call = 0;
+    failCudaCall(0);
     return true;
   }
 
   void check(const std::vector<DeviceSweep*>& used) {
     PairList expected;
     cpu_.find(scene_.boxes(), 1, expected);
-    const std::vector<Pair> pairs = joined(pairs_);
-    REQUIRE((pairs == joined(expected)));
-    REQUIRE(borderlineInSegments(pairs_) == static_cast<std::size_t>(std::count_if(
-                                                pairs.begin(), pairs.end(), isMarkedBorderline)));
+    REQUIRE((joined(pairs_) == joined(expected)));
+    checkBorderlineSegments(pairs_, false);
     std::size_t bytes = 0;
     for (const auto& member : members_)
       if (member->context()) bytes += member->context()->deviceBytes();
-    REQUIRE(bytes == emulation::machine().held);
+    REQUIRE(bytes == emulation::memoryHeld());
     ++seen_.frames;
     if (used.size() == 1) return;
     ++seen_.shared;
@@ -214,8 +199,7 @@ Seen runAll(int runs, std::uint64_t usual_seed, double failing) {
 
 }  // namespace
 
-TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "[emulation]") {
-  emulation::machine().replays = 0;
+TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "[.][emulation]") {
   const Seen seen = runAll(40, 1, 0);
   CHECK(seen.frames > 0);
   CHECK(seen.shared > 0);
@@ -224,16 +208,12 @@ TEST_CASE("Emulated devices, however many, find the CPU's pairs in its order", "
   CHECK(seen.beyond_rows > 0);
   CHECK(seen.read > 0);
   CHECK(seen.copied > 0);
-  CHECK(emulation::machine().replays > 0);
+  CHECK(emulation::device(0).replays > 0);
 }
 
 TEST_CASE("A call that fails leaves nothing under way, and the next frame is right",
-          "[emulation]") {
+          "[.][emulation]") {
   const Seen seen = runAll(20, 1000, 0.5);
   CHECK(seen.failures > 0);
   CHECK(seen.frames > 0);
-}
-
-int main(int argc, char** argv) {
-  return Catch::Session().run(argc, argv) == 0 ? 0 : 1;
 }

@@ -17,7 +17,7 @@ struct DeviceRadixSort {
   static cudaError_t SortPairs(void* scratch, std::size_t& bytes, const Key* keys, Key* sorted_keys,
                                const Value* values, Value* sorted_values, std::int64_t count,
                                int begin, int end, cudaStream_t stream) {
-    return emulation::pushWithScratch(scratch, bytes, scratchFor(count), stream, [=] {
+    return emulation::launchWithScratch(scratch, bytes, scratchFor(count), stream, [=] {
       const std::vector<std::size_t> order = orderOf(keys, count, begin, end);
       place(keys, sorted_keys, order);
       place(values, sorted_values, order);
@@ -26,7 +26,7 @@ struct DeviceRadixSort {
   template <class Key>
   static cudaError_t SortKeys(void* scratch, std::size_t& bytes, const Key* keys, Key* sorted,
                               std::int64_t count, int begin, int end, cudaStream_t stream) {
-    return emulation::pushWithScratch(scratch, bytes, scratchFor(count), stream, [=] {
+    return emulation::launchWithScratch(scratch, bytes, scratchFor(count), stream, [=] {
       place(keys, sorted, orderOf(keys, count, begin, end));
     });
   }

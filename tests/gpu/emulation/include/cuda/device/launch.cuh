@@ -15,10 +15,12 @@ namespace device {
 template <class... Parameters, class... Arguments>
 void launch(const char* name, void (*kernel)(Parameters...), std::size_t blocks, int threads,
             cudaStream_t stream, Arguments... arguments) {
-  checkCuda(blocks == 0 ? cudaErrorInvalidConfiguration : cudaSuccess, name);
   const std::tuple<Parameters...> all(static_cast<Parameters>(arguments)...);
-  emulation::push(stream,
-                  [=] { emulation::runBlocks(blocks, threads, [&] { std::apply(kernel, all); }); });
+  const auto run = [=] { emulation::runBlocks(blocks, threads, [&] { std::apply(kernel, all); }); };
+  checkCuda(cudaCallIsToFail() ? cudaErrorLaunchFailure
+            : blocks == 0      ? cudaErrorInvalidConfiguration
+                               : emulation::launch(stream, run),
+            name);
 }
 
 }  // namespace device
