@@ -109,22 +109,14 @@ unsigned findOneByOne(dxGeom* const* geoms, unsigned count, PlacePair* pairs) {
   return static_cast<unsigned>(found);
 }
 
-enum class Bounds { usual, unbounded, invalid };
-
-__attribute__((noinline)) Bounds boundsOf(const dxGeom* geom) {
-  if (hasNaN(geom)) return Bounds::invalid;
-  return isUnbounded(geom) ? Bounds::unbounded : Bounds::usual;
-}
-
 // Whether an enabled geom takes part. Counts it if it is one of those that few scenes have.
 __attribute__((noinline)) bool takesPart(const dxGeom* geom, SmallFound& found) {
   if (!isEnabled(geom)) return false;  // it is an empty sub-space
-  const Bounds bounds = boundsOf(geom);
-  if (bounds == Bounds::invalid) {
+  if (hasNaN(geom)) {
     ++found.counts.invalid;
     return false;
   }
-  if (bounds == Bounds::unbounded) ++found.counts.unbounded;
+  if (isUnbounded(geom)) ++found.counts.unbounded;
   if (isUserClass(geom)) found.user_classes = true;
   return true;
 }
@@ -207,12 +199,8 @@ void test(SmallStorage& storage, SmallFound& found) {
 }
 
 void complainOfInvalid(dxGeom* first, Complaints& complaints) {
-  const auto isInvalid = [](const dxGeom* geom) {
-    const ScopedMode mode(exactMode());  // where a signalling NaN raises nothing
-    return isEnabled(geom) && boundsOf(geom) == Bounds::invalid;  // a call, within the mode
-  };
   for (dxGeom* geom = first; geom; geom = geom->next)
-    if (isInvalid(geom)) complaints.ofInvalid(geom);
+    if (isEnabled(geom) && hasNaN(geom)) complaints.ofInvalid(geom);
 }
 
 }  // namespace

@@ -95,20 +95,3 @@ TEST_CASE("One geom whose bits are unlike all others' keeps its pairs and gets n
     REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
   }
 }
-
-TEST_CASE("Bits above the 31st are no bits of those below", "[groups]") {
-  if (sizeof(unsigned long) == 4) return;
-  constexpr unsigned long bit = 1ul << 31;
-  for (const std::size_t n : {60, 300}) {
-    const Space space;
-    World world(space);
-    for (std::size_t i = 0; i < n; ++i) {
-      const dGeomID geom = world.addBox({{0, 0, 0}, {1, 1, 1}});
-      dGeomSetCategoryBits(geom, i % 2 ? 0 : ~bit);
-      dGeomSetCollideBits(geom, i % 2 ? bit : 0);
-    }
-    CHECK(collide(space).empty());
-    dGeomSetCategoryBits(world.geoms()[0], bit);
-    CHECK(collide(space).size() == n / 2);
-  }
-}

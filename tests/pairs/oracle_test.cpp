@@ -33,31 +33,6 @@ TEST_CASE("The oracle's pairs are those of dSimpleSpace in every scene", "[oracl
   }
 }
 
-TEST_CASE("The oracle finds the same pairs of bare boxes and of geoms", "[oracle]") {
-  for (const BoxScene& scene : boxScenes()) {
-    const Boxes boxes = scene.make(200, seedOr(3));
-    REQUIRE(boxes.size() == 200);
-    SimpleSpace space;
-    World world(space.id);
-    for (const Box& box : boxes) {
-      world.take(createUserBox(space.id,
-                               {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
-                                static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
-                                static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])}));
-    }
-    // In single precision the geoms' boxes are rounded, and then so must be the bare ones.
-    Boxes rounded = boxes;
-    for (Box& box : rounded) {
-      for (int axis = 0; axis < 3; ++axis) {
-        box.low[axis] = static_cast<double>(static_cast<dReal>(box.low[axis]));
-        box.high[axis] = static_cast<double>(static_cast<dReal>(box.high[axis]));
-      }
-    }
-    INFO(scene.name);
-    CHECK(difference(expectedPairs(world.geoms()), expectedPairs(rounded)) == "");
-  }
-}
-
 TEST_CASE("The oracle keeps out what cannot take part", "[oracle]") {
   SimpleSpace space;
   World world(space.id);

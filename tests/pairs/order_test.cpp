@@ -90,16 +90,3 @@ TEST_CASE("dSpaceCollide2 with a geom visits the space's geoms in the order of a
     dGeomDestroy(geoms[2]);
   }
 }
-
-TEST_CASE("dSpaceCollide2 of a space with itself is dSpaceCollide", "[order]") {
-  for (const Configuration& configuration : configurations()) {
-    const Space space(configuration);
-    World world(space);
-    world.addBoxes(denseCube(500, seedOr(22)));
-    INFO(configuration.name);
-    const Pairs inside = collide2(space.geom(), space.geom());
-    CHECK(inside.size() > 500);
-    CHECK(difference(inside, collide(space)) == "");
-    CHECK(difference(inside, expectedPairs(world.geoms())) == "");
-  }
-}

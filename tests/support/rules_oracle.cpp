@@ -36,8 +36,8 @@ bool near(const Bounds& a, const Bounds& b, long double most) {
 
 // By the definition in the public header, with eleven bits more than a double: the deepest corner
 // is in the half-space, or further from it than ten times what the header calls rounding, or
-// between.
-Owed owedByPlane(dGeomID plane_geom, dGeomID other) {
+// between. A tolerance widens the boxes.
+Owed owedByPlane(dGeomID plane_geom, dGeomID other, long double tolerance) {
   dVector4 plane;
   dGeomPlaneGetParams(plane_geom, plane);
   const Bounds bounds = boundsOf(other);
@@ -59,13 +59,13 @@ Owed owedByPlane(dGeomID plane_geom, dGeomID other) {
   if (infinitely_far) return Owed::must_not;
   const long double epsilon = std::numeric_limits<dReal>::epsilon();
   if (depth <= 0.01L * epsilon * size) return Owed::must;
-  return depth > 320 * epsilon * size + 1e-300L ? Owed::must_not : Owed::may;
+  return depth > 2 * tolerance + 320 * epsilon * size + 1e-300L ? Owed::must_not : Owed::may;
 }
 
-Owed owedByPlanes(dGeomID a, dGeomID b) {
+Owed owedByPlanes(dGeomID a, dGeomID b, dReal tolerance = 0) {
   const bool plane_a = dGeomGetClass(a) == dPlaneClass, plane_b = dGeomGetClass(b) == dPlaneClass;
   if (plane_a == plane_b) return Owed::must;
-  return plane_a ? owedByPlane(a, b) : owedByPlane(b, a);
+  return plane_a ? owedByPlane(a, b, tolerance) : owedByPlane(b, a, tolerance);
 }
 
 Owed owed(const Rules& rules, dGeomID a, dGeomID b, bool overlapping) {
@@ -74,10 +74,8 @@ Owed owed(const Rules& rules, dGeomID a, dGeomID b, bool overlapping) {
   if (rules.skip_asleep && rests_a && rests_b && (isAsleep(a) || isAsleep(b)))
     return Owed::must_not;
   if (!mayTouchIfNear(a, b)) return Owed::must_not;
-  const Owed by_planes = rules.cull_planes ? owedByPlanes(a, b) : Owed::must;
-  if (by_planes == Owed::must && !overlapping) return Owed::may;
-  // A plane that a box is clear of by less than the tolerance is none that it is clear of.
-  return by_planes == Owed::must_not && rules.tolerance > 0 ? Owed::may : by_planes;
+  const Owed by_planes = rules.cull_planes ? owedByPlanes(a, b, rules.tolerance) : Owed::must;
+  return by_planes == Owed::must && !overlapping ? Owed::may : by_planes;
 }
 
 std::string wrongPair(const Rules& rules, const char* what, dGeomID a, dGeomID b) {

@@ -29,7 +29,7 @@
  *   core that another program holds; then one thread does the rest.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
  *   the frame of a GPU that fails; one message and the statistics say so. Without memory for all
- *   pairs, the callback's enabling and disabling takes effect at once.
+ *   pairs (or if AABBTest throws bad_alloc), enabling and disabling takes effect at once.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
