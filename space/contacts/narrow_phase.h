@@ -40,16 +40,15 @@ struct ContactRequest {
 constexpr std::size_t pairs_ahead = 4;  // fixed: so many pairs ahead, or twice
 void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 
-// Contacts as one thread after the other would have made them: which thread collides a pair depends
-// on timing, where its contacts are found again does not.
+// Finds contacts on all threads. Timing decides which thread collides a pair, but not where its
+// contacts are found again: they are reported in the order of the pairs.
 //
-// Pairs are taken in four passes: first all, of which those that are certainly apart are left out
-// (certainly_apart.h) and the light ones collided on the spot; then the heavy ones, a few at a time
-// to whoever is free; then those for threads with a collider of their own; at last, alone, those
-// that only the calling thread may collide (collider_threads.h). Each thread appends contacts to
-// storage of its own, which is kept for the next frame. In all passes a thread begins with a part
-// of the list of its own: neighbours there share geoms, the triangles of a mesh for instance, and
-// what is found of them lies side by side for the report.
+// There are four passes: all pairs, of which those that are certainly apart are left out
+// (certainly_apart.h) and light ones collided on the spot; heavy pairs, a few at a time; pairs for
+// threads with a collider of their own; and pairs that only the calling thread may collide
+// (collider_threads.h). Each thread appends contacts to its own storage, which the next frame uses
+// again. A thread begins with its own part of the list: neighbours there share geoms, and their
+// contacts lie side by side for the report.
 class NarrowPhase {
  public:
   struct Way {

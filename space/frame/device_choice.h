@@ -8,16 +8,13 @@
 
 namespace ode_parallel_sap {
 
-// Learns from the frames of one space. A choice is a number of devices; 0 is the processor. Of
-// each, a model predicts how the time grows with boxes and pairs, and the frames that ran on it
-// show by how much the model is off on this machine. Every frame goes to the choice that promises
-// the least; one that was never tried gets a trial of a few frames when it promises to be
-// better, one that lost is tried again at growing intervals, in case the machine has more to give
-// by now.
+// Learns from the frames of one space. A choice is a number of devices; 0 is the processor. A model
+// predicts the time of each choice from boxes and pairs, and frames that ran on it correct the
+// model. Each frame goes to the choice that promises the least. A choice that was never tried, or
+// that lost, gets a trial of a few frames when it promises to be better, at growing intervals.
 //
-// Devices cost their context (up to a second, taken by another thread meanwhile), so they are
-// wanted only once the time that they would have saved this space adds up to something. Scenes that
-// the processor does as fast never want one.
+// A device's context takes another thread up to a second. So devices are made ready only once the
+// time that they would have saved this space adds up to something.
 //
 // Nothing depends on it but time: all choices give the same pairs in the same order.
 class DeviceChoice {

@@ -84,8 +84,7 @@ class Policy {
 
   TeamChoice team_, batch_teams_[Batch::kinds];
   DeviceChoice device_choice_;
-  // To test boxes that touch costs a little each.
-  BackOff apart_{4};
+  BackOff apart_{4};  // short: to test boxes that touch costs a little each
 };
 
 }  // namespace ode_parallel_sap

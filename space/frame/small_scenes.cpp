@@ -19,7 +19,7 @@ namespace ode_parallel_sap {
 namespace {
 
 // Brings the AABBs of all dirty geoms up to date. Returns their number. `others`: code of the
-// program did it for some. Not inline, so that the loop has the registers for itself.
+// program did it for some. Not inline: the loop needs all registers.
 __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
   unsigned moved = 0;
   for (dxGeom* geom = first; geom; geom = geom->next) {

@@ -56,10 +56,6 @@ void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, st
 
 bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states,
                                 std::size_t coarse, std::size_t most) {
-  if (coarse * coarse / 2 <= most) {
-    sampled_of_ = coarse;
-    return answer_ = false;
-  }
   const std::size_t few = sampled_of_ / 8;
   const bool alike = coarse <= sampled_of_ + few && coarse + few >= sampled_of_;
   if (alike && ++age_ < retry_frames) return answer_;
@@ -70,6 +66,7 @@ bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& s
 
 bool CoarseBoxes::sampleOverlaps(dxGeom* const* geoms, const Buffer<SlotState>& states,
                                  std::size_t coarse, std::size_t most) {
+  if (coarse * coarse / 2 <= most) return false;
   const ScopedMode exact(exactMode());
   take(geoms, states, coarse);
   const double share = static_cast<double>(sample_.size()) / static_cast<double>(coarse);
