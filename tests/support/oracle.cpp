@@ -116,4 +116,18 @@ Pairs expectedPairs(const std::vector<dGeomID>& in_add_order) {
   return pairs;
 }
 
+Pairs expectedPairs(const Boxes& boxes) {
+  Pairs pairs;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    for (std::size_t j = i + 1; j < boxes.size(); ++j) {
+      const Box &a = boxes[i], &b = boxes[j];
+      if (a.low[0] <= b.high[0] && b.low[0] <= a.high[0] && a.low[1] <= b.high[1] &&
+          b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2]) {
+        pairs.emplace_back(i, j);
+      }
+    }
+  }
+  return pairs;
+}
+
 }  // namespace sap_test

@@ -32,4 +32,7 @@ bool mayTouchIfNear(dGeomID first, dGeomID second);
 // so let the space collide first, or ask about a twin.
 Pairs expectedPairs(const std::vector<dGeomID>& in_add_order);
 
+// The same for bare boxes, numbered by their place: closed intervals only.
+Pairs expectedPairs(const Boxes& boxes);
+
 }  // namespace sap_test
