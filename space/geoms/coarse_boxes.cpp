@@ -56,9 +56,7 @@ void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, st
 
 bool CoarseBoxes::overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states,
                                 std::size_t coarse, std::size_t most) {
-  const std::size_t few = sampled_of_ / 8;
-  const bool alike = coarse <= sampled_of_ + few && coarse + few >= sampled_of_;
-  if (alike && ++age_ < retry_frames) return answer_;
+  if (answer_ && !areManyMore(coarse) && ++age_ < retry_frames) return true;
   age_ = 0;
   sampled_of_ = coarse;
   return answer_ = sampleOverlaps(geoms, states, coarse, most);

@@ -18,7 +18,7 @@ namespace ode_parallel_sap {
 class CoarseBoxes {
  public:
   // Whether more than about `most` pairs of the `coarse` boxes overlap in floats alone, by a sample
-  // of them. An answer is kept for some frames while their number is alike. Needs clean geoms.
+  // of them. If so, they count as doing so for some frames. Needs clean geoms.
   bool overlapInVain(dxGeom* const* geoms, const Buffer<SlotState>& states, std::size_t coarse,
                      std::size_t most);
   // Whether there are so many more of them since that the answer may be another.
