@@ -43,7 +43,7 @@ const Setting kSettings[] = {
      {"Sweep!", "1"}},
     {"THREADS",
      dParallelSAPSpaceGetNumThreads,
-     {{"3", 3}},
+     {{"3", 3}, {"1000", 256}},
      {"many", "-1", "2x", "99999999999999999999999"}},
     {"DEVICES", dParallelSAPSpaceGetNumDevices, {{"2", 2}}, {"1.5"}},
     {"SKIP_STATIC", dParallelSAPSpaceGetSkipStatic, {{"1", 1}, {"0", 0}, {"", 0}}, {"yes"}},

@@ -63,9 +63,10 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
       for (int bound = 0; bound < 6; bound += step) {
         const Space space(configuration);
         World world(space);
-        world.addBoxes(denseCube(n - 1, 8));
+        world.addBoxes(denseCube(n - 2, 8));
         const Bounds sound = {-100, 100, -100, 100, -100, 100};
         const dGeomID sick = world.take(createUserBox(space, sound));
+        const dGeomID ball = world.take(dCreateSphere(space, 100));
         const Messages messages;
         INFO(configuration.name << ", " << n << " geoms, bound " << bound);
         const Pairs healthy = collide(space);
@@ -87,10 +88,15 @@ TEST_CASE("A NaN bound leaves its geom out, is reported once, counted always, an
           REQUIRE(statsOf(space).invalid == 1);
           REQUIRE(messages.all().size() == 1);
         }
+        dGeomSetPosition(ball, kNaN, 0, 0);
+        REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
+        REQUIRE(statsOf(space).invalid == 2);
+        REQUIRE(messages.all().size() == 2);
+        dGeomSetPosition(ball, 0, 0, 0);
         setUserBounds(sick, sound);
         REQUIRE(difference(collide(space), healthy) == "");
         REQUIRE(statsOf(space).invalid == 0);
-        REQUIRE(messages.all().size() == 1);
+        REQUIRE(messages.all().size() == 2);
       }
     }
   }
