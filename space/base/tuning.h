@@ -9,7 +9,7 @@
 namespace ode_parallel_sap {
 
 // Up to this number of slots a scene is collided on the spot, without boxes, trees or clocks.
-constexpr std::size_t smallest_scene = 120;
+constexpr std::size_t small_scene_slots = 120;
 
 // Parts that work is cut into for each thread, where its parts may differ: threads that are done
 // early take more.
@@ -153,7 +153,7 @@ constexpr double cell_margin = 1.0 / 16;
 // Decisions.
 
 // Up to this number of slots brute force is as fast as the sweep on one thread.
-constexpr std::size_t most_tested = 200;
+constexpr std::size_t brute_force_slots = 200;
 
 // Up to this number of geoms pairs of a small scene are tested without vectors.
 constexpr unsigned most_without_vectors = 32;

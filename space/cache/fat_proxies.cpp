@@ -40,8 +40,8 @@ float distanceOf(const Box& a, const Box& b) {
   return distance;
 }
 
-// The part of a tolerance that a box may be away from a bound of its fat box. The pairs of boxes
-// that are that near have room for steps of floats, 32 of which are less than the tolerance.
+// How far a bound of a fat box may lie outside that of its box, as a part of the tolerance. Two
+// such margins are less than the tolerance by more than what floats are rounded by.
 constexpr float most_loose = 7.0f / 16;  // fixed: less than a half
 
 Box grown(const Box& box, float margin) {
@@ -122,7 +122,7 @@ void FatProxies::listLeft(const BoxSet& boxes, int threads) {
 
 // Whether so few boxes left their fat ones that candidates serve: at most half of what is found
 // anew as quickly. Others may have made trees of boxes that are not these.
-bool FatProxies::serves(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
+bool FatProxies::candidatesServe(const BoxSet& boxes, int threads, const Sweep<float>& sweep) {
   if (fat_.filter_bits != boxes.filter_bits || fat_.filter_bodies != boxes.filter_bodies)
     return false;
   listLeft(boxes, threads);
@@ -130,8 +130,8 @@ bool FatProxies::serves(const BoxSet& boxes, int threads, const Sweep<float>& sw
   return count == 0 || (2 * count * changing_share <= boxes.size && builds_ == sweep.builds());
 }
 
-bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
-                     const Sweep<float>& sweep) {
+bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads,
+                         const Sweep<float>& sweep) {
   // At infinity a margin would be infinite, and make no number of an infinite bound.
   constexpr double most = std::numeric_limits<float>::max();
   const float before = std::exchange(tolerance_, static_cast<float>(std::min(tolerance, most)));
@@ -140,7 +140,7 @@ bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
     back_off_ = BackOff(4);
   }
   if (back_off_.waits()) {
-    skip();
+    noteUnused();
     back_off_.pass();
     return false;
   }
@@ -148,7 +148,7 @@ bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
   skipped_ = 0;
   const bool slow = tolerance_ > 0 || isSlow(boxes);
   if (!running_) return slow;
-  if (serves(boxes, threads, sweep)) {
+  if (candidatesServe(boxes, threads, sweep)) {
     back_off_.paid();
     return true;
   }
@@ -158,7 +158,7 @@ bool FatProxies::use(const BoxSet& boxes, double tolerance, int threads,
   return slow && !in_vain;
 }
 
-void FatProxies::skip() {
+void FatProxies::noteUnused() {
   // fixed: a second of a program's. To make all anew costs half a frame.
   constexpr int held_frames = 64;
   if (running_ && ++skipped_ > held_frames) stop();

@@ -28,11 +28,11 @@ class FatProxies {
   // Whether find() should find the pairs of these boxes, which are floats: they have moved little
   // since the last call, and fat boxes were not left in vain lately. `sweep` is the one that find()
   // gets. With a `tolerance` margins are a part of it, and all candidates are pairs.
-  bool use(const BoxSet& boxes, double tolerance, int threads, const Sweep<float>& sweep);
+  bool prepare(const BoxSet& boxes, double tolerance, int threads, const Sweep<float>& sweep);
   // A frame did without. After many in a row nothing is held.
-  void skip();
-  // Finds the pairs of the boxes that use() saw, as PairFinder::find does. The sweep's trees are
-  // those of fat boxes afterwards.
+  void noteUnused();
+  // Finds the pairs of the boxes that prepare() saw, as PairFinder::find does. The sweep's trees
+  // are those of fat boxes afterwards.
   int find(const BoxSet& boxes, int threads, Sweep<float>& sweep, PairList& pairs);
 
   // Candidates that the last find() did not find anew.
@@ -44,7 +44,7 @@ class FatProxies {
 
  private:
   bool isSlow(const BoxSet& boxes);
-  bool serves(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
+  bool candidatesServe(const BoxSet& boxes, int threads, const Sweep<float>& sweep);
   bool filtersChanged(const BoxSet& boxes, Slot slot) const;
   void listLeft(const BoxSet& boxes, int threads);
   void fatten(const BoxSet& boxes, Slot slot, float share);
@@ -57,7 +57,7 @@ class FatProxies {
   bool running_ = false;
   BackOff back_off_{4};
   int frames_ = 0;            // since all got fat boxes
-  int skipped_ = 0;           // frames since use() looked
+  int skipped_ = 0;           // frames since prepare() looked
   std::uint64_t builds_ = 0;  // of the sweep, when its trees were last those of fat boxes
   BoxSet fat_;
   PairList candidates_;

@@ -24,7 +24,7 @@ void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
 // Small scenes are found anew faster than changes in trees that would have to be built.
 bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
   const bool may_build =
-      mechanisms::incremental_trees && (source_ != Source::no_trees || slots > smallest_scene);
+      mechanisms::incremental_trees && (source_ != Source::no_trees || slots > small_scene_slots);
   return changes * changing_share > slots || (changes > 0 && !may_build);
 }
 
@@ -38,11 +38,11 @@ PairCache::Update PairCache::update(dxGeom* const* geoms, std::size_t slots, con
   changed_.growTo(slots);
   bool all = std::exchange(all_may_have_changed_, false);
   if (rules.notified && rules.checked && !all) {
-    update.untold = geom_update.findUntold(geoms, changed_);
-    all = update.untold.count > 0;
+    update.unannounced = geom_update.findUnannounced(geoms, changed_);
+    all = update.unannounced.count > 0;
   }
   update.threads = geom_update.notice(geoms, slots, threads, all, changed_);
-  // Slots that are gone are in none of the boxes, but in pairs.
+  // Slots of removed geoms count as well: they have no box any more, but pairs to be dropped.
   update.changes = changed_.count();
   if (tooMany(update.changes, slots)) return update;
   update.kept = geom_update.repack(geoms, slots, threads, changed_);
@@ -73,7 +73,7 @@ PairCache::Counts PairCache::renew(dxGeom* const* geoms, const Update& update,
                        : findChanged(trees_, finders.narrow.sweep, changed, boxes, threads);
   counts.threads = std::max(counts.threads, used);
   counts.found = found_.size();
-  filter.run(geoms, geom_update.facts(), rules_, boxes, threads, found_);
+  filter.dropExcluded(geoms, geom_update.facts(), rules_, boxes, threads, found_);
   counts.kept = merge_.replace(changed_, found_, threads, pairs);
   forgetChanges();
   return counts;

@@ -60,11 +60,11 @@ class PairCache {
 
   // Margin 0.
   struct Update {
-    bool kept = false;              // boxes and pairs of the last frame serve
-    std::size_t changes = 0;        // slots, if so
-    int threads = 1;                // used
-    std::size_t moved_in_vain = 0;  // geoms brought up to date, if not
-    GeomUpdate::Untold untold;      // changes against dParallelSAPSpaceSetNotified's promise
+    bool kept = false;                    // boxes and pairs of the last frame serve
+    std::size_t changes = 0;              // slots, if so
+    int threads = 1;                      // used
+    std::size_t moved_in_vain = 0;        // geoms brought up to date, if not
+    GeomUpdate::Unannounced unannounced;  // changes against dParallelSAPSpaceSetNotified's promise
 
     bool isSame() const { return kept && changes == 0; }
   };

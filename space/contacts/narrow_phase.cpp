@@ -156,7 +156,7 @@ void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
     wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
     testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
   }
-  if (job.way.leave_out) {
+  if (job.way.leave_apart_out) {
     const ApartBoxes boxes =
         certainlyApart(job.pairs.data() + range.begin, range.end - range.begin, wanted & testable);
     shares_[thread].apart.add(boxes);

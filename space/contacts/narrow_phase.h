@@ -52,9 +52,9 @@ void prefetchPairs(const dParallelSAPPair& soon, const dParallelSAPPair& later);
 class NarrowPhase {
  public:
   struct Way {
-    int threads;          // the most
-    bool manual_cleanup;  // the threads leave no data in ODE
-    bool leave_out;       // boxes that are certainly apart
+    int threads;           // the most
+    bool manual_cleanup;   // the threads leave no data in ODE
+    bool leave_apart_out;  // boxes that are certainly apart
   };
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.

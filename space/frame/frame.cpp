@@ -73,9 +73,9 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   frame.clock.begin(Stage::narrow);
   bool found = true;
   try {
-    const int used =
-        narrow_phase.run(pairs.list(), request,
-                         {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_out});
+    const int used = narrow_phase.run(
+        pairs.list(), request,
+        {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_apart_out});
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
@@ -117,8 +117,8 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
   PairCache::Update update;
   if (plan.use_cache)
     update = cache_.update(call.geoms(), call.slots(), plan.rules, plan.threads, geom_update_);
-  if (update.untold.count)
-    complaints_.ofUnannounced(call.geoms()[update.untold.first], update.untold.count);
+  if (update.unannounced.count)
+    complaints_.ofUnannounced(call.geoms()[update.unannounced.first], update.unannounced.count);
   Found found;
   if (update.kept) {
     renew(frame, update);
@@ -127,7 +127,8 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
-  updateEvents(frame, pairs, cache_.noteReported(&pairs == &call.lists.candidates, update));
+  const bool all_candidates = &pairs == &call.lists.candidates;
+  updateEvents(frame, pairs, cache_.noteReported(all_candidates, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
   cache_.endFrame();
@@ -175,14 +176,14 @@ Found Pipeline::findAnew(Frame& frame) {
   PairList& candidates = call.lists.candidates;
   Found found;
   const bool fat = plan.fat_pairs && !boxes.wide &&
-                   cache_.fat().use(boxes, static_cast<double>(geom_update_.tolerance()),
-                                    plan.threads, extraction_.sweep());
+                   cache_.fat().prepare(boxes, static_cast<double>(geom_update_.tolerance()),
+                                        plan.threads, extraction_.sweep());
   if (fat) {
     found.threads = cache_.fat().find(boxes, plan.threads, extraction_.sweep(), candidates);
     found.method = dParallelSAPMethodSweep;
     frame.stats.candidates_kept = cache_.fat().kept();
   } else {
-    cache_.fat().skip();
+    cache_.fat().noteUnused();
     found = extraction_.find(boxes, plan.extraction, candidates);
   }
   if (found.too_long) complaints_.ofTooLong(*found.too_long);
@@ -195,7 +196,8 @@ Found Pipeline::findAnew(Frame& frame) {
   frame.stats.candidates = found.pairs;
 
   frame.clock.begin(Stage::filter);
-  pair_filter_.run(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads, candidates);
+  pair_filter_.dropExcluded(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads,
+                            candidates);
   if (plan.use_cache)
     cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
   return found;
@@ -218,7 +220,7 @@ const PairList& Pipeline::select(Frame& frame) {
   FrameLists& lists = frame.call.lists;
   const UpdateFacts& facts = geom_update_.facts();
   const PackRules& rules = frame.plan.rules;
-  if (!pair_filter_.selects(facts, rules)) return lists.candidates;
+  if (!pair_filter_.mustSelect(facts, rules)) return lists.candidates;
   frame.clock.begin(Stage::filter);
   const PairList& pairs =
       pair_filter_.select(frame.call.geoms(), facts, rules, geom_update_.boxes(),
@@ -239,10 +241,10 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
     complaints_.ofUnreportedEvents();
 }
 
-SceneFacts Pipeline::factsOf(const FrameCall& call, bool for_team) const {
+SceneFacts Pipeline::factsOf(const FrameCall& call, bool team_follows) const {
   return {call.slots(),      geom_update_.boxes().wide,
           call.scene.nested, extraction_.devices().devices(),
-          for_team,          testedClasses()};
+          team_follows,      testedClasses()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
@@ -255,7 +257,7 @@ void Pipeline::learn(const Frame& frame, const Found* found) {
                   {extract_ms, clock.of(Stage::update) + clock.of(Stage::synchronise) + extract_ms +
                                    clock.of(Stage::filter)});
   } else {
-    cache_.fat().skip();
+    cache_.fat().noteUnused();
     policy_.learnOfKeptPairs();
   }
   if (!frame.plan.weighs_devices) return;
@@ -290,7 +292,7 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
   const LastStage::Pairs of_frame = {pairs, call.geoms(), frame.plan.contact_threads,
-                                     threadsFor(call.settings), frame.plan.leave_out};
+                                     threadsFor(call.settings), frame.plan.leave_apart_out};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();

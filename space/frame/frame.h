@@ -104,7 +104,7 @@ class Pipeline {
   std::size_t bytes() const;
 
  private:
-  SceneFacts factsOf(const FrameCall& call, bool for_team = false) const;
+  SceneFacts factsOf(const FrameCall& call, bool team_follows = false) const;
   template <class Report>
   std::size_t run(const FrameCall& call, const SceneFacts& facts, const PairReceiver& receiver,
                   Report report);

@@ -18,7 +18,7 @@ class LastStage {
     const PairList& list;
     dxGeom* const* geoms;       // by slot
     int threads, most_threads;  // that pay just now; that the space may use
-    bool leave_out;             // boxes that are certainly apart are not collided
+    bool leave_apart_out;       // boxes that are certainly apart are not collided
   };
   // Pairs that were collided.
   struct Collided {

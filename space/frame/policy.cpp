@@ -36,7 +36,7 @@ DeviceChoice::Candidates candidatesOf(const Settings& settings, int devices) {
 }  // namespace
 
 bool Policy::isSmall(std::size_t slots, const Settings& settings) {
-  return mechanisms::small_scenes && slots <= smallest_scene &&
+  return mechanisms::small_scenes && slots <= small_scene_slots &&
          (isAuto(settings) || settings.method == dParallelSAPMethodBruteForce) &&
          settings.backend != dParallelSAPBackendCUDA;
 }
@@ -70,11 +70,11 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   // A team as large as that of the narrow phase or the report: some OpenMP runtimes end the threads
   // that a smaller one does without, and start new ones for the next large one.
   const int threads = threadsFor(settings);
-  if (facts.for_team && plan.threads > 1) plan.threads = threads;
+  if (facts.team_follows && plan.threads > 1) plan.threads = threads;
   plan.contact_threads = chosen(batch_teams_[Batch::contacts], settings, threads);
   plan.block_threads = chosen(batch_teams_[Batch::blocks], settings, threads);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;
-  plan.leave_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
+  plan.leave_apart_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
   // callback, which has the pairs.
   plan.use_cache = mechanisms::kept_pairs && !facts.nested &&
@@ -83,9 +83,10 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   ExtractionPlan& extraction = plan.extraction;
   extraction.method = settings.method;
   if (isAuto(settings))
-    extraction.method = settings.backend == dParallelSAPBackendCUDA || facts.slots > most_tested
-                            ? dParallelSAPMethodSweep
-                            : dParallelSAPMethodBruteForce;
+    extraction.method =
+        settings.backend == dParallelSAPBackendCUDA || facts.slots > brute_force_slots
+            ? dParallelSAPMethodSweep
+            : dParallelSAPMethodBruteForce;
   extraction.threads = plan.threads;
   extraction.axis_lists_bytes = settings.axis_lists_bytes;
   // Times must not decide which extra pairs a tolerance lets through.
@@ -139,7 +140,7 @@ void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and
 // saves 460 of dCollide's where they are apart.
 void Policy::learnOfApart(const Plan& plan, const ApartCounts& boxes) {
-  if (!plan.leave_out)
+  if (!plan.leave_apart_out)
     apart_.pass();
   else if (static_cast<double>(boxes.apart) < least_apart_boxes * static_cast<double>(boxes.tested))
     apart_.failed();

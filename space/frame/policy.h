@@ -19,19 +19,19 @@ struct SceneFacts {
   bool last_wide;  // its boxes were doubles
   bool nested;     // within a callback of this space
   DeviceBackend::Devices devices;
-  bool for_team = false;                           // contacts or a report on all threads follow
+  bool team_follows = false;                       // contacts or a report on all threads follow
   UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
 // What a frame is to do: decided once, when it begins, and not changed after.
 struct Plan {
-  PackRules rules;          // those that the user set
-  int threads = 1;          // of all stages up to the report
-  int contact_threads = 1;  // of the narrow phase
-  int block_threads = 1;    // of a report in blocks on all threads
-  bool leave_out = false;   // boxes that are certainly apart are not collided
-  bool fat_pairs = false;   // kept pairs of larger boxes may do, if those hold the boxes
-  bool use_cache = false;   // boxes and pairs of the last frame do where little has changed
+  PackRules rules;               // those that the user set
+  int threads = 1;               // of all stages up to the report
+  int contact_threads = 1;       // of the narrow phase
+  int block_threads = 1;         // of a report in blocks on all threads
+  bool leave_apart_out = false;  // boxes that are certainly apart are not collided
+  bool fat_pairs = false;        // kept pairs of larger boxes may do, if those hold the boxes
+  bool use_cache = false;        // boxes and pairs of the last frame do where little has changed
   ExtractionPlan extraction;
   // Where extraction may run on devices: what was weighed, and how it came out.
   bool weighs_devices = false;

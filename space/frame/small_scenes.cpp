@@ -35,7 +35,7 @@ __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
 // Returns their number. Not inline, as it would cost the scenes that do without some time.
 __attribute__((noinline)) unsigned findByVectors(dxGeom* const* geoms, unsigned count,
                                                  PlacePair* list) {
-  constexpr std::size_t cells = (smallest_scene + group_size - 1) / group_size;
+  constexpr std::size_t cells = (small_scene_slots + group_size - 1) / group_size;
   Group<dReal> boxes[cells];
   GroupIds ids[cells];
   for (unsigned i = 0; i < count; ++i) {
@@ -52,7 +52,7 @@ __attribute__((noinline)) unsigned findByVectors(dxGeom* const* geoms, unsigned 
   view.depth = 1;
   // A few rows at a time, which need less of the stack.
   constexpr std::size_t rows = group_size;
-  Pair pairs[(rows + 1) * smallest_scene + 2 * group_size];
+  Pair pairs[(rows + 1) * small_scene_slots + 2 * group_size];
   unsigned found = 0;
   for (std::size_t row = 0; row + 1 < count; row += rows) {
     PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room

@@ -26,8 +26,8 @@ struct PlacePair {
 
 // Where the pairs of a small scene are put that are not remembered.
 struct SmallStorage {
-  dxGeom* active[smallest_scene];
-  PlacePair pairs[smallest_scene * (smallest_scene - 1) / 2];
+  dxGeom* active[small_scene_slots];
+  PlacePair pairs[small_scene_slots * (small_scene_slots - 1) / 2];
 };
 
 // The geoms of such a scene that take part, and what was found among them.

@@ -197,14 +197,14 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms) {
   }
 }
 
-void GeomUpdate::takeExactness() {
+void GeomUpdate::noteExactBoxes() {
   facts_.exact_boxes = facts_.exact_boxes || boxes_.wide || std::is_same<dReal, float>::value;
   boxes_.exact = facts_.exact_boxes;
 }
 
 const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {
   if (facts_.filter_bodies && !facts_.exact_bodies) numberBodies(geoms);
-  takeExactness();
+  noteExactBoxes();
   boxes_.filter_bits = facts_.filter_bits;
   boxes_.filter_bodies = facts_.filter_bodies;
   return facts_;
@@ -267,14 +267,15 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
   });
 }
 
-GeomUpdate::Untold GeomUpdate::findUntold(dxGeom* const* geoms, const SlotSet& changed) const {
-  Untold untold;
+GeomUpdate::Unannounced GeomUpdate::findUnannounced(dxGeom* const* geoms,
+                                                    const SlotSet& changed) const {
+  Unannounced unannounced;
   for (Slot slot = 0; slot < boxes_.size; ++slot)
     if (!changed.contains(slot) && geoms[slot] &&
         packer_.changedUnnoticed(geoms[slot], slot, states_[slot], boxes_) &&
-        !packer_.fellAsleep(geoms[slot], slot, boxes_) && untold.count++ == 0)
-      untold.first = slot;
-  return untold;
+        !packer_.fellAsleep(geoms[slot], slot, boxes_) && unannounced.count++ == 0)
+      unannounced.first = slot;
+  return unannounced;
 }
 
 // Room for all slots, with the boxes of before. What is beyond them counts no more.
@@ -323,7 +324,7 @@ bool GeomUpdate::repack(dxGeom* const* geoms, std::size_t slots, int threads,
 bool GeomUpdate::takeOver(const UpdateFacts& packed) {
   facts_.newly_invalid.clear();
   facts_.add(packed);
-  takeExactness();
+  noteExactBoxes();
   return packed.exact_bits && packed.exact_bodies && (boxes_.filter_bits || !packed.filter_bits) &&
          (boxes_.filter_bodies || !packed.filter_bodies) &&
          (boxes_.wide || !coarse_boxes_.areManyMore(static_cast<std::size_t>(facts_.coarse)));

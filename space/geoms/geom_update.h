@@ -35,11 +35,11 @@ class GeomUpdate {
   // threads used.
   int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
   // The geoms that did so, those of `changed` apart, although the rules say that it is told.
-  struct Untold {
+  struct Unannounced {
     std::size_t count = 0;
     Slot first = 0;
   };
-  Untold findUntold(dxGeom* const* geoms, const SlotSet& changed) const;
+  Unannounced findUnannounced(dxGeom* const* geoms, const SlotSet& changed) const;
   // pack() by the same rules for the slots of `changed` alone, which contain all whose geoms are
   // others now. False if boxes() has to be packed as a whole, because the facts are others now.
   bool repack(dxGeom* const* geoms, std::size_t slots, int threads, const SlotSet& changed);
@@ -74,7 +74,7 @@ class GeomUpdate {
   void numberBodies(dxGeom* const* geoms);
   void watchAll();
   void resizeTo(std::size_t slots);
-  void takeExactness();
+  void noteExactBoxes();
   bool takeOver(const UpdateFacts& packed);
   void listSlots(const SlotSet& set, std::size_t slots);
 

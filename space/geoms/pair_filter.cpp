@@ -16,7 +16,7 @@ struct PairFilter::ExactTest {
   const std::uint32_t* bodies;  // their numbers
   bool every_filter;            // the filter bits beside the boxes do not decide
   bool asleep_on_static;        // pairs of a geom asleep and a static one are not wanted
-  bool exact_at_rest;           // geoms at rest have their own bits
+  bool packed_bits_at_rest;     // geoms at rest have their own bits
 
   bool everyPair() const { return every_filter || asleep_on_static; }
   bool atRest(Slot slot) const { return bodies[slot] == resting_number; }
@@ -31,12 +31,12 @@ struct PairFilter::ExactTest {
     const dxGeom *const a = geoms[earlier], *const b = geoms[later];
     // The bits of geoms at rest are a matter of verify(), unless their changes are told.
     return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
-           (every_filter && (exact_at_rest || !(atRest(earlier) || atRest(later))) &&
+           (every_filter && (packed_bits_at_rest || !(atRest(earlier) || atRest(later))) &&
             !filtersMatch(a, b));
   }
 
-  // Replaces what it drops; returns whether it dropped any.
-  bool run(Pair* begin, Pair* end) const;
+  // Replaces what it drops by dropped_pair; returns whether it dropped any.
+  bool markDropped(Pair* begin, Pair* end) const;
 };
 
 namespace {
@@ -49,7 +49,7 @@ Region verifying("filter: verified pairs"), testing("filter: exact tests"), clos
 
 }  // namespace
 
-bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
+bool PairFilter::ExactTest::markDropped(Pair* begin, Pair* end) const {
   bool any = false;
   for (Pair* pair = begin; pair < end; ++pair) {
     const bool drop = drops(*pair);
@@ -59,8 +59,9 @@ bool PairFilter::ExactTest::run(Pair* begin, Pair* end) const {
   return any;
 }
 
-void PairFilter::run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
-                     const BoxSet& boxes, int threads, PairList& pairs) {
+void PairFilter::dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts,
+                              const PackRules& rules, const BoxSet& boxes, int threads,
+                              PairList& pairs) {
   const ExactTest test = {geoms, boxes.bodies.data(), !facts.exact_bits,
                           rules.skip_asleep && !rules.skip_static, rules.notified};
   if (test.everyPair()) {
@@ -152,7 +153,7 @@ void PairFilter::testSegments(const ExactTest& test, int threads, PairList& pair
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const PairList::Segment& piece = pieces_to_test_[i];
       Pair* const part = pairs.parts[piece.part].data();
-      if (test.run(part + piece.begin, part + piece.end)) gaps_[thread].push_back(piece);
+      if (test.markDropped(part + piece.begin, part + piece.end)) gaps_[thread].push_back(piece);
     }
   });
 }

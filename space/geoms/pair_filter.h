@@ -15,8 +15,8 @@ class PairFilter {
   // leave out and `boxes` could not; the others stay in order, borderline_bit cleared. The geoms
   // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads, and reads
   // no pairs but those of the borderline segments where these are all that there is to decide.
-  void run(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
-           const BoxSet& boxes, int threads, PairList& pairs);
+  void dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
+                    const BoxSet& boxes, int threads, PairList& pairs);
 
   // Pairs that follow from the candidates of a frame, in lists of their own.
   struct Selected {
@@ -26,9 +26,9 @@ class PairFilter {
 
     std::size_t bytes() const { return bytesOf(pairs, verified); }
   };
-  // Whether the pairs of a frame are not its candidates: geoms decide in every frame anew, or
-  // planes were taken.
-  bool selects(const UpdateFacts& facts, const PackRules& rules) const {
+  // Whether the pairs of a frame differ from its candidates: geoms decide in every frame anew, or
+  // pairs of planes are found apart.
+  bool mustSelect(const UpdateFacts& facts, const PackRules& rules) const {
     return needsVerifying(facts, rules) || planesApart(rules);
   }
   // Finds these pairs.

@@ -54,21 +54,22 @@ class PairRule {
   bool mayMeet(const dxGeom* a, const dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b);
   }
-  // Whether candidates are still pairs, whose geoms may have changed unannounced.
+  // Whether a candidate of an earlier frame is still a pair as far as changes are not announced:
+  // geoms may have been disabled, and with skip rules have other filter bits.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
     return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
   }
   // Whether only ODE's filters have a say.
   bool isODEs() const { return !rules_.skip() && !rules_.cull_planes; }
 
-  // Whether the user has a pair left out: both static, or no body awake and one asleep;
+  // Whether the user has a pair left out: both static, or no body awake and one asleep.
   bool isLeftOut(const dxGeom* a, const dxGeom* b) const {
     if (!rules_.skip()) return false;
     const bool a_rests = isResting(a, rules_), b_rests = isResting(b, rules_);
     if (a_rests && b_rests) return true;
     return rules_.skip_asleep && ((a_rests && isStatic(b)) || (b_rests && isStatic(a)));
   }
-  // a plane and what is clear of it.
+  // Likewise a plane and what is clear of it.
   bool isClear(dxGeom* a, dxGeom* b) const { return rules_.cull_planes && areClearByPlane(a, b); }
 
  private:

@@ -19,7 +19,7 @@ namespace {
 // Whether a space of the process ever had swept bounds: until then none visits its sub-spaces.
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
-std::atomic<unsigned> notified_of_all{0};
+std::atomic<unsigned> notify_all_calls{0};
 
 void reportThreadShortage(int granted, int wanted) {
   dMessage(0,
@@ -190,10 +190,9 @@ bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
   return geom->parent_space == this && swept_.isFast(Slots::slotOf(geom));
 }
 
-// Sub-spaces of ours come first: their AABBs are those of what is in them. What this makes dirty is
-// clean again before anyone else sees it, as this space is not made dirty for it, nor are those
-// around: a stock space may be going through its list. So a space of ours around it takes its box
-// for another in each frame, and its own box is made at once.
+// Sub-spaces of ours come first: their AABBs are those of what is in them. dGeomMoved is not
+// called, since a stock space around this one may be going through its list. So the box of this
+// space is computed here at once, and a space of ours around it reads that box in each frame.
 void ParallelSAPSpace::updateSweptBounds() {
   bool any = false;
   silent_.slots().forEach([&](Slot slot) {
@@ -234,7 +233,7 @@ void ParallelSAPSpace::cleanGeoms() {
 void ParallelSAPSpace::cleanNoted() {
   if (!needs_clean_) return;
   const Lock lock(*this);
-  pipeline_.clean(scene(true), settings_);
+  pipeline_.clean(scene(/*nested=*/true), settings_);
 }
 
 // Before a query: where few geoms changed since the last one, these are known.
@@ -262,20 +261,20 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     if (queries_.noteFrame()) call->hits.release();
     if (rays_ && rays_->noteFrame()) call->rays = RayLists();
   }
-  const unsigned notified = notified_of_all.load(std::memory_order_relaxed);
-  if (notified != notified_of_all_) notify(nullptr);
-  notified_of_all_ = notified;
+  const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
+  if (notified != notify_all_calls_seen_) notify(nullptr);
+  notify_all_calls_seen_ = notified;
   checkSilent();
   observers_.forEach([&](SpaceObserver& observer) {
     if (call.nested() || !observer.wantsScene()) return;
-    const Scene all = scene(false);
+    const Scene all = scene(/*nested=*/false);
     if (needs_clean_) pipeline_.clean(all, settings_);
     observer.seeScene(all, settings_.rules);
   });
 }
 
 void ParallelSAPSpace::notifyAll() {
-  notified_of_all.fetch_add(1, std::memory_order_relaxed);
+  notify_all_calls.fetch_add(1, std::memory_order_relaxed);
 }
 
 void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
@@ -349,7 +348,7 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
                   pipeline_.policy().teamFor(slots_.size(), settings_), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
-    queryWithoutMemory(scene(true), settings_.rules, geom, data, callback);
+    queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
     return;
   }
   std::size_t passed = 0;

@@ -117,7 +117,7 @@ class ParallelSAPSpace : public dxSpace {
   Slots slots_;
   dxGeom** tail_ = &first;
   bool needs_clean_ = false;
-  unsigned notified_of_all_ = 0;  // how often that had been when it last collided
+  unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it

@@ -38,7 +38,7 @@ void Sweep<Real>::build(const BoxSet& boxes, int threads) {
   }
   cell_coherence_.forget();
   if (found_.empty()) found_.resize(1);
-  order_.build(boxes, threads, found_[0]);  // where pairs will be
+  order_.build(boxes, threads, found_[0]);  // scratch memory until pairs are written
   trees_.build(boxes, order_.boxesOfCells(), order_.classes(), threads);
   cell_coherence_.restart(trees_);
 }

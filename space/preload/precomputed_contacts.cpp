@@ -120,7 +120,7 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
   collided.threads = runChunks(
       precomputing, team, list_.size(), most_apart_pairs,
       [&](Range range, int thread) {
-        collideChunk(range.begin, range.end, thread, pairs.leave_out);
+        collideChunk(range.begin, range.end, thread, pairs.leave_apart_out);
       },
       team);
   for (const Share& share : shares_) {
@@ -132,7 +132,7 @@ void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
 }
 
 void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int thread,
-                                       bool leave_out) {
+                                       bool leave_apart_out) {
   Share& share = shares_[static_cast<std::size_t>(thread)];
   std::uint32_t wanted = 0;
   for (std::size_t place = begin; place < end; ++place) {
@@ -146,7 +146,7 @@ void PrecomputedContacts::collideChunk(std::size_t begin, std::size_t end, int t
     wanted |= std::uint32_t{1} << (place - begin);
     ++share.pairs;
   }
-  if (leave_out) {
+  if (leave_apart_out) {
     const ApartBoxes boxes = certainlyApart(&list_[begin], end - begin, wanted);
     share.apart.add(boxes);
     wanted &= ~boxes.apart;

@@ -92,7 +92,7 @@ class PrecomputedContacts final : public LastStage {
 
   static std::uint16_t kindOf(const dxGeom* o1, const dxGeom* o2);
   void collide(const Pairs& pairs, Collided& collided);
-  void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_out);
+  void collideChunk(std::size_t begin, std::size_t end, int thread, bool leave_apart_out);
   void collidePair(std::size_t place, int thread);
   void endReport();
   void learn();

@@ -138,7 +138,7 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   idle_frames_ = 0;
   changes_ = 0;
   queries_ += queries;
-  if (!mechanisms::query_trees || geoms.size() <= smallest_scene) return false;
+  if (!mechanisms::query_trees || geoms.size() <= small_scene_slots) return false;
 
   const double expected = std::max(queries_, last_queries_);
   bool up_to_date = tree_ && tree_->built;
