@@ -127,8 +127,8 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
     found = findAnew(frame);
   }
   const PairList& pairs = select(frame);
-  const bool all_candidates = &pairs == &call.lists.candidates;
-  updateEvents(frame, pairs, cache_.noteReported(all_candidates, update));
+  const bool selected = &pairs != &call.lists.candidates;
+  updateEvents(frame, pairs, cache_.noteReported(!selected, update));
   frame.clock.pause();
   frame.stats.pairs = pairs.size();
   cache_.endFrame();

@@ -54,8 +54,7 @@ class PairRule {
   bool mayMeet(const dxGeom* a, const dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b);
   }
-  // Whether a candidate of an earlier frame is still a pair as far as changes are not announced:
-  // geoms may have been disabled, and with skip rules have other filter bits.
+  // Whether a kept candidate is still a pair, as far as its geoms change unannounced.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
     return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
   }
