@@ -13,8 +13,7 @@ class PairFilter {
  public:
   // Drops the pairs that ODE's exact formula excludes, AABBTest apart, and those that the rules
   // leave out and `boxes` could not; the others stay in order, borderline_bit cleared. The geoms
-  // behind all slots in `pairs` are clean and without NaN. Uses up to `threads` threads, and reads
-  // no pairs but those of the borderline segments where these are all that there is to decide.
+  // behind all slots in `pairs` are clean and without NaN.
   void dropExcluded(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
                     const BoxSet& boxes, int threads, PairList& pairs);
 
