@@ -27,7 +27,8 @@ class SlotSet {
   }
   std::size_t count() const {
     std::size_t slots = 0;
-    for (const std::uint64_t word : words_) slots += __builtin_popcountll(word);
+    for (const std::uint64_t word : words_)
+      if (word) slots += __builtin_popcountll(word);  // a call without an instruction for it
     return slots;
   }
   // Words of slots, for loops that share the work: threads may insert and erase in words of their

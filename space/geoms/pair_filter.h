@@ -30,7 +30,6 @@ class PairFilter {
   bool mustSelect(const UpdateFacts& facts, const PackRules& rules) const {
     return needsVerifying(facts, rules) || planesApart(rules);
   }
-  // Finds these pairs.
   const PairList& select(dxGeom* const* geoms, const UpdateFacts& facts, const PackRules& rules,
                          const BoxSet& boxes, int threads, const PairList& candidates,
                          Selected& selected);
