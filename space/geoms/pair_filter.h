@@ -25,8 +25,7 @@ class PairFilter {
 
     std::size_t bytes() const { return bytesOf(pairs, verified); }
   };
-  // Whether the pairs of a frame differ from its candidates: geoms decide in every frame anew, or
-  // pairs of planes are found apart.
+  // Whether pairs differ from candidates: geoms decide in each frame, or planes are found apart.
   bool mustSelect(const UpdateFacts& facts, const PackRules& rules) const {
     return needsVerifying(facts, rules) || planesApart(rules);
   }
