@@ -27,8 +27,9 @@ class SlotSet {
   }
   std::size_t count() const {
     std::size_t slots = 0;
+    // Most sets are nearly empty, and counting bits is a call of a function here.
     for (const std::uint64_t word : words_)
-      if (word) slots += __builtin_popcountll(word);  // a call without an instruction for it
+      if (word) slots += __builtin_popcountll(word);
     return slots;
   }
   // Words of slots, for loops that share the work: threads may insert and erase in words of their

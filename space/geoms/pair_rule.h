@@ -54,7 +54,8 @@ class PairRule {
   bool mayMeet(const dxGeom* a, const dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b);
   }
-  // Whether a kept candidate is still a pair, as far as its geoms change unannounced.
+  // Whether a pair found earlier still is one: its geoms may have been disabled, and with skip
+  // rules have got other filter bits, without notice.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
     return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
   }
