@@ -27,9 +27,8 @@ class SlotSet {
   }
   std::size_t count() const {
     std::size_t slots = 0;
-    // Most sets are nearly empty, and counting bits is a call of a function here.
     for (const std::uint64_t word : words_)
-      if (word) slots += __builtin_popcountll(word);
+      if (word) slots += __builtin_popcountll(word);  // a function call, and most words are empty
     return slots;
   }
   // Words of slots, for loops that share the work: threads may insert and erase in words of their

@@ -54,8 +54,7 @@ class PairRule {
   bool mayMeet(const dxGeom* a, const dxGeom* b) const {
     return filtersMatch(a, b) && !isLeftOut(a, b);
   }
-  // Whether a pair found earlier still is one: its geoms may have been disabled, and with skip
-  // rules have got other filter bits, without notice.
+  // Whether a pair found earlier still is one: its geoms may be disabled or have other bits now.
   bool isStillPair(const dxGeom* a, const dxGeom* b) const {
     return isEnabled(a) && isEnabled(b) && (!rules_.skip() || filtersMatch(a, b));
   }
