@@ -112,6 +112,8 @@ World& newWorld(std::size_t n, int threads) {
   script = Script();
   script.space = dParallelSAPSpaceCreate(nullptr);
   dParallelSAPSpaceSetNumThreads(script.space, threads);
+  // Else a slow frame looks for devices, on a thread for which the C library reserves 64 MB.
+  dParallelSAPSpaceSetBackend(script.space, dParallelSAPBackendCPU);
   worlds().push_back(new World(script.space));
   World& world = *worlds().back();
   world.addBoxes(denseCube(n, 5));
