@@ -32,8 +32,8 @@ class Complaints {
   void ofUnannounced(const dxGeom* geom, std::size_t count) {
     if (!std::exchange(unannounced_, true))
       dMessage(0,
-               "parallel SAP space: %zu geoms changed, geom %p first, of which the space was not "
-               "told, as it was promised to be (dParallelSAPSpaceSetNotified)",
+               "parallel SAP space: %zu geoms changed, geom %p first, without the call of "
+               "dParallelSAPSpaceNotify that dParallelSAPSpaceSetNotified promises",
                count, static_cast<const void*>(geom));
   }
   void ofTooLong(const ListsTooLong& lists) {
@@ -50,8 +50,8 @@ class Complaints {
   void ofUnreportedEvents() {
     if (!std::exchange(unreported_events_, true))
       dMessage(0,
-               "parallel SAP space: out of memory, which pairs began and ended is told by a later "
-               "frame");
+               "parallel SAP space: out of memory, a later frame reports the pairs that began "
+               "and ended");
   }
 
  private:

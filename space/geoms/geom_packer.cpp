@@ -90,8 +90,8 @@ void count(SlotState state, std::ptrdiff_t sign, UpdateFacts& facts) {
   facts.coarse += state & coarse_state ? sign : 0;
 }
 
-// Where silent changes are told, a step may still put an awake body to sleep; one that a step wakes
-// is moved by it.
+// Where silent changes are announced, a step may still put an awake body to sleep; one that a step
+// wakes is moved by it.
 SlotState GeomPacker::kindOf(const dxGeom* geom, bool resting) const {
   const bool watched =
       rules.notified ? rules.skip_asleep && geom->body && !resting : !resting || geom->body;
@@ -118,8 +118,8 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   return (rules.notified ? unwatched_state : 0) | (rounded.coarse ? coarse_state : 0);
 }
 
-// Unless silent changes are told, geoms at rest are packed as if enabled and with all bits set,
-// because few of theirs are noticed here: pairs with them are looked at again in every frame.
+// Unless silent changes are announced, geoms at rest are packed as if enabled and with all bits
+// set, because few of their changes are noticed here: each frame tests pairs with them again.
 SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
                                 BoxSet& boxes) const {
   if (!geom) {

@@ -43,7 +43,7 @@ enum : SlotState {
   unbounded_state = 4,
   coarse_state = 8,
   no_box_state = 16,     // takes part in nothing
-  unwatched_state = 32,  // no geom, or one whose silent changes are told or looked at by pair
+  unwatched_state = 32,  // no geom, or one whose silent changes are announced or seen by pair
   space_state = 64,
   user_class_state = 128
 };

@@ -223,7 +223,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
   if (!watching_) watchAll();
   const std::size_t looks = all ? boxes_.size : watched_.count();
   if (looks == 0) return 1;
-  const bool bodies = packer_.rules.skip_asleep, told = packer_.rules.notified,
+  const bool bodies = packer_.rules.skip_asleep, announced = packer_.rules.notified,
              plain = !packer_.rules.skip();
   const std::size_t known = std::min(slots, boxes_.size);  // the last ones may be gone
   const auto geomsIn = [&](std::size_t word) {
@@ -245,7 +245,7 @@ int GeomUpdate::notice(dxGeom* const* geoms, std::size_t slots, int threads, boo
       if (slot >= known || !geoms[slot]) return;
       prefetchFar(&geoms[slot]->gflags);
       prefetchFar(&geoms[slot]->body);
-      if (plain || told || boxes_.bodies[slot] != resting_number)
+      if (plain || announced || boxes_.bodies[slot] != resting_number)
         prefetchFar(&geoms[slot]->category_bits);
     };
     const auto askForBody = [&](std::size_t slot) {

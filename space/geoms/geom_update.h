@@ -34,7 +34,7 @@ class GeomUpdate {
   // enabled states. Looks at those that may do so by the rules, or at all. Returns the number of
   // threads used.
   int notice(dxGeom* const* geoms, std::size_t slots, int threads, bool all, SlotSet& changed);
-  // The geoms that did so, those of `changed` apart, although the rules say that it is told.
+  // The geoms that did so unannounced, those of `changed` apart, although the rules promise that.
   struct Unannounced {
     std::size_t count = 0;
     Slot first = 0;

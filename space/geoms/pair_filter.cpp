@@ -29,7 +29,7 @@ struct PairFilter::ExactTest {
       return true;
     if (!isMarkedBorderline(pair) && !every_filter) return false;
     const dxGeom *const a = geoms[earlier], *const b = geoms[later];
-    // The bits of geoms at rest are a matter of verify(), unless their changes are told.
+    // The bits of geoms at rest are a matter of verify(), unless their changes are announced.
     return (isMarkedBorderline(pair) && !boxesOverlap(a, b)) ||
            (every_filter && (packed_bits_at_rest || !(atRest(earlier) || atRest(later))) &&
             !filtersMatch(a, b));

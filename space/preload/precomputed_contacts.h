@@ -48,8 +48,8 @@ class PrecomputedContacts final : public LastStage {
   void release() override;
   std::size_t bytes() const override { return bytesOf(list_, found_, shares_); }
 
-  // What dCollide returns, or -1: that is for dCollide to say. Of whatever this thread's callbacks
-  // are being told.
+  // What dCollide returns, or -1: that is for dCollide to say. Of the pairs that
+  // this thread reports.
   static int answer(dxGeom* o1, dxGeom* o2, int flags, dContactGeom* contacts, int skip);
   // From now on nothing is precomputed or answered: there are colliders of the program's.
   static void stop() { stopped_.store(true, std::memory_order_relaxed); }

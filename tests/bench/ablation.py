@@ -67,15 +67,15 @@ def measurements(quick):
            "long-bars,brownian,trembling,touching-lattice,one-place"
     few, small = "dense-cube,heap,straight-line", "2,4,8,16,32,64,96,120"
     # Of a program that tells what it changes, and asks what began and ended.
-    told = "parallel-sap:notified-begun-ended"
+    notified = "parallel-sap:notified-begun-ended"
     return [
         of(many, "300,3000,30000", "1000"),
         of("dense-cube", "10000,200000", "2000"),
         of(few, small, small, "--batch=64"),
         of(few, small, small, "--batch=64", "--moving=0"),
         of(few, "300,30000", "300", "--moving=0"),
-        of("dense-cube", "20000", "2000", "--moving=0.01", peer=told),
-        of("dense-cube", "20000", "2000", "--moving=0", peer=told),
+        of("dense-cube", "20000", "2000", "--moving=0.01", peer=notified),
+        of("dense-cube", "20000", "2000", "--moving=0", peer=notified),
         ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=0.05"], ("setting", "n", "threads")),
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"), "--queries=100",
                              "--seconds=0.05"], queries),

@@ -388,9 +388,8 @@ int main(int argc, char** argv) {
               "for the peers that take a number of threads; 0: as many as a user gets who sets "
               "none, for ours only");
   program.add("--batch", wishes.batch, "frames in one clock reading: for small scenes");
-  program.add(
-      "--moving", wishes.moving,
-      "part of the boxes that moves, always the same ones; 0: no peer is told of boxes again");
+  program.add("--moving", wishes.moving,
+              "part of the boxes that moves, always the same ones; 0: no peer gets boxes again");
   program.add("--limit", wishes.limit, "leave out what would need more seconds for one find");
   program.add("--piles", wishes.piles, "where record-piles wrote");
   program.add("--trace", wishes.trace, "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");

@@ -20,7 +20,7 @@ enum Flags {
   kAsleep = 2,  // the others are on disabled bodies
   kSkipStatic = 4,
   kSkipAsleep = 8,
-  kNotified = 16  // the space is told of what ODE does not tell, of which there is nothing
+  kNotified = 16  // dParallelSAPSpaceSetNotified, with nothing to announce
 };
 
 // What moves, what the others are, and what is asked of the space.
@@ -39,13 +39,13 @@ struct Setting {
 constexpr Setting settings[] = {
     {"all-move", kAll},
     {"some-move", kSome},
-    {"some-move-told", kSome, kNotified},
+    {"some-move-notified", kSome, kNotified},
     {"none-move", kNone, kBodies | kAsleep},
-    {"none-move-told", kNone, kBodies | kAsleep | kNotified},
+    {"none-move-notified", kNone, kBodies | kAsleep | kNotified},
     {"others-move", kOthersEachFrame},
     {"some-awake", kSome, kBodies | kAsleep},
     {"skip-asleep", kSome, kBodies | kAsleep | kSkipStatic | kSkipAsleep},
-    {"skip-asleep-told", kSome, kBodies | kAsleep | kSkipStatic | kSkipAsleep | kNotified},
+    {"skip-asleep-notified", kSome, kBodies | kAsleep | kSkipStatic | kSkipAsleep | kNotified},
     {"skip-static", kSome, kBodies | kSkipStatic},
     {"tolerance-0.2", kAll, 0, 0.2},
     {"tolerance-0.002", kAll, 0, 0.002},

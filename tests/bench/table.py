@@ -109,9 +109,9 @@ def trace_peers(directory):
     rows = read(directory, "trace_peers")
     lines = []
     for program in values(rows, "program"):
-        ours, told = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
+        ours, evented = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
         nearest = [best(rows, peers, program=program) for peers in (LIBRARIES, ODE_SPACES)]
-        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(told and 1000 * told["median_ms"])] +
+        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(evented and 1000 * evented["median_ms"])] +
                      ["%s %s" % (row["peer"], shown(1000 * row["median_ms"])) if row else "–" for row in nearest])
     return markdown(["boxes of", "boxes", "ours, us a frame", "ours, begun and ended pairs", "nearest other library",
                      "nearest of ODE's spaces"], lines, [machine(rows)])
@@ -144,10 +144,10 @@ def many_threads(directory):
 
 def rest(directory):
     """Scenes of which little moves, on one thread."""
-    names = {"all-move": "all", "some-move": "the same few", "some-move-told": "the same few, notified",
-             "none-move": "none", "none-move-told": "none, notified", "others-move": "other few in each frame",
+    names = {"all-move": "all", "some-move": "the same few", "some-move-notified": "the same few, notified",
+             "none-move": "none", "none-move-notified": "none, notified", "others-move": "other few in each frame",
              "some-awake": "the same few, others asleep", "skip-asleep": "the same few, asleep skipped",
-             "skip-asleep-told": "the same few, asleep skipped, notified", "skip-static": "the same few, static skipped",
+             "skip-asleep-notified": "the same few, asleep skipped, notified", "skip-static": "the same few, static skipped",
              "tolerance-0.2": "all by 0.01 boxes, tolerance 0.2", "tolerance-0.002": "all by 0.01 boxes, tolerance 0.002"}
     rows = [row for row in read(directory, "rest") if row["threads"] == 1]
     lines = [[names[row["setting"]], count(row["n"]), count(row["movers"]), shown(row["mean_ms"]), shown(1 / row["ratio"], "×"),
@@ -172,17 +172,17 @@ def step(directory):
     """The whole step in each way, and how many times faster than in ODE's spaces pairs and step are in ours."""
     rows = read(directory, "step")
     stock = ("dHashSpace", "dSweepAndPruneSpace")
-    ours = {"ours, serial contacts": "the one line", "ours, parallel contacts": "parallel contacts"}
-    gains = (("broad_ms", "ours, serial contacts"), ("step_ms", "ours, serial contacts"), ("step_ms", "ours, parallel contacts"))
+    ours = ("the one line", "parallel contacts")
+    gains = (("broad_ms", ours[0]), ("step_ms", ours[0]), ("step_ms", ours[1]))
     threads = lambda space: "%d thread%s" % (max(row["threads"] for row in rows if row["space"] == space),
                                              "" if space in stock else "s")
     lines = []
     for bodies in sorted(set(values(rows, "bodies"))):
-        cell = {space: one(rows, bodies=bodies, space=space) for space in stock + tuple(ours)}
+        cell = {space: one(rows, bodies=bodies, space=space) for space in stock + ours}
         times = lambda column, space, other: shown(cell[other][column] / cell[space][column], "×") if cell[other] and cell[space] else "–"
         lines.append([count(bodies)] + [shown(row and row["step_ms"]) for row in cell.values()] +
                      ["%s, %s" % tuple(times(*gain, other) for other in stock) for gain in gains])
-    heads = ["step, ms: %s, %s" % (ours.get(space, space), threads(space)) for space in stock + tuple(ours)]
+    heads = ["step, ms: %s, %s" % (space, threads(space)) for space in stock + ours]
     heads += ["times faster*: " + what for what in ("pairs", "step, the one line", "step, parallel contacts")]
     return markdown(["boxes"] + heads, lines, ["\\* than dHashSpace, than dSweepAndPruneSpace. " + machine(rows)])
 

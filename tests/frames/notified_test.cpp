@@ -124,7 +124,7 @@ TEST_CASE("Of bodies that a step puts to sleep or wakes nobody need tell", "[not
   }
 }
 
-TEST_CASE("A geom that nothing is told of is not looked at, one that is told of is", "[notified]") {
+TEST_CASE("A frame reads only geoms that were announced", "[notified]") {
   const BareEnvironment bare;
   for (const bool all : {false, true}) {
     Row row;
@@ -175,7 +175,7 @@ TEST_CASE("What is done between frames that report nothing and repeat each other
   checkRepeats();
 }
 
-TEST_CASE("What is told in a callback is seen by the next collide", "[notified]") {
+TEST_CASE("A change announced in a callback counts in the next collide", "[notified]") {
   const BareEnvironment bare;
   Row row;
   dParallelSAPSpaceSetNotified(row.space, 1);
@@ -247,7 +247,7 @@ TEST_CASE("A promise that is not kept is found out on demand, and harms no pair"
     }
 }
 
-TEST_CASE("A space can be promised to be told by a variable", "[notified]") {
+TEST_CASE("A variable promises announcements", "[notified]") {
   const BareEnvironment bare;
   for (const char* const value : {"0", "1", "check"}) {
     const Variable variable(kNotified, value);

@@ -264,7 +264,7 @@ TEST_CASE("An ended pair names no geom that has left the space", "[events]") {
   }
 }
 
-TEST_CASE("Events are told before the first pair is, and stay when the callback throws",
+TEST_CASE("Events are known before the first pair is, and stay when the callback throws",
           "[events]") {
   for (const std::size_t n : {60, 900}) {
     const Space space;
@@ -324,7 +324,7 @@ TEST_CASE("Whatever is set, events are those of the pairs that are reported", "[
     }
 }
 
-TEST_CASE("While memory is given back nothing is told twice and nothing is lost", "[events]") {
+TEST_CASE("While memory is given back no event comes twice and nothing is lost", "[events]") {
   for (const int skip : {0, 1}) {
     const std::uint64_t seed = seedOr(409);
     const Space space;

@@ -1,4 +1,4 @@
-// For libraries that are told which boxes have moved: bounds as they want them, and the numbers of
+// For libraries that get the boxes that have moved: bounds as they want them, and the numbers of
 // those that are not what they were.
 #pragma once
 
