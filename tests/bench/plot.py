@@ -105,7 +105,7 @@ def step_axes(axes, rows):
         axes.text(place, bottom, "%.3g" % bottom if bottom < 999.5 else "{:,.0f}".format(bottom), ha="center", va="bottom", fontsize=9)
     axes.axhline(FRAME_MS, color="black", linestyle="--", linewidth=1)
     axes.set_xticks(range(len(rows)))
-    axes.set_xticklabels([str(row["space"]).replace("dSweepAndPruneSpace", "dSweepAnd\nPruneSpace").replace("ours, ", "ours,\n").replace(" contacts", "\ncontacts")
+    axes.set_xticklabels([str(row["space"]).replace("dSweepAndPruneSpace", "dSweepAnd\nPruneSpace").replace("one line", "one\nline").replace(" contacts", "\ncontacts")
                           for row in rows], fontsize=8)
     axes.set(title="{:,.0f} boxes, {:,.0f} contacts".format(rows[0]["bodies"], max(row["contacts"] or 0 for row in rows)))
     axes.margins(y=0.1)

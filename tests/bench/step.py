@@ -21,8 +21,8 @@ import tempfile
 
 SPACES = {"dHashSpace": ["--space", "hash"],
           "dSweepAndPruneSpace": ["--space", "sap"],
-          "ours, serial contacts": ["--space", "parallel", "--narrow", "serial"],
-          "ours, parallel contacts": ["--space", "parallel", "--narrow", "parallel"]}
+          "the one line": ["--space", "parallel", "--narrow", "serial"],
+          "parallel contacts": ["--space", "parallel", "--narrow", "parallel"]}
 # Steps to settle, and steps that are measured, in ours and in ODE's spaces: fewer where one takes a second.
 STEPS = {1000: (150, 60, 60), 10000: (150, 30, 20), 50000: (100, 12, 5)}
 DROPPED = 2

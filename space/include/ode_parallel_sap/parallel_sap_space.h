@@ -2,7 +2,7 @@
  *
  *     dSpaceID space = dParallelSAPSpaceCreate (0);      // instead of dHashSpaceCreate (0)
  *
- * Every function of ODE that takes a space takes this one. With all methods, back ends and threads:
+ * ODE's functions for any space take this one, too. With all methods, back ends and threads:
  *
  * - Pairs: those of dSimpleSpace, each once. Two geoms are a pair if their bounding boxes (AABBs)
  *   overlap as closed intervals in dReal, a category bit of one is a collide bit of the other, they
@@ -11,9 +11,9 @@
  * - Order: ascending by (earlier geom, later geom), counted by when each was last added to the
  *   space. The earlier geom is the callback's first argument. dSpaceCollide2 visits the geoms of
  *   this space in that order and keeps ODE's order of arguments.
- * - Callbacks run on the calling thread, with the space locked, and may collide any space. A throw
- *   leaves the space unlocked. A longjmp leaves it locked, as in ODE's spaces; the next call that
- *   is no deeper on the stack finds events again. Pairs are right in all later calls.
+ * - Callbacks run on the calling thread, unless they say otherwise, with the space locked, and may
+ *   collide any space. A throw leaves the space unlocked. A longjmp leaves it locked, as in ODE's
+ *   spaces, and pairs stay right; events resume with the next call that is no deeper on the stack.
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
@@ -28,8 +28,8 @@
  *   in a new space, allocations apart. With the default number of threads, a frame waits once for a
  *   core that another program holds; then one thread does the rest.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
- *   the frame of a GPU that fails; one message and the statistics say so. Without memory for all
- *   pairs (or if AABBTest throws bad_alloc), enabling and disabling takes effect at once.
+ *   the frame of a GPU that fails; one message and the statistics say so. Enabling and disabling
+ *   takes effect at once if memory for all pairs ends or an AABBTest throws bad_alloc.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
@@ -164,9 +164,9 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
 
 /* The narrow phase on the threads of the space: finds the pairs of dSpaceCollide, calls dCollide
  * with these flags, or those of the flags callback, and reports the contacts. `data` goes to all
- * callbacks. None may change a geom: all pairs are collided before the first report. Without memory
- * for all contacts, pairs are collided one by one, and flags and reduce callbacks may be called
- * again. `flags` must ask for 1 contact or more, unless there is a flags callback.
+ * callbacks. All pairs are collided before the first report. `flags` must ask for 1 contact or
+ * more, unless there is a flags callback. Without memory for all contacts, or if a flags callback
+ * throws bad_alloc, pairs are collided one by one; flags and reduce callbacks may be called again.
  *
  * The calling thread needs ODE's data, as for dCollide (dAllocateODEDataForThread); others allocate
  * theirs, and free them at the end with dSpaceSetManualCleanup. Which thread collides:
@@ -179,8 +179,8 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  * - The calling one, alone: geom transforms, user classes, meshes of GIMPACT or with callbacks or
  *   temporal coherence, heightfields with callbacks, meshes with heightfields if the above is 1,
  *   colliders of dSetColliderOverride if the pair needs an image, and dParallelSAPOnCallingThread.
- *   Other such colliders run on any thread, and not for most boxes that ODE would find apart. If
- *   that is wrong for one, its pairs need this flag. */
+ *   Other overridden colliders run on any thread, and not for most boxes that are apart. If that
+ *   is wrong for one, its pairs need this flag. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
@@ -274,7 +274,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 typedef struct dParallelSAPPairEvent {
   dGeomID o1;   /* as reported; in an ended pair 0 if it has left the space: it may not exist */
   dGeomID o2;   /* likewise */
-  size_t place; /* among all pairs of the collide; of an ended one, of the last in which it was */
+  size_t place; /* among the collide's pairs; of an ended pair, in the last collide that had it */
   unsigned number; /* as long as the pair lasts */
 } dParallelSAPPairEvent;
 
@@ -290,7 +290,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
 
-/* Finds a pair of the last collide, in any order: 1 and *number, or 0. Many threads may ask. */
+/* Finds a pair of the last collide, in any order: 1 and *number, or 0. Many threads may do so. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindPair(dSpaceID space, dGeomID o1, dGeomID o2,
                                                    unsigned* number);
 
@@ -305,9 +305,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 /* Nonzero: the program promises to call dParallelSAPSpaceNotify, before the next collide, for
  * changes that ODE does not announce. Frames then read no geom for these. Default: 0. Changes are:
  * a geom gets other category or collide bits, is enabled or disabled, or loses its body
- * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep, a call, not a step,
- * wakes its body (dBodyEnable, or dBodySetAutoDisableFlag). ODE_PARALLEL_SAP_NOTIFIED=check finds a
- * missing call, which may cost or add pairs. No effect up to 120 geoms. */
+ * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep, a call (dBodyEnable,
+ * dBodySetAutoDisableFlag, -Defaults), not a step, wakes its body. ODE_PARALLEL_SAP_NOTIFIED=check
+ * finds a missing call, which may cost or add pairs. No effect up to 120 geoms. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 
@@ -317,7 +317,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A length, 0 or more, finite: AABBs up to this far apart on each axis may be a pair, except in
  * dSpaceCollide2. No overlap is missed. Default: 0. It saves time if geoms move by less than a
- * fifth of it a frame and lie within 2^18 of it. Extra pairs depend on earlier frames, not runs. */
+ * fifth of it a frame and lie within 2^18 of it. Extra pairs are the same in every run. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
@@ -330,7 +330,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetTrace(dSpaceID space, const char* p
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 
 /* Seconds, 0 or more, finite: each AABB covers its geom's motion in a coming step of that length,
- * so that pairs of fast bodies come in time. Default: 0. All that this space finds goes by these
+ * so that pairs of fast bodies come in time. Default: 0. Pairs, queries and rays use these
  * boxes. With the velocities of an enabled body when the collide begins they are, in dReal,
  *     [lower + min (d, 0) - a * r, upper + max (d, 0) + a * r], d = linear velocity * step,
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
@@ -344,8 +344,8 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * its swept box was last made, so that it might pass through another geom, else 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* Nonzero: two of each 64 collides, dSpaceCollide2 apart, look for regimes in which ODE's solver is
- * known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
+/* Nonzero: two of each 64 collides, dSpaceCollide2 apart, check for regimes in which ODE's solver
+ * is known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
  * They read up to 2,048 geoms and their bodies' joints, which no other thread may change meanwhile,
  * and collide up to eight pairs. Not while the space is locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
