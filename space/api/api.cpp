@@ -60,6 +60,7 @@ void checkContacts(const dContactGeom* contacts, int count, int most,
 }  // namespace
 
 dSpaceID dParallelSAPSpaceCreate(dSpaceID parent) {
+  dUASSERT(!parent || IS_SPACE(parent), "parent is not a space");
   auto* const space = new ParallelSAPSpace(parent);
   if (auto trace = Trace::fromEnvironment()) space->observe(std::move(trace));
   if (space->settings().print_stats) space->observe(std::make_unique<Advice>(space));
@@ -73,7 +74,7 @@ int dSpaceIsParallelSAP(dSpaceID space) {
 
 void dParallelSAPClassHasNoAABBTest(int geom_class) {
   const bool known = geom_class >= dFirstUserClass && geom_class <= dLastUserClass;
-  dUASSERT(known, "dParallelSAPClassHasNoAABBTest: not a class of dCreateGeomClass");
+  dUASSERT(known, "not a class of dCreateGeomClass");
   if (known) untested_classes |= 1u << (geom_class - dFirstUserClass);
 }
 
@@ -165,7 +166,7 @@ size_t(dParallelSAPSpaceRayHits)(dSpaceID space, const dParallelSAPRay* rays, si
 
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
-  dUASSERT(every >= 1 || !path, "a trace is written every first frame or more seldom");
+  dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");
   dUASSERT(own.lock_count == 0, "invalid operation for locked space");
   own.observers().remove(own.observers().find<Trace>());
   if (!path || every < 1) return !path;

@@ -41,7 +41,7 @@ float distanceOf(const Box& a, const Box& b) {
 }
 
 // How far a bound of a fat box may lie outside that of its box, as a part of the tolerance. Two
-// such margins are less than the tolerance by more than what floats are rounded by.
+// such margins are less than the tolerance by more than floats are rounded by (exceedsTolerance).
 constexpr float most_loose = 7.0f / 16;  // fixed: less than a half
 
 Box grown(const Box& box, float margin) {

@@ -30,35 +30,35 @@ void reportThreadShortage(int granted, int wanted) {
 
 }  // namespace
 
-// Locks the space against changes to its contents, until it is left in whatever way.
-class ParallelSAPSpace::Lock {
+// In debug builds, asserts that no other thread uses the space meanwhile.
+class ParallelSAPSpace::Use {
  public:
-  explicit Lock(ParallelSAPSpace& space) : space_(space) {
+  explicit Use(ParallelSAPSpace& space) : space_(space) {
 #ifndef NDEBUG
     static thread_local const char this_thread = 0;
-    user_before_ = space_.user_.exchange(&this_thread);
-    if (user_before_ && user_before_ != &this_thread) {
-      space_.user_.store(user_before_);
+    if (!space_.user_.compare_exchange_strong(before_, &this_thread) && before_ != &this_thread)
       dDebug(d_ERR_UASSERT, "parallel SAP space %p: two threads use it at the same time",
              static_cast<const void*>(&space_));
-    }
 #endif
-    ++space_.lock_count;
   }
-  ~Lock() {
-    --space_.lock_count;
+  ~Use() {
 #ifndef NDEBUG
-    space_.user_.store(user_before_);
+    if (!before_) space_.user_.store(nullptr);
 #endif
   }
-  Lock(const Lock&) = delete;
-  Lock& operator=(const Lock&) = delete;
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
 
- private:
+ protected:
   ParallelSAPSpace& space_;
-#ifndef NDEBUG
-  const void* user_before_;
-#endif
+  const void* before_ = nullptr;
+};
+
+// Locks the space against changes to its contents, until it is left in whatever way.
+class ParallelSAPSpace::Lock : Use {
+ public:
+  explicit Lock(ParallelSAPSpace& space) : Use(space) { ++space_.lock_count; }
+  ~Lock() { --space_.lock_count; }
 };
 
 // One that calls back. A longjmp leaves the lock counted.
@@ -108,6 +108,7 @@ void ParallelSAPSpace::printTotals() const {
 }
 
 void ParallelSAPSpace::add(dxGeom* geom) {
+  const Use use(*this);
   CHECK_NOT_LOCKED(this);
   dAASSERT(geom);
   dUASSERT(geom->parent_space == 0, "geom is already in a space");
@@ -135,6 +136,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
 }
 
 void ParallelSAPSpace::remove(dxGeom* geom) {
+  const Use use(*this);
   CHECK_NOT_LOCKED(this);
   dAASSERT(geom);
   dUASSERT(geom->parent_space == this, "object is not in this space");

@@ -90,6 +90,7 @@ class ParallelSAPSpace : public dxSpace {
   bool prints_totals_ = true;
 
  private:
+  class Use;
   class Lock;
   class Call;
 

@@ -4,7 +4,7 @@
 # Files that the documents name are there: what a link leads to, and `paths` from the project's top, for which a
 # name without its ending stands too (`space/pairs/cell_order` for the header and the source).
 set -euo pipefail
-cd "$1"
+cd -- "$1"
 failed=0 count=0
 fail() {
   echo "$*"

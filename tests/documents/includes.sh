@@ -5,7 +5,7 @@
 # room includes only what stands above it, so there is no cycle. Headers are named from the project's top,
 # and no two have one name, but for the rooms' tuned constants (tuning.h).
 set -euo pipefail
-cd "$1"
+cd -- "$1"
 document=space/README.md
 failed=0
 fail() {

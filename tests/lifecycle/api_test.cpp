@@ -334,6 +334,10 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
     }
     return "none";
   };
+  CHECK(messageOf([&] { dParallelSAPSpaceCreate(reinterpret_cast<dSpaceID>(ball)); }) ==
+        "parent is not a space in dParallelSAPSpaceCreate()");
+  CHECK(messageOf([] { dParallelSAPClassHasNoAABBTest(dBoxClass); }) ==
+        "not a class of dCreateGeomClass in dParallelSAPClassHasNoAABBTest()");
   for (const dSpaceID wrong : {dSpaceID(nullptr), stock, sweep}) {
     const auto isRefused = [&](const std::string& name, auto call) {
       CHECK(messageOf(call) == "argument not a parallel SAP space in " + name + "()");

@@ -2,6 +2,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <functional>
 #include <string>
 #include <thread>
 
@@ -162,22 +165,39 @@ TEST_CASE("Two threads in one space at once are an assertion in debug builds", "
   const Space space;
   World world(space);
   world.addBoxes(onePlace(2, 1));
-  std::string said;
-  collideWith(space, [&](dGeomID, dGeomID) {
-    std::thread([&] {
+  std::atomic<int> found{0};
+  const auto onItsOwn = [&](const std::function<void()>& call) {
+    return std::thread([&found, call] {
       dAllocateODEDataForThread(dAllocateMaskAll);
       try {
-        collide(space);
+        call();
       } catch (const OdeAssertion& assertion) {
-        said = assertion.what();
+        const std::string said = assertion.what();
+        found += said.find("two threads use it at the same time") != std::string::npos;
       }
       dCleanupODEAllDataForThread();
-    }).join();
+    });
+  };
+  collideWith(space, [&](dGeomID, dGeomID) {
+    onItsOwn([&] { collide(space); }).join();
     collide(space);  // the same thread may
   });
-  CHECK(said.find("two threads use it at the same time") != std::string::npos);
+  CHECK(found == 1);
   std::size_t pairs = 0;
   std::thread([&] { pairs = collide(space).size(); }).join();
   CHECK(pairs == 1);
+
+  // Two that add and remove, until they meet.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto churn = [&](dGeomID geom) {
+    while (found == 1 && std::chrono::steady_clock::now() < end)
+      dGeomGetSpace(geom) ? dSpaceRemove(space, geom) : dSpaceAdd(space, geom);
+  };
+  const dGeomID geoms[] = {dCreateSphere(nullptr, 1), dCreateSphere(nullptr, 1)};
+  std::thread other = onItsOwn([&] { churn(geoms[0]); });
+  onItsOwn([&] { churn(geoms[1]); }).join();
+  other.join();
+  CHECK(found == 2);
+  for (const dGeomID geom : geoms) dGeomDestroy(geom);
 }
 #endif

@@ -5,6 +5,7 @@
 # the programs' pairs, and writes RESULTS/traces.csv by trace-replay and, where the build has the benchmarks,
 # RESULTS/trace_peers.csv by pair-benchmark. Needs a build with tests and examples; python3-pyode and
 # libdart-collision-ode-dev as far as they are there. TURNS (5): how often a trace is played for a row.
+[ $# -eq 2 ] || { echo "usage: record_traces.sh BUILD RESULTS" >&2; exit 2; }
 . "$(dirname "$0")/with_preload.sh"
 build=$(realpath "$1") results=$(realpath "$2")
 cd "$(dirname "$0")"

@@ -156,7 +156,7 @@ typedef struct dParallelSAPContactCallbacks {
   dParallelSAPSpacesCallback* spaces;    /* 0: dSpaceCollide2, down to pairs of geoms */
 } dParallelSAPContactCallbacks;
 
-/* Initialises the struct: `callbacks = dParallelSAPContactCallbacksOf (makeJoints);`. */
+/* `dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf (makeJoints);` */
 #define dParallelSAPContactCallbacksOf(contacts) \
   { (contacts), NULL, NULL, NULL }
 
@@ -270,7 +270,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetEvents(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 
 /* A pair that began or ended. A begun pair gets the lowest free number, in the order of the pairs,
- * and keeps it up to its ended event. Numbers can be indexes of an array. */
+ * and keeps it up to its ended event; the next collide may use it. Numbers can index an array. */
 typedef struct dParallelSAPPairEvent {
   dGeomID o1;   /* as reported; in an ended pair 0 if it has left the space: it may not exist */
   dGeomID o2;   /* likewise */
@@ -340,8 +340,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 
-/* 1 if the motion |d| + a * r of a geom of this space was more than half of its smallest side when
- * its swept box was last made, so that it might pass through another geom, else 0. */
+/* 1 if the motion |d| + a * r of a geom of this space was more than half of its shape's smallest
+ * side when its swept box was last made, so that it might pass through another geom, else 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* Nonzero: two of each 64 collides, dSpaceCollide2 apart, check for regimes in which ODE's solver
