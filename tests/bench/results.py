@@ -59,4 +59,5 @@ def machine(rows):
     row = rows[0]
     gpu = ", %s (driver %s)" % (row["gpu"], row["driver"]) if row.get("gpu") else ""
     compiler = "; %s %s" % (row["compiler"], row["flags"]) if "compiler" in row else ""
-    return "%s, %d cores%s%s; commit %s, %s" % (row["cpu"], row["cores"], gpu, compiler, row["commit"] or "unknown", row["date"])
+    commits = ", ".join(sorted({row["commit"] or "unknown" for row in rows}))
+    return "%s, %d cores%s%s; commit %s, %s" % (row["cpu"], row["cores"], gpu, compiler, commits, max(row["date"] for row in rows))

@@ -119,6 +119,7 @@ def trace_peers(directory):
 
 def nearest_of(rows, groups):
     """Our time, the nearest other library with its time, and how many times faster ours is, for numbers of boxes and threads."""
+    rows = [row for row in rows if (row["n"], row["threads"]) in groups]
     lines = []
     for scene in values(rows, "scene"):
         line = [scene]
