@@ -140,9 +140,9 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
-/* Called on the calling thread for each pair with a space in it, in order. The pairs that it adds
- * replace it, mostly by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair). It may do what near
- * callbacks may. */
+/* Called on the calling thread for each pair with a space in it, in order. It adds pairs that
+ * replace this one, mostly by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair). It may do what
+ * near callbacks may. */
 typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void* pairs);
 
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
@@ -169,7 +169,7 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  * throws bad_alloc, pairs are collided one by one; flags and reduce callbacks may be called again.
  *
  * The calling thread needs ODE's data, as for dCollide (dAllocateODEDataForThread); others allocate
- * theirs, and free them at the end with dSpaceSetManualCleanup. Which thread collides:
+ * theirs, and free them at the end if dSpaceSetManualCleanup is set. Which thread collides:
  *
  * - Any: spheres, boxes, capsules, cylinders, convexes, planes, rays and OPCODE's meshes.
  * - Any, in an image: heightfields, and meshes if dCheckConfiguration ("ODE_EXT_mt_collisions") is
@@ -179,8 +179,8 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  * - The calling one, alone: geom transforms, user classes, meshes of GIMPACT or with callbacks or
  *   temporal coherence, heightfields with callbacks, meshes with heightfields if the above is 1,
  *   colliders of dSetColliderOverride if the pair needs an image, and dParallelSAPOnCallingThread.
- *   Other overridden colliders run on any thread, and not for most boxes that are apart. If that
- *   is wrong for one, its pairs need this flag. */
+ *   Other overridden colliders run on any thread, but not for most boxes that are apart. Pairs for
+ *   which that is wrong need this flag. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
@@ -236,17 +236,17 @@ enum {
 };
 
 /* Writes the nearest hit of rays[i] to nearest[i], and returns the number of rays with a hit. A hit
- * is, bit for bit, the nearest contact that dCollide finds, with ClosestHit, of the geoms that
- * dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A ray
- * hits nothing if its origin or direction is not finite, its direction 0, or its length negative or
- * NaN. The space keeps trees over the geoms while rays come, if memory allows.
+ * is, bit for bit, the nearest contact that dCollide finds, always with ClosestHit, of the geoms
+ * that dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A
+ * ray hits nothing if its origin or direction is not finite, its direction 0, or its length
+ * negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
  *
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
  * boxes, capsules and cylinders may run on any thread.
  *
- * Order: of hits at one distance, that of the geom added earlier counts, and of its contacts the
- * first. The geoms of a sub-space have its place, and among each other the order of dSpaceGetGeom,
- * or in a dSweepAndPruneSpace or dQuadTreeSpace its reverse. */
+ * Order: of hits at one distance, the first one of the geom added earlier counts. The geoms of a
+ * sub-space have its place, and among each other the order of dSpaceGetGeom, or in a
+ * dSweepAndPruneSpace or dQuadTreeSpace its reverse. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays,
                                                   size_t count, int flags,
                                                   dParallelSAPRayHit* nearest);
@@ -261,8 +261,8 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
                                                      size_t count, int flags, void* data,
                                                      dParallelSAPRayCallback* callback);
 
-/* Nonzero: each collide of this space, dSpaceCollide2 apart, is compared with the one before: which
- * pairs began, which ended, and a number for each pair. Default: 0. The first collide begins all
+/* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
+ * began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
  * known before the first report, and stay until the next collide finds its pairs. A collide within
  * a callback of this space, or without memory, has none: a later one reports its changes. */
@@ -305,9 +305,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
 /* Nonzero: the program promises to call dParallelSAPSpaceNotify, before the next collide, for
  * changes that ODE does not announce. Frames then read no geom for these. Default: 0. Changes are:
  * a geom gets other category or collide bits, is enabled or disabled, or loses its body
- * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy); under SetSkipAsleep, a call (dBodyEnable,
- * dBodySetAutoDisableFlag, -Defaults), not a step, wakes its body. ODE_PARALLEL_SAP_NOTIFIED=check
- * finds a missing call, which may cost or add pairs. No effect up to 120 geoms. */
+ * (dGeomSetBody (geom, 0), dBodyDestroy, dWorldDestroy). Under SetSkipAsleep, calls that wake its
+ * body count (dBodyEnable, dBodySetAutoDisableFlag, -Defaults), steps do not. A missing call may
+ * cost or add pairs; ODE_PARALLEL_SAP_NOTIFIED=check finds it. No effect up to 120 geoms. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
 
@@ -315,9 +315,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
  * in callbacks, and for geoms from many threads at once while nothing else uses the space. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
-/* A length, 0 or more, finite: AABBs up to this far apart on each axis may be a pair, except in
- * dSpaceCollide2. No overlap is missed. Default: 0. It saves time if geoms move by less than a
- * fifth of it a frame and lie within 2^18 of it. Extra pairs are the same in every run. */
+/* A finite length, 0 or more: AABBs up to this far apart on each axis may be a pair, except in
+ * dSpaceCollide2. No overlap is missed. Default: 0. It saves time if geoms move by less than 1/5 of
+ * it a frame and lie within 2^18 times it of the origin. Extra pairs are the same in every run. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
@@ -331,7 +331,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 
 /* Seconds, 0 or more, finite: each AABB covers its geom's motion in a coming step of that length,
  * so that pairs of fast bodies come in time. Default: 0. Pairs, queries and rays use these
- * boxes. With the velocities of an enabled body when the collide begins they are, in dReal,
+ * boxes. They are, in dReal, with an enabled body's velocities when the collide begins,
  *     [lower + min (d, 0) - a * r, upper + max (d, 0) + a * r], d = linear velocity * step,
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
@@ -340,8 +340,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
 
-/* 1 if the motion |d| + a * r of a geom of this space was more than half of its shape's smallest
- * side when its swept box was last made, so that it might pass through another geom, else 0. */
+/* 1 if a geom of this space might pass through another one, else 0: its motion |d| + a * r was more
+ * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
 /* Nonzero: two of each 64 collides, dSpaceCollide2 apart, check for regimes in which ODE's solver
