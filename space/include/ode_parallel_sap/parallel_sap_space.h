@@ -25,7 +25,7 @@
  * - Contacts that the library finds are dCollide's, bit for bit, in the order of the pairs, on any
  *   thread and with any build of ODE.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
- *   in a new space, allocations apart. With the default number of threads, a frame waits once for a
+ *   in a new space, plus allocations. With the default number of threads, a frame waits once for a
  *   core that another program holds; then one thread does the rest.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
  *   the frame of a GPU that fails; one message and the statistics say so. Enabling and disabling
@@ -321,7 +321,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
-/* A trace: every `every`-th collide, dSpaceCollide2 apart, writes the space's geoms and number of
+/* A trace: every `every`-th collide, not dSpaceCollide2, writes the space's geoms and number of
  * pairs to the file `path`, to be replayed without the program (space/trace in the sources).
  * Returns 1, or 0 if the file cannot be made. Each call ends the trace before it; `path` 0 does
  * only that. If writing fails, dMessage says so once. GetTrace returns `every`, or 0. Collides in
@@ -344,7 +344,7 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* Nonzero: two of each 64 collides, dSpaceCollide2 apart, check for regimes in which ODE's solver
+/* Nonzero: two of each 64 collides, not dSpaceCollide2, check for regimes in which ODE's solver
  * is known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
  * They read up to 2,048 geoms and their bodies' joints, which no other thread may change meanwhile,
  * and collide up to eight pairs. Not while the space is locked. */
@@ -355,7 +355,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
  * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 
-/* The last collide, dSpaceCollide2 apart. Times are wall-clock milliseconds, 0 if not taken. */
+/* The last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if not taken. */
 typedef struct dParallelSAPStats {
   unsigned long long frames;          /* such collides since the space was created */
   size_t geoms;                       /* geoms in the space */
@@ -377,7 +377,7 @@ typedef struct dParallelSAPStats {
   double narrow_ms;                   /* the contacts of all pairs */
   double report_ms;                   /* the callbacks, with all that they did */
   double total_ms;                    /* the whole call */
-  size_t memory_bytes;                /* of the space's own structures, the geoms apart */
+  size_t memory_bytes;                /* of the space's own structures, not of geoms */
   unsigned long long kept;            /* pairs kept from the last frame, when little changed */
   double events_ms;                   /* which pairs began and ended */
   unsigned long long apart;           /* pairs certainly apart, without dCollide */
