@@ -109,9 +109,9 @@ def trace_peers(directory):
     rows = read(directory, "trace_peers")
     lines = []
     for program in values(rows, "program"):
-        ours, evented = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
+        ours, with_events = (one(rows, program=program, peer=OURS + setting) for setting in ("", ":begun-ended"))
         nearest = [best(rows, peers, program=program) for peers in (LIBRARIES, ODE_SPACES)]
-        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(evented and 1000 * evented["median_ms"])] +
+        lines.append([program, count(ours["n"]), shown(1000 * ours["median_ms"]), shown(with_events and 1000 * with_events["median_ms"])] +
                      ["%s %s" % (row["peer"], shown(1000 * row["median_ms"])) if row else "–" for row in nearest])
     return markdown(["boxes of", "boxes", "ours, us a frame", "ours, begun and ended pairs", "nearest other library",
                      "nearest of ODE's spaces"], lines, [machine(rows)])
