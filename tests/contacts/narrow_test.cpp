@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <new>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -217,6 +218,26 @@ TEST_CASE("A callback that throws leaves the space usable", "[narrow]") {
     dGeomDestroy(geom);
     dSpaceDestroy(inner);
     REQUIRE(difference(parallelContacts(space, 4), expected) == "");
+  }
+}
+
+TEST_CASE("After a flags callback without memory all contacts come all the same", "[narrow]") {
+  const Space space;
+  ContactScene scene(space);
+  fillWithAll(scene, 300, seedOr(88));
+  const Contacts expected = serialContacts(space, {4});
+  for (const int threads : kThreads) {
+    CAPTURE(threads);
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    static std::atomic<int> left;
+    left = 50;
+    const auto flags = [](void*, dGeomID, dGeomID) -> int {
+      if (--left == 0) throw std::bad_alloc();
+      return 4;
+    };
+    CHECK(difference(parallelContacts(space, 0, {nullptr, flags, nullptr, nullptr}), expected) ==
+          "");
+    CHECK(left < 0);
   }
 }
 

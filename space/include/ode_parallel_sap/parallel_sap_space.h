@@ -123,8 +123,8 @@ typedef void dParallelSAPContactCallback(void* data, dGeomID o1, dGeomID o2,
 /* Returns the flags of dCollide for a pair: the most contacts in the lower 16 bits (0: the pair is
  * left out), CONTACTS_UNIMPORTANT, dParallelSAPOnCallingThread. Other bits are an error. IT IS
  * CALLED FROM MANY THREADS AT ONCE, in no order. It may read geoms and bodies, but do nothing else
- * with ODE, and not write what another thread may read. If it throws, one exception leaves
- * dParallelSAPSpaceCollideContacts on the calling thread, and no contact is reported. */
+ * with ODE, and not write what another thread may read. If it throws, but for bad_alloc, one
+ * exception leaves dParallelSAPSpaceCollideContacts on the calling thread, without any report. */
 typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
 
 /* Called after dCollide for each pair that touches. It may change and reorder the contacts, and
@@ -317,7 +317,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
 
 /* A finite length, 0 or more: AABBs up to this far apart on each axis may be a pair, except in
  * dSpaceCollide2. No overlap is missed. Default: 0. It saves time if geoms move by less than 1/5 of
- * it a frame and lie within 2^18 times it of the origin. Extra pairs are the same in every run. */
+ * it a frame and lie within 2^18 tolerances of the origin. All runs have the same extra pairs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetTolerance(dSpaceID space, dReal distance);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetTolerance(dSpaceID space);
 
