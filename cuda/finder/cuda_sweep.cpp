@@ -113,7 +113,7 @@ void CudaSweep::readTimes(const Context& c, const DeviceGroup::Times& host) {
   };
   times_.host_wait = ms(host.sent, host.known);
   times_.host_pairs = ms(host.known, host.done);
-  const auto between = [&](Stage begin, Stage end) {
+  const auto between = [&](DeviceStage begin, DeviceStage end) {
     float between_ms = 0;
     CHECK_CUDA(cudaEventElapsedTime(&between_ms, *c.stage_events[begin], *c.stage_events[end]));
     return between_ms;

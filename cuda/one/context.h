@@ -17,7 +17,7 @@
 namespace ode_parallel_sap {
 
 // The stages of CudaStageTimes on the device, by the event that ends each.
-enum Stage {
+enum DeviceStage {
   Start,
   Uploaded,
   Classified,

@@ -382,7 +382,7 @@ void DeviceSweep::finishPairs(PairList& to, std::size_t part) {
       to.borderline.push_back({part, i * segment_pairs, std::min((i + 1) * segment_pairs, total)});
 }
 
-void DeviceSweep::mark(Stage stage) {
+void DeviceSweep::mark(DeviceStage stage) {
   if (measuring) CHECK_CUDA(cudaEventRecord(*context_->stage_events[stage], context_->compute));
 }
 

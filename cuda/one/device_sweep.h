@@ -92,7 +92,7 @@ class DeviceSweep {
   void finishPairs(PairList& pairs, std::size_t part);
 
   // Marks the end of a stage, while measuring.
-  void mark(Stage stage);
+  void mark(DeviceStage stage);
   bool measuring = false;
 
   // Waits for all that is under way, whatever becomes of it.

@@ -140,7 +140,6 @@ bool FatProxies::prepare(const BoxSet& boxes, double tolerance, int threads,
     back_off_ = BackOff(4);
   }
   if (back_off_.waits()) {
-    noteUnused();
     back_off_.pass();
     return false;
   }

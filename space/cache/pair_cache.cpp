@@ -13,18 +13,17 @@ void PairCache::beginFrame(bool nested) {
   complete_ = false;
 }
 
-void PairCache::start(std::size_t slots, bool on_device, bool in_trees) {
+void PairCache::start(std::size_t slots, bool in_trees) {
   running_ = true;
   all_may_have_changed_ = false;
   changed_.growTo(slots);
-  source_ = on_device ? Source::device : in_trees ? Source::trees : Source::no_trees;
+  in_trees_ = in_trees;
   trees_started_ = false;
 }
 
 // Small scenes are found anew faster than changes in trees that would have to be built.
 bool PairCache::tooMany(std::size_t changes, std::size_t slots) const {
-  const bool may_build =
-      mechanisms::incremental_trees && (source_ != Source::no_trees || slots > small_scene_slots);
+  const bool may_build = mechanisms::incremental_trees && (in_trees_ || slots > small_scene_slots);
   return changes * changing_share > slots || (changes > 0 && !may_build);
 }
 
@@ -54,7 +53,7 @@ template <class Real>
 int PairCache::findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
                            const BoxSet& boxes, int threads) {
   if (!trees_started_) {
-    if (source_ != Source::trees) base.build(boxes, threads);
+    if (!in_trees_) base.build(boxes, threads);
     trees.start(base, changed_.words() * SlotSet::word_slots, boxes);
     trees_started_ = true;
   }

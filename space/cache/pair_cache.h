@@ -53,9 +53,9 @@ class PairCache {
   // nothing is kept.
   void beginFrame(bool nested);
   void endFrame() { complete_ = true; }
-  // The pairs of a frame that was found anew are complete. `on_device`: devices found them.
-  // `in_trees`: the sweep's trees hold its boxes.
-  void start(std::size_t slots, bool on_device, bool in_trees);
+  // The pairs of a frame that was found anew are complete. `in_trees`: the sweep's trees hold its
+  // boxes.
+  void start(std::size_t slots, bool in_trees);
   void stop() { running_ = false; }
 
   // Margin 0.
@@ -90,9 +90,6 @@ class PairCache {
   std::size_t bytes() const { return bytesOf(changed_, trees_, wide_trees_, found_, merge_, fat_); }
 
  private:
-  // Who left the pairs of the last frame, and with them what renew() can go on from.
-  enum class Source { trees, no_trees, device };
-
   bool tooMany(std::size_t changes, std::size_t slots) const;
   template <class Real>
   int findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
@@ -100,11 +97,11 @@ class PairCache {
 
   SlotSet changed_;
   bool all_may_have_changed_ = false;
-  bool complete_ = false;      // the last frame came to its report
-  bool running_ = false;       // its boxes and pairs are known
-  bool reported_all_ = false;  // of the candidates, in the last frame
-  PackRules rules_;            // of the last update()
-  Source source_ = Source::no_trees;
+  bool complete_ = false;       // the last frame came to its report
+  bool running_ = false;        // its boxes and pairs are known
+  bool reported_all_ = false;   // of the candidates, in the last frame
+  PackRules rules_;             // of the last update()
+  bool in_trees_ = false;       // the boxes of the last frame that was found anew
   bool trees_started_ = false;  // since the last start()
   ProxyTrees<float> trees_;
   ProxyTrees<double> wide_trees_;

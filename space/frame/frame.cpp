@@ -199,7 +199,8 @@ Found Pipeline::findAnew(Frame& frame) {
   pair_filter_.dropExcluded(call.geoms(), geom_update_.facts(), plan.rules, boxes, plan.threads,
                             candidates);
   if (plan.use_cache)
-    cache_.start(call.slots(), found.devices > 0, found.method == dParallelSAPMethodSweep && !fat);
+    cache_.start(call.slots(),
+                 found.devices == 0 && found.method == dParallelSAPMethodSweep && !fat);
   return found;
 }
 

@@ -60,5 +60,16 @@ done
 
 twice=$(find space cuda \( -name '*.h' -o -name '*.cuh' \) -not -name tuning.h -printf '%f\n' | LC_ALL=C sort | uniq -d)
 [ -z "$twice" ] || fail "headers of one name: $(echo $twice)"
+
+# Of two types of one name in a namespace the linker takes either, and says nothing.
+types=$(awk '
+  FNR == 1 { space = "" }
+  /^namespace/ { space = space "/" $2 }
+  /^} *\/\/ namespace/ { sub(/\/[^\/]*$/, "", space) }
+  /^(struct|class|enum) .*{/ && space !~ /{/ {
+    gsub(/^(struct|class|enum) (class )?(alignas\([^)]*\) )?| final/, "")
+    if (/^[A-Za-z]+ (:.*)?{/) print space, $1
+  }' "${files[@]}" | LC_ALL=C sort | uniq -d)
+[ -z "$types" ] || fail "types of one name: $types"
 [ $failed -eq 0 ] && echo "${#files[@]} files, $(grep -c . <<<"$included") includes: all as the table says"
 exit $failed
