@@ -110,12 +110,9 @@ void Simulation::collide(Frame& frame) {
   frame.narrow_ms = millisecondsOf([&] { narrow_phase_.run(pairs_, contacts_); });
 }
 
-// Both in one call. What that does not show, the pairs, is asked for once more if they are checked.
+// Both in one call. What that does not show, the pairs, is asked for afterwards if they are
+// checked.
 void Simulation::findContacts(Frame& frame) {
-  if (check_) {
-    queuePairs();
-    difference_ = check_->compare(pairs_, true);
-  }
   const double both = millisecondsOf([&] { narrow_phase_.run(world_.space(), contacts_); });
   dParallelSAPStats& stages = frame.stages.emplace();
   dParallelSAPSpaceGetStats(world_.space(), &stages);
@@ -125,6 +122,9 @@ void Simulation::findContacts(Frame& frame) {
   frame.narrow_ms = stages.narrow_ms + stages.report_ms;
   frame.broad_ms = both - frame.narrow_ms;
   stages.report_ms = 0;  // it reported contacts, not pairs
+  if (!check_) return;
+  queuePairs();
+  difference_ = check_->compare(pairs_, true);
 }
 
 void Simulation::queuePairs() {
