@@ -228,6 +228,7 @@ void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
 }
 
 void ParallelSAPSpace::cleanGeoms() {
+  const Lock lock(*this);
   checkSilent();
   cleanNoted();
 }

@@ -62,12 +62,48 @@ static const char* fileOf(const void* address) {
   return dladdr(address, &info) && info.dli_fname ? info.dli_fname : "unknown file";
 }
 
+static int printsStats(void) {
+  const char* const stats = getenv("ODE_PARALLEL_SAP_STATS"); /* the spaces complain of others */
+  return stats && strcmp(stats, "1") == 0;
+}
+
 static void report(void) {
   for (int kind = 0; kind < KINDS; ++kind)
     if (replaced[kind] || left[kind])
       fprintf(stderr, "ode-parallel-sap: %lu %s spaces replaced, %lu left\n", replaced[kind],
               kind_names[kind], left[kind]);
   if (stand_ins) stand_ins->report();
+}
+
+/* For dl_iterate_phdr: whether an object has functions of ODE or calls them, by the names that it
+ * has for the dynamic linker. At the end of a process dlopen would run constructors once more. */
+static int knowsODE(struct dl_phdr_info* object, size_t size, void* unused) {
+  static const char function[] = "dInitODE2";
+  (void)size, (void)unused;
+  for (int i = 0; i < object->dlpi_phnum; ++i) {
+    if (object->dlpi_phdr[i].p_type != PT_DYNAMIC) continue;
+    ElfW(Addr) names = 0, length = 0;
+    const ElfW(Dyn)* entry = (const ElfW(Dyn)*)(object->dlpi_addr + object->dlpi_phdr[i].p_vaddr);
+    for (; entry->d_tag != DT_NULL; ++entry) {
+      if (entry->d_tag == DT_STRTAB) names = entry->d_un.d_ptr;
+      if (entry->d_tag == DT_STRSZ) length = entry->d_un.d_val;
+    }
+    if (names < object->dlpi_addr) names += object->dlpi_addr; /* of the kernel's own object */
+    if (memmem((const void*)names, length, function, sizeof function)) return 1;
+  }
+  return 0;
+}
+
+/* For programs whose spaces never came here. */
+__attribute__((destructor)) static void reportNone(void) {
+  if (!printsStats()) return;
+  for (int kind = 0; kind < KINDS; ++kind)
+    if (replaced[kind] || left[kind]) return;
+  if (dl_iterate_phdr(knowsODE, NULL))
+    fprintf(stderr,
+            "ode-parallel-sap: no space was made through the dynamic linker. If the program gets "
+            "ODE's functions by dlsym (C#, Python's ctypes, JNI), let it call "
+            "dParallelSAPSpaceCreate of " ODE_PARALLEL_SAP_LIBRARY "\n");
 }
 
 static void readWanted(const char* list) {
@@ -92,8 +128,7 @@ static void readWanted(const char* list) {
 static void readSettings(void) {
   const char* const list = getenv("ODE_PARALLEL_SAP_REPLACE");
   readWanted(list ? list : "hash,sap,quadtree");
-  const char* const stats = getenv("ODE_PARALLEL_SAP_STATS"); /* the spaces complain of others */
-  if (stats && strcmp(stats, "1") == 0) atexit(report);
+  if (printsStats()) atexit(report);
 }
 
 /* The stand-ins for this ODE, or null and in `why` the reason why there can be none. */

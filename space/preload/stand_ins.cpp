@@ -1,11 +1,17 @@
 // What the preload library uses: spaces in the place of stock ones, and an account of them.
 #include "space/preload/stand_ins.h"
 
+#include <algorithm>
+#include <climits>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <string>
+#include <tuple>
 #include <typeinfo>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 
@@ -45,6 +51,8 @@ class StandIn final : public ParallelSAPSpace {
  public:
   StandIn(dSpaceID parent, int space_class) : ParallelSAPSpace(parent, space_class) {
     prints_totals_ = false;  // one account for all of them
+    stock_first_ = nameFromEnvironment("ODE_PARALLEL_SAP_FIRST", {"added", "stock"}, 0) == 1 &&
+                   (space_class == dSimpleSpaceClass || space_class == dHashSpaceClass);
     const int mode = nameFromEnvironment("ODE_PARALLEL_SAP_CONTACTS", {"auto", "off", "on"}, 0);
     if (mode != 1) {
       auto contacts = std::make_unique<PrecomputedContacts>(mode == 2);
@@ -68,6 +76,25 @@ class StandIn final : public ParallelSAPSpace {
     addTo(account());
   }
 
+  // Locked spaces call it again for what is dirty already.
+  void dirty(dxGeom* geom) override {
+    ParallelSAPSpace::dirty(geom);
+    try {
+      if (stock_first_ && !lock_count) moved_[geom] = ++moves_;
+    } catch (const std::bad_alloc&) {  // then it comes last
+    }
+  }
+  void collide(void* data, dNearCallback* callback) override {
+    if (!stock_first_) return ParallelSAPSpace::collide(data, callback);
+    using Call = std::tuple<const StandIn*, void*, dNearCallback*>;
+    Call call(this, data, callback);
+    ParallelSAPSpace::collide(&call, [](void* passed, dGeomID a, dGeomID b) {
+      const auto& [space, to, report] = *static_cast<Call*>(passed);
+      if (space->placeInStock(b) < space->placeInStock(a)) std::swap(a, b);
+      report(to, a, b);
+    });
+  }
+
   void addTo(Account& sums) const {
     sums.frames.add(totals());
     sums.advice.add(*advice_);
@@ -77,8 +104,25 @@ class StandIn final : public ParallelSAPSpace {
   int minlevel = -3, maxlevel = 10;  // what dHashSpace begins with
 
  private:
-  const Advice* advice_ = nullptr;                    // where it is counted
-  const PrecomputedContacts* precomputed_ = nullptr;  // the space's
+  // dHashSpace passes the geom with the smaller cells first. If they are equal, and always in
+  // dSimpleSpace, the geom that moved last comes first.
+  std::pair<int, long long> placeInStock(const dxGeom* geom) const {
+    int level = 0;
+    if (type == dHashSpaceClass) {
+      const dReal* const b = geom->aabb;
+      const dReal size = std::max({b[1] - b[0], b[3] - b[2], b[5] - b[4]});
+      std::frexp(size, &level);
+      level = size < dInfinity && level <= maxlevel ? std::max(level, minlevel) : INT_MAX;
+    }
+    const auto moved = moved_.find(geom);
+    return {level, moved == moved_.end() ? 0 : -moved->second};
+  }
+
+  bool stock_first_;
+  long long moves_ = 0;
+  std::unordered_map<const dxGeom*, long long> moved_;  // the last moves, if stock_first_
+  const Advice* advice_ = nullptr;                      // where it is counted
+  const PrecomputedContacts* precomputed_ = nullptr;    // the space's
 };
 
 int levels(dSpaceID space, int sets, int* minlevel, int* maxlevel) {
