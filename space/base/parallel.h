@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <new>
 
 #include "space/base/floating_point.h"
 #include "space/base/team.h"
@@ -42,7 +43,8 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
 // grants fewer, one in the child of a process that had teams, or once teams have stalled) and
 // returns when all are done. All run in the calling thread's floating-point mode: OpenMP's threads
 // would otherwise keep the one they were born with. The first exception of any thread is thrown
-// again on the caller's. Returns the team's size.
+// again on the caller's, a lack of memory only if there is no other: those of the program's
+// functions must not be lost. Returns the team's size.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
   if (threads > 1) threads = teamsAreLost() || team_times.stalled() ? 1 : threadsToBeHad(threads);
@@ -51,8 +53,8 @@ int runTeam(Region& region, int threads, Work&& work) {
     return 1;
   }
   const FloatingPointMode mode = currentMode();
-  std::exception_ptr failure;
-  std::atomic_flag failed = ATOMIC_FLAG_INIT;
+  std::exception_ptr failure, no_memory;
+  std::atomic_flag failed = ATOMIC_FLAG_INIT, lacked = ATOMIC_FLAG_INIT;
   std::atomic<int> workers{0};
   int team = 1;
   using Clock = std::chrono::steady_clock;
@@ -68,6 +70,8 @@ int runTeam(Region& region, int threads, Work&& work) {
     const Clock::time_point work_begin = Clock::now();
     try {
       work(thread, size);
+    } catch (const std::bad_alloc&) {
+      if (!lacked.test_and_set()) no_memory = std::current_exception();
     } catch (...) {
       if (!failed.test_and_set()) failure = std::current_exception();
     }
@@ -77,7 +81,7 @@ int runTeam(Region& region, int threads, Work&& work) {
   }
   if (workers > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
   team_times.add(team, worked.count(), Milliseconds(Clock::now() - begin - worked).count());
-  if (failure) std::rethrow_exception(failure);
+  if (failure || no_memory) std::rethrow_exception(failure ? failure : no_memory);
   return team;
 }
 

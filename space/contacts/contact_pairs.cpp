@@ -15,12 +15,23 @@ Region listing("contacts: list of pairs");
 
 }  // namespace
 
+void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
+  struct Depth {
+    int& depth;
+    explicit Depth(int& of_list) : depth(of_list) { ++depth; }
+    ~Depth() { --depth; }
+  } const within(depth_);
+  if (request_.callbacks.spaces)
+    request_.callbacks.spaces(request_.data, o1, o2, this);
+  else
+    dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
+}
+
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
+  if (failure_) return;
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
-    if (request_.callbacks.spaces)
-      request_.callbacks.spaces(request_.data, o1, o2, this);
-    else
-      dSpaceCollide2(o1, o2, this, &dParallelSAPAddPair);
+    addSpace(o1, o2);
+    if (failure_ && depth_ == 0) std::rethrow_exception(failure_);
     return;
   }
   // Other threads may then read the geoms, and colliders of meshes read bounds, too.
@@ -36,9 +47,14 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     has_room = false;
   }
   if (has_room) return;
-  NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
-  list_.release();
-  NarrowPhase::collideOneByOne(&pair, 1, request_);
+  try {
+    NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
+    list_.release();
+    NarrowPhase::collideOneByOne(&pair, 1, request_);
+  } catch (...) {
+    if (depth_ == 0) throw;
+    failure_ = std::current_exception();
+  }
 }
 
 void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {

@@ -1,6 +1,8 @@
 // The pairs that are to be collided: the list behind the `pairs` of dParallelSAPAddPair.
 #pragma once
 
+#include <exception>
+
 #include "space/base/pair_list.h"
 #include "space/contacts/narrow_phase.h"
 
@@ -15,7 +17,9 @@ class ContactPairs {
   }
 
   // Adds a pair, or in the place of one with a space what the request wants collided then.
-  // Where there is no memory for it, the pairs so far are collided and reported at once.
+  // Where there is no memory for it, the pairs so far are collided and reported at once. What a
+  // callback throws then is thrown again when dSpaceCollide2, which would leave a stock space
+  // locked, is over.
   void add(dGeomID o1, dGeomID o2);
   // Makes the pairs of a space whose geoms these are, by slot, the whole list. Unless `spaces`,
   // none of the geoms is one.
@@ -24,8 +28,12 @@ class ContactPairs {
   const Buffer<dParallelSAPPair>& list() const { return list_; }
 
  private:
+  void addSpace(dGeomID o1, dGeomID o2);
+
   const ContactRequest& request_;
   Buffer<dParallelSAPPair>& list_;
+  int depth_ = 0;  // of pairs with spaces that are gone through
+  std::exception_ptr failure_;
 };
 
 // Writes the pairs of geoms behind pairs of slots to `to`; returns what comes after them.

@@ -2,6 +2,7 @@
 // the tests through the public interface cannot choose.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -223,4 +224,19 @@ TEST_CASE("An exception of any thread reaches the caller, once all are done") {
   for (const int threads : {1, 4})
     REQUIRE_THROWS_AS(runTeam(region, threads, [](int, int) { throw std::bad_alloc(); }),
                       std::bad_alloc);
+}
+
+TEST_CASE("An exception of the program is thrown rather than a lack of memory") {
+  static Region region("two exceptions");
+  std::atomic<bool> lacking{false};
+  const auto work = [&](int thread, int team) {
+    if (thread > 0) {
+      lacking = true;
+      throw std::bad_alloc();
+    }
+    while (team > 1 && !lacking) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    throw 1;
+  };
+  REQUIRE_THROWS_AS(runTeam(region, 2, work), int);
 }

@@ -378,6 +378,44 @@ TEST_CASE("Warnings that find no memory leave the pairs as they are", "[memory]"
   }
 }
 
+TEST_CASE("A contact callback that throws without memory leaves no space locked", "[memory]") {
+  const Said said;
+  const auto count = [](void* data, dGeomID a, dGeomID b, const dContactGeom*, int) {
+    countPair(data, a, b);
+  };
+  int thrown_within = 0;
+  for (dSpaceID (*const create)(dSpaceID) : {dSimpleSpaceCreate, dHashSpaceCreate}) {
+    for (long passed = 0; passed < 40; ++passed) {
+      const Space space;
+      // A space in a space, so that ODE locks two.
+      const dSpaceID outer = create(space), inner = create(outer);
+      dGeomID geom = nullptr;
+      for (int i = 0; i < 20; ++i) {
+        dCreateSphere(space, 1);
+        geom = dCreateSphere(i % 2 ? outer : inner, 1);
+      }
+      dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(
+          +[](void*, dGeomID, dGeomID, const dContactGeom*, int) { throw 1; });
+      bool thrown = false;
+      try {
+        const Allocations allocations(passed, false);
+        dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+      } catch (int) {
+        thrown = true;
+      }
+      INFO("allocation " << passed);
+      CHECK(thrown);
+      thrown_within += Allocations::failed() > 0;
+      CHECK_NOTHROW(dGeomSetPosition(geom, 0, 0, static_cast<dReal>(0.5)));
+      callbacks.contacts = count;
+      std::size_t pairs = 0;
+      dParallelSAPSpaceCollideContacts(space, &pairs, 1, &callbacks);
+      CHECK(pairs == 190 + 400);
+    }
+  }
+  CHECK(thrown_within > 0);
+}
+
 TEST_CASE("Without memory pairs are tested one by one, none of a geom that the callback disabled",
           "[memory]") {
   const Said said;
