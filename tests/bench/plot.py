@@ -8,6 +8,7 @@ try:
     import matplotlib
     import matplotlib.lines
     import matplotlib.patches
+    import PIL.Image
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -26,9 +27,13 @@ def save(figure, directory, name, source, top=1):
     figure.tight_layout(rect=(0, 0.02, 1, top))
     path = os.path.join(directory, name + ".png")
     figure.savefig(path, dpi=110)
+    PIL.Image.open(path).convert("RGB").quantize(256).save(path, optimize=True)  # half the size
     plt.close(figure)
     print(path)
     return figure
+
+
+PILE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "pile", "pictures", "cubes.png")
 
 
 def on_devices(rows):
@@ -112,13 +117,16 @@ def step_axes(axes, rows):
 
 
 def step(directory):
-    """Where the time of a whole step goes: a panel a size, a bar a space."""
+    """The pile, and where the time of a whole step goes: a panel a size, a bar a space."""
     rows = read(directory, "step")
     sizes = values(rows, "bodies")
-    figure, grid = plt.subplots(1, len(sizes), figsize=(4.2 * len(sizes), 4.6), squeeze=False)
-    for axes, bodies in zip(grid.flat, sizes):
+    figure, (pile, *panels) = plt.subplots(1, 1 + len(sizes), figsize=(3.6 * (1 + len(sizes)), 4.6))
+    pile.imshow(plt.imread(PILE)[:, 150:700])
+    pile.set(title="the pile")
+    pile.axis("off")
+    for axes, bodies in zip(panels, sizes):
         step_axes(axes, [row for row in rows if row["bodies"] == bodies])
-    grid.flat[0].set_ylabel("ms a step")
+    panels[0].set_ylabel("ms a step")
     handles = [matplotlib.patches.Patch(color=colour, label=label) for _, label, colour in reversed(STEP_PARTS)]
     handles.append(matplotlib.lines.Line2D([], [], color="black", linestyle="--", linewidth=1, label="16.7 ms: 60 steps a second"))
     figure.legend(handles=handles, fontsize=9, ncol=len(handles), loc="upper center", frameon=False)

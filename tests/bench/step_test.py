@@ -50,7 +50,8 @@ class Step(unittest.TestCase):
             out = csv.DictWriter(file, step.COLUMNS)
             out.writeheader()
             out.writerows(rows)
-        axes, = plot.step(self.folder).axes
+        pile, axes = plot.step(self.folder).axes
+        self.assertEqual(len(pile.images), 1)
         self.assertEqual([round(bar.get_height(), 6) for bar in axes.patches],
                          [float(row[part]) for row in rows[:3] for part in step.PARTS])
         self.assertAlmostEqual(axes.lines[0].get_ydata()[0], 1000 / 60)
