@@ -157,10 +157,23 @@ def rest(directory):
                     [machine(rows)])
 
 
+def finder_names(rows, fixed):
+    return ["CPU, %d threads" % rows[0]["threads"] if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
+
+
+def gpus(directory):
+    """A row of devices, without Auto."""
+    rows = [row for row in read(directory, "devices") if row["scene"] == "cube" and row["n"] == 1000000]
+    fixed = [on for on in values(rows, "on") if on in (0, 1, 2)]
+    return markdown(["pairs of"] + finder_names(rows, fixed),
+                    [["1,000,000 moving boxes, ms"] + [shown(one(rows, on=on)["median_ms"]) for on in fixed]],
+                    ["%(gpu)s; commit %(commit)s, %(date)s" % rows[0]])
+
+
 def devices(directory):
     rows = [row for row in read(directory, "devices") if row["scene"] == "cube"]
     fixed = [on for on in values(rows, "on") if on != "auto"]
-    names = ["CPU, %d threads" % rows[0]["threads"] if on == 0 else "%d GPU%s" % (on, "s" if on > 1 else "") for on in fixed]
+    names = finder_names(rows, fixed)
     table = []
     for n in values(rows, "n"):
         times = [one(rows, n=n, on=on)["median_ms"] for on in fixed]
@@ -183,8 +196,8 @@ def step(directory):
         times = lambda column, space, other: shown(cell[other][column] / cell[space][column], "×") if cell[other] and cell[space] else "–"
         lines.append([count(bodies)] + [shown(row and row["step_ms"]) for row in cell.values()] +
                      ["%s, %s" % tuple(times(*gain, other) for other in stock) for gain in gains])
-    heads = ["step, ms: %s, %s" % (space, threads(space)) for space in stock + ours]
-    heads += ["times faster*: " + what for what in ("pairs", "step, the one line", "step, parallel contacts")]
+    heads = ["ms: %s, %s" % (space, threads(space)) for space in stock + ours]
+    heads += ["faster*: " + what for what in ("pairs", "the one line", "parallel contacts")]
     return markdown(["boxes"] + heads, lines, ["\\* than dHashSpace, than dSweepAndPruneSpace. " + machine(rows)])
 
 
@@ -224,6 +237,7 @@ def stock_spaces(directory):
 # By name: the function and the file of rows.
 TABLES = {"step": (step, "step"), "small": (small, "small"), "busy": (busy, "busy"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
+          "gpus": (gpus, "devices"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),
           "wrong-scenes": (stock_spaces, "rows")}
 for study in ("peers", "rivals", "scaling", "collide", "blocks", "device-rivals"):
