@@ -4,12 +4,14 @@ the whole one over the scenes of the benchmarks.
 
     cmake --preset release -DODE_PARALLEL_SAP_BENCHMARKS=ON -DODE_PARALLEL_SAP_CUDA=OFF && cmake --build build/release
     tests/bench/ablation.py measure build/release/tests/bench ablation.csv
+    tests/bench/ablation.py count build/release/tests/bench ablation.csv
     tests/bench/ablation.py table ablation.csv > tests/bench/ABLATION.md
 
 A row of the CSV is a cell: the time without the mechanism over that with all, each the least of the rounds. "nothing"
-is the whole library timed against itself. One mechanism has nothing to do in these cells: what it seems to gain and to
-lose is what other machine code does by itself. All run on one thread but dSpaceCollide2
-of two spaces (two: give --cores two processors).
+is the whole library timed against itself. `count` runs each cell again, alone, with a library that counts what it does, and
+writes how often the mechanism ran; where it did not, what it seems to gain and to lose is what other machine code does by
+itself, and the cell does not count. All run on one thread but dSpaceCollide2 of two spaces (two: give --cores two
+processors).
 """
 import argparse
 import csv
@@ -24,8 +26,40 @@ import tempfile
 
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 HEADER = "space/base/mechanisms.h"
+# Where each mechanism runs: a file, the beginning of a line, and the condition under which that counts.
+RUNS = {
+    "kept_pairs": ("frame/frame.cpp", "    renew(frame, update);", "true"),
+    "incremental_trees": ("cache/pair_cache.cpp", "  return trees.find(boxes, changed,", "true"),
+    "fat_pairs": ("frame/frame.cpp", "    frame.stats.candidates_kept =", "cache_.fat().kept() > 0"),
+    "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
+    "still_small_scenes": ("frame/small_scenes.cpp", "  found_.recalled = is_still_", "true"),
+    "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
+    "learned_teams": ("frame/team_choice.h", "    return mechanisms::learned_teams", "wanted > 1 && back_off_.waits()"),
+    "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
+                    "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),
+    "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += queries", "true"),
+    "kept_query_tree": ("queries/geom_tree.cpp", "  if (few) setUpToDate(", "few && places > 0"),
+    "wide_query_cells": ("queries/query_tree.cpp", "    if (stays) return;", "stays"),
+}
+# Into the header of a library that counts: how often each ran, written where the environment says at the end.
+COUNTERS = """
+#include <cstdio>
+#include <cstdlib>
+namespace ode_parallel_sap::mechanisms {
+struct Runs {
+  long of[%d] = {};
+  ~Runs() {
+    std::FILE* file = std::fopen(std::getenv("ABLATION_RUNS"), "w");
+    for (const long n : of) std::fprintf(file, "%%ld\\n", n);
+    std::fclose(file);
+  }
+};
+inline Runs runs;
+}  // namespace ode_parallel_sap::mechanisms
+"""
 # There is one thread but in few cells.
 IDLE = ("learned_teams",)
+NOTIFIED = "parallel-sap:notified-begun-ended"  # a program that announces changes, and wants events
 MOST_SPREAD = 1.1  # of the libraries that do the same in a cell
 
 
@@ -35,20 +69,36 @@ def mechanisms():
         return re.findall(r"\nconstexpr bool (\w+) = true;", file.read())
 
 
-def build(options, names, directory):
-    """The folder of the library without each mechanism: a copy of the project, compiled again after each edit of the header."""
+def copied(options, directory):
+    """A copy of the project, and its configured build folder."""
     source, made = os.path.join(directory, "source"), os.path.join(directory, "build")
     shutil.copytree(PROJECT, source, ignore=shutil.ignore_patterns("build", ".git"))
     subprocess.run(["cmake", "-S", source, "-B", made, "-DCMAKE_BUILD_TYPE=Release", "-DODE_PARALLEL_SAP_CUDA=OFF", "-DBUILD_TESTING=OFF",
                     "-DODE_PARALLEL_SAP_EXAMPLES=OFF"] + options.cmake, check=True, stdout=subprocess.DEVNULL)
+    return source, made
+
+
+def compileLibrary(made):
+    subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
+                   stdout=subprocess.DEVNULL)
+
+
+def edit(path, change):
+    with open(path) as file:
+        text = file.read()
+    with open(path, "w") as file:
+        file.write(change(text))
+
+
+def build(options, names, directory):
+    """The folder of the library without each mechanism: a copy of the project, compiled again after each edit of the header."""
+    source, made = copied(options, directory)
     with open(os.path.join(source, HEADER)) as file:
         text = file.read()
     libraries = {}
     for name in names:
-        with open(os.path.join(source, HEADER), "w") as file:
-            file.write(text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
-        subprocess.run(["cmake", "--build", made, "--parallel", str(os.cpu_count()), "--target", "ode-parallel-sap"], check=True,
-                       stdout=subprocess.DEVNULL)
+        edit(os.path.join(source, HEADER), lambda _: text.replace("constexpr bool %s = true;" % name, "constexpr bool %s = false;" % name))
+        compileLibrary(made)
         libraries[name] = os.path.join(directory, name)
         shutil.copytree(os.path.join(made, "space"), libraries[name], symlinks=True,
                         ignore=lambda folder, files: [file for file in files if not file.startswith("libode-parallel-sap.so")])
@@ -66,16 +116,14 @@ def measurements(quick):
     many = "dense-cube,heap,clusters,far-clusters,two-decades-of-size,six-decades-of-size,giant-among-dust,bars-among-cubes," \
            "long-bars,brownian,trembling,touching-lattice,one-place"
     few, small = "dense-cube,heap,straight-line", "2,4,8,16,32,64,96,120"
-    # Of a program that tells what it changes, and asks what began and ended.
-    notified = "parallel-sap:notified-begun-ended"
     return [
         of(many, "300,3000,30000", "1000"),
         of("dense-cube", "10000,200000", "2000"),
         of(few, small, small, "--batch=64"),
         of(few, small, small, "--batch=64", "--moving=0"),
         of(few, "300,30000", "300", "--moving=0"),
-        of("dense-cube", "20000", "2000", "--moving=0.01", peer=notified),
-        of("dense-cube", "20000", "2000", "--moving=0", peer=notified),
+        of("dense-cube", "20000", "2000", "--moving=0.01", peer=NOTIFIED),
+        of("dense-cube", "20000", "2000", "--moving=0", peer=NOTIFIED),
         ("rest-benchmark", ["--sizes=" + ("2000" if quick else "1000,30000"), "--seconds=0.05"], ("setting", "n", "threads")),
         ("query-benchmark", ["--spaces=parallel-sap", "--sizes=" + ("1000" if quick else "32000"), "--queries=100",
                              "--seconds=0.05"], queries),
@@ -127,6 +175,57 @@ def measure(options):
             print("round", number + 1, flush=True)
 
 
+def buildCounting(options, directory):
+    """The folder of a library that counts how often each mechanism runs."""
+    source, made = copied(options, directory)
+    edit(os.path.join(source, HEADER), lambda text: text + COUNTERS % len(RUNS))
+    for place, (name, (path, line, condition)) in enumerate(RUNS.items()):
+        def counting(text):
+            if text.count("\n" + line) != 1:
+                sys.exit("%s: no one line `%s` of %s" % (path, line, name))
+            return text.replace("\n" + line, "\nif (%s) ++mechanisms::runs.of[%d];\n%s" % (condition, place, line)).replace(
+                '#include "', '#include "space/base/mechanisms.h"\n#include "', 1)
+        edit(os.path.join(source, "space", path), counting)
+    compileLibrary(made)
+    return os.path.join(made, "space")
+
+
+def argumentsOf(cell):
+    """The benchmark and its arguments that run this cell alone."""
+    program, *words = cell.split()
+    option = {"scene": "--scenes", "n": "--sizes", "setting": "--settings", "kind": "--kinds"}
+    arguments = ["--seconds=0.03", "--rounds=1"]
+    for key, value in (word.split("=") for word in words):
+        arguments.append("%s=%s" % (option.get(key, "--" + key), value))
+    if program == "pair":
+        arguments.append("--peers=" + (NOTIFIED if "n=20000" in words else "parallel-sap"))
+    if program == "query":
+        arguments.append("--spaces=parallel-sap")
+    return [program + "-benchmark"] + arguments
+
+
+def count(options):
+    """Writes into each row of the CSV how often its mechanism ran in its cell."""
+    with open(options.csv) as file:
+        rows = list(csv.DictReader(file))
+    runs = {}
+    with tempfile.TemporaryDirectory() as directory:
+        library = buildCounting(options, directory)
+        environment = dict(os.environ, LD_LIBRARY_PATH=library + ":" + os.environ.get("LD_LIBRARY_PATH", ""),
+                           ABLATION_RUNS=os.path.join(directory, "runs"))
+        for cell in sorted({row["cell"] for row in rows}):
+            command = argumentsOf(cell)
+            subprocess.run([os.path.join(options.programs, command[0])] + command[1:], env=environment, check=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            with open(environment["ABLATION_RUNS"]) as file:
+                runs[cell] = dict(zip(RUNS, file.read().split()))
+    with open(options.csv, "w", newline="") as file:
+        writer = csv.DictWriter(file, list(dict.fromkeys(list(rows[0]) + ["runs"])))
+        writer.writeheader()
+        for row in rows:
+            writer.writerow(dict(row, runs=runs[row["cell"]].get(row["without"], "")))
+
+
 def write(path, wanted, least):
     with open(path, "w", newline="") as file:
         writer = csv.writer(file)
@@ -138,12 +237,15 @@ def write(path, wanted, least):
 
 
 def ratios_of(path):
-    """By library: (time over the median of all libraries, cell); and the cells that are left out. The median is steadier
-    than one library, as most mechanisms have nothing to do in a cell. The machine was unsteady in a cell
+    """By library: (time over the median of all libraries, cell) where its mechanism ran; and the cells that are left out. The
+    median is steadier than one library, as most mechanisms have nothing to do in a cell. The machine was unsteady in a cell
     in which libraries that do the same differ."""
     with open(path) as file:
         rows = list(csv.DictReader(file))
+    if "runs" not in rows[0]:
+        sys.exit(path + ": whether the mechanisms ran is not known; `count` counts it")
     times = {}
+    idle = {(row["without"], row["cell"]) for row in rows if row["runs"] == "0" and row["without"] not in IDLE}
     for row in rows:
         cell = times.setdefault(row["cell"], {"whole": float(row["ms"])})
         cell[row["without"]] = float(row["ms_without"])
@@ -155,7 +257,8 @@ def ratios_of(path):
             unsteady.append(cell)
             continue
         for name, ms in of.items():
-            by_name.setdefault(name, []).append((ms / statistics.median(ordered), cell))
+            if (name, cell) not in idle:
+                by_name.setdefault(name, []).append((ms / statistics.median(ordered), cell))
     return by_name, unsteady
 
 
@@ -173,23 +276,23 @@ def table(options):
     noise, others = range_of(("whole", "nothing")), range_of(IDLE)
     print("# What each mechanism gains\n")
     print("Time without a mechanism divided by the median of all libraries' times, in %d cells (a scene, a size, a number of\n"
-          "threads). Above 1 the mechanism gains. A cell gains if it is above the noise. Descriptions:\n"
-          "[mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
+          "threads). A cell counts where the mechanism ran. Above 1 the mechanism gains; a cell gains if it is above the noise.\n"
+          "Descriptions: [mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
     print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |" % noise)
     print("| without %s, which does nothing on one thread | %.2f | %.2f |\n" % ((", ".join("`%s`" % name for name in IDLE),) + others))
     if unsteady:
         print("%d other cells are left out, as libraries that do the same differ by more than %.1f times there.\n"
               % (len(unsteady), MOST_SPREAD))
         print("\n".join(sorted(unsteady)), file=sys.stderr)
-    print("| without | mean | cells it gains | most | there | least | there |")
-    print("| --- | ---: | ---: | ---: | --- | ---: | --- |")
+    print("| without | mean | cells it ran in | gains | most | there | least | there |")
+    print("| --- | ---: | ---: | ---: | ---: | --- | ---: | --- |")
     for name in mechanisms():
         ratios = by_name.get(name)
-        if not ratios:
+        if not ratios or name in IDLE:
             continue
         (most, best), (least, worst) = max(ratios), min(ratios)
         gained = sum(ratio > others[1] for ratio, _ in ratios)
-        print("| `%s` | %.3f | %d | %.2f | %s | %.2f | %s |" % (name, mean(ratios), gained, most, best, least, worst))
+        print("| `%s` | %.3f | %d | %d | %.2f | %s | %.2f | %s |" % (name, mean(ratios), len(ratios), gained, most, best, least, worst))
 
 
 def main():
@@ -203,6 +306,11 @@ def main():
     measuring.add_argument("--quick", action="store_true", help="one small size, to see that it works")
     measuring.add_argument("--cores", help="processors to keep to, as of taskset")
     measuring.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
+    counting = commands.add_parser("count")
+    counting.set_defaults(run=count)
+    counting.add_argument("programs", help="where the benchmarks are")
+    counting.add_argument("csv")
+    counting.add_argument("--cmake", action="append", default=[], metavar="-DX=Y", help="for the configuration of the library")
     tabulating = commands.add_parser("table")
     tabulating.set_defaults(run=table)
     tabulating.add_argument("csv")
