@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Does dCollide find the same contacts if all lengths are halved, or become millimetres?
 # Expected: the same contacts, scaled. Multiplying by a power of two rounds nothing; constants inside are below 1e-9.
-# Seen: only spheres and boxes do so, and capsules among themselves and with spheres. Two cylinders get other contacts in a
-# quarter of the poses at half the size, in 95 % at a thousandth; boxes and capsules in half of the poses at sixteen times the
-# size. Two convexes get others in all poses at 0.06 mm.
+# Seen: only spheres and boxes do so, capsules among themselves and with spheres, and spheres with meshes. Two cylinders get
+# other contacts in a quarter of the poses at half the size, in 95 % at a thousandth; boxes and capsules in half of the poses
+# at sixteen times the size. Two convexes get others in all poses at 0.06 mm.
 . "$(dirname "$0")/packages.sh"
 ode
 program -lode <<'END'
