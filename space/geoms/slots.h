@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
@@ -33,13 +34,28 @@ class Slots {
   const Buffer<dxGeom*>& geoms() const { return geoms_; }
   std::size_t size() const { return geoms_.size(); }
   bool full() const { return size() >= most; }
+  // The geom that so many of all `count` geoms precede. Throws std::bad_alloc.
+  dxGeom* at(std::size_t index, std::size_t count) {
+    if (size() == count) return geoms_[index];
+    if (ranks_.size() == 0) {
+      ranks_.resizeDiscarding(size());
+      for (std::size_t slot = 0; slot < size(); ++slot) rank(slot);
+    }
+    std::size_t node = 0;
+    for (std::size_t step = most; step; step /= 2)
+      if (node + step <= size() && ranks_[node + step - 1] <= index)
+        index -= ranks_[(node += step) - 1];
+    return geoms_[node];
+  }
 
   // The slot of the next geom that is added.
   Slot next() const { return static_cast<Slot>(size()); }
   // The geom comes to the end of the list of the base class, whose last pointer is `tome`.
   void add(dxGeom* geom, dxGeom** tome) {
     if (SlotHome::takes_tome) tomes_.resize(size() + 1);  // what may throw comes first
+    if (ranks_.size()) ranks_.resize(size() + 1);
     geoms_.push_back(geom);
+    if (ranks_.size()) rank(size() - 1);
     if (SlotHome::takes_tome)
       tomes_[size() - 1] = tome;
     else
@@ -60,12 +76,15 @@ class Slots {
     geom->tome = tome;
     unlink();
     geoms_[slot] = nullptr;
+    if (ranks_.size())
+      for (std::size_t node = slot + 1; node <= size(); node += node & -node) --ranks_[node - 1];
     if (SlotHome::takes_tome && next) {  // ODE has written the pointer where the number was
       tomes_[next_slot] = tome;
       place(next, next_slot);
     }
     while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
     if (SlotHome::takes_tome) tomes_.resize(size());
+    if (size() == 0) ranks_.resize(0);
   }
   // Whether the gaps are a quarter of all slots. `count`: of geoms.
   bool worthClosing(std::size_t count) const {
@@ -88,18 +107,28 @@ class Slots {
     }
     geoms_.resize(slot);
     if (SlotHome::takes_tome) tomes_.resize(slot);
+    ranks_.resize(0);
   }
   void shrink() {
     geoms_.shrink();
     tomes_.shrink();
+    ranks_.release();
   }
-  std::size_t bytes() const { return bytesOf(geoms_, tomes_); }
+  std::size_t bytes() const { return bytesOf(geoms_, tomes_, ranks_); }
 
  private:
   static void place(dxGeom* geom, std::size_t slot) { SlotHome::put(geom, slot + 1); }
+  // Counts the geoms of a node's slots, the last of which is this one, by the nodes before.
+  void rank(std::size_t slot) {
+    std::uint32_t geoms = geoms_[slot] ? 1 : 0;
+    for (std::size_t node = slot; node != (slot & (slot + 1)); node &= node - 1)
+      geoms += ranks_[node - 1];
+    ranks_[slot] = geoms;
+  }
 
   Buffer<dxGeom*> geoms_;
-  Buffer<dxGeom**> tomes_;  // empty where dxGeom::tome is itself
+  Buffer<dxGeom**> tomes_;       // empty where dxGeom::tome is itself
+  Buffer<std::uint32_t> ranks_;  // a Fenwick tree of the geoms; empty until at() needs it
 };
 
 }  // namespace ode_parallel_sap

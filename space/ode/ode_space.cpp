@@ -107,6 +107,16 @@ void ParallelSAPSpace::printTotals() const {
              sums.rays_ms);
 }
 
+// ODE's own function takes time linear in the index.
+dxGeom* ParallelSAPSpace::getGeom(int index) {
+  try {
+    if (index >= 0 && index < count)
+      return slots_.at(static_cast<std::size_t>(index), static_cast<std::size_t>(count));
+  } catch (const std::bad_alloc&) {
+  }
+  return dxSpace::getGeom(index);
+}
+
 void ParallelSAPSpace::add(dxGeom* geom) {
   const Use use(*this);
   CHECK_NOT_LOCKED(this);

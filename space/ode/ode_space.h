@@ -33,6 +33,7 @@ class ParallelSAPSpace : public dxSpace {
   explicit ParallelSAPSpace(dSpaceID parent, int space_class = dSweepAndPruneSpaceClass);
   ~ParallelSAPSpace();
 
+  dxGeom* getGeom(int index) override;
   void add(dxGeom* geom) override;
   void remove(dxGeom* geom) override;
   void dirty(dxGeom* geom) override;
