@@ -10,6 +10,23 @@
 
 namespace ode_parallel_sap {
 
+namespace {
+
+// Without memory for its lists a small scene goes the way of all others.
+inline bool isSmall(const FrameCall& call) {
+  return Policy::isSmall(call.slots(), call.settings) &&
+         call.lists.small.makeRoom(call.scene.count);
+}
+
+bool hasRoom(Buffer<dParallelSAPPair>& list, std::size_t pairs) try {
+  list.reserve(pairs);
+  return true;
+} catch (const std::bad_alloc&) {
+  return false;
+}
+
+}  // namespace
+
 // A frame from its plan to its end. `report` gets the pairs, or where they can only be found one by
 // one `receiver`.
 template <class Report>
@@ -27,11 +44,21 @@ std::size_t Pipeline::run(const FrameCall& call, const SceneFacts& facts,
   return endFrame(frame.stats.pairs);
 }
 
+inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
+                                          PairWatcher* watcher) {
+  cache_.stop();
+  const bool nested = call.scene.nested;
+  if (events_.on() && nested) events_.skip();
+  return small_scenes_.collide(call.scene, call.settings.rules, call.lists.small, complaints_,
+                               statistics_,
+                               {receiver, events_.on() && !nested ? &events_ : nullptr,
+                                watcher && !nested && watcher->isDue() ? watcher : nullptr});
+}
+
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
   const PairReceiver receiver = {data, callback, nullptr};
-  if (Policy::isSmall(call.slots(), call.settings))
-    return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  if (isSmall(call)) return endFrame(collideSmall(call, receiver, watcher_).pairs);
   return run(call, factsOf(call), receiver, [&](Frame& frame, const PairList& pairs) {
     if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
   });
@@ -39,10 +66,19 @@ std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* 
 
 std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& request) {
   statistics_.beginFrame();
-  PairBlock block(request);
+  if (!isSmall(call) || !hasRoom(call.lists.contact_pairs, PairBlock::size))
+    return collideManyPairs(call, request);
+  PairBlock block(request, call.lists.contact_pairs.data());
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
-  if (Policy::isSmall(call.slots(), call.settings))
-    return endFrame(collideSmall(call, receiver, watcher_).pairs);
+  return endFrame(collideSmall(call, receiver, watcher_).pairs);
+}
+
+// With room on the stack, should memory end. Not inline: small scenes have no need of it.
+__attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall& call,
+                                                                 const PairsRequest& request) {
+  dParallelSAPPair room[PairBlock::size];
+  PairBlock block(request, room);
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
   const SceneFacts facts = factsOf(call, request.concurrent());
   return run(call, facts, receiver, [&](Frame& frame, const PairList& pairs) {
     frame.clock.begin(Stage::report);
@@ -60,7 +96,7 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   Frame frame = {call, policy_.decide(factsOf(call, true), call.settings)};
   ContactPairs pairs(request, call.lists.contact_pairs);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr};
-  if (Policy::isSmall(call.slots(), call.settings)) {
+  if (isSmall(call)) {
     frame.clock.begin(Stage::extract);
     frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
@@ -321,20 +357,13 @@ void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, receiver);
 }
 
-FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                                   PairWatcher* watcher) {
-  cache_.stop();
-  const bool nested = call.scene.nested;
-  if (events_.on() && nested) events_.skip();
-  return small_scenes_.collide(call.scene, call.settings.rules, complaints_, statistics_,
-                               {receiver, events_.on() && !nested ? &events_ : nullptr,
-                                watcher && !nested && watcher->isDue() ? watcher : nullptr});
-}
-
 void Pipeline::clean(const Scene& scene, const Settings& settings) {
   try {
-    geom_update_.clean(scene.slots.data(), scene.slots.size(),
-                       policy_.teamFor(scene.slots.size(), settings), cache_.changed());
+    if (scene.slots.size() > small_scene_slots)
+      geom_update_.clean(scene.slots.data(), scene.slots.size(),
+                         policy_.teamFor(scene.slots.size(), settings), cache_.changed());
+    else
+      cleanOneByOne(scene.first);  // which takes less of the stack for spaces in spaces
   } catch (const std::bad_alloc&) {
     cleanOneByOne(scene.first);
   }

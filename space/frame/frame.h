@@ -28,10 +28,13 @@ namespace ode_parallel_sap {
 struct FrameLists {
   PairList candidates;            // the pairs by boxes; kept for the next frame
   PairFilter::Selected selected;  // those of them that are reported, if not all are
+  SmallLists small;
   Buffer<dParallelSAPPair> contact_pairs;
   NarrowPhase narrow_phase;
 
-  std::size_t bytes() const { return bytesOf(candidates, selected, contact_pairs, narrow_phase); }
+  std::size_t bytes() const {
+    return bytesOf(candidates, selected, small, contact_pairs, narrow_phase);
+  }
 };
 
 // A call for the pairs of a scene, which is locked. No other frame uses `lists`.
@@ -105,11 +108,12 @@ class Pipeline {
 
  private:
   SceneFacts factsOf(const FrameCall& call, bool team_follows = false) const;
+  std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   template <class Report>
   std::size_t run(const FrameCall& call, const SceneFacts& facts, const PairReceiver& receiver,
                   Report report);
-  FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
-                           PairWatcher* watcher);
+  inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
+                                  PairWatcher* watcher);
   const PairList* findPairs(Frame& frame);
   void renew(Frame& frame, const PairCache::Update& update);
   Found findAnew(Frame& frame);

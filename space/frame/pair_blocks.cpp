@@ -46,7 +46,8 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
   std::atomic<bool> failed{false};
   ChunkQueue queue(count, PairBlock::size);
   return runTeam(handing_out, team, [&](int, int) {
-    PairBlock block(request);
+    dParallelSAPPair room[PairBlock::size];
+    PairBlock block(request, room);
     PairCursor cursor(pairs);
     Range range;
     try {

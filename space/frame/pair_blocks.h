@@ -19,15 +19,16 @@ struct PairsRequest {
   bool concurrent() const { return callback && (flags & dParallelSAPPairsConcurrent) != 0; }
 };
 
-// Pairs are gathered where the thread that hands them out has its stack, 8 KB of it, so that they
-// are still in its cache when the callback reads them. Needs no other memory.
+// Gathers pairs in 8 KB, so that they are still in the cache when the callback reads them.
 class PairBlock {
  public:
   // All blocks of a frame but the last one have this size, so that which blocks there are depends
   // on the pairs alone.
   static constexpr std::size_t size = block_pairs;
 
-  explicit PairBlock(const PairsRequest& request) : request_(request) {}
+  // `pairs`: room for so many.
+  PairBlock(const PairsRequest& request, dParallelSAPPair* pairs)
+      : request_(request), pairs_(pairs) {}
 
   // A PairReceiver whose data are a PairBlock: hands out full blocks, one after the other, and what
   // is left in the end.
@@ -43,7 +44,7 @@ class PairBlock {
 
   const PairsRequest& request_;
   std::size_t first_ = 0, held_ = 0;
-  dParallelSAPPair pairs_[size];
+  dParallelSAPPair* const pairs_;
 };
 
 // Hands out all of them, by up to `threads` threads if they may be concurrent. Returns how many

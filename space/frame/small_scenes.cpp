@@ -5,6 +5,7 @@
 #endif
 
 #include <algorithm>
+#include <iterator>
 #include <new>
 
 #include "space/base/mechanisms.h"
@@ -12,7 +13,6 @@
 #include "space/frame/stage_clock.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
-#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -31,37 +31,44 @@ __attribute__((noinline)) unsigned clean(dxGeom* first, bool& others) {
   return moved;
 }
 
+// A few pairs, which go into the list when there is no room for more.
+class PlaceSink : public PairSink {
+ public:
+  explicit PlaceSink(PlacePair* list) : PairSink{few_, std::end(few_), flush}, list_(list) {}
+  // The end of the list.
+  PlacePair* finish() {
+    for (const Pair* pair = few_; pair < next; ++pair)
+      *list_++ = {static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))};
+    next = few_;
+    return list_;
+  }
+
+ private:
+  static void flush(PairSink& sink, std::size_t) { static_cast<PlaceSink&>(sink).finish(); }
+
+  PlacePair* list_;
+  Pair few_[2 * (small_scene_slots + group_size)];  // two rows
+};
+
 // Lists the pairs of geoms whose AABBs overlap, ascending, with vectors of the exact bounds.
 // Returns their number. Not inline, as it would cost the scenes that do without some time.
-__attribute__((noinline)) unsigned findByVectors(dxGeom* const* geoms, unsigned count,
-                                                 PlacePair* list) {
-  constexpr std::size_t cells = (small_scene_slots + group_size - 1) / group_size;
-  Group<dReal> boxes[cells];
-  GroupIds ids[cells];
+__attribute__((noinline)) unsigned findByVectors(SmallLists& lists, unsigned count) {
   for (unsigned i = 0; i < count; ++i) {
     const unsigned lane = i % group_size;
+    Group<dReal>& boxes = lists.boxes[i / group_size];
     for (int axis = 0; axis < 3; ++axis) {
-      boxes[i / group_size].lower[axis][lane] = geoms[i]->aabb[2 * axis];
-      boxes[i / group_size].upper[axis][lane] = geoms[i]->aabb[2 * axis + 1];
+      boxes.lower[axis][lane] = lists.active[i]->aabb[2 * axis];
+      boxes.upper[axis][lane] = lists.active[i]->aabb[2 * axis + 1];
     }
-    ids[i / group_size].slot[lane] = i;
+    lists.ids[i / group_size].slot[lane] = i;
   }
   TreeView<dReal> view = {};
-  view.levels[0] = boxes;
-  view.ids = ids;
+  view.levels[0] = lists.boxes.data();
+  view.ids = lists.ids.data();
   view.depth = 1;
-  // A few rows at a time, which need less of the stack.
-  constexpr std::size_t rows = group_size;
-  Pair pairs[(rows + 1) * small_scene_slots + 2 * group_size];
-  unsigned found = 0;
-  for (std::size_t row = 0; row + 1 < count; row += rows) {
-    PairSink sink = {pairs, pairs + sizeof pairs / sizeof *pairs, nullptr};  // there is room
-    const std::size_t last = std::min<std::size_t>(row + rows - 1, count - 2);
-    kernels<dReal>().trianglePairs(view, {count, row, row + 1, last, count}, true, sink);
-    for (const Pair* pair = pairs; pair < sink.next; ++pair)
-      list[found++] = {static_cast<std::uint16_t>(earlierOf(*pair) << 8 | laterOf(*pair))};
-  }
-  return found;
+  PlaceSink sink(lists.pairs.data());
+  kernels<dReal>().trianglePairs(view, {count, 0, 1, count - std::size_t{2}, count}, true, sink);
+  return static_cast<unsigned>(sink.finish() - lists.pairs.data());
 }
 
 #if defined(__SSE2__) && defined(dDOUBLE)
@@ -142,59 +149,58 @@ inline bool listActive(dxGeom* first, dxGeom** active, SmallFound& found) {
 
 // Which of the geoms that take part may pair, the AABBTest functions apart. Needs exactMode().
 inline unsigned listPairs(unsigned actives, const PairRule& rule, bool takes_all,
-                          SmallStorage& storage) {
+                          SmallLists& lists) {
   const unsigned overlapping = actives > most_without_vectors
-                                   ? findByVectors(storage.active, actives, storage.pairs)
-                                   : findOneByOne(storage.active, actives, storage.pairs);
+                                   ? findByVectors(lists, actives)
+                                   : findOneByOne(lists.active.data(), actives, lists.pairs.data());
   if (takes_all) return overlapping;
   unsigned pairs = 0;
   for (unsigned i = 0; i < overlapping; ++i) {
-    const PlacePair pair = storage.pairs[i];
-    if (rule.mayPair(storage.active[pair.earlier()], storage.active[pair.later()]))
-      storage.pairs[pairs++] = pair;
+    const PlacePair pair = lists.pairs[i];
+    if (rule.mayPair(lists.active[pair.earlier()], lists.active[pair.later()]))
+      lists.pairs[pairs++] = pair;
   }
   return pairs;
 }
 
 // The geoms that take part, and the pairs, when all AABBs are up to date. Needs exactMode().
-inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallStorage& storage,
+inline void findAmongClean(const Scene& scene, const PackRules& rules, SmallLists& lists,
                            SmallFound& found) {
-  const bool by_filters = listActive(scene.first, storage.active, found);
+  const bool by_filters = listActive(scene.first, lists.active.data(), found);
   const PairRule rule(rules);
   found.counts.geoms = static_cast<unsigned>(scene.count);
   found.counts.disabled = found.counts.geoms - found.actives - found.counts.invalid;
   found.counts.candidates = found.counts.pairs =
-      listPairs(found.actives, rule, !by_filters && rule.isODEs(), storage);
+      listPairs(found.actives, rule, !by_filters && rule.isODEs(), lists);
 }
 
 __attribute__((noinline)) void findInExactMode(const Scene& scene, const PackRules& rules,
-                                               SmallStorage& storage, SmallFound& found) {
+                                               SmallLists& lists, SmallFound& found) {
   const ScopedMode mode(exactMode());
-  findAmongClean(scene, rules, storage, found);
+  findAmongClean(scene, rules, lists, found);
 }
 
 // Brings all AABBs up to date and finds the pairs, the AABBTest functions apart. Reads the thread's
 // floating-point mode first: reading it waits for all computations before. `found` is written
 // member by member and not copied: a copy waits until words just written have reached the cache.
-inline void find(const Scene& scene, const PackRules& rules, SmallStorage& storage,
-                 SmallFound& found) {
+inline void find(const Scene& scene, const PackRules& rules, SmallLists& lists, SmallFound& found) {
   const bool is_exact = !differs(currentMode(), exactMode());
   bool others = false;
   found.counts.moved = clean(scene.first, others);
   scene.needs_clean = false;
-  if (is_exact && !others) return findAmongClean(scene, rules, storage, found);
-  findInExactMode(scene, rules, storage, found);
+  if (is_exact && !others) return findAmongClean(scene, rules, lists, found);
+  findInExactMode(scene, rules, lists, found);
 }
 
 // Leaves those of the pairs that pass the AABBTest functions.
-void test(SmallStorage& storage, SmallFound& found) {
+void test(SmallLists& lists, SmallFound& found) {
   unsigned passed = 0;
   for (unsigned i = 0; i < found.counts.candidates; ++i) {
     const PlacePair pair = found.pairs[i];
     if (passesAABBTests(found.active[pair.earlier()], found.active[pair.later()]))
-      storage.pairs[passed++] = pair;
+      lists.pairs[passed++] = pair;
   }
-  found.pairs = storage.pairs;
+  found.pairs = lists.pairs.data();
   found.counts.pairs = passed;
 }
 
@@ -205,21 +211,34 @@ void complainOfInvalid(dxGeom* first, Complaints& complaints) {
 
 }  // namespace
 
-FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                                 Statistics& statistics, const SmallReport& report) {
+bool SmallLists::grow(std::size_t geoms) try {
+  const std::size_t cells =
+      geoms > most_without_vectors ? (geoms + group_size - 1) / group_size : 0;
+  pairs.resizeDiscarding(geoms * (geoms - 1) / 2);
+  boxes.resizeDiscarding(cells);
+  ids.resizeDiscarding(cells);
+  active.resizeDiscarding(geoms);  // at last: so many are ready
+  return true;
+} catch (const std::bad_alloc&) {
+  active.release();
+  return false;
+}
+
+FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
+                                 Complaints& complaints, Statistics& statistics,
+                                 const SmallReport& report) {
   const bool timed = statistics.beginSmallFrame();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
-  SmallStorage storage;
   SmallFound found;
   if (isStill(rules)) {
     found = found_;
   } else {
-    found.active = storage.active;
-    found.pairs = storage.pairs;
-    find(scene, rules, storage, found);
+    found.active = lists.active.data();
+    found.pairs = lists.pairs.data();
+    find(scene, rules, lists, found);
     noteFound(scene, rules, complaints, found);
   }
-  if (found.user_classes) test(storage, found);
+  if (found.user_classes) test(lists, found);
   if (report.events && !updateEvents(scene, found, *report.events)) complaints.ofUnreportedEvents();
 
   const unsigned long long frame = statistics.frames();

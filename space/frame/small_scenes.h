@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "space/base/buffer.h"
 #include "space/base/tuning.h"
 #include "space/cache/pair_events.h"
 #include "space/frame/complaints.h"
@@ -14,6 +15,7 @@
 #include "space/geoms/pack_rules.h"
 #include "space/geoms/pair_watcher.h"
 #include "space/geoms/scene.h"
+#include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
@@ -24,10 +26,20 @@ struct PlacePair {
   unsigned later() const { return places & 0xff; }
 };
 
-// Where the pairs of a small scene are put that are not remembered.
-struct SmallStorage {
-  dxGeom* active[small_scene_slots];
-  PlacePair pairs[small_scene_slots * (small_scene_slots - 1) / 2];
+// Where the pairs of a small scene are put that are not remembered: not on the stack, which may be
+// small, and deep with calls within callbacks.
+struct SmallLists {
+  Buffer<dxGeom*> active;
+  Buffer<PlacePair> pairs;
+  Buffer<Group<dReal>> boxes;
+  Buffer<GroupIds> ids;
+
+  // For all pairs of so many geoms. False without memory for it.
+  bool makeRoom(std::size_t geoms) { return geoms <= active.size() || grow(geoms); }
+  std::size_t bytes() const { return bytesOf(active, pairs, boxes, ids); }
+
+ private:
+  bool grow(std::size_t geoms);
 };
 
 // The geoms of such a scene that take part, and what was found among them.
@@ -54,8 +66,9 @@ class SmallScenes {
  public:
   // A geom became dirty, came or went.
   void noteChange() { is_still_ = false; }
-  FrameCounts collide(const Scene& scene, const PackRules& rules, Complaints& complaints,
-                      Statistics& statistics, const SmallReport& report);
+  // `lists` have room, and no other frame uses them.
+  FrameCounts collide(const Scene& scene, const PackRules& rules, SmallLists& lists,
+                      Complaints& complaints, Statistics& statistics, const SmallReport& report);
   std::size_t bytes() const { return bytesOf(seen_, active_, pairs_, event_pairs_); }
 
  private:

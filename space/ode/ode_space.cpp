@@ -64,10 +64,24 @@ class ParallelSAPSpace::Lock : Use {
 // One that calls back. A longjmp leaves the lock counted.
 class ParallelSAPSpace::Call : Lock, public WorkspaceUse {
  public:
-  explicit Call(ParallelSAPSpace& space) : Lock(space), WorkspaceUse(space.workspace_) {
+  explicit Call(ParallelSAPSpace& space) : Call(space, this + 1) {}
+
+ protected:
+  Call(ParallelSAPSpace& space, void* end) : Lock(space), WorkspaceUse(space.workspace_, end) {
     team_times =
         TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
   }
+};
+
+// One whose successor is to know that it has ended, should it be left by longjmp. Calls that one
+// function makes, each through its own entry of the library, begin at depths that differ by less
+// than the span; a call within a callback is deeper by more.
+class ParallelSAPSpace::SpannedCall : public Call {
+ public:
+  explicit SpannedCall(ParallelSAPSpace& space) : Call(space, span_ + sizeof span_) {}
+
+ private:
+  char span_[1024];
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -262,17 +276,17 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     const int part = memory_watch_.noteFrame(count, last_pairs_);
     static_assert(MemoryWatch::parts == Pipeline::parts + 1, "the last part is the space's own");
     if (part == Pipeline::parts) {
-      call->release();
+      call.workspace()->release();
       queries_.release();
       rays_.reset();
       slots_.shrink();
       swept_.shrink();
     } else if (part != MemoryWatch::none) {
-      pipeline_.release(part, call->frame);
+      pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) call->hits.release();
-    if (rays_ && rays_->noteFrame()) call->rays = RayLists();
+    if (queries_.noteFrame()) call.workspace()->hits.release();
+    if (rays_ && rays_->noteFrame()) call.workspace()->rays = RayLists();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
   if (notified != notify_all_calls_seen_) notify(nullptr);
@@ -286,6 +300,17 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
   });
 }
 
+// The lists of the workspace, or where that is missing others. Those are on the stack of no other
+// call: a callback may need that.
+template <class Lists, class Run>
+void ParallelSAPSpace::withLists(const Call& call, Lists Workspace::*lists, Run run) {
+  const auto withOthers = [&]() __attribute__((noinline)) {
+    Lists others;
+    run(others);
+  };
+  call.workspace() ? run(call.workspace()->*lists) : withOthers();
+}
+
 void ParallelSAPSpace::notifyAll() {
   notify_all_calls.fetch_add(1, std::memory_order_relaxed);
 }
@@ -297,9 +322,11 @@ void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
 
 template <class Collide>
 void ParallelSAPSpace::runFrame(Collide collide) {
-  const Call call(*this);
+  const SpannedCall call(*this);
   beginFrame(call);
-  last_pairs_ = collide({scene(call.nested()), call->frame, settings_, getManualCleanup() != 0});
+  withLists(call, &Workspace::frame, [&](FrameLists& lists) {
+    last_pairs_ = collide({scene(call.nested()), lists, settings_, getManualCleanup() != 0});
+  });
   if (call.nested()) return;
   observers_.forEach([&](SpaceObserver& observer) {
     observer.endFrame(slots_.geoms().data(), slots_.size(), swept_.step());
@@ -342,45 +369,58 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this);
-  if (!pipeline_.statistics().timesQueries()) return query(call, geom, data, callback);
-  const Clock::time_point begin = Clock::now();
-  query(call, geom, data, callback);
-  pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
+  const bool timed = pipeline_.statistics().timesQueries();
+  const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  if (prepareQuery(geom)) {
+    if (Workspace* const own = call.workspace(); own && findHits(geom, own->hits))
+      for (dxGeom* const hit : own->hits) callback(data, hit, geom);
+    else
+      queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
+  }
+  if (timed) pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
 }
 
-void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback) {
+// False where the geom is in no pair. Not inline, as is all that a callback need not have above it
+// on the stack.
+__attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(dxGeom* geom) {
   checkSilent();
   updateOther(geom);
   cleanFew();
   updateAABB(geom);
-  if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return;
-  if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
-  Buffer<dxGeom*>& hits = call->hits;
+  if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return false;
+  if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom), false;
+  return true;
+}
+
+// False without memory.
+__attribute__((noinline)) bool ParallelSAPSpace::findHits(dxGeom* geom, Buffer<dxGeom*>& hits) {
   try {
     queries_.find(slots_.geoms(), geom, settings_.rules,
                   pipeline_.policy().teamFor(slots_.size(), settings_), hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
-    queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
-    return;
+    return false;
   }
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;
   hits.resize(passed);
-  for (dxGeom* const own : hits) callback(data, own, geom);
+  return true;
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
-  const Call call(*this);
+  const SpannedCall call(*this);
   checkSilent();
   cleanFew();
   const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
   const Clock::time_point begin = Clock::now();
-  const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way, call->rays)
-                                 : RayCaster().cast(slots_.geoms(), request, way, call->rays);
+  std::size_t hits = 0;
+  withLists(call, &Workspace::rays, [&](RayLists& lists) {
+    hits = rays_ ? rays_->cast(slots_.geoms(), request, way, lists)
+                 : RayCaster().cast(slots_.geoms(), request, way, lists);
+  });
   const double ms = milliseconds(begin, Clock::now());
   pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
   pipeline_.statistics().noteRays(request.count, ms);

@@ -94,11 +94,14 @@ class ParallelSAPSpace : public dxSpace {
   class Use;
   class Lock;
   class Call;
+  class SpannedCall;
 
   Scene scene(bool nested) {
     return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
   }
   void beginFrame(const Call& call);
+  template <class Lists, class Run>
+  static void withLists(const Call& call, Lists Workspace::*lists, Run run);
   template <class Collide>
   void runFrame(Collide collide);
   void closeSlots();
@@ -108,7 +111,8 @@ class ParallelSAPSpace : public dxSpace {
   void updateSweptBoundsOf(dxGeom* geom);
   void cleanNoted();
   void cleanFew();
-  void query(const Call& call, dxGeom* geom, void* data, dNearCallback* callback);
+  bool prepareQuery(dxGeom* geom);
+  bool findHits(dxGeom* geom, Buffer<dxGeom*>& hits);
   void noteChange(Slot slot);
   void printTotals() const;
 

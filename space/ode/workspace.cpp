@@ -41,16 +41,16 @@ bool hasEnded(const Workspace& workspace, const char* now) {
 
 }  // namespace
 
-// Not inline, so that the compiler leaves no part of the object out.
-WorkspaceUse::WorkspaceUse(Workspace& outermost) : workspace_(&outermost) {
-  const char *const begin = reinterpret_cast<const char*>(this), *const end = begin + sizeof *this;
-  while (workspace_->taken_at && !hasEnded(*workspace_, end)) {
+WorkspaceUse::WorkspaceUse(Workspace& outermost, void* end) : workspace_(&outermost) {
+  while (workspace_ && workspace_->taken_at &&
+         !hasEnded(*workspace_, static_cast<const char*>(end))) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
-    workspace_ = workspace_->inner ? workspace_->inner.get() : &spare_.emplace();
+    workspace_ = workspace_->inner.get();
   }
   nested_ = workspace_ != &outermost;
   for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;
-  workspace_->taken_at = begin;
+  if (!workspace_) return;
+  workspace_->taken_at = reinterpret_cast<const char*>(this);
   workspace_->taken_by = std::this_thread::get_id();
 }
 

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <thread>
 
 #include "space/base/buffer.h"
@@ -41,22 +40,22 @@ struct Workspace {
 class WorkspaceUse {
  public:
   // `outermost`: of calls that are within no callback.
-  explicit WorkspaceUse(Workspace& outermost);
-  ~WorkspaceUse() { workspace_->taken_at = nullptr; }
+  // The call's part of the stack goes on to `end`.
+  WorkspaceUse(Workspace& outermost, void* end);
+  ~WorkspaceUse() {
+    if (workspace_) workspace_->taken_at = nullptr;
+  }
   WorkspaceUse(const WorkspaceUse&) = delete;
   WorkspaceUse& operator=(const WorkspaceUse&) = delete;
 
-  Workspace* operator->() const { return workspace_; }
+  // Null without memory for an inner one.
+  Workspace* workspace() const { return workspace_; }
   // Whether it is within a callback of this space.
   bool nested() const { return nested_; }
 
  private:
   Workspace* workspace_;
   bool nested_;
-  std::optional<Workspace> spare_;  // used without memory for an inner one
-  // Calls that one function makes, each through its own entry of the library, begin at depths that
-  // differ by less than this; a call within a callback is deeper by more.
-  [[maybe_unused]] char span_[1024];
 };
 
 }  // namespace ode_parallel_sap

@@ -1,0 +1,147 @@
+// The stack that a collide takes: programs collide on coroutines and on threads with little of it.
+#include <ode_parallel_sap/parallel_sap_space.h>
+#include <pthread.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+// Others have larger frames.
+#if defined(__has_feature)
+#define HAS_FEATURE(feature) __has_feature(feature)
+#else
+#define HAS_FEATURE(feature) 0
+#endif
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    !HAS_FEATURE(address_sanitizer) && !HAS_FEATURE(thread_sanitizer)
+
+namespace {
+
+// The bytes of its stack that a thread touches which does this.
+std::size_t stackOf(const std::function<void()>& work) {
+  constexpr std::size_t size = 512 << 10;
+  constexpr unsigned char paint = 0x5a;
+  struct alignas(4096) Stack {
+    unsigned char bytes[size];
+  };
+  const std::unique_ptr<Stack> stack(new Stack);
+  std::fill_n(stack->bytes, size, paint);
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  REQUIRE(pthread_attr_setstack(&attributes, stack->bytes, size) == 0);
+  pthread_t thread;
+  const auto run = [](void* data) -> void* {
+    dAllocateODEDataForThread(dAllocateMaskAll);
+    (*static_cast<const std::function<void()>*>(data))();
+    dCleanupODEAllDataForThread();
+    return nullptr;
+  };
+  REQUIRE(pthread_create(&thread, &attributes, run, const_cast<std::function<void()>*>(&work)) ==
+          0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+  const unsigned char *const begin = stack->bytes, *const end = begin + size;
+  return static_cast<std::size_t>(
+      end - std::find_if(begin, end, [](unsigned char byte) { return byte != paint; }));
+}
+
+// What reports the pairs of a space, and what collides within the first callback.
+struct Way {
+  const char* name;
+  void (*collide)(dSpaceID space, void* data);
+  std::size_t most;  // bytes
+};
+struct Nest {
+  const Way& way;
+  dSpaceID space;
+  int left;
+};
+
+void again(void* data, dGeomID = nullptr, dGeomID = nullptr) {
+  Nest& nest = *static_cast<Nest*>(data);
+  if (nest.left-- > 0) nest.way.collide(nest.space, data);
+}
+
+const Way kWays[] = {
+    {"dSpaceCollide", [](dSpaceID space, void* data) { dSpaceCollide(space, data, again); },
+     24 << 10},
+    {"pairs",
+     [](dSpaceID space, void* data) {
+       dParallelSAPSpaceCollidePairs(
+           space, data, 0,
+           [](void* own, const dParallelSAPPair*, std::size_t, std::size_t) { again(own); });
+     },
+     24 << 10},
+    {"contacts",
+     [](dSpaceID space, void* data) {
+       dParallelSAPContactCallbacks callbacks = {};
+       callbacks.contacts = [](void* own, dGeomID, dGeomID, const dContactGeom*, int) {
+         again(own);
+       };
+       dParallelSAPSpaceCollideContacts(space, data, 1, &callbacks);
+     },
+     32 << 10}};
+
+void descend(void* data, dGeomID a, dGeomID b) {
+  if (dGeomIsSpace(a) || dGeomIsSpace(b))
+    dSpaceCollide2(a, b, data, descend);
+  else
+    ++*static_cast<int*>(data);
+}
+
+}  // namespace
+
+TEST_CASE("A collide of up to 120 geoms takes 24 KiB of stack, one within a callback 4 KiB more",
+          "[stack]") {
+  for (const Way& way : kWays)
+    for (const std::size_t n : {2, 30, 120})
+      for (const bool moving : {false, true}) {
+        const Space space;
+        World world(space);
+        world.addBoxes(onePlace(n, 1));
+        const auto of = [&](int nested) {
+          return stackOf([&, nested] {
+            for (int frame = 0; frame < 4; ++frame) {
+              Nest nest = {way, space, nested};
+              if (moving) world.jitter(0.1, 1);
+              way.collide(space, &nest);
+              CHECK(nest.left < 0);
+            }
+          });
+        };
+        const std::size_t alone = of(0), nested = of(10);
+        INFO(way.name << ", " << n << " geoms: " << alone << " bytes, ten deep " << nested);
+        CHECK(alone <= way.most);
+        CHECK(nested <= alone + 10 * (4 << 10));
+      }
+}
+
+TEST_CASE("A level of dSpaceCollide2 takes 0.3 KiB of stack", "[stack]") {
+  const auto of = [](int levels) {
+    const Space outermost;
+    dSpaceID space = outermost;
+    for (int i = 0; i < levels; ++i) {
+      dCreateSphere(space, 1);
+      space = dParallelSAPSpaceCreate(space);
+    }
+    dCreateSphere(space, 1);
+    int pairs = 0;
+    const std::size_t bytes = stackOf([&] { dSpaceCollide(outermost, &pairs, descend); });
+    REQUIRE(pairs == levels);
+    return bytes;
+  };
+  const std::size_t few = of(20), many = of(120);
+  INFO(few << " and " << many << " bytes");
+  CHECK(many - few <= 100 * 300);
+}
+
+#endif
