@@ -3,7 +3,9 @@
 
 #include <ode/ode.h>
 
+#include <atomic>
 #include <cstddef>
+#include <mutex>
 #include <new>
 #include <unordered_set>
 #include <utility>
@@ -14,10 +16,12 @@ namespace ode_parallel_sap {
 
 class Complaints {
  public:
-  // Where there is no memory to note that it was said, rather once more than not at all.
+  // Where there is no memory to note that it was said, rather once more than not at all. Queries
+  // may say it on any thread.
   void ofInvalid(const dxGeom* geom) {
     bool first = true;
     try {
+      const std::lock_guard<std::mutex> lock(invalid_mutex_);
       first = invalid_.insert(geom).second;
     } catch (const std::bad_alloc&) {
     }
@@ -28,6 +32,13 @@ class Complaints {
   // The geom is gone: another one may come to its address.
   void forget(const dxGeom* geom) {
     if (!invalid_.empty()) invalid_.erase(geom);
+  }
+  void ofThreads(const void* space) {
+    if (!two_threads_.exchange(true))
+      dMessage(0,
+               "parallel SAP space %p: a thread uses it while another one does, or has left a "
+               "callback of it by longjmp",
+               space);
   }
   void ofUnannounced(const dxGeom* geom, std::size_t count) {
     if (!std::exchange(unannounced_, true))
@@ -55,7 +66,9 @@ class Complaints {
   }
 
  private:
+  std::mutex invalid_mutex_;
   std::unordered_set<const dxGeom*> invalid_;
+  std::atomic<bool> two_threads_{false};
   bool too_long_ = false, no_memory_ = false, unreported_events_ = false, unannounced_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "space/frame/stage_clock.h"
@@ -120,13 +121,16 @@ class Statistics {
     sums_.addFrames(last_);
   }
 
-  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only.
+  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only. Any thread
+  // may note these.
   bool timesQueries() const { return sums_wanted_; }
   void noteQuery(double ms) {
+    const std::lock_guard<std::mutex> lock(queries_mutex_);
     ++sums_.queries;
     sums_.queries_ms += ms;
   }
   void noteRays(std::size_t count, double ms) {
+    const std::lock_guard<std::mutex> lock(queries_mutex_);
     sums_.rays += count;
     sums_.rays_ms += ms;
   }
@@ -154,6 +158,7 @@ class Statistics {
   unsigned small_frames_ = 0;  // since times are wanted
   dParallelSAPStats last_ = {};
   FrameSums sums_;
+  std::mutex queries_mutex_;
 };
 
 }  // namespace ode_parallel_sap

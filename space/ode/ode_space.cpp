@@ -30,44 +30,65 @@ void reportThreadShortage(int granted, int wanted) {
 
 }  // namespace
 
-// In debug builds, asserts that no other thread uses the space meanwhile.
+// A call of the space, by one thread at a time. Only queries of a space in which nothing changes
+// are welcome beside another thread's call: as guests, which change nothing, not even the lock.
 class ParallelSAPSpace::Use {
  public:
-  explicit Use(ParallelSAPSpace& space) : space_(space) {
-#ifndef NDEBUG
-    static thread_local const char this_thread = 0;
-    if (!space_.user_.compare_exchange_strong(before_, &this_thread) && before_ != &this_thread)
-      dDebug(d_ERR_UASSERT, "parallel SAP space %p: two threads use it at the same time",
-             static_cast<const void*>(&space_));
-#endif
+  enum Of { change, query };
+
+  explicit Use(ParallelSAPSpace& space, Of of = change) : space_(space) {
+    const std::thread::id self = std::this_thread::get_id();
+    std::thread::id user;
+    if (of == query ? !space.user_.compare_exchange_strong(user, self, std::memory_order_acquire)
+                    : (user = space.user_.load(std::memory_order_relaxed)) != std::thread::id())
+      meet(user == self, of);
+    else if (of == change)
+      space.user_.store(self, std::memory_order_relaxed);
   }
   ~Use() {
-#ifndef NDEBUG
-    if (!before_) space_.user_.store(nullptr);
-#endif
+    if (alone_) space_.user_.store(std::thread::id(), std::memory_order_release);
   }
   Use(const Use&) = delete;
   Use& operator=(const Use&) = delete;
 
+  bool isGuest() const { return is_guest_; }
+
  protected:
   ParallelSAPSpace& space_;
-  const void* before_ = nullptr;
+  bool alone_ = true;  // it is within no other call of the space
+  bool is_guest_ = false;
+
+ private:
+  // A thread is in the space, or left it by longjmp.
+  __attribute__((noinline)) void meet(bool itself, Of of) {
+    is_guest_ = !itself && of == query && space_.isUnchanged();
+    alone_ = !itself && !is_guest_;
+    if (!alone_) return;
+    space_.complainOfThreads();
+    space_.user_.store(std::this_thread::get_id(), std::memory_order_relaxed);
+  }
 };
 
 // Locks the space against changes to its contents, until it is left in whatever way.
-class ParallelSAPSpace::Lock : Use {
+class ParallelSAPSpace::Lock : public Use {
  public:
-  explicit Lock(ParallelSAPSpace& space) : Use(space) { ++space_.lock_count; }
-  ~Lock() { --space_.lock_count; }
+  explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) {
+    if (!is_guest_) ++space_.lock_count;
+  }
+  ~Lock() {
+    if (!is_guest_) --space_.lock_count;
+  }
 };
 
-// One that calls back. A longjmp leaves the lock counted.
-class ParallelSAPSpace::Call : Lock, public WorkspaceUse {
+// One that calls back. A longjmp leaves the lock counted, and the thread in the space.
+class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
  public:
-  explicit Call(ParallelSAPSpace& space) : Call(space, this + 1) {}
+  Call(ParallelSAPSpace& space, Of of) : Call(space, of, this + 1) {}
 
  protected:
-  Call(ParallelSAPSpace& space, void* end) : Lock(space), WorkspaceUse(space.workspace_, end) {
+  Call(ParallelSAPSpace& space, Of of, void* end)
+      : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
+    if (!is_guest_) alone_ = !nested();
     team_times =
         TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
   }
@@ -78,7 +99,7 @@ class ParallelSAPSpace::Call : Lock, public WorkspaceUse {
 // than the span; a call within a callback is deeper by more.
 class ParallelSAPSpace::SpannedCall : public Call {
  public:
-  explicit SpannedCall(ParallelSAPSpace& space) : Call(space, span_ + sizeof span_) {}
+  SpannedCall(ParallelSAPSpace& space, Of of) : Call(space, of, span_ + sizeof span_) {}
 
  private:
   char span_[1024];
@@ -176,14 +197,28 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
+  if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_ = true;
   noteChange(Slots::slotOf(geom));
+}
+
+__attribute__((noinline)) void ParallelSAPSpace::checkUser() {
+  if (user_.load(std::memory_order_relaxed) != std::this_thread::get_id()) complainOfThreads();
+}
+
+void ParallelSAPSpace::complainOfThreads() {
+#ifndef NDEBUG
+  dDebug(d_ERR_UASSERT, "parallel SAP space %p: two threads use it at the same time",
+         static_cast<const void*>(this));
+#else
+  pipeline_.complaints().ofThreads(this);
+#endif
 }
 
 // The one place from which all that is kept learns that the geom of a slot is another or elsewhere.
 void ParallelSAPSpace::noteChange(Slot slot) {
   queries_.changed(slot);
-  if (rays_) rays_->changed(slot);
+  rays_.changed(slot);
   pipeline_.noteChange(slot);
 }
 
@@ -193,7 +228,7 @@ void ParallelSAPSpace::closeSlots() {
   swept_.closeSlots(slots_.geoms());
   slots_.close();
   queries_.reset();
-  if (rays_) rays_->reset();
+  rays_.reset();
   silent_.renumber(slots_.geoms());
 }
 
@@ -233,8 +268,8 @@ void ParallelSAPSpace::updateSweptBounds() {
     any = ever_swept_ = true;
   });
   if (!swept_.idle()) {
-    const Lock lock(*this);
-    if (swept_.update(*this, slots_.geoms().data(), slots_.size())) any = true;
+    const Lock lock(*this, Use::query);
+    if (!lock.isGuest() && swept_.update(*this, slots_.geoms().data(), slots_.size())) any = true;
   }
   if (!any) return;
   gflags |= GEOM_AABB_BAD;
@@ -247,8 +282,8 @@ void ParallelSAPSpace::updateSweptBounds() {
 // Of one geom, which meets another space.
 void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
   if (swept_.idle()) return;
-  const Lock lock(*this);
-  swept_.updateOne(geom, Slots::slotOf(geom), slots_.size());
+  const Lock lock(*this, Use::query);
+  if (!lock.isGuest()) swept_.updateOne(geom, Slots::slotOf(geom), slots_.size());
 }
 
 void ParallelSAPSpace::cleanGeoms() {
@@ -265,7 +300,7 @@ void ParallelSAPSpace::cleanNoted() {
 
 // Before a query: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
-  if (needs_clean_ && (queries_.clean(slots_.geoms()) || (rays_ && rays_->clean(slots_.geoms()))))
+  if (needs_clean_ && (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms())))
     needs_clean_ = false;
   cleanNoted();
 }
@@ -278,15 +313,15 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
     if (part == Pipeline::parts) {
       call.workspace()->release();
       queries_.release();
-      rays_.reset();
+      rays_.release();
       slots_.shrink();
       swept_.shrink();
     } else if (part != MemoryWatch::none) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) call.workspace()->hits.release();
-    if (rays_ && rays_->noteFrame()) call.workspace()->rays = RayLists();
+    if (queries_.noteFrame()) call.workspace()->query = QueryLists();
+    if (rays_.noteFrame()) call.workspace()->rays = RayLists();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
   if (notified != notify_all_calls_seen_) notify(nullptr);
@@ -322,7 +357,7 @@ void ParallelSAPSpace::observe(std::unique_ptr<SpaceObserver> observer) {
 
 template <class Collide>
 void ParallelSAPSpace::runFrame(Collide collide) {
-  const SpannedCall call(*this);
+  const SpannedCall call(*this, Use::change);
   beginFrame(call);
   withLists(call, &Workspace::frame, [&](FrameLists& lists) {
     last_pairs_ = collide({scene(call.nested()), lists, settings_, getManualCleanup() != 0});
@@ -368,12 +403,14 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
 
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
-  const Call call(*this);
+  const Call call(*this, Use::query);
   const bool timed = pipeline_.statistics().timesQueries();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
-  if (prepareQuery(geom)) {
-    if (Workspace* const own = call.workspace(); own && findHits(geom, own->hits))
-      for (dxGeom* const hit : own->hits) callback(data, hit, geom);
+  if (prepareQuery(call, geom)) {
+    if (call.isGuest())
+      queryAsGuest(call, geom, data, callback);
+    else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
+      for (dxGeom* const hit : own->query.hits) callback(data, hit, geom);
     else
       queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
   }
@@ -382,10 +419,10 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
 
 // False where the geom is in no pair. Not inline, as is all that a callback need not have above it
 // on the stack.
-__attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(dxGeom* geom) {
-  checkSilent();
+__attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, dxGeom* geom) {
+  if (!call.isGuest()) checkSilent();
   updateOther(geom);
-  cleanFew();
+  if (!call.isGuest()) cleanFew();
   updateAABB(geom);
   if (IS_SPACE(geom) && isEmpty(static_cast<dxSpace*>(geom))) return false;
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom), false;
@@ -393,14 +430,18 @@ __attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(dxGeom* geom) {
 }
 
 // False without memory.
-__attribute__((noinline)) bool ParallelSAPSpace::findHits(dxGeom* geom, Buffer<dxGeom*>& hits) {
+__attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
+                                                          QueryLists& lists) {
   try {
-    queries_.find(slots_.geoms(), geom, settings_.rules,
-                  pipeline_.policy().teamFor(slots_.size(), settings_), hits);
+    queries_.find(
+        slots_.geoms(), geom, settings_.rules,
+        use.isGuest() ? GeomQueries::guest : pipeline_.policy().teamFor(slots_.size(), settings_),
+        lists);
   } catch (const std::bad_alloc&) {
-    queries_.release();
+    if (!use.isGuest()) queries_.release();
     return false;
   }
+  Buffer<dxGeom*>& hits = lists.hits;
   std::size_t passed = 0;
   for (dxGeom* const own : hits)
     if (passesAABBTests(own, geom)) hits[passed++] = own;
@@ -408,21 +449,32 @@ __attribute__((noinline)) bool ParallelSAPSpace::findHits(dxGeom* geom, Buffer<d
   return true;
 }
 
+// With lists of its own, which a longjmp leaves to nobody.
+__attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dxGeom* geom,
+                                                              void* data, dNearCallback* callback) {
+  QueryLists lists;
+  if (findHits(use, geom, lists))
+    for (dxGeom* const hit : lists.hits) callback(data, hit, geom);
+  else
+    queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
+}
+
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
-  const SpannedCall call(*this);
-  checkSilent();
-  cleanFew();
-  const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
-                              getManualCleanup() != 0};
-  if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
+  const SpannedCall call(*this, Use::query);
+  if (!call.isGuest()) {
+    checkSilent();
+    cleanFew();
+  }
+  const RayCaster::Way way = {
+      call.isGuest() ? 1 : pipeline_.policy().threadsForRays(request.count, settings_),
+      getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
   const Clock::time_point begin = Clock::now();
   std::size_t hits = 0;
-  withLists(call, &Workspace::rays, [&](RayLists& lists) {
-    hits = rays_ ? rays_->cast(slots_.geoms(), request, way, lists)
-                 : RayCaster().cast(slots_.geoms(), request, way, lists);
-  });
+  withLists(call, &Workspace::rays,
+            [&](RayLists& lists) { hits = rays_.cast(slots_.geoms(), request, way, lists); });
   const double ms = milliseconds(begin, Clock::now());
-  pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
+  if (!call.isGuest())
+    pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
   pipeline_.statistics().noteRays(request.count, ms);
   return hits;
 }

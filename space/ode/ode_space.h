@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -111,14 +112,16 @@ class ParallelSAPSpace : public dxSpace {
   void updateSweptBoundsOf(dxGeom* geom);
   void cleanNoted();
   void cleanFew();
-  bool prepareQuery(dxGeom* geom);
-  bool findHits(dxGeom* geom, Buffer<dxGeom*>& hits);
+  bool prepareQuery(const Call& call, dxGeom* geom);
+  bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
+  void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
+  bool isUnchanged() const { return !needs_clean_ && silent_.areClean(); }
+  void checkUser();
+  void complainOfThreads();
   void printTotals() const;
 
-#ifndef NDEBUG
-  std::atomic<const void*> user_{nullptr};  // marks the thread that is in the space
-#endif
+  std::atomic<std::thread::id> user_{std::thread::id()};  // the thread that is in the space
   Settings settings_;
   Slots slots_;
   dxGeom** tail_ = &first;
@@ -128,7 +131,7 @@ class ParallelSAPSpace : public dxSpace {
   SweptBounds swept_;
   bool ever_swept_ = false;  // it, or a space of ours in it
   GeomQueries queries_;
-  std::unique_ptr<RayCaster> rays_;  // from the first batch on
+  RayCaster rays_;
   Pipeline pipeline_;
   MemoryWatch memory_watch_;
   std::size_t last_pairs_ = 0;  // of the last frame

@@ -39,8 +39,10 @@ class SilentGeoms {
   // mesh that was made dirty silently, and makes the spaces that hold it dirty. Calls it for those
   // that it has been called for already, too, until they are clean.
   void check(dxSpace& space, dxGeom* const* geoms) {
-    if (!listed_ || anyDirty()) checkAll(space, geoms);
+    if (!areClean()) checkAll(space, geoms);
   }
+  // Whether check() would do nothing.
+  bool areClean() const { return listed_ && !anyDirty(); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   std::size_t bytes() const { return bytesOf(slots_, direct_, within_); }

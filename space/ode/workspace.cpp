@@ -33,7 +33,6 @@ struct Stack {
 
 // Stacks grow downwards.
 bool hasEnded(const Workspace& workspace, const char* now) {
-  if (workspace.taken_by != std::this_thread::get_id()) return true;
   if (workspace.taken_at > now) return false;
   static thread_local const Stack own;
   return own.holds(workspace.taken_at) && own.holds(now);
@@ -41,17 +40,15 @@ bool hasEnded(const Workspace& workspace, const char* now) {
 
 }  // namespace
 
-WorkspaceUse::WorkspaceUse(Workspace& outermost, void* end) : workspace_(&outermost) {
-  while (workspace_ && workspace_->taken_at &&
+WorkspaceUse::WorkspaceUse(Workspace* outermost, bool alone, void* end) : workspace_(outermost) {
+  while (!alone && workspace_ && workspace_->taken_at &&
          !hasEnded(*workspace_, static_cast<const char*>(end))) {
     if (!workspace_->inner) workspace_->inner.reset(new (std::nothrow) Workspace);
     workspace_ = workspace_->inner.get();
   }
-  nested_ = workspace_ != &outermost;
+  nested_ = workspace_ != outermost;
   for (Workspace* ended = workspace_; ended; ended = ended->inner.get()) ended->taken_at = nullptr;
-  if (!workspace_) return;
-  workspace_->taken_at = reinterpret_cast<const char*>(this);
-  workspace_->taken_by = std::this_thread::get_id();
+  if (workspace_) workspace_->taken_at = reinterpret_cast<const char*>(this);
 }
 
 }  // namespace ode_parallel_sap

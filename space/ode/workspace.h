@@ -5,50 +5,48 @@
 
 #include <cstddef>
 #include <memory>
-#include <thread>
 
 #include "space/base/buffer.h"
 #include "space/frame/frame.h"
+#include "space/queries/geom_queries.h"
 #include "space/rays/ray_caster.h"
 
 namespace ode_parallel_sap {
 
 struct Workspace {
   FrameLists frame;
-  Buffer<dxGeom*> hits;  // of dSpaceCollide2
+  QueryLists query;
   RayLists rays;
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
-  std::thread::id taken_by;          // whose that is
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
   // Gives back what is held, but for the frame's lists.
   void release() {
-    hits.release();
+    query = QueryLists();
     rays = RayLists();
     inner.reset();
   }
-  std::size_t bytes() const { return bytesOf(frame, hits, rays, inner); }
+  std::size_t bytes() const { return bytesOf(frame, query, rays, inner); }
 };
 
 // One call, from its begin to its end. A callback may leave it by longjmp, which runs no
 // destructor. So a call owns nothing and leaves no pointer to its stack in the space: it uses a
 // workspace, and the next call finds out whether that one has ended. A call at the same or a
-// shallower depth of the same stack proves it, as does one of another thread, since one thread at a
-// time uses a space. A call that is deeper, or on another stack of the thread (a fiber), counts as
-// one within a callback: its pairs are right, but it keeps nothing for the next frame and reports
-// no events.
+// shallower depth of the same stack proves it. A call that is deeper, or on another stack of the
+// thread (a fiber), counts as one within a callback: its pairs are right, but it keeps nothing for
+// the next frame and reports no events.
 class WorkspaceUse {
  public:
-  // `outermost`: of calls that are within no callback.
-  // The call's part of the stack goes on to `end`.
-  WorkspaceUse(Workspace& outermost, void* end);
+  // `outermost`: of calls that are within no callback; null: it has no workspace. `alone`: all
+  // other calls have ended. The call's part of the stack goes on to `end`.
+  WorkspaceUse(Workspace* outermost, bool alone, void* end);
   ~WorkspaceUse() {
     if (workspace_) workspace_->taken_at = nullptr;
   }
   WorkspaceUse(const WorkspaceUse&) = delete;
   WorkspaceUse& operator=(const WorkspaceUse&) = delete;
 
-  // Null without memory for an inner one.
+  // Null also without memory for an inner one.
   Workspace* workspace() const { return workspace_; }
   // Whether it is within a callback of this space.
   bool nested() const { return nested_; }

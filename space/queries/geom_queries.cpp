@@ -8,19 +8,20 @@
 
 namespace ode_parallel_sap {
 
-void GeomQueries::release() {
-  tree_.release();
-  found_.release();
-  marks_ = SlotSet();
-}
-
 void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-                       Buffer<dxGeom*>& hits) {
+                       QueryLists& lists) {
   const ScopedMode mode(exactMode());
-  if (tree_.bringUpToDate(geoms, threads))
-    findByTree(geoms, geom, hits);
+  const auto findBy = [&](bool by_tree) {
+    if (by_tree)
+      findByTree(geoms, geom, lists);
+    else
+      findByTests(geoms, geom, lists.hits);
+  };
+  if (threads == guest)
+    findBy(GeomTree::Reader(tree_).mayRead());
   else
-    findByTests(geoms, geom, hits);
+    findBy(tree_.bringUpToDate(geoms, threads));
+  Buffer<dxGeom*>& hits = lists.hits;
   const PackRules of_queries = rules.ofQueries();
   const PairRule rule(of_queries);
   std::size_t found = 0;
@@ -34,24 +35,26 @@ void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const PackRules& rules,
 }
 
 // Few hits are sorted. Many are marked in a set, which is in order.
-void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {
-  tree_.find(geoms, geom, found_);
-  hits.resizeDiscarding(found_.size());
+void GeomQueries::findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists& lists) const {
+  Buffer<dxGeom*>& hits = lists.hits;
+  Buffer<Slot>& found = lists.found;
+  tree_.find(geoms, geom, found);
+  hits.resizeDiscarding(found.size());
   dxGeom** next = hits.data();
   const auto add = [&](Slot slot) {
     dxGeom* const own = geoms[slot];
     prefetchState(own);
     *next++ = own;
   };
-  if (found_.size() < geoms.size() / many_hits + few_hits) {
-    std::sort(found_.begin(), found_.end());
-    std::for_each(found_.begin(), found_.end(), add);
+  if (found.size() < geoms.size() / many_hits + few_hits) {
+    std::sort(found.begin(), found.end());
+    std::for_each(found.begin(), found.end(), add);
     return;
   }
-  marks_.growTo(geoms.size());
-  for (const Slot slot : found_) marks_.insert(slot);
-  marks_.forEach(add);
-  marks_.clear();
+  lists.marks.growTo(geoms.size());
+  for (const Slot slot : found) lists.marks.insert(slot);
+  lists.marks.forEach(add);
+  lists.marks.clear();
 }
 
 void GeomQueries::findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits) {

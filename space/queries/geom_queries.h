@@ -12,43 +12,46 @@ struct dxGeom;
 
 namespace ode_parallel_sap {
 
+// What a query found, in storage that is kept between queries, so that none of them allocates.
+struct QueryLists {
+  Buffer<dxGeom*> hits;
+  Buffer<Slot> found;
+  SlotSet marks;  // empty between queries
+
+  std::size_t bytes() const { return bytesOf(hits, found, marks); }
+};
+
 // Walks a GeomTree where queries come often enough to pay for it; tests geom by geom where they do
 // not.
 class GeomQueries {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
+  // The most threads that build a tree; or a guest, which changes nothing but its lists.
+  static constexpr int guest = 0;
 
   void changed(std::size_t slot) { tree_.changed(slot); }
   void reset() { tree_.reset(); }
   // As of the tree.
   bool clean(const Geoms& geoms) { return tree_.clean(geoms); }
 
-  // Puts into `hits`, in ascending order of their slots, the enabled geoms that are pairs with
-  // `geom` by the rules of queries, the AABBTest calls apart. Up to `threads` threads build a tree.
-  // All AABBs are up to date, that of `geom` is without NaN. Throws std::bad_alloc where memory
-  // ends.
+  // Puts into the hits, in ascending order of their slots, the enabled geoms that are pairs with
+  // `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
+  // `geom` is without NaN. Throws std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-            Buffer<dxGeom*>& hits);
+            QueryLists& lists);
 
   // Whether it gave back what it holds.
-  bool noteFrame() {
-    if (!tree_.noteFrame()) return false;
-    release();
-    return true;
-  }
+  bool noteFrame() { return tree_.noteFrame(); }
 
   // Gives back all that is held.
-  void release();
-  std::size_t bytes() const { return bytesOf(tree_, found_, marks_); }
+  void release() { tree_.release(); }
+  std::size_t bytes() const { return bytesOf(tree_); }
 
  private:
-  void findByTree(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
+  void findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists& lists) const;
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
 
   GeomTree tree_;
-  // Kept between queries, so that none of them allocates.
-  Buffer<Slot> found_;
-  SlotSet marks_;  // empty between queries
 };
 
 }  // namespace ode_parallel_sap

@@ -141,23 +141,26 @@ bool GeomTree::bringUpToDate(const Geoms& geoms, int threads, double queries) {
   if (!mechanisms::query_trees || geoms.size() <= small_scene_slots) return false;
 
   const double expected = std::max(queries_, last_queries_);
-  bool up_to_date = tree_ && tree_->built;
-  if (up_to_date) {
+  const bool is_current = tree_ && tree_->isCurrent();
+  const bool is_cheap = stray_rows_ <= slots * build_cost;
+  bool up_to_date = is_current && is_cheap;
+  if (!up_to_date && tree_ && tree_->built) {
     const std::size_t changed = tree_->all_changed ? geoms.size() : tree_->changed.size();
     const double cost = static_cast<double>(changed) * refresh_cost;
     if (cost > expected * slots) return false;
     const double most_rows =
         cost > slots ? slots * build_cost / expected : std::numeric_limits<double>::infinity();
-    up_to_date = stray_rows_ <= slots * build_cost &&
-                 (mechanisms::kept_query_tree || changed == 0) &&
-                 tree_->refresh(geoms, takes_, most_rows);
+    if (!close()) return is_current;
+    up_to_date =
+        is_cheap && mechanisms::kept_query_tree && tree_->refresh(geoms, takes_, most_rows);
   }
   if (!up_to_date) {
-    if (build_cost > expected) return false;
+    if (build_cost > expected || !close()) return false;
     if (!tree_) tree_ = std::make_unique<Tree>();
     tree_->build(geoms, takes_, threads);
     stray_rows_ = 0;
   }
+  if (!is_open_.load(std::memory_order_relaxed)) is_open_.store(true, std::memory_order_release);
   stray_rows_ += queries * static_cast<double>(
                                tree_->withTree([](const auto& tree) { return tree.strayRows(); }));
   return true;

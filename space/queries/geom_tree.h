@@ -2,6 +2,7 @@
 // Sees ODE's private headers.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -22,6 +23,10 @@ namespace ode_parallel_sap {
 // change without notice, so they are not kept but read from the geoms that a query finds.
 //
 // A space without queries pays a test of a flag for each call of changed().
+//
+// Where nothing changes, any number of threads may read the tree while one of them, the keeper,
+// calls bringUpToDate() and find(): the tree is not changed while others read it, and they do
+// without it while it is.
 class GeomTree {
  public:
   using Geoms = Buffer<dxGeom*>;  // by slot, null where there is none
@@ -40,13 +45,33 @@ class GeomTree {
   }
   void reset() {
     if (tree_) tree_->built = false;
+    is_open_.store(false, std::memory_order_relaxed);
   }
 
   // Brings the dirty ones of the geoms up to date, if it knows them and they are few. False where
   // that is left to the space.
   bool clean(const Geoms& geoms);
-  // Makes the tree ready for so many queries more. False where they cost less without one. All
-  // AABBs are up to date. Needs exactMode(). Throws std::bad_alloc.
+  // A reader that is not the keeper.
+  class Reader {
+   public:
+    explicit Reader(const GeomTree& tree) : tree_(tree) {
+      tree.readers_.fetch_add(1);
+      may_read_ = tree.is_open_.load() && tree.tree_->isCurrent();
+    }
+    ~Reader() { tree_.readers_.fetch_sub(1, std::memory_order_release); }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
+
+    // Whether the tree is up to date.
+    bool mayRead() const { return may_read_; }
+
+   private:
+    const GeomTree& tree_;
+    bool may_read_;
+  };
+
+  // Makes the tree ready for so many queries more. False where they cost less without one, or
+  // others read it. All AABBs are up to date. Needs exactMode(). Throws std::bad_alloc.
   bool bringUpToDate(const Geoms& geoms, int threads, double queries = 1);
 
   // Calls work(tree) with the QueryTree, of floats or doubles, that is up to date.
@@ -67,8 +92,10 @@ class GeomTree {
     return true;
   }
 
-  // Gives back all that is held.
-  void release() { tree_.reset(); }
+  // Gives back all that is held, if nobody reads it.
+  void release() {
+    if (close()) tree_.reset();
+  }
   std::size_t bytes() const { return bytesOf(tree_); }
 
  private:
@@ -92,11 +119,23 @@ class GeomTree {
     void build(const Geoms& geoms, Takes takes, int threads);
     bool refresh(const Geoms& geoms, Takes takes, double most_rows);
     void setUpToDate(std::size_t slots);
+    bool isCurrent() const { return built && !all_changed && changed.size() == 0; }
     std::size_t bytes() const { return bytesOf(changed, boxes, narrow, wide); }
   };
 
+  // Before the tree is changed: false where others read it. They count themselves first, and see
+  // then that it is closed.
+  bool close() {
+    const bool was_open = is_open_.exchange(false);
+    const bool closed = readers_.load() == 0;
+    if (was_open && !closed) is_open_.store(true, std::memory_order_release);
+    return closed;
+  }
+
   const Takes takes_;
   std::unique_ptr<Tree> tree_;
+  mutable std::atomic<int> readers_{0};
+  std::atomic<bool> is_open_{false};
   int idle_frames_ = 0;
   bool asked_ = false;       // there was a query
   double changes_ = 0;       // since the last query

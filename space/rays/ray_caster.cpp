@@ -360,11 +360,17 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
                             RayLists& lists) {
   if (request.count == 0) return 0;
   try {
-    Pass(*this, geoms, request, lists).run(way, prepare(geoms, request, way));
+    Pass pass(*this, geoms, request, lists);
+    if (way.guest) {
+      const GeomTree::Reader bounded(bounded_), others(others_);
+      pass.run(way, way.trees && bounded.mayRead() && others.mayRead());
+    } else {
+      pass.run(way, prepare(geoms, request, way));
+    }
   } catch (const std::bad_alloc&) {
     lists = RayLists();
     if (!way.trees) return dDebug(0, "parallel SAP space: no memory for the hits of one ray"), 0;
-    release();
+    if (!way.guest) release();
     std::size_t hits = 0;
     for (std::size_t ray = 0; ray < request.count; ++ray) {
       RayRequest one = request;
@@ -372,7 +378,7 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;
-      hits += cast(geoms, one, {1, false, false}, lists);
+      hits += cast(geoms, one, {1, false, false, way.guest}, lists);
       lists = RayLists();
     }
     return hits;

@@ -89,6 +89,7 @@ class RayCaster {
     int threads;          // the most
     bool manual_cleanup;  // the threads leave no data in ODE
     bool trees = true;    // where they pay
+    bool guest = false;   // it changes nothing but its lists
   };
 
   RayCaster();

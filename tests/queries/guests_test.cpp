@@ -1,0 +1,202 @@
+// Queries and rays that several threads ask at once, of a space in which nothing changes.
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "support/bounds.h"
+#include "support/catch.hpp"
+#include "support/configurations.h"
+#include "support/knobs.h"
+#include "support/moving_scene.h"
+#include "support/ode_errors.h"
+#include "support/random.h"
+#include "support/recorder.h"
+#include "support/scenes.h"
+
+using namespace sap_test;
+
+namespace {
+
+// What one thread finds with probes of its own.
+struct Answers {
+  std::vector<Pairs> pairs;
+  std::vector<dParallelSAPRayHit> hits;
+};
+
+bool same(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
+  return a.geom == b.geom && a.distance == b.distance && a.side == b.side;
+}
+
+std::string difference(const Answers& got, const Answers& owed) {
+  for (std::size_t i = 0; i < owed.pairs.size(); ++i) {
+    const std::string wrong = sap_test::difference(got.pairs[i], owed.pairs[i]);
+    if (wrong != "") return "query " + std::to_string(i) + ": " + wrong;
+  }
+  for (std::size_t i = 0; i < owed.hits.size(); ++i)
+    if (!same(got.hits[i], owed.hits[i])) return "another hit of ray " + std::to_string(i);
+  return "";
+}
+
+// Also from within callbacks, and in a space of its own that all share.
+Answers ask(dSpaceID space, const Bounds& around, std::uint64_t seed, int rounds) {
+  struct Nest {
+    dGeomID space, inner;
+    Pairs pairs, inner_pairs;
+  } nest{};
+  Random random(seed);
+  Answers answers;
+  const dGeomID probes[] = {dCreateSphere(nullptr, 1), dCreateRay(nullptr, 4)};
+  nest.space = asGeom(space);
+  nest.inner = dCreateBox(nullptr, 1, 1, 1);
+  setNumber(nest.inner, 1000000);
+  const auto put = [&](dGeomID geom) {
+    dGeomSetPosition(geom, static_cast<dReal>(random.between(around[0], around[1])),
+                     static_cast<dReal>(random.between(around[2], around[3])),
+                     static_cast<dReal>(random.between(around[4], around[5])));
+  };
+  for (int round = 0; round < rounds; ++round) {
+    const dGeomID probe = probes[round % 2];
+    setNumber(probe, 1000001);
+    put(probe);
+    put(nest.inner);
+    nest.pairs.clear();
+    nest.inner_pairs.clear();
+    dSpaceCollide2(nest.space, probe, &nest, [](void* data, dGeomID a, dGeomID b) {
+      Nest& own = *static_cast<Nest*>(data);
+      own.pairs.emplace_back(number(a), number(b));
+      if (own.pairs.size() == 2) collide2(own.space, own.inner).swap(own.inner_pairs);
+    });
+    answers.pairs.push_back(nest.pairs);
+    answers.pairs.push_back(nest.inner_pairs);
+    if (round % 8) continue;
+    dParallelSAPRay rays[10] = {};
+    for (dParallelSAPRay& ray : rays) {
+      for (int axis = 0; axis < 3; ++axis) {
+        ray.origin[axis] =
+            static_cast<dReal>(random.between(around[2 * axis], around[2 * axis + 1]));
+        ray.direction[axis] = static_cast<dReal>(random.gauss());
+      }
+      ray.length = 20;
+    }
+    answers.hits.resize(answers.hits.size() + 10);
+    dParallelSAPSpaceRays(space, rays, 10, 1, &answers.hits[answers.hits.size() - 10]);
+  }
+  for (const dGeomID geom : {probes[0], probes[1], nest.inner}) dGeomDestroy(geom);
+  return answers;
+}
+
+void together(int threads, const std::function<void(int)>& work) {
+  std::vector<std::thread> workers;
+  for (int i = 0; i < threads; ++i)
+    workers.emplace_back([&, i] {
+      if (dAllocateODEDataForThread(dAllocateMaskAll)) work(i);
+      dCleanupODEAllDataForThread();
+    });
+  for (std::thread& worker : workers) worker.join();
+}
+
+}  // namespace
+
+TEST_CASE("Queries and rays of many threads at once have one thread's answers", "[guests]") {
+  const std::uint64_t seed = seedOr(901);
+  constexpr int kThreads = 8;
+  for (const std::size_t n : {20, 100, 300, 3000}) {
+    // A twin gives one thread's answers, so that the first queries meet a space without trees.
+    MovingScene scene(configurations()[0], n, seed), twin(configurations()[0], n, seed);
+    const Bounds around = {-5, 15, -5, 15, -5, 15};
+    const Messages messages;
+    for (int frame = 0; frame < scaled(6); ++frame) {
+      INFO(n << " geoms, frame " << frame << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+      for (MovingScene* each : {&scene, &twin}) {
+        if (frame > 0) each->moveSome(frame % 2 ? 0.05 : 0.7);
+        frame % 3 ? dSpaceClean(each->space()) : static_cast<void>(collide(each->space()));
+      }
+      std::vector<Answers> owed(kThreads), got(kThreads);
+      const auto seedOf = [&](int i) { return seed + static_cast<std::uint64_t>(100 * frame + i); };
+      for (int i = 0; i < kThreads; ++i)
+        owed[static_cast<std::size_t>(i)] = ask(twin.space(), around, seedOf(i), 60);
+      together(kThreads, [&](int i) {
+        got[static_cast<std::size_t>(i)] = ask(scene.space(), around, seedOf(i), 60);
+      });
+      std::size_t pairs = 0;
+      for (std::size_t i = 0; i < kThreads; ++i) {
+        for (const Pairs& each : owed[i].pairs) pairs += each.size();
+        // The hits of the twin are its own geoms.
+        for (std::vector<dParallelSAPRayHit>* hits : {&owed[i].hits, &got[i].hits})
+          for (dParallelSAPRayHit& hit : *hits)
+            if (hit.geom) hit.geom = reinterpret_cast<dGeomID>(number(hit.geom) + 1);
+        REQUIRE(difference(got[i], owed[i]) == "");
+      }
+      CHECK(pairs > 100);
+    }
+    for (const std::string& said : messages.all())
+      CHECK(said.find("a thread uses it") == std::string::npos);
+  }
+}
+
+TEST_CASE("Concurrent blocks may ask their space", "[guests]") {
+  const std::uint64_t seed = seedOr(911);
+  const Space space;
+  dParallelSAPSpaceSetNumThreads(space, 4);
+  World world(space);
+  world.addBoxes(denseCube(3000, seed));
+  struct Check {
+    dSpaceID space;
+    Pairs owed;
+    std::atomic<int> wrong{0}, asked{0};
+  } check;
+  check.space = space;
+  const auto askAgain = [](void* data, const dParallelSAPPair*, std::size_t, std::size_t) {
+    Check& own = *static_cast<Check*>(data);
+    const dGeomID probe = dCreateBox(nullptr, 3, 3, 3);
+    dGeomSetPosition(probe, 4, 4, 4);
+    for (int i = 0; i < 50; ++i) {
+      Pairs got = collide2(own.space, probe);
+      for (Pair& pair : got) pair.second = 0;
+      if (own.owed.empty()) own.owed = got;
+      own.wrong += sap_test::difference(got, own.owed) != "";
+    }
+    dGeomDestroy(probe);
+    ++own.asked;
+  };
+  askAgain(&check, nullptr, 0, 0);
+  for (int frame = 0; frame < 10; ++frame)
+    dParallelSAPSpaceCollidePairs(space, &check, dParallelSAPPairsConcurrent, askAgain);
+  CHECK(check.owed.size() > 20);
+  CHECK(check.wrong == 0);
+  CHECK(check.asked > 50);
+}
+
+#ifdef NDEBUG  // an assertion in debug builds
+TEST_CASE("A second thread that changes the space is reported once", "[guests]") {
+  const Space space;
+  World world(space);
+  world.addBoxes(onePlace(200, 1));
+  const auto probe = dCreateSphere(nullptr, 1000);
+  const auto saysIt = [&](const std::function<void()>& change) {
+    const Messages messages;
+    static const std::function<void()>* now;
+    static bool done;
+    now = &change;
+    done = false;
+    dSpaceCollide2(space.geom(), probe, nullptr, [](void*, dGeomID, dGeomID) {
+      if (done) return;
+      done = true;
+      together(1, [](int) { (*now)(); });
+    });
+    REQUIRE(done);
+    int found = 0;
+    for (const std::string& said : messages.all())
+      found += said.find("a thread uses it while another one does") != std::string::npos;
+    return found;
+  };
+  collide(space);
+  CHECK(saysIt([&] { collide2(space.geom(), world.geoms()[0]); }) == 0);
+  CHECK(saysIt([&] { collide(space); }) == 1);
+  CHECK(saysIt([&] { collide(space); }) == 0);
+  dGeomDestroy(probe);
+}
+#endif
