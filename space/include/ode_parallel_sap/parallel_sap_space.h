@@ -17,13 +17,11 @@
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
- *   other bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point
- *   mode.
+ *   other bounds (infinite, inverted, denormal, huge) follow the rule in any floating-point mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
- * - Contacts that the library finds are dCollide's, bit for bit, in the order of the pairs, on any
- *   thread and with any build of ODE.
+ * - Contacts are dCollide's, bit for bit, in the order of the pairs, on any thread and ODE build.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
  *   in a new space, plus allocations. With the default number of threads, a frame waits once for a
  *   core that another program holds; then one thread does the rest.
@@ -32,9 +30,11 @@
  *   takes effect at once if memory for all pairs ends or an AABBTest throws bad_alloc.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
- * which debug builds assert. dSpaceCollide2 with a geom also uses the space of that geom. Threads
- * must not share heightfield data, to which ODE's collider writes. dlclose leaves the library in
- * memory, as OpenMP's threads outlive a collide.
+ * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
+ * of that geom. While nothing changes, any number of threads may call dSpaceCollide2 (geom, space),
+ * dParallelSAPSpaceRays and -RayHits, from concurrent blocks too: no geom of these spaces and their
+ * sub-spaces was moved, added, removed or changed since a collide or dSpaceClean, and no sub-space
+ * has swept bounds. Threads must not share heightfield data, to which ODE's collider writes.
  *
  * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later versions
  * may add fields at the end of the structs of statistics, contact callbacks, rays and hits; each
