@@ -179,7 +179,7 @@ const PairList* Pipeline::findPairs(Frame& frame) try {
 // The last frame's pairs, but for those of geoms that changed since.
 void Pipeline::renew(Frame& frame, const PairCache::Update& update) {
   const FrameCall& call = frame.call;
-  call.scene.needs_clean = false;
+  call.scene.noteClean();
   // Where nothing changed these stages are shorter than reading the clock.
   if (!update.isSame()) frame.clock.begin(Stage::synchronise);
   noteUpdate(frame);
@@ -201,7 +201,7 @@ Found Pipeline::findAnew(Frame& frame) {
   const int update_threads =
       geom_update_.pack(call.geoms(), call.slots(), plan.rules, plan.threads);
   cache_.forgetChanges();
-  call.scene.needs_clean = false;
+  call.scene.noteClean();
 
   frame.clock.begin(Stage::synchronise);
   geom_update_.synchronise(call.geoms());
@@ -367,7 +367,7 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
   } catch (const std::bad_alloc&) {
     cleanOneByOne(scene.first);
   }
-  scene.needs_clean = false;
+  scene.noteClean();
 }
 
 void Pipeline::closeSlots(const Buffer<dxGeom*>& geoms) {

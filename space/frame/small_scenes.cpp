@@ -187,7 +187,7 @@ inline void find(const Scene& scene, const PackRules& rules, SmallLists& lists, 
   const bool is_exact = !differs(currentMode(), exactMode());
   bool others = false;
   found.counts.moved = clean(scene.first, others);
-  scene.needs_clean = false;
+  scene.noteClean();
   if (is_exact && !others) return findAmongClean(scene, rules, lists, found);
   findInExactMode(scene, rules, lists, found);
 }

@@ -18,7 +18,7 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
   FrameCounts counts;
   counts.geoms = static_cast<unsigned>(scene.count);
   counts.moved = static_cast<unsigned>(cleanOneByOne(scene.first));
-  scene.needs_clean = false;
+  scene.noteClean();
   for (const dxGeom* geom = scene.first; geom; geom = geom->next) {
     const bool invalid = isEnabled(geom) && hasNaN(geom);
     counts.disabled += !isEnabled(geom);

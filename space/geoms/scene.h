@@ -1,6 +1,7 @@
 // The geoms of a space, as a frame sees them.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 
 #include "space/base/buffer.h"
@@ -13,7 +14,10 @@ struct Scene {
   std::size_t count;             // of geoms
   const Buffer<dxGeom*>& slots;  // the same with gaps: null where a geom was removed
   bool nested;                   // the space is being collided already
-  bool& needs_clean;             // false once no geom is dirty
+  std::atomic<bool>& needs_clean;
+
+  // No geom is dirty any more, for other threads too.
+  void noteClean() const { needs_clean.store(false, std::memory_order_release); }
 };
 
 // Brings the AABBs of all dirty geoms up to date, on this thread. Returns their number.

@@ -1,6 +1,7 @@
 #include "space/ode/ode_space.h"
 
 #include <atomic>
+#include <chrono>
 #include <new>
 #include <utility>
 
@@ -61,11 +62,24 @@ class ParallelSAPSpace::Use {
  private:
   // A thread is in the space, or left it by longjmp.
   __attribute__((noinline)) void meet(bool itself, Of of) {
-    is_guest_ = !itself && of == query && space_.isUnchanged();
-    alone_ = !itself && !is_guest_;
-    if (!alone_) return;
+    alone_ = false;
+    if (itself || (of == query && becomeGuest())) return;
     space_.complainOfThreads();
+    alone_ = true;
     space_.user_.store(std::this_thread::get_id(), std::memory_order_relaxed);
+  }
+  // Waits while the other thread's query brings geoms up to date. False where it does not.
+  bool becomeGuest() {
+    constexpr std::chrono::seconds most(1);  // fixed: longer than that takes
+    for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
+         std::this_thread::yield()) {
+      std::thread::id nobody;
+      if (!space_.needs_clean_.load(std::memory_order_acquire) && space_.silent_.areClean())
+        return is_guest_ = true;
+      if (space_.user_.compare_exchange_strong(nobody, std::this_thread::get_id()))
+        return alone_ = true;
+    }
+    return false;
   }
 };
 
@@ -189,7 +203,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
-  silent_.remove(slot);
+  if (silent_.remove(slot)) needs_clean_.store(true, std::memory_order_relaxed);
   observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
@@ -198,7 +212,7 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
-  needs_clean_ = true;
+  needs_clean_.store(true, std::memory_order_relaxed);
   noteChange(Slots::slotOf(geom));
 }
 
@@ -287,22 +301,20 @@ void ParallelSAPSpace::updateSweptBoundsOf(dxGeom* geom) {
 }
 
 void ParallelSAPSpace::cleanGeoms() {
-  const Lock lock(*this);
+  const Lock lock(*this, Use::query);
+  if (lock.isGuest()) return;
   checkSilent();
-  cleanNoted();
-}
-
-void ParallelSAPSpace::cleanNoted() {
-  if (!needs_clean_) return;
-  const Lock lock(*this);
-  pipeline_.clean(scene(/*nested=*/true), settings_);
+  if (needs_clean_) pipeline_.clean(scene(/*nested=*/true), settings_);
 }
 
 // Before a query: where few geoms changed since the last one, these are known.
 void ParallelSAPSpace::cleanFew() {
-  if (needs_clean_ && (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms())))
-    needs_clean_ = false;
-  cleanNoted();
+  if (!needs_clean_) return;
+  const Scene all = scene(/*nested=*/true);
+  if (queries_.clean(slots_.geoms()) || rays_.clean(slots_.geoms()))
+    all.noteClean();
+  else
+    pipeline_.clean(all, settings_);
 }
 
 // Within a callback of this space the slots stay what they are, and what is held stays held.

@@ -110,13 +110,11 @@ class ParallelSAPSpace : public dxSpace {
   static void updateOther(dxGeom* geom);
   void updateSweptBounds();
   void updateSweptBoundsOf(dxGeom* geom);
-  void cleanNoted();
   void cleanFew();
   bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
-  bool isUnchanged() const { return !needs_clean_ && silent_.areClean(); }
   void checkUser();
   void complainOfThreads();
   void printTotals() const;
@@ -125,7 +123,7 @@ class ParallelSAPSpace : public dxSpace {
   Settings settings_;
   Slots slots_;
   dxGeom** tail_ = &first;
-  bool needs_clean_ = false;
+  std::atomic<bool> needs_clean_{false};
   unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;

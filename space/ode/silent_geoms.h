@@ -27,10 +27,12 @@ class SilentGeoms {
     slots_.insert(slot);
     listed_ = false;
   }
-  void remove(Slot slot) {
-    if (!slots_.contains(slot)) return;
+  // Whether check() has something to do now.
+  bool remove(Slot slot) {
+    if (!slots_.contains(slot)) return false;
     slots_.erase(slot);
     listed_ = false;
+    return true;
   }
   // The slots of these geoms are numbered anew.
   void renumber(const Buffer<dxGeom*>& geoms);

@@ -33,8 +33,8 @@
  * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
  * of that geom. While nothing changes, any number of threads may call dSpaceCollide2 (geom, space),
  * dParallelSAPSpaceRays and -RayHits, from concurrent blocks too: no geom of these spaces and their
- * sub-spaces was moved, added, removed or changed since a collide or dSpaceClean, and no sub-space
- * has swept bounds. Threads must not share heightfield data, to which ODE's collider writes.
+ * sub-spaces is moved, added, removed or changed meanwhile, and no sub-space has swept bounds.
+ * Threads must not share heightfield data, to which ODE's collider writes, that of rays too.
  *
  * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later versions
  * may add fields at the end of the structs of statistics, contact callbacks, rays and hits; each
