@@ -40,10 +40,11 @@ class ParallelSAPSpace::Use {
   explicit Use(ParallelSAPSpace& space, Of of = change) : space_(space) {
     const std::thread::id self = std::this_thread::get_id();
     std::thread::id user;
-    if (of == query ? !space.user_.compare_exchange_strong(user, self, std::memory_order_acquire)
-                    : (user = space.user_.load(std::memory_order_relaxed)) != std::thread::id())
+    if (is_sure || of == query
+            ? !space.user_.compare_exchange_strong(user, self, std::memory_order_acquire)
+            : (user = space.user_.load(std::memory_order_relaxed)) != std::thread::id())
       meet(user == self, of);
-    else if (of == change)
+    else if (!is_sure && of == change)
       space.user_.store(self, std::memory_order_relaxed);
   }
   ~Use() {
@@ -60,6 +61,11 @@ class ParallelSAPSpace::Use {
   bool is_guest_ = false;
 
  private:
+#ifdef NDEBUG
+  static constexpr bool is_sure = false;  // two that begin at the same moment may go unseen
+#else
+  static constexpr bool is_sure = true;
+#endif
   // A thread is in the space, or left it by longjmp.
   __attribute__((noinline)) void meet(bool itself, Of of) {
     alone_ = false;
@@ -68,7 +74,8 @@ class ParallelSAPSpace::Use {
     alone_ = true;
     space_.user_.store(std::this_thread::get_id(), std::memory_order_relaxed);
   }
-  // Waits while the other thread's query brings geoms up to date. False where it does not.
+  // Waits while the other thread's query brings geoms up to date, unless that leaves meanwhile.
+  // False where it does neither.
   bool becomeGuest() {
     constexpr std::chrono::seconds most(1);  // fixed: longer than that takes
     for (const Clock::time_point begin = Clock::now(); Clock::now() - begin < most;
