@@ -1,5 +1,6 @@
 #include "space/geoms/geom_packer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -23,16 +24,16 @@ bool foldsExactly(unsigned long bits) {
   return wide >> 32 == 0 || ~wide >> 31 == 0;
 }
 
-// Whether a step of floats at one of the bounds is more than a small part of the tolerance.
-bool exceedsTolerance(const Box& box, dReal tolerance) {
-  constexpr float least_steps = 0x1p18f;  // fixed: 32 steps in a tolerance
-  constexpr float most = std::numeric_limits<float>::max();
-  const float limit = static_cast<float>(tolerance) * least_steps;
+// Whether a step of floats at one of the bounds is more than a small part of the tolerance, or the
+// bound is beyond all floats.
+bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
+  constexpr dReal least_steps = 0x1p18;  // fixed: 32 steps in a tolerance
+  constexpr dReal most_of_floats = std::numeric_limits<float>::max();
+  const dReal limit = std::min(tolerance * least_steps, most_of_floats);
   bool exceeds = false;
-  for (int axis = 0; axis < 3; ++axis) {
-    const float lower = std::fabs(box.lower[axis]), upper = std::fabs(box.upper[axis]);
-    exceeds |= (lower > limit) & (lower <= most);
-    exceeds |= (upper > limit) & (upper <= most);
+  for (int i = 0; i < 6; ++i) {
+    const dReal size = std::fabs(bounds[i]);
+    exceeds |= (size > limit) & (size <= std::numeric_limits<dReal>::max());
   }
   return exceeds;
 }
@@ -111,7 +112,7 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   if (rounded.nan || rounded.unbounded) return packOther(geom, slot, part, boxes);
   boxes.boxes[slot] = box;
   part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
-  if (rules.tolerance > 0 && exceedsTolerance(box, rules.tolerance))
+  if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
     part.facts.beyond_tolerance = true;
   packBits(geom, slot, part.facts, boxes);
   packBody(geom, slot, part, boxes);
@@ -139,7 +140,8 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
   }
   Box box;
   const BoundsFacts rounded = roundOutward(geom->aabb, box);
-  if (rules.tolerance > 0 && exceedsTolerance(box, rules.tolerance)) facts.beyond_tolerance = true;
+  if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
+    facts.beyond_tolerance = true;
   if (rounded.nan) {
     facts.newly_invalid.push_back(slot);
     boxes.deactivate(slot);

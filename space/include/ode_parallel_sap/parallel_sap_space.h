@@ -10,14 +10,15 @@
  *   Only settings that are off by default leave out or add pairs.
  * - Order: ascending by (earlier geom, later geom), counted by when each was last added to the
  *   space. The earlier geom is the callback's first argument. dSpaceCollide2 visits the geoms of
- *   this space in that order and keeps ODE's order of arguments.
+ *   this space in that order and keeps ODE's order of arguments. As in ODE, the geom that it is
+ *   called with need not be enabled, and may be zero-sized.
  * - Callbacks run on the calling thread, unless they say otherwise, with the space locked, and may
  *   collide any space. A throw leaves the space unlocked. A longjmp leaves it locked, as in ODE's
  *   spaces, and pairs stay right; events resume with the next call that is no deeper on the stack.
  * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
  *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
- * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. All
- *   other bounds (infinite, inverted, denormal, huge) follow the rule in any floating-point mode.
+ * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. Other
+ *   bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
@@ -25,9 +26,10 @@
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
  *   in a new space, plus allocations. With the default number of threads, a frame waits once for a
  *   core that another program holds; then one thread does the rest.
- * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
- *   the frame of a GPU that fails; one message and the statistics say so. Enabling and disabling
- *   takes effect at once if memory for all pairs ends or an AABBTest throws bad_alloc.
+ * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only where not
+ *   even the contacts of one pair, or the hits of one ray, find memory. The CPU finishes the frame
+ *   of a GPU that fails; one message and the statistics say so. Enabling and disabling takes effect
+ *   at once if memory for all pairs ends or an AABBTest throws bad_alloc.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
@@ -135,8 +137,8 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 /* For reduce callbacks: `return dParallelSAPKeepSpread (contacts, count, 4);`. They move the best
  * contacts to the front and return their number, the lesser of `most` and `count`. KeepDeepest
  * keeps the deepest first. KeepSpread keeps the deepest, the farthest from it, and then always the
- * one that adds most to the area of the convex hull along the first one's normal. The earlier one
- * of equals is kept; the rest keeps its order. Any thread may call them. */
+ * one that adds most to the area of the convex hull along the first one's normal, or the deepest if
+ * none adds any. Of equals the first is kept; the rest stays in order. Any thread may call them. */
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
@@ -202,10 +204,11 @@ enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at 
  *
  * Threads: without flags, the blocks come in their order on the calling thread, under the rules of
  * near callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT
- * ONCE, in the caller's floating-point mode. It may read geoms and bodies, write what belongs to
- * its pairs alone, and collide spaces that no other thread uses, but not this one. For dCollide it
- * must allocate its thread's data, and know which geoms other threads may collide too. If it
- * throws, no further block begins, and one exception leaves this call on the calling thread. */
+ * ONCE, in the caller's floating-point mode (on x86 that of SSE; x87's is the thread's own). It may
+ * read geoms and bodies, write what belongs to its pairs alone, and collide spaces that no other
+ * thread uses, but not this one. For dCollide it must allocate its thread's data, and know which
+ * geoms other threads may collide too. If it throws, no further block begins, and one exception
+ * leaves this call on the calling thread. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
@@ -242,11 +245,11 @@ enum {
  * negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
  *
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
- * boxes, capsules and cylinders may run on any thread.
+ * boxes, capsules and cylinders may run on any thread, and only if the ray meets the geom's AABB.
  *
  * Order: of hits at one distance, the first one of the geom added earlier counts. The geoms of a
- * sub-space have its place, and among each other the order of dSpaceGetGeom, or in a
- * dSweepAndPruneSpace or dQuadTreeSpace its reverse. */
+ * sub-space have its place, and among each other the order of dSpaceGetGeom, but in a
+ * dSweepAndPruneSpace or dQuadTreeSpace the one added last comes first. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParallelSAPRay* rays,
                                                   size_t count, int flags,
                                                   dParallelSAPRayHit* nearest);
@@ -335,7 +338,7 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  *     [lower + min (d, 0) - a * r, upper + max (d, 0) + a * r], d = linear velocity * step,
  *     a = the lesser of |angular velocity| * step and 2 (a NaN counts as 0),
  *     r = distance from the body's position to the AABB's farthest corner, or to a sphere's centre.
- * Forces are not covered. A sub-space has a step of its own; stock spaces around it ignore that.
+ * Forces are not covered. A sub-space has a step of its own, which stock spaces around it may lack.
  * ODE's colliders of heightfields, of convexes with meshes and of GIMPACT's meshes read the box. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
@@ -387,7 +390,8 @@ typedef struct dParallelSAPStats {
 } dParallelSAPStats;
 
 /* Fills *stats; all zero before the first collide. In scenes of up to 120 geoms one frame in
- * sixteen is timed, from the first call on. */
+ * sixteen is timed, from the first call on. Under SetSkipStatic, geoms without body may count as
+ * disabled or not by when they last moved, unless they are announced (SetNotified). */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* The macros below call these with the sizes of the program's structs. Fields of the statistics
@@ -395,16 +399,13 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * an error. Functions without size, for dlsym and older programs, take version 0.1's structs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
-/* Likewise. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
     size_t size, dSpaceID space, void* data, int flags,
     const dParallelSAPContactCallbacks* callbacks);
-/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size,
                                                        dSpaceID space, const dParallelSAPRay* rays,
                                                        size_t count, int flags,
                                                        dParallelSAPRayHit* nearest);
-/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size,
                                                           dSpaceID space,
                                                           const dParallelSAPRay* rays, size_t count,
