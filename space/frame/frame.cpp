@@ -352,7 +352,9 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
 void Pipeline::reportWithoutMemory(Frame& frame, const PairReceiver& receiver) {
   frame.clock.begin(Stage::report);
   complaints_.ofNoMemory();
+  const std::size_t moved = frame.stats.moved;
   frame.stats = updateWithoutMemory(frame.call.scene);
+  frame.stats.moved += moved;
   noteStats(frame);
   collideWithoutMemory(frame.call.scene, frame.plan.rules, frame.stats, receiver);
 }

@@ -3,6 +3,9 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
@@ -11,6 +14,7 @@
 #include "support/oracle.h"
 #include "support/random.h"
 #include "support/recorder.h"
+#include "support/rules_oracle.h"
 #include "support/scenes.h"
 #include "support/variable.h"
 
@@ -126,7 +130,7 @@ void play(const Configuration& configuration, std::size_t motion, std::size_t se
     kSettings[setting].set(scene, random, frame);
     const Pairs pairs = collide(scene.space());
     REQUIRE(scene.wrong(pairs) == "");
-    REQUIRE(statsOf(scene.space()).pairs == pairs.size());
+    REQUIRE(wrongCounts(scene.space(), scene.order(), pairs.size()) == "");
     kMotions[motion].between(scene, random, frame);
   }
 }
@@ -172,6 +176,85 @@ TEST_CASE("Statistics say what moved, what was kept and what was found anew", "[
   }
 }
 
+TEST_CASE("Whatever a frame keeps, statistics count the geoms that moved and the pairs it found",
+          "[motions]") {
+  const unsigned long high = 1ul << (8 * sizeof(unsigned long) - 2);
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {12, 100, 400, 2000})
+      for (const bool planes : {false, true}) {
+        const std::uint64_t seed = seedOr(n);
+        const Space space(configuration);
+        World world(space);
+        if (planes) world.take(dCreatePlane(space, 0, 0, 1, 2));
+        world.addBoxes(denseCube(n, seed));
+        if (planes) world.take(dCreatePlane(space, 1, 0, 0, 1));
+        dParallelSAPSpaceSetCullPlanes(space, planes);
+        const std::vector<dGeomID>& geoms = world.geoms();
+        Random random(seed);
+        std::size_t kept = 0, contacts = 0;
+        for (int frame = 0; frame < 36; ++frame) {
+          std::set<dGeomID> moved;
+          if (frame == 0) moved.insert(geoms.begin(), geoms.end());
+          // None, one, a few or all, by little or far; some get bits as none had before.
+          const double part[] = {0, 0, 0.03, 1};
+          for (const dGeomID geom : geoms) {
+            if (!random.chance(part[frame % 4])) continue;
+            const bool plane = dGeomGetClass(geom) == dPlaneClass;
+            const dReal* const at = plane ? nullptr : dGeomGetPosition(geom);
+            if (plane)
+              dGeomPlaneSetParams(geom, 0, 0, 1, real(random.between(1, 3)));
+            else
+              dGeomSetPosition(geom, at[0], at[1], at[2] + real(frame % 8 == 3 ? 0.001 : 0.3));
+            moved.insert(geom);
+          }
+          if (frame % 6 == 5) {
+            dGeomSetCategoryBits(geoms[random.below(geoms.size())], high | 1ul << random.below(3));
+            dGeomSetPosition(geoms[5], 1, 1, 1);
+            moved.insert(geoms[5]);
+          }
+          if (frame % 12 == 7) {
+            const dGeomID gone = geoms[7];
+            world.remove(gone);
+            dGeomDestroy(gone);
+            moved.erase(gone);
+          }
+          INFO(configuration.name << ", " << n << " geoms, planes " << planes << ", frame " << frame
+                                  << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+          std::size_t pairs = 0, touching = 0;
+          const Pairs expected = frame % 3 == 0 ? collide(space) : Pairs();
+          if (frame % 3 == 0) pairs = expected.size();
+          if (frame % 3 == 1)
+            dParallelSAPSpaceCollidePairs(
+                space, &pairs, 0,
+                [](void* pairs, const dParallelSAPPair*, std::size_t count, std::size_t) {
+                  *static_cast<std::size_t*>(pairs) += count;
+                });
+          if (frame % 3 == 2) {
+            const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(
+                [](void* contacts, dGeomID, dGeomID, const dContactGeom*, int count) {
+                  *static_cast<std::size_t*>(contacts) += static_cast<std::size_t>(count);
+                });
+            dParallelSAPSpaceCollideContacts(space, &touching, 4, &callbacks);
+            pairs = statsOf(space).pairs;
+          }
+          const dParallelSAPStats stats = statsOf(space);
+          REQUIRE(wrongCounts(space, geoms, pairs) == "");
+          REQUIRE(stats.moved == moved.size());
+          REQUIRE(stats.contacts == touching);
+          REQUIRE(stats.frames == static_cast<unsigned>(frame) + 1);
+          REQUIRE(stats.method != dParallelSAPMethodAuto);
+          if (stats.kept == 0 && stats.method == dParallelSAPMethodBruteForce && n <= 100)
+            REQUIRE(stats.candidates == stats.pairs);
+          kept += stats.kept > 0;
+          contacts += touching;
+        }
+        if (n > 120 && configuration.backend != dParallelSAPBackendCUDA &&
+            configuration.method <= dParallelSAPMethodSweep)
+          CHECK(kept > 0);
+        CHECK(contacts > 0);
+      }
+}
+
 TEST_CASE("Geoms that are disabled are counted while their bodies are asleep", "[motions]") {
   for (const Configuration& configuration : configurations())
     for (const std::size_t n : {20, 300, 1500}) {
@@ -210,6 +293,35 @@ TEST_CASE("The greatest tolerance misses no pair of geoms at infinity", "[motion
     const Pairs pairs = collide(space);
     CHECK(std::includes(pairs.begin(), pairs.end(), exact.begin(), exact.end()));
   }
+}
+
+TEST_CASE("A tolerance lets no pair through that is further apart, whatever the scale",
+          "[motions]") {
+  const double scales[] = {1e-38, 1e-30, 1, 1e30, 1e36, 3e37, 1e38, 1e39, 1e60, 1e100, 1e300};
+  for (const double scale : scales)
+    for (const double tolerance : {0.01, 0.3, 100.0, 1e7}) {
+      if (!std::isfinite(real(100 * scale)) || !std::isfinite(real(tolerance * scale))) continue;
+      const Space space(on_cpu);
+      World world(space);
+      Random random(seedOr(71));
+      // Most overlap each other; the others are small and lie between and beside them, on both
+      // sides and at times as far away as numbers are.
+      for (int i = 0; i < 160; ++i) world.take(dCreateSphere(space, real(3 * scale)));
+      for (int i = 0; i < 60; ++i) {
+        const dGeomID geom = world.take(dCreateSphere(space, real(0.1 * scale)));
+        const double side = random.chance(0.5) ? 1 : -1, at = side * random.between(0, 5);
+        dGeomSetPosition(geom, real(at * scale), real(random.below(2) * scale), 0);
+        if (i % 20 == 0) dGeomSetPosition(geom, real(side * 1e38), real(at), 0);
+        if (i % 20 == 1)
+          dGeomSetPosition(geom, real(side) * std::numeric_limits<dReal>::max(), 0, 0);
+      }
+      dParallelSAPSpaceSetTolerance(space, real(tolerance * scale));
+      for (int frame = 0; frame < 3; ++frame) {
+        INFO("scale " << scale << ", tolerance " << tolerance << " of it, frame " << frame);
+        const Pairs pairs = collide(space);
+        REQUIRE(wrongByRules(Rules::of(space), world.geoms(), pairs) == "");
+      }
+    }
 }
 
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {

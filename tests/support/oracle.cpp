@@ -80,9 +80,12 @@ bool holdsGeom(dGeomID geom) {
   return false;
 }
 
+bool isOn(dGeomID geom) {
+  return dGeomIsEnabled(geom) && !isZeroSized(geom) && holdsGeom(geom);
+}
+
 bool takesPart(dGeomID geom) {
-  if (!dGeomIsEnabled(geom) || isZeroSized(geom)) return false;
-  if (!holdsGeom(geom)) return false;
+  if (!isOn(geom)) return false;
   const Bounds bounds = boundsOf(geom);
   return std::none_of(bounds.begin(), bounds.end(), [](dReal bound) { return std::isnan(bound); });
 }

@@ -15,7 +15,10 @@ namespace sap_test {
 // Whether it is a geom, or a space with a geom in it, at any depth.
 bool holdsGeom(dGeomID geom);
 
-// What may stand in a pair at all: enabled, not zero-sized, no NaN bound, not an empty sub-space.
+// Enabled, not zero-sized and not an empty sub-space.
+bool isOn(dGeomID geom);
+
+// What may stand in a pair at all: on, and without a NaN bound.
 bool takesPart(dGeomID geom);
 
 // Of all geoms those that take part, and their bounds.

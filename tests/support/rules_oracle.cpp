@@ -124,6 +124,39 @@ std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_
          std::to_string(got[next].first) + "," + std::to_string(got[next].second) + ")";
 }
 
+std::string wrongCounts(dSpaceID space, const std::vector<dGeomID>& all, std::size_t pairs) {
+  dParallelSAPStats stats = {};
+  dParallelSAPSpaceGetStats(space, &stats);
+  std::size_t disabled = 0, invalid = 0, unbounded = 0, unsure = 0;
+  for (const dGeomID geom : all) {
+    // The header lets a geom without body that is disabled or enabled be counted later.
+    unsure += dParallelSAPSpaceGetSkipStatic(space) && isStatic(geom);
+    const Bounds bounds = boundsOf(geom);
+    disabled += !isOn(geom);
+    invalid += isOn(geom) && !takesPart(geom);
+    bool open = false;
+    for (std::size_t i = 0; i < 6; i += 2)
+      open =
+          open || std::isinf(bounds[i]) || std::isinf(bounds[i + 1]) || bounds[i] > bounds[i + 1];
+    unbounded += takesPart(geom) && open;
+  }
+  std::ostringstream text;
+  const auto compare = [&](const char* what, unsigned long long got, std::size_t owed,
+                           std::size_t most_off = 0) {
+    if (got + most_off < owed || got > owed + most_off)
+      text << what << " " << got << " instead of " << owed << "; ";
+  };
+  compare("geoms", stats.geoms, all.size());
+  compare("disabled", stats.disabled, disabled, unsure);
+  compare("invalid", stats.invalid, invalid, unsure);
+  compare("unbounded", stats.unbounded, unbounded, unsure);
+  compare("pairs", stats.pairs, pairs);
+  // Each pair was found in this frame or kept.
+  if (stats.candidates + stats.kept < pairs)
+    text << "candidates " << stats.candidates << " and kept " << stats.kept << " of " << pairs;
+  return text.str();
+}
+
 Pairs withoutCulled(const Pairs& all, const Pairs& got,
                     const std::function<dGeomID(std::size_t)>& geomOf) {
   const Pairs reported = sorted(got);

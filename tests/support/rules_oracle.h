@@ -25,6 +25,10 @@ struct Rules {
 std::string wrongByRules(const Rules& rules, const std::vector<dGeomID>& in_add_order,
                          const Pairs& got, bool beginning_only = false);
 
+// "" or which of the last collide's counts of geoms and pairs is not that of these geoms, in their
+// state of that collide, and of as many reported pairs.
+std::string wrongCounts(dSpaceID space, const std::vector<dGeomID>& all, std::size_t pairs);
+
 // Of `all` pairs those that culled planes owe, or did report where rounding decides.
 Pairs withoutCulled(const Pairs& all, const Pairs& got,
                     const std::function<dGeomID(std::size_t)>& geomOf);
