@@ -1,16 +1,23 @@
-// Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none.
+// Meshes whose triangles change without a word to any space: dGeomTriMeshSetData tells none. And
+// all other changes, each followed at once by every call.
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
 #include "support/random.h"
+#include "support/ray_oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -183,5 +190,263 @@ TEST_CASE("Spaces are asked for the meshes they hold as these come and go", "[si
       if (reaches(model, place)) expected.push_back(model.number);
     INFO("edit " << i);
     REQUIRE(numbersAt(space, place) == expected);
+  }
+}
+
+namespace {
+
+// A way in which a geom comes to its lane, at x = xOf(0), and leaves it.
+struct Visitor {
+  std::string name;
+  dGeomID reported;  // the geom itself, or the space of the outer space that it is in
+  std::function<void(Visitor& self, bool here)> come;
+  bool is_here = false;
+};
+
+dReal laneOf(std::size_t lane) {
+  return 20 * static_cast<dReal>(lane);
+}
+dReal placeOf(bool here) {
+  return real(xOf(here ? 0 : kPlaces - 1));
+}
+
+// Rays have this bit, which hosts have not.
+constexpr unsigned long kRayBit = 2;
+std::size_t boxes_asked_by_rays;  // as bits of lanes: no collider tells of user boxes
+
+// In each lane a visitor, a host in the outer space that it pairs with, a probe, and a ray.
+class Lanes {
+ public:
+  Lanes(dSpaceID space, dWorldID world, const Triangles& triangles)
+      : space_(space), world_(world), triangles_(triangles) {
+    dParallelSAPSpaceSetSweptBounds(space, 1);
+    addDirect();
+    for (const Holder& holder : kHolders) {
+      const dSpaceID outermost = holder.outermost ? holder.outermost(space) : space;
+      const dSpaceID innermost = holder.innermost ? holder.innermost(outermost) : outermost;
+      const dGeomID mesh = triangles_.create(innermost, 0);
+      add("other triangles, holder " + std::string(holder.name),
+          holder.outermost ? asGeom(outermost) : mesh, [this, mesh](Visitor&, bool here) {
+            dGeomTriMeshSetData(mesh, triangles_.at(here ? 0 : kPlaces - 1));
+          });
+      dGeomSetPosition(mesh, 0, laneOf(visitors.size() - 1), 0);
+      if (!holder.outermost) continue;
+      const dSpaceID around = holder.outermost(space);
+      const dGeomID inside = dCreateSphere(holder.innermost ? holder.innermost(around) : around, 1);
+      add("moves, holder " + std::string(holder.name), asGeom(around), mover(inside));
+    }
+    for (std::size_t lane = 0; lane < visitors.size(); ++lane) {
+      visitors[lane].come(visitors[lane], false);
+      hosts_.push_back(dCreateBox(space, 2, 2, 2));
+      probes_.push_back(dCreateBox(nullptr, 2, 2, 2));
+      for (const dGeomID geom : {hosts_[lane], probes_[lane]}) {
+        dGeomSetPosition(geom, placeOf(true), laneOf(lane), 0);
+        setNumber(geom, kHosts + lane);
+      }
+      dGeomSetCategoryBits(hosts_[lane], 1);
+      dGeomSetCollideBits(hosts_[lane], 1);
+      // More of them than it takes to keep a tree.
+      for (int i = 0; i < 8; ++i) rays_.push_back(rayIn(lane));
+    }
+  }
+  ~Lanes() {
+    for (const dGeomID probe : probes_) dGeomDestroy(probe);
+    for (const Visitor& visitor : visitors)
+      if (!dGeomGetSpace(visitor.reported)) dGeomDestroy(visitor.reported);
+  }
+  Lanes(const Lanes&) = delete;
+  Lanes& operator=(const Lanes&) = delete;
+
+  static constexpr std::size_t kCalls = 7;
+  // The lanes of whose visitors a call tells, and nothing twice.
+  std::set<std::size_t> told(std::size_t call) {
+    std::set<std::size_t> lanes;
+    const auto tell = [&](std::size_t lane) { REQUIRE(lanes.insert(lane).second); };
+    switch (call) {
+      case 0:
+      case 1:
+      case 2: {
+        for (const auto& [a, b] : collideBy(call)) {
+          const std::size_t visitor = std::min(a, b), host = std::max(a, b);
+          if (visitor >= kVisitors && host >= kHosts) tell(host - kHosts);
+          if (visitor >= kVisitors && host >= kHosts) REQUIRE(visitor - kVisitors == host - kHosts);
+        }
+        break;
+      }
+      case 3:
+      case 4:
+        ++next_;
+        for (std::size_t i = 0; i < visitors.size(); ++i) {
+          const std::size_t lane = (i + next_) % visitors.size();
+          for (const auto& [a, b] : call == 3 ? collide2(space_, probes_[lane])
+                                              : collide2(probes_[lane], asGeom(space_)))
+            if (std::min(a, b) == kVisitors + lane) tell(lane);
+        }
+        break;
+      default: {
+        boxes_asked_by_rays = 0;
+        std::set<std::size_t> hit;
+        if (call == 5) {
+          const RayHits hits = nearestHits(space_, rays_, 0);
+          for (std::size_t i = 0; i < hits.size(); ++i)
+            if (hits[i].geom) hit.insert(i / 8);
+        } else {
+          const std::vector<RayHits> hits = allHits(space_, rays_, 0);
+          for (std::size_t i = 0; i < hits.size(); ++i)
+            if (!hits[i].empty()) hit.insert(i / 8);
+        }
+        lanes = hit;
+        for (std::size_t lane = 0; lane < visitors.size(); ++lane)
+          if (boxes_asked_by_rays >> lane & 1) tell(lane);
+      }
+    }
+    return lanes;
+  }
+  std::set<std::size_t> here() const {
+    std::set<std::size_t> lanes;
+    for (std::size_t lane = 0; lane < visitors.size(); ++lane)
+      if (visitors[lane].is_here) lanes.insert(lane);
+    return lanes;
+  }
+
+  std::vector<Visitor> visitors;
+
+ private:
+  using Come = std::function<void(Visitor&, bool)>;
+  static constexpr std::size_t kVisitors = 2 * kProbeNumber, kHosts = 3 * kProbeNumber;
+
+  void add(const std::string& name, dGeomID reported, const Come& come) {
+    setNumber(reported, kVisitors + visitors.size());
+    visitors.push_back({name, reported, come});
+  }
+  // One that is always in its place.
+  dGeomID ball() {
+    const dGeomID geom = dCreateSphere(space_, 1);
+    dGeomSetPosition(geom, placeOf(true), laneOf(visitors.size()), 0);
+    return geom;
+  }
+  Come mover(dGeomID geom) {
+    const std::size_t lane = visitors.size();
+    return [=](Visitor&, bool here) { dGeomSetPosition(geom, placeOf(here), laneOf(lane), 0); };
+  }
+  // Its box reaches its place while it is fast and awake.
+  dGeomID fastBox(dBodyID body, dReal speed) {
+    const Bounds unit = {-1, 1, -1, 1, -1, 1};
+    const auto noteRay = [](dGeomID self, dGeomID other, dReal*) {
+      if (dGeomGetClass(other) == dRayClass)
+        boxes_asked_by_rays |= std::size_t{1} << (number(self) - kVisitors);
+      return 1;
+    };
+    const dGeomID geom = createUserBox(space_, unit, true, noteRay);
+    dGeomSetBody(geom, body);
+    dBodySetPosition(body, placeOf(true) - 10, laneOf(visitors.size()), 0);
+    dBodySetLinearVel(body, speed, 0, 0);
+    return geom;
+  }
+
+  void addDirect() {
+    add("moves", dCreateSphere(space_, 1), nullptr);
+    visitors.back().come = [](Visitor& self, bool here) {
+      dGeomSetPosition(self.reported, placeOf(here), 0, 0);
+    };
+    const dBodyID body = dBodyCreate(world_);
+    const std::size_t lane = visitors.size();
+    add("moves with its body", dCreateSphere(space_, 1),
+        [=](Visitor&, bool here) { dBodySetPosition(body, placeOf(here), laneOf(lane), 0); });
+    dGeomSetBody(visitors.back().reported, body);
+    add("is enabled", ball(), [](Visitor& self, bool here) {
+      here ? dGeomEnable(self.reported) : dGeomDisable(self.reported);
+    });
+    add("gets bits", ball(), [](Visitor& self, bool here) {
+      dGeomSetCategoryBits(self.reported, here ? ~0ul : 0);
+      dGeomSetCollideBits(self.reported, here ? ~0ul : 0);
+    });
+    add("grows", ball(),
+        [](Visitor& self, bool here) { dGeomSphereSetRadius(self.reported, here ? 1 : 0); });
+    add("is added", ball(), [this](Visitor& self, bool here) {
+      if (here == (dGeomGetSpace(self.reported) != nullptr)) return;
+      here ? dSpaceAdd(space_, self.reported) : dSpaceRemove(space_, self.reported);
+    });
+    add("is another", ball(), [this, at = visitors.size()](Visitor& self, bool here) {
+      dGeomDestroy(self.reported);
+      self.reported = dCreateSphere(space_, 1);
+      setNumber(self.reported, kVisitors + at);
+      dGeomSetPosition(self.reported, placeOf(here), laneOf(at), 0);
+    });
+    const dBodyID pushed = dBodyCreate(world_), woken = dBodyCreate(world_);
+    add("has another speed", fastBox(pushed, 0),
+        [=](Visitor&, bool here) { dBodySetLinearVel(pushed, here ? 10 : 0, 0, 0); });
+    add("wakes", fastBox(woken, 10),
+        [=](Visitor&, bool here) { here ? dBodyEnable(woken) : dBodyDisable(woken); });
+  }
+
+  static dParallelSAPRay rayIn(std::size_t lane) {
+    dParallelSAPRay ray = rayOf({xOf(0) + 0.3, laneOf(lane) + 0.25, 5}, {0, 0, -1}, 10);
+    ray.category_bits = ray.collide_bits = kRayBit;
+    return ray;
+  }
+
+  Pairs collideBy(std::size_t call) {
+    Pairs pairs;
+    if (call == 0) return collide(space_);
+    if (call == 1) {
+      const auto take = [](void* pairs, const dParallelSAPPair* some, std::size_t count,
+                           std::size_t) {
+        for (std::size_t i = 0; i < count; ++i) record(pairs, some[i].o1, some[i].o2);
+      };
+      dParallelSAPSpaceCollidePairs(space_, &pairs, 0, take);
+      return pairs;
+    }
+    const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
+    const auto flags = [](void* pairs, dGeomID a, dGeomID b) {
+      record(pairs, a, b);
+      return 0;
+    };
+    const auto spaces = [](void* pairs, dGeomID a, dGeomID b, void*) { record(pairs, a, b); };
+    const dParallelSAPContactCallbacks callbacks = {ignore, flags, nullptr, spaces};
+    dParallelSAPSpaceCollideContacts(space_, &pairs, 0, &callbacks);
+    return pairs;
+  }
+
+  const dSpaceID space_;
+  const dWorldID world_;
+  const Triangles& triangles_;
+  std::vector<dGeomID> hosts_, probes_;
+  Rays rays_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+TEST_CASE("Every call sees every kind of change that came right before it", "[silent]") {
+  const Triangles triangles;
+  for (const std::size_t n : {0, 300}) {
+    const std::uint64_t seed = seedOr(311 + n);
+    Random random(seed);
+    const dWorldID dynamics = dWorldCreate();
+    {
+      const Space space;
+      dParallelSAPSpaceSetNumThreads(space, 1);
+      Lanes lanes(space, dynamics, triangles);
+      World world(space);
+      world.addBoxes(denseCube(n, seed));
+      std::string last = "nothing";
+      for (int step = 0; step < scaled(1500); ++step) {
+        // Those of this step; some at once, some after others.
+        for (std::size_t changes = random.below(4); changes > 0; --changes) {
+          Visitor& visitor = lanes.visitors[random.below(lanes.visitors.size())];
+          visitor.is_here = !visitor.is_here;
+          visitor.come(visitor, visitor.is_here);
+          last = visitor.name;
+        }
+        if (random.chance(0.05)) world.jitter(0.1, random.bits());
+        if (random.chance(0.05)) dSpaceClean(space);
+        const std::size_t call = random.below(Lanes::kCalls);
+        INFO(n << " boxes, step " << step << ", call " << call << ", last: " << last
+               << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        REQUIRE(lanes.told(call) == lanes.here());
+      }
+    }
+    dWorldDestroy(dynamics);
   }
 }

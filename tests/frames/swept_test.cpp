@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -17,6 +18,7 @@
 #include "support/recorder.h"
 #include "support/rules_oracle.h"
 #include "support/scenes.h"
+#include "support/user_box.h"
 
 using namespace sap_test;
 
@@ -242,6 +244,42 @@ TEST_CASE("Boxes are the header's, bit for bit, and pairs, events and queries go
         }
         CHECK(fast > size);
         CHECK(slow > size);
+      }
+}
+
+TEST_CASE("A motion of exactly half of the smallest side is not fast, the next one is", "[swept]") {
+  const std::pair<const char*, dGeomID (*)(dSpaceID)> shapes_of_two[] = {
+      {"sphere", [](dSpaceID space) { return dCreateSphere(space, 1); }},
+      {"box", [](dSpaceID space) { return dCreateBox(space, 3, 2, 4); }},
+      {"capsule", [](dSpaceID space) { return dCreateCapsule(space, 1, 9); }},
+      {"thin cylinder", [](dSpaceID space) { return dCreateCylinder(space, 1, 9); }},
+      {"flat cylinder", [](dSpaceID space) { return dCreateCylinder(space, 4, 2); }},
+      {"user box", [](dSpaceID space) {
+         return createUserBox(space, {-3, 3, -4, 4, -1, 1}, true);
+       }}};
+  for (const auto& [name, create] : shapes_of_two)
+    for (const bool turns : {false, true})
+      for (const std::size_t n : {0, 200}) {
+        if (turns && name != shapes_of_two[0].first) continue;
+        const Space space;
+        World world(space);
+        world.addBoxes(denseCube(n, 1));
+        const dGeomID geom = world.take(create(space));
+        const dBodyID body = world.giveBody(geom);
+        // A ball's centre is two away from that of its body.
+        if (turns) dGeomSetOffsetPosition(geom, 0, 2, 0);
+        dParallelSAPSpaceSetSweptBounds(space, dReal(0.5));
+        const auto isFast = [&](dReal speed) {
+          turns ? dBodySetAngularVel(body, 0, 0, speed / 2) : dBodySetLinearVel(body, 0, 0, speed);
+          (void)collide(space);
+          return dParallelSAPSpaceIsFast(space, geom) != 0;
+        };
+        INFO(name << ", turns " << turns << ", " << n << " boxes");
+        for (const dReal sign : {1, -1}) {
+          CHECK(!isFast(sign * 2));
+          CHECK(isFast(sign * std::nextafter(dReal(2), dReal(3))));
+          CHECK(!isFast(sign * std::nextafter(dReal(2), dReal(1))));
+        }
       }
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <thread>
@@ -12,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
+#include "support/ray_oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 #include "support/user_box.h"
@@ -149,7 +151,7 @@ struct Witness {
   std::thread::id thread;
   dGeomID inside;  // of the space
   std::size_t calls = 0, elsewhere = 0, unlocked = 0, late = 0;
-  bool reporting = false;
+  std::atomic<bool> reporting{false};
 
   void look() {
     ++calls;
@@ -166,6 +168,56 @@ struct Witness {
 };
 Witness* witness = nullptr;
 
+int lookAndPass(dGeomID, dGeomID, dReal*) {
+  witness->look();
+  return 1;
+}
+
+const struct {
+  const char* name;
+  void (*make)(dSpaceID space, dGeomID probe);
+} kReportingCalls[] = {
+    {"dSpaceCollide",
+     [](dSpaceID space, dGeomID) {
+       dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { witness->reporting = true; });
+     }},
+    {"dSpaceCollide2",
+     [](dSpaceID space, dGeomID probe) {
+       dSpaceCollide2(asGeom(space), probe, nullptr,
+                      [](void*, dGeomID, dGeomID) { witness->reporting = true; });
+     }},
+    {"dParallelSAPSpaceCollidePairs",
+     [](dSpaceID space, dGeomID) {
+       const auto report = [](void*, const dParallelSAPPair*, std::size_t, std::size_t) {
+         witness->reporting = true;
+       };
+       dParallelSAPSpaceCollidePairs(space, nullptr, 0, report);
+     }},
+    {"dParallelSAPSpaceCollidePairs, concurrent",
+     [](dSpaceID space, dGeomID) {
+       const auto report = [](void*, const dParallelSAPPair*, std::size_t, std::size_t) {
+         witness->reporting = true;
+       };
+       dParallelSAPSpaceCollidePairs(space, nullptr, dParallelSAPPairsConcurrent, report);
+     }},
+    {"dParallelSAPSpaceCollideContacts",
+     [](dSpaceID space, dGeomID) {
+       const dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf(
+           [](void*, dGeomID, dGeomID, const dContactGeom*, int) { witness->reporting = true; });
+       dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
+     }},
+    {"dParallelSAPSpaceRayHits",
+     [](dSpaceID space, dGeomID) {
+       // At the middle of a box.
+       const dReal* const at = dGeomGetPosition(dSpaceGetGeom(space, 0));
+       const Rays rays(300, rayOf({at[0] - 50, at[1], at[2]}, {1, 0, 0}, 1e3));
+       dParallelSAPSpaceRayHits(space, rays.data(), rays.size(), 0, nullptr,
+                                [](void*, std::size_t, const dParallelSAPRayHit*, std::size_t) {
+                                  witness->reporting = true;
+                                });
+     }},
+};
+
 }  // namespace
 
 TEST_CASE("Functions of user classes run on the calling thread, locked, before any report",
@@ -175,29 +227,39 @@ TEST_CASE("Functions of user classes run on the calling thread, locked, before a
       const Space space(configuration);
       dParallelSAPSpaceSetNumThreads(space, 3);
       World world(space);
+      // Boxes among them have contacts and are hit by rays.
       for (const Box& box : denseCube(n, 5))
-        world.take(createUserBox(space,
-                                 {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
-                                  static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
-                                  static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])},
-                                 false, [](dGeomID, dGeomID, dReal*) {
-                                   witness->look();
-                                   return 1;
-                                 }));
-      Witness seen;
-      seen.thread = std::this_thread::get_id();
-      seen.inside = world.geoms()[0];
-      witness = &seen;
-      setUserBoundsObserver([] { witness->look(); });
-      dSpaceCollide(space, nullptr, [](void*, dGeomID, dGeomID) { witness->reporting = true; });
-      setUserBoundsObserver(nullptr);
-      witness = nullptr;
-      INFO(configuration.name << ", " << n << " geoms");
-      CHECK(seen.calls > n);
-      CHECK(seen.reporting);
-      CHECK(seen.elsewhere == 0);
-      CHECK(seen.unlocked == 0);
-      CHECK(seen.late == 0);
+        if (world.geoms().size() % 4 == 0)
+          world.addBox(box);
+        else
+          world.take(
+              createUserBox(space,
+                            {static_cast<dReal>(box.low[0]), static_cast<dReal>(box.high[0]),
+                             static_cast<dReal>(box.low[1]), static_cast<dReal>(box.high[1]),
+                             static_cast<dReal>(box.low[2]), static_cast<dReal>(box.high[2])},
+                            false, lookAndPass));
+      const dGeomID probe = createUserBox(nullptr, {-9, 99, -9, 99, -9, 99}, false, lookAndPass);
+      for (const auto& call : kReportingCalls) {
+        for (const dGeomID geom : world.geoms()) {
+          const dReal* const at = dGeomGetPosition(geom);
+          dGeomSetPosition(geom, at[0], at[1], at[2]);
+        }
+        Witness seen;
+        seen.thread = std::this_thread::get_id();
+        seen.inside = world.geoms()[0];
+        witness = &seen;
+        setUserBoundsObserver([] { witness->look(); });
+        call.make(space, probe);
+        setUserBoundsObserver(nullptr);
+        witness = nullptr;
+        INFO(configuration.name << ", " << n << " geoms, " << call.name);
+        CHECK(seen.calls > n);
+        CHECK(seen.reporting);
+        CHECK(seen.elsewhere == 0);
+        CHECK(seen.unlocked == 0);
+        CHECK(seen.late == 0);
+      }
+      dGeomDestroy(probe);
     }
 }
 

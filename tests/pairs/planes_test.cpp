@@ -143,6 +143,29 @@ dGeomID createPlaneAt(dSpaceID space, dGeomID geom, Random& random) {
 
 }  // namespace
 
+TEST_CASE("Culled planes pair with the last geoms of any number of them", "[planes]") {
+  // Around all widths of vectors and chunks. All boxes touch all planes.
+  for (const Configuration& configuration : configurations())
+    for (std::size_t n = 1; n < 700; n += n < 70 || n % 16 >= 14 || n % 16 < 2 ? 1 : 12) {
+      const Space space(configuration);
+      dParallelSAPSpaceSetCullPlanes(space, 1);
+      World world(space);
+      for (std::size_t i = 0; i < n; ++i) {
+        if (i == n / 2) world.take(dCreatePlane(space, 0, 0, 1, dReal(0.5)));
+        const double x = 2 * static_cast<double>(i);
+        world.addBox({{x, 0, 0}, {x + 1, 1, 1}});
+      }
+      for (int frame = 0; frame < 3; ++frame) {
+        INFO(configuration.name << ", " << n << " boxes, frame " << frame);
+        const Pairs pairs = collide(space);
+        REQUIRE(pairs.size() == n);
+        REQUIRE(wrongCulling(pairs, world) == "");
+        REQUIRE(wrongCounts(space, world.geoms(), pairs.size()) == "");
+        if (frame == 1) dGeomSetPosition(world.geoms().back(), -5, 0, 0);
+      }
+    }
+}
+
 TEST_CASE("No pair is culled for which dCollide finds a contact", "[planes]") {
   const int runs = scaled(3000);
   std::size_t touching = 0, culled = 0;

@@ -18,6 +18,7 @@
 #include "support/contact_scene.h"
 #include "support/floating_point.h"
 #include "support/knobs.h"
+#include "support/oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 
@@ -117,6 +118,52 @@ TEST_CASE("Blocks one after the other are the pairs of dSpaceCollide, for any th
             REQUIRE(blocks.order == places);
           }
       }
+}
+
+TEST_CASE("Blocks that the pairs fill exactly are followed by none", "[blocks]") {
+  // So many pairs: each of some bars along x meets the first ones of a row of boxes, and no bar.
+  const auto populate = [](World& world, std::size_t row, std::size_t pairs) {
+    for (std::size_t i = 0; i < row; ++i) {
+      const double x = static_cast<double>(i);
+      world.addBox({{x, 0, 0}, {x + 0.5, 1, 1}});
+      dGeomSetCategoryBits(world.geoms().back(), 1);
+      dGeomSetCollideBits(world.geoms().back(), 1);
+    }
+    for (std::size_t left = pairs; left > 0;) {
+      const std::size_t met = std::min(left, row);
+      world.addBox({{0, 0, 0}, {static_cast<double>(met) - 0.25, 1, 1}});
+      dGeomSetCategoryBits(world.geoms().back(), 2);
+      dGeomSetCollideBits(world.geoms().back(), 1);
+      left -= met;
+    }
+  };
+  std::size_t size = 0;  // of a block
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t row : {64, 300})
+      for (const std::size_t blocks : {2, 1, 3})
+        for (const int more : {0, -1, 1}) {
+          const std::size_t pairs = size ? blocks * size + static_cast<std::size_t>(more) : 2000;
+          const Space space(configuration);
+          World world(space);
+          populate(world, row, pairs);
+          for (const int threads : {1, 3})
+            for (const int flags : kFlags)
+              for (const double moved : {0.0, 0.0, 1e-9}) {
+                dParallelSAPSpaceSetNumThreads(space, threads);
+                if (moved > 0) world.jitter(moved, 1);
+                Blocks of_frame;
+                of_frame.collide(space, flags);
+                INFO(configuration.name << ", a row of " << row << ", " << pairs << " pairs, "
+                                        << threads << " threads, flags " << flags << ", moved "
+                                        << moved);
+                REQUIRE(difference(of_frame.joined(), expectedPairs(world.geoms())) == "");
+                REQUIRE(of_frame.joined().size() == pairs);
+                REQUIRE(of_frame.areWhole());
+                if (size) REQUIRE(of_frame.order.size() == (pairs + size - 1) / size);
+                if (!size) size = of_frame.at.at(0).size();
+                REQUIRE(statsOf(space).pairs == pairs);
+              }
+        }
 }
 
 TEST_CASE("Concurrent blocks are at work at the same time, in the caller's floating-point mode",

@@ -13,6 +13,7 @@
 #include "support/floating_point.h"
 #include "support/knobs.h"
 #include "support/moving_scene.h"
+#include "support/oracle.h"
 #include "support/random.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
@@ -335,6 +336,45 @@ TEST_CASE("A ray without any bit has all of them", "[rays]") {
     dGeomSetCollideBits(ball, collide);
     CHECK(wrongRays(space, {ball}, rays, 0) == "");
     CHECK(nearestHits(space, rays, 0)[0].geom == ball);
+  }
+}
+
+TEST_CASE("Bits that are zero on one side leave the other side's to decide", "[rays]") {
+  const unsigned long bits[] = {0, 1, 6, ~0ul};
+  for (const std::size_t n : {0, 300}) {
+    const Space space;
+    World world(space);
+    world.addBoxes(denseCube(n, 3));
+    for (const unsigned long category : bits)
+      for (const unsigned long collide : bits) {
+        const dGeomID ball = world.take(dCreateSphere(space, 1));
+        dGeomSetPosition(ball, 50, 0, 0);
+        dGeomSetCategoryBits(ball, category);
+        dGeomSetCollideBits(ball, collide);
+      }
+    Rays rays;
+    const dGeomID probe = dCreateSphere(nullptr, 1);
+    setNumber(probe, 1000000);
+    dGeomSetPosition(probe, 50, 0, 0);
+    for (int times = 0; times < 3; ++times)  // without trees and with them
+      for (const unsigned long category : bits)
+        for (const unsigned long collide : bits) {
+          INFO(n << " boxes, category bits " << category << ", collide bits " << collide);
+          rays.assign(16, rayOf({40, 0, 0}, {1, 0, 0}, 20));
+          for (dParallelSAPRay& ray : rays) {
+            ray.category_bits = category;
+            ray.collide_bits = collide;
+          }
+          REQUIRE(wrongRays(space, world.geoms(), rays, 0) == "");
+          dGeomSetCategoryBits(probe, category);
+          dGeomSetCollideBits(probe, collide);
+          Pairs expected;
+          for (const dGeomID geom : world.geoms())
+            if (mayTouch(geom, probe)) expected.emplace_back(number(geom), number(probe));
+          REQUIRE(difference(collide2(space, probe), expected) == "");
+        }
+    REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
+    dGeomDestroy(probe);
   }
 }
 
