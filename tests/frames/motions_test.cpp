@@ -299,29 +299,30 @@ TEST_CASE("A tolerance lets no pair through that is further apart, whatever the 
           "[motions]") {
   const double scales[] = {1e-38, 1e-30, 1, 1e30, 1e36, 3e37, 1e38, 1e39, 1e60, 1e100, 1e300};
   for (const double scale : scales)
-    for (const double tolerance : {0.01, 0.3, 100.0, 1e7}) {
-      if (!std::isfinite(real(100 * scale)) || !std::isfinite(real(tolerance * scale))) continue;
-      const Space space(on_cpu);
-      World world(space);
-      Random random(seedOr(71));
-      // Most overlap each other; the others are small and lie between and beside them, on both
-      // sides and at times as far away as numbers are.
-      for (int i = 0; i < 160; ++i) world.take(dCreateSphere(space, real(3 * scale)));
-      for (int i = 0; i < 60; ++i) {
-        const dGeomID geom = world.take(dCreateSphere(space, real(0.1 * scale)));
-        const double side = random.chance(0.5) ? 1 : -1, at = side * random.between(0, 5);
-        dGeomSetPosition(geom, real(at * scale), real(random.below(2) * scale), 0);
-        if (i % 20 == 0) dGeomSetPosition(geom, real(side * 1e38), real(at), 0);
-        if (i % 20 == 1)
-          dGeomSetPosition(geom, real(side) * std::numeric_limits<dReal>::max(), 0, 0);
-      }
-      dParallelSAPSpaceSetTolerance(space, real(tolerance * scale));
-      for (int frame = 0; frame < 3; ++frame) {
-        INFO("scale " << scale << ", tolerance " << tolerance << " of it, frame " << frame);
-        const Pairs pairs = collide(space);
-        REQUIRE(wrongByRules(Rules::of(space), world.geoms(), pairs) == "");
-      }
-    }
+    for (const double tolerance : {0.01, 0.3, 100.0, 1e7})
+      for (const int small : {12, 60})
+        for (const double outlier : {0.0, 1e38, double(std::numeric_limits<dReal>::max())}) {
+          if (!std::isfinite(real(100 * scale)) || !std::isfinite(real(tolerance * scale)))
+            continue;
+          const Space space(on_cpu);
+          World world(space);
+          Random random(seedOr(71));
+          // Most overlap each other. The small ones lie between and beside them, on both sides.
+          for (int i = 0; i < 160; ++i) world.take(dCreateSphere(space, real(3 * scale)));
+          for (int i = 0; i < small; ++i) {
+            const dGeomID geom = world.take(dCreateSphere(space, real(0.1 * scale)));
+            const double side = random.chance(0.5) ? 1 : -1, at = side * random.between(0, 5);
+            dGeomSetPosition(geom, real(at * scale), real(random.below(2) * scale), 0);
+          }
+          if (outlier > 0) dGeomSetPosition(world.geoms()[7], real(outlier), 0, 0);
+          dParallelSAPSpaceSetTolerance(space, real(tolerance * scale));
+          for (int frame = 0; frame < 3; ++frame) {
+            INFO("scale " << scale << ", tolerance " << tolerance << " of it, " << small
+                          << " small ones, outlier " << outlier << ", frame " << frame);
+            const Pairs pairs = collide(space);
+            REQUIRE(wrongByRules(Rules::of(space), world.geoms(), pairs) == "");
+          }
+        }
 }
 
 TEST_CASE("Candidates are kept where all trembles, and given back after", "[motions]") {
