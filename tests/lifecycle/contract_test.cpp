@@ -11,8 +11,10 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/floating_point.h"
+#include "support/knobs.h"
 #include "support/ode_errors.h"
 #include "support/oracle.h"
+#include "support/random.h"
 #include "support/scenes.h"
 
 using namespace sap_test;
@@ -120,6 +122,48 @@ TEST_CASE("Geoms and bodies that the callback disables or enables count in the n
     CHECK(collideAnd([&] { turnBodies(dBodyEnable); }) == 29);
     CHECK(collide(space).size() == 435);
   }
+}
+
+TEST_CASE("A collide in a callback sees what this has disabled, and the report goes on as it began",
+          "[contract]") {
+  for (const Configuration& configuration : configurations())
+    for (const std::size_t n : {6, 40, 110, 300, 600}) {
+      const std::uint64_t seed = seedOr(n);
+      const Space space(configuration);
+      World world(space);
+      world.addBoxes(denseCube(n, seed));
+      Random random(seed);
+      const auto disabled = [&] {
+        return static_cast<std::size_t>(
+            std::count_if(world.geoms().begin(), world.geoms().end(),
+                          [](dGeomID geom) { return !dGeomIsEnabled(geom); }));
+      };
+      const auto toggleOne = [&] {
+        const dGeomID geom = world.geoms()[random.below(n)];
+        dGeomIsEnabled(geom) ? dGeomDisable(geom) : dGeomEnable(geom);
+      };
+      for (int frame = 0; frame < 24; ++frame) {
+        // Mostly all is still; at times so is what is disabled.
+        if (frame % 8 == 0) world.jitter(0.1, random.bits());
+        if (frame % 4 == 0) toggleOne();
+        INFO(configuration.name << ", " << n << " geoms, frame " << frame
+                                << ", ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+        const Pairs expected = expectedPairs(world.geoms());
+        const std::size_t disabled_before = disabled();
+        Pairs outer;
+        collideWith(space, [&](dGeomID a, dGeomID b) {
+          record(&outer, a, b);
+          if (frame % 4 != 3 || outer.size() % (expected.size() / 3 + 1) != 1) return;
+          for (int i = 0; i < 3; ++i) toggleOne();
+          const Pairs within = expectedPairs(world.geoms());
+          for (int i = 0; i < 2; ++i) REQUIRE(difference(collide(space), within) == "");
+          CHECK(statsOf(space).disabled == disabled());
+        });
+        REQUIRE(difference(outer, expected) == "");
+        CHECK(statsOf(space).pairs == expected.size());
+        CHECK(statsOf(space).disabled == disabled_before);
+      }
+    }
 }
 
 TEST_CASE("A sub-space without a geom at any depth is never reported, whatever is at the origin",
