@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/knobs.h"
+#include "support/not_finite.h"
 #include "support/random.h"
 #include "support/ray_oracle.h"
 #include "support/recorder.h"
@@ -201,6 +202,7 @@ struct Visitor {
   dGeomID reported;  // the geom itself, or the space of the outer space that it is in
   std::function<void(Visitor& self, bool here)> come;
   bool is_here = false;
+  bool by_speed = false;  // only while bounds are swept
 };
 
 dReal laneOf(std::size_t lane) {
@@ -219,7 +221,7 @@ class Lanes {
  public:
   Lanes(dSpaceID space, dWorldID world, const Triangles& triangles)
       : space_(space), world_(world), triangles_(triangles) {
-    dParallelSAPSpaceSetSweptBounds(space, 1);
+    sweep(true);
     addDirect();
     for (const Holder& holder : kHolders) {
       const dSpaceID outermost = holder.outermost ? holder.outermost(space) : space;
@@ -305,9 +307,14 @@ class Lanes {
   std::set<std::size_t> here() const {
     std::set<std::size_t> lanes;
     for (std::size_t lane = 0; lane < visitors.size(); ++lane)
-      if (visitors[lane].is_here) lanes.insert(lane);
+      if (visitors[lane].is_here && (swept_ || !visitors[lane].by_speed)) lanes.insert(lane);
     return lanes;
   }
+  void sweep(bool on) {
+    swept_ = on;
+    dParallelSAPSpaceSetSweptBounds(space_, on ? 1 : 0);
+  }
+  bool isSwept() const { return swept_; }
 
   std::vector<Visitor> visitors;
 
@@ -363,6 +370,9 @@ class Lanes {
     });
     add("grows", ball(),
         [](Visitor& self, bool here) { dGeomSphereSetRadius(self.reported, here ? 1 : 0); });
+    add("is a number", ball(), [at = visitors.size()](Visitor& self, bool here) {
+      dGeomSetPosition(self.reported, here ? placeOf(true) : kNaN, laneOf(at), 0);
+    });
     add("is added", ball(), [this](Visitor& self, bool here) {
       if (here == (dGeomGetSpace(self.reported) != nullptr)) return;
       here ? dSpaceAdd(space_, self.reported) : dSpaceRemove(space_, self.reported);
@@ -378,6 +388,7 @@ class Lanes {
         [=](Visitor&, bool here) { dBodySetLinearVel(pushed, here ? 10 : 0, 0, 0); });
     add("wakes", fastBox(woken, 10),
         [=](Visitor&, bool here) { here ? dBodyEnable(woken) : dBodyDisable(woken); });
+    for (std::size_t i = 1; i <= 2; ++i) visitors[visitors.size() - i].by_speed = true;
   }
 
   static dParallelSAPRay rayIn(std::size_t lane) {
@@ -414,6 +425,7 @@ class Lanes {
   std::vector<dGeomID> hosts_, probes_;
   Rays rays_;
   std::size_t next_ = 0;
+  bool swept_ = false;
 };
 
 }  // namespace
@@ -442,6 +454,7 @@ TEST_CASE("Every call sees every kind of change that came right before it", "[si
         }
         if (random.chance(0.05)) world.jitter(0.1, random.bits());
         if (random.chance(0.05)) dSpaceClean(space);
+        if (random.chance(0.1)) lanes.sweep(!lanes.isSwept());
         // Another space may be the first to have a geom brought up to date.
         if (random.chance(0.3)) (void)collide2(other, lanes.visitors[last].reported);
         const std::size_t call = random.below(Lanes::kCalls);
