@@ -14,7 +14,7 @@ using ode_parallel_sap::BoxSet;
 
 namespace {
 
-constexpr float inf = std::numeric_limits<float>::infinity();
+constexpr float inf = std::numeric_limits<float>::max();  // what stands for it in a BoxSet
 
 struct Random {
   std::mt19937_64 engine;

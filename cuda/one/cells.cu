@@ -48,7 +48,6 @@ __global__ void __launch_bounds__(pack_threads)
       if (used) {
         const std::uint32_t slot = boxes.slots[start + lane];
         box = loadBox(boxes.boxes, slot);
-        box.high.w = magnitudeOf(box.low, box.high);
         box.low.w = __uint_as_float(slot);
         sorted.put(start + lane, box);
       }

@@ -49,8 +49,7 @@ struct CellStore {
   TreeLayout layout;
 };
 
-// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot, its
-// high.w the greatest magnitude of the bounds.
+// Gathers the boxes in their order, and builds the tree. A record's low.w is the box's slot.
 void packCells(const OrderedBoxes& boxes, const std::uint32_t* starts, const ScenePlan* plan,
                const CellStore& to, const KernelQueue& queue);
 

@@ -77,31 +77,14 @@ struct CoarseScale {
   }
 };
 
-// Whether only the exact boxes can tell that two overlap whose float bounds do.
-ODE_PARALLEL_SAP_BOTH_SIDES inline bool overlapIsBorderline(const float4& low_a,
-                                                            const float4& high_a,
-                                                            const float4& low_b,
-                                                            const float4& high_b) {
-  const bool x = isBorderline(low_a.x, high_b.x), x_too = isBorderline(low_b.x, high_a.x);
-  const bool y = isBorderline(low_a.y, high_b.y), y_too = isBorderline(low_b.y, high_a.y);
-  const bool z = isBorderline(low_a.z, high_b.z), z_too = isBorderline(low_b.z, high_a.z);
-  return x | x_too | y | y_too | z | z_too;  // without branches
-}
-
-// Whether two boxes overlap by so much more than two steps that overlapIsBorderline need not be
-// asked. Each high.w is the greatest magnitude of its bounds: a step is at most 2^-22
-// of it, a quarter of the distance wanted, or the smallest number there is.
-ODE_PARALLEL_SAP_BOTH_SIDES inline bool isClear(const float4& low_a, const float4& high_a,
-                                                const float4& low_b, const float4& high_b) {
+// The same for boxes without NaN: by how much they overlap on the axis where it is least; below 0 if
+// they do not. At 0 only the exact boxes can tell.
+ODE_PARALLEL_SAP_BOTH_SIDES inline float depthOf(const float4& low_a, const float4& high_a,
+                                                 const float4& low_b, const float4& high_b) {
   const float x = fminf(high_b.x - low_a.x, high_a.x - low_b.x);
   const float y = fminf(high_b.y - low_a.y, high_a.y - low_b.y);
   const float z = fminf(high_b.z - low_a.z, high_a.z - low_b.z);
-  const float smallest_normal = 1.17549435e-38f;
-  return fminf(x, fminf(y, z)) > fmaf(fmaxf(high_a.w, high_b.w), 1.0f / (1 << 20), smallest_normal);
-}
-ODE_PARALLEL_SAP_BOTH_SIDES inline float magnitudeOf(const float4& low, const float4& high) {
-  return fmaxf(fmaxf(fmaxf(fabsf(low.x), fabsf(high.x)), fmaxf(fabsf(low.y), fabsf(high.y))),
-               fmaxf(fabsf(low.z), fabsf(high.z)));
+  return fminf(x, fminf(y, z));
 }
 
 ODE_PARALLEL_SAP_BOTH_SIDES inline bool isActive(const Record& box) {

@@ -177,10 +177,10 @@ struct Search {
       const float4 low = space.low[place], high = space.high[place];
       const float4 query_low = space.query_low[q], query_high = space.query_high[q];
       const std::uint32_t slot = __float_as_uint(low.w), other = __float_as_uint(query_low.w);
-      bool meets = i < total && overlap(query_low, query_high, low, high);
+      const float depth = depthOf(query_low, query_high, low, high);
+      bool meets = i < total && depth >= 0;
       if (filtered) meets = meets && passes(slot, other);
-      const bool borderline = !exact && meets && !isClear(query_low, query_high, low, high) &&
-                              overlapIsBorderline(query_low, query_high, low, high);
+      const bool borderline = !exact && depth == 0;
       const std::uint32_t earlier = min(slot, other), word = max(slot, other) << 1 | borderline;
       const bool is_earlier = meets && slot < other;
       const unsigned earlier_ones = __ballot_sync(all_lanes, is_earlier);

@@ -13,8 +13,7 @@ namespace ode_parallel_sap {
 // are pairs of slots, and ascending slots are the order of the report. Slots stay below 2^28.
 using Slot = std::uint32_t;
 
-// An axis-aligned box that contains the exact one. All bounds NaN: a slot that takes part in
-// nothing.
+// An axis-aligned box. All bounds NaN: a slot that takes part in nothing.
 template <class Real>
 struct BasicBox {
   Real lower[3], upper[3];
@@ -51,8 +50,8 @@ struct FilterBits {
 // What stands for a body in geoms at rest, no pairs of which are wanted.
 constexpr std::uint32_t resting_number = 0xffffffff;
 
-// Boxes and filters by slot. Boxes are floats, rounded outward, or, in scenes so far from the
-// origin for their size that floats would tell too few of them apart, the exact doubles.
+// Boxes and filters by slot. Boxes are the nearest floats (round_to_floats.h), or, in scenes so far
+// from the origin for their size that floats would tell too few of them apart, the exact doubles.
 struct BoxSet {
   std::size_t size = 0;  // slots
   bool wide = false;     // which of the two is filled

@@ -2,21 +2,18 @@
 #pragma once
 
 #include "space/base/box_set.h"
-#include "space/base/float_steps.h"
 #include "space/base/pair_list.h"
 
 namespace ode_parallel_sap {
 
-// Whether only the exact boxes can tell that two overlap whose float bounds do.
-inline bool isBorderline(const BasicBox<float>& a, const BasicBox<float>& b) {
+// Whether only the exact boxes can tell that two overlap whose float bounds do: a bound is equal to
+// the opposite one. Doubles are the exact bounds.
+template <class Real>
+inline bool isBorderline(const BasicBox<Real>& a, const BasicBox<Real>& b) {
+  bool touching = false;
   for (int axis = 0; axis < 3; ++axis)
-    if (isBorderline(a.lower[axis], b.upper[axis]) || isBorderline(b.lower[axis], a.upper[axis]))
-      return true;
-  return false;
-}
-// Doubles are the exact bounds.
-inline bool isBorderline(const BasicBox<double>&, const BasicBox<double>&) {
-  return false;
+    touching |= (a.lower[axis] == b.upper[axis]) | (b.lower[axis] == a.upper[axis]);
+  return sizeof(Real) == sizeof(float) && touching;
 }
 
 inline bool passesFilters(const BoxSet& boxes, Slot a, Slot b) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "space/base/floating_point.h"
-#include "space/base/round_outward.h"
+#include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/geoms/pair_rule.h"
 
@@ -36,7 +36,7 @@ void CoarseBoxes::take(dxGeom* const* geoms, const Buffer<SlotState>& states, st
   for (std::size_t slot = 0; slot < states.size(); ++slot) {
     if (!(states[slot] & coarse_state) || randomOf(static_cast<Slot>(slot)) > limit) continue;
     sample_.push_back({{}, geoms[slot]});
-    roundOutward(geoms[slot]->aabb, sample_.back().box);
+    roundToFloats(geoms[slot]->aabb, sample_.back().box);
   }
   if (sample_.empty()) return;
   float widest = -1;

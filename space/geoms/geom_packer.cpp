@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "space/base/round_outward.h"
+#include "space/base/round_to_floats.h"
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
@@ -28,8 +28,7 @@ bool foldsExactly(unsigned long bits) {
 // bound is beyond all floats.
 bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
   constexpr dReal least_steps = 0x1p18;  // fixed: 32 steps in a tolerance
-  constexpr dReal most_of_floats = std::numeric_limits<float>::max();
-  const dReal limit = std::min(tolerance * least_steps, most_of_floats);
+  const dReal limit = std::min<dReal>(tolerance * least_steps, most_bound);
   bool exceeds = false;
   for (int i = 0; i < 6; ++i) {
     const dReal size = std::fabs(bounds[i]);
@@ -107,10 +106,9 @@ SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part, BoxS
   if (rules.skip() || boxes.wide || !geom || geom->type >= dFirstSpaceClass ||
       (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
     return packOther(geom, slot, part, boxes);
-  Box box;
-  const BoundsFacts rounded = roundOutward(geom->aabb, box);
+  Box& box = boxes.boxes[slot];
+  const BoundsFacts rounded = roundToFloats(geom->aabb, box);
   if (rounded.nan || rounded.unbounded) return packOther(geom, slot, part, boxes);
-  boxes.boxes[slot] = box;
   part.facts.exact_boxes = part.facts.exact_boxes && rounded.exact;
   if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
     part.facts.beyond_tolerance = true;
@@ -139,7 +137,7 @@ SlotState GeomPacker::packOther(const dxGeom* geom, Slot slot, UpdatePart& part,
     }
   }
   Box box;
-  const BoundsFacts rounded = roundOutward(geom->aabb, box);
+  const BoundsFacts rounded = roundToFloats(geom->aabb, box);
   if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
     facts.beyond_tolerance = true;
   if (rounded.nan) {

@@ -26,7 +26,7 @@ struct UpdateFacts {
   bool spaces = false;        // some geom is a space
   bool exact_bits = true;     // the 32 filter bits of all boxes decide as ODE's 64 would
   bool exact_bodies = true;   // 32 bits of the bodies' addresses tell them apart
-  bool exact_boxes = true;    // no float bound was rounded
+  bool exact_boxes = true;    // floats decide as the bounds would
   bool filter_bits = false;
   bool filter_bodies = false;
   bool beyond_tolerance = false;    // at some box a step of floats is a large part of the tolerance

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <type_traits>
 
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
@@ -198,8 +197,7 @@ void GeomUpdate::numberBodies(dxGeom* const* geoms) {
 }
 
 void GeomUpdate::noteExactBoxes() {
-  facts_.exact_boxes = facts_.exact_boxes || boxes_.wide || std::is_same<dReal, float>::value;
-  boxes_.exact = facts_.exact_boxes;
+  boxes_.exact = facts_.exact_boxes || boxes_.wide;
 }
 
 const UpdateFacts& GeomUpdate::synchronise(dxGeom* const* geoms) {

@@ -27,7 +27,7 @@ void forSample(const BoxSet& boxes, Visit visit) {
 
 template <class Real>
 bool isBounded(Real extent) {
-  return extent <= std::numeric_limits<Real>::max();
+  return extent < std::numeric_limits<Real>::max();
 }
 
 }  // namespace

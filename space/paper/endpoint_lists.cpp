@@ -21,10 +21,10 @@ constexpr std::uint32_t slot_mask = upper_flag - 1;
 
 // Integers in the order of the values, which are no NaN; the two zeros are one.
 std::uint32_t orderOf(float value) {
-  return unsignedStepNumber(value);
+  return static_cast<std::uint32_t>(ordered(value + 0.0f)) ^ 0x80000000u;  // makes one of the zeros
 }
 std::uint64_t orderOf(double value) {
-  const std::uint64_t bits = bitsOf(value + 0.0);  // makes one of the two zeros
+  const std::uint64_t bits = bitsOf(value + 0.0);  // likewise
   return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;
 }
 

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "space/base/mechanisms.h"
-#include "space/base/round_outward.h"
+#include "space/base/round_to_floats.h"
 #include "space/base/tuning.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
@@ -42,7 +42,7 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
   if (!geom) return none;
   if constexpr (sizeof(Real) == sizeof(float)) {
     Box box;
-    const BoundsFacts facts = roundOutward(geom->aabb, box);
+    const BoundsFacts facts = roundToFloats(geom->aabb, box);
     coarse = facts.coarse;
     return facts.nan ? none : box;
   } else {

@@ -42,20 +42,7 @@ inline Bounds limitsOf(const Box& box) {
   return {Four{upper[0], upper[1], upper[2], -lower[0]},
           Four{upper[2], -lower[0], -lower[1], -lower[2]}};
 }
-// Two steps down in the order of all floats, as twoSteps() makes them.
-inline Four twoStepsDown(const Four& values) {
-  const FourBits bits = reinterpret_cast<FourBits>(values);
-  FourBits sign = bits >> 31;
-  const FourBits order = ((bits & 0x7fffffff) ^ sign) - sign - 2;
-  sign = order >> 31;
-  return reinterpret_cast<Four>(((order ^ sign) - sign) | (sign & INT32_MIN));
-}
-inline Bounds twoStepsDown(const Bounds& bounds) {
-  return {twoStepsDown(bounds.front), twoStepsDown(bounds.back)};
-}
-// All bits where no bound is above its limit. NaN is above all, and all is above it.
-inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
-  const FourBits both = (bounds.front <= limits.front) & (bounds.back <= limits.back);
+inline unsigned lanesOf(const FourBits& both) {
 #if defined(__SSE2__)
   return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(both)));
 #else
@@ -63,6 +50,13 @@ inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
   memcpy(halves, &both, sizeof halves);
   return (halves[0] & halves[1]) == ~std::uint64_t{0} ? all_bounds : 0;
 #endif
+}
+// All bits where no bound is above its limit, or each is below it. NaN is neither.
+inline unsigned notAbove(const Bounds& bounds, const Bounds& limits) {
+  return lanesOf((bounds.front <= limits.front) & (bounds.back <= limits.back));
+}
+inline unsigned below(const Bounds& bounds, const Bounds& limits) {
+  return lanesOf((bounds.front < limits.front) & (bounds.back < limits.back));
 }
 
 // See Kernels.
@@ -78,18 +72,17 @@ inline std::uint64_t boxesOutside(const Box* boxes, const Box* room, std::size_t
 inline std::size_t keptPairs(const Box* boxes, const std::uint64_t* kept, std::size_t count,
                              bool exact, std::uint64_t* pairs) {
   std::uint64_t* next = pairs;
-  Bounds limits = {}, sure = {};
+  Bounds limits = {};
   Slot own = ~Slot{0};
   const auto test = [&](std::uint64_t pair) {
     if (earlierOf(pair) != own) {
       own = earlierOf(pair);
       limits = limitsOf(boxes[own]);
-      sure = exact ? limits : twoStepsDown(limits);
     }
     const Bounds other = boundsOf(boxes[laterOf(pair)]);
-    const unsigned hits = notAbove(other, limits), sure_hits = notAbove(other, sure);
+    const unsigned hits = notAbove(other, limits);
     *next = pair;
-    if (__builtin_expect(hits != sure_hits, false)) *next |= borderline_bit;
+    if (!exact && __builtin_expect(hits != below(other, limits), false)) *next |= borderline_bit;
     next += hits == all_bounds;
   };
   std::size_t i = 0;

@@ -28,32 +28,14 @@ inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real
   return rowOf(boxes).overlapping(box, lane);
 }
 
-// Two steps toward `direction` (1 up, -1 down) in the order of all floats, of which the two zeros
-// are one; NaN beyond infinity.
-inline float twoSteps(float value, int direction) {
-  std::int32_t bits;
-  memcpy(&bits, &value, sizeof bits);
-  std::int32_t sign = bits >> 31;
-  std::int32_t order = ((bits & 0x7fffffff) ^ sign) - sign + 2 * direction;
-  sign = order >> 31;
-  bits = ((order ^ sign) - sign) | (sign & std::int32_t{-0x7fffffff - 1});
-  memcpy(&value, &bits, sizeof bits);
-  return value;
+// Of the `hits` of a row those that only the exact boxes can tell: a bound is equal to the opposite
+// one. Doubles are the exact bounds.
+template <class Real>
+inline unsigned borderlineOf(const Row<Real>& row, const Group<Real>& box, unsigned lane,
+                             unsigned hits) {
+  if constexpr (sizeof(Real) == sizeof(float)) return hits & row.touching(box, lane);
+  return 0;
 }
-
-// The first `count` boxes of a cell, shrunk so far that a shrunk box can only overlap another box's
-// float bounds if the exact boxes overlap: an exact bound is less than one step inside its float
-// bound, for both.
-inline void shrink(const Group<float>& cell, Group<float>& inner, int count = group_size) {
-  for (int axis = 0; axis < 3; ++axis)
-    for (int i = 0; i < count; ++i) {
-      inner.lower[axis][i] = twoSteps(cell.lower[axis][i], 1);
-      inner.upper[axis][i] = twoSteps(cell.upper[axis][i], -1);
-    }
-}
-
-// Boxes of doubles are always exact.
-inline void shrink(const Group<double>&, Group<double>&, int = group_size) {}
 
 // Which of sixteen boxes may meet box `lane` by their bits and bodies.
 inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
@@ -77,7 +59,6 @@ struct Query {
   const Group<Real>* boxes;
   const GroupIds* ids;
   const GroupFilter* filter;  // null: no pair is filtered
-  Group<Real> inner;          // the boxes shrunk, unless they are exact
   unsigned count;             // boxes in use; the others are NaN
   bool exact;
 
@@ -87,9 +68,7 @@ struct Query {
         filter(tree.filters ? tree.filters + cell : nullptr),
         count(__builtin_popcount(
             Lanes::atMost(boxes->lower[0], static_cast<Real>(__builtin_inff())))),
-        exact(exact) {
-    if (!exact) shrink(*boxes, inner);
-  }
+        exact(exact) {}
 };
 
 // What goes with the boxes of a row; without filters the last three are null.
@@ -114,8 +93,8 @@ inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits, co
   }
   std::uint64_t* const first = sink.next;
   sink.next += Lanes::writePairs(ids.slot, query.ids->slot[lane], hits, first);
-  if (sizeof(Real) > sizeof(float) || query.exact) return;
-  const unsigned borderline = hits & ~row.overlapping(query.inner, lane);
+  if (query.exact) return;
+  const unsigned borderline = borderlineOf(row, *query.boxes, lane, hits);
   if (borderline) markBorderline(first, hits, borderline);
 }
 

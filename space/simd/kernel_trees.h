@@ -36,8 +36,8 @@ inline void writeCandidate(const Query<Real>& query, const TreeView<Real>& tree,
   makeRoom(sink, group_size);
   std::uint64_t* const first = sink.next;
   sink.next += Lanes::writePairs(query.ids->slot, tree.ids[cell].slot[lane], hits, first);
-  if (sizeof(Real) > sizeof(float) || query.exact) return;
-  const unsigned borderline = hits & ~overlaps(tree.levels[0][cell], lane, query.inner);
+  if (query.exact) return;
+  const unsigned borderline = borderlineOf(rowOf(*query.boxes), tree.levels[0][cell], lane, hits);
   if (borderline) markBorderline(first, hits, borderline);
 }
 
@@ -262,19 +262,13 @@ void boxPairs(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
 template <class Real>
 struct Finder {
   const Group<Real>& box;
-  Group<Real> inner;  // the box shrunk
   std::uint32_t* next;
-
-  Finder(const Group<Real>& box, std::uint32_t* found) : box(box), next(found) {
-    shrink(box, inner, 1);
-  }
 
   void meet(const Group<Real>& boxes, const GroupIds& ids) {
     const Row<Real> row = rowOf(boxes);
     const unsigned hits = row.overlapping(box, 0);
     Lanes::compress(ids.slot, hits, next);
-    const unsigned borderline =
-        sizeof(Real) > sizeof(float) ? 0 : hits & ~row.overlapping(inner, 0);
+    const unsigned borderline = hits ? borderlineOf(row, box, 0, hits) : 0;
     if (borderline) markBorderline(next, hits, borderline);
     next += __builtin_popcount(hits);
   }
@@ -282,7 +276,7 @@ struct Finder {
 
 template <class Real>
 std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::uint32_t* found) {
-  Finder<Real> finder(box, found);
+  Finder<Real> finder = {box, found};
   forOverlappingCells(tree, box, 0, [&](const std::uint32_t* cells, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i)
       finder.meet(tree.levels[0][cells[i]], tree.ids[cells[i]]);
@@ -293,7 +287,7 @@ std::size_t findInTree(const TreeView<Real>& tree, const Group<Real>& box, std::
 template <class Real>
 std::size_t findInCells(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
                         const Group<Real>& box, std::uint32_t* found) {
-  Finder<Real> finder(box, found);
+  Finder<Real> finder = {box, found};
   for (std::size_t cell = 0; cell < count; ++cell) finder.meet(cells[cell], ids[cell]);
   return finder.next - found;
 }

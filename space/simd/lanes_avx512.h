@@ -107,6 +107,15 @@ struct Lanes::Row<float> {
     }
     return mask;
   }
+  // Of which of them a bound is equal to the opposite one of a box.
+  template <class BoxGroup>
+  unsigned touching(const BoxGroup& box, unsigned lane) const {
+    unsigned mask = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      mask |= _mm512_cmpeq_ps_mask(upper[axis], _mm512_set1_ps(box.lower[axis][lane])) |
+              _mm512_cmpeq_ps_mask(lower[axis], _mm512_set1_ps(box.upper[axis][lane]));
+    return mask;
+  }
 };
 
 template <>

@@ -180,6 +180,18 @@ struct RegisterLanes : ScalarLanes {
         return reach(0) & reach(1) & reach(2);
       });
     }
+    // Of which of them a bound is equal to the opposite one of a box.
+    template <class BoxGroup>
+    unsigned touching(const BoxGroup& box, unsigned lane) const {
+      return Set::template bits<Real>([&](int i) {
+        const auto touch = [&](int axis) {
+          const std::size_t at = axis * this->stride + i;
+          return reinterpret_cast<Mask<Real>>(load(this->upper + at) == box.lower[axis][lane]) |
+                 reinterpret_cast<Mask<Real>>(load(this->lower + at) == box.upper[axis][lane]);
+        };
+        return touch(0) | touch(1) | touch(2);
+      });
+    }
   };
 };
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "space/base/parallel.h"
-#include "space/base/round_outward.h"
+#include "space/base/round_to_floats.h"
 #include "space/pairs/cell_trees.h"
 #include "space/pairs/radix_sort.h"
 #include "space/pairs/sweep.h"
@@ -145,12 +145,12 @@ TEST_CASE("Radix sort agrees with a stable sort, for any count, digits and threa
       }
 }
 
-TEST_CASE("Rounding outward is the nearest float that is not inside, for any bits") {
+TEST_CASE("Bounds become the nearest floats that are finite, in their order, whatever their bits") {
   sap_test::Random random(sap_test::seedOr(1));
   const double infinity = std::numeric_limits<double>::infinity();
   const double special[] = {0.0,   -0.0,     1e-310,    -1e-310, 1e-45, 3.4028234e38, 3.5e38,
                             1e300, infinity, -infinity, 1.0,     -1.0,  16777217.0};
-  const float highest = std::numeric_limits<float>::infinity();
+  constexpr float most = std::numeric_limits<float>::max();
   for (int round = 0; round < sap_test::scaled(200000); ++round) {
     double bounds[6];
     for (double& bound : bounds) {
@@ -162,25 +162,28 @@ TEST_CASE("Rounding outward is the nearest float that is not inside, for any bit
       if (bound != bound) bound = 1;
     }
     Box box;
-    const BoundsFacts facts = roundOutward<double>(bounds, box);
+    const BoundsFacts facts = roundToFloats<double>(bounds, box);
     REQUIRE(!facts.nan);
     bool exact = true;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double lower = bounds[2 * axis], upper = bounds[2 * axis + 1];
-      CAPTURE(lower, upper, box.lower[axis], box.upper[axis]);
-      REQUIRE(static_cast<double>(box.lower[axis]) <= lower);
-      REQUIRE(static_cast<double>(box.upper[axis]) >= upper);
-      if (box.lower[axis] < highest)
-        REQUIRE((box.lower[axis] == lower || std::nextafter(box.lower[axis], highest) > lower));
-      if (box.upper[axis] > -highest)
-        REQUIRE((box.upper[axis] == upper || std::nextafter(box.upper[axis], -highest) < upper));
-      exact = exact && box.lower[axis] == lower && box.upper[axis] == upper;
+    for (int i = 0; i < 6; ++i) {
+      const float bound = i % 2 ? box.upper[i / 2] : box.lower[i / 2];
+      CAPTURE(bounds[i], bound);
+      REQUIRE(std::fabs(bound) <= most);
+      REQUIRE(bound == std::clamp(static_cast<float>(bounds[i]), -most, most));
+      exact = exact && (std::isinf(bounds[i]) || (bound == bounds[i] && std::fabs(bound) < most));
+      for (int other = 0; other < i; ++other) {
+        const float before = other % 2 ? box.upper[other / 2] : box.lower[other / 2];
+        if (bounds[other] <= bounds[i]) REQUIRE(before <= bound);
+        if (bounds[i] <= bounds[other]) REQUIRE(bound <= before);
+        // Exact floats decide what is equal, too.
+        if (facts.exact && before == bound) REQUIRE(bounds[other] == bounds[i]);
+      }
     }
     REQUIRE(facts.exact == exact);
   }
 }
 
-TEST_CASE("Rounding outward in vectors gives what it gives one by one, for boxes of every kind") {
+TEST_CASE("Rounding in vectors gives what it gives one by one, for boxes of every kind") {
   sap_test::Random random(sap_test::seedOr(1));
   const double special[] = {0.0, -0.0, NAN, HUGE_VAL, -HUGE_VAL, 1e-310, 3.5e38, 1.7e308, -1.7e308};
   for (int round = 0; round < sap_test::scaled(200000); ++round) {
@@ -194,8 +197,8 @@ TEST_CASE("Rounding outward in vectors gives what it gives one by one, for boxes
     if (random.chance(0.1)) std::swap(bounds[0], bounds[1]);
     CAPTURE(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]);
     Box box, wanted;
-    const BoundsFacts facts = roundOutward<double>(bounds, box);
-    const BoundsFacts truth = roundOutwardOneByOne<double>(bounds, wanted);
+    const BoundsFacts facts = roundToFloats<double>(bounds, box);
+    const BoundsFacts truth = roundToFloatsOneByOne<double>(bounds, wanted);
     REQUIRE(facts.nan == truth.nan);
     if (truth.nan) continue;  // the box is of no use
     REQUIRE(std::memcmp(&box, &wanted, sizeof box) == 0);

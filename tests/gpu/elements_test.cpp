@@ -32,10 +32,17 @@ float anyFloat(Random& random) {
 }
 
 device::Record recordOf(const Box& box) {
-  device::Record record = {{box.lower[0], box.lower[1], box.lower[2], 0},
-                           {box.upper[0], box.upper[1], box.upper[2], 0}};
-  record.high.w = device::magnitudeOf(record.low, record.high);
-  return record;
+  return {{box.lower[0], box.lower[1], box.lower[2], 0},
+          {box.upper[0], box.upper[1], box.upper[2], 0}};
+}
+
+// As boxes come to a device: none of their bounds is infinite.
+Box bounded(Box box) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (float* const bound : {&box.lower[axis], &box.upper[axis]})
+      *bound = std::max(-std::numeric_limits<float>::max(),
+                        std::min(*bound, std::numeric_limits<float>::max()));
+  return box;
 }
 
 Box anyBox(Random& random) {
@@ -89,37 +96,29 @@ TEST_CASE("Integers stand for floats in their order, and come back as the same b
     if (std::isnan(a) || std::isnan(b)) continue;
     if (a < b) {
       REQUIRE(ordered(a) < ordered(b));
-      REQUIRE(stepNumber(a) < stepNumber(b));
-      const std::int64_t steps = std::int64_t{stepNumber(b)} - stepNumber(a);
-      REQUIRE((steps == 1) == (std::nextafter(a, b) == b));
     }
-    if (a == b) REQUIRE(stepNumber(a) == stepNumber(b));
   }
 }
 
 TEST_CASE("A device takes boxes to overlap, and pairs for borderline, as the CPU does",
           "[elements]") {
   Random random(sap_test::seedOr(92));
-  int overlapping = 0, borderline = 0, clear = 0;
+  int overlapping = 0, borderline = 0;
   for (int i = 0; i < 200000; ++i) {
-    const Box a = anyBox(random), b = random.chance(0.8) ? boxBeside(a, random) : anyBox(random);
+    const Box a = bounded(anyBox(random));
+    const Box b = bounded(random.chance(0.8) ? boxBeside(a, random) : anyBox(random));
     const device::Record of_a = recordOf(a), of_b = recordOf(b);
     const bool found = device::overlap(of_a.low, of_a.high, of_b.low, of_b.high);
     REQUIRE(found == overlapByFormula(a, b));
-    if (!found) continue;
-    ++overlapping;
-    const bool is_borderline =
-        device::overlapIsBorderline(of_a.low, of_a.high, of_b.low, of_b.high);
-    REQUIRE(is_borderline == isBorderline(a, b));
-    borderline += is_borderline;
-    // The quick answer may be "ask", but never wrong.
-    if (!device::isClear(of_a.low, of_a.high, of_b.low, of_b.high)) continue;
-    ++clear;
-    REQUIRE(!is_borderline);
+    if (!device::isActive(of_a) || !device::isActive(of_b)) continue;
+    const float depth = device::depthOf(of_a.low, of_a.high, of_b.low, of_b.high);
+    REQUIRE((depth >= 0) == found);
+    if (found) REQUIRE((depth == 0) == isBorderline(a, b));
+    overlapping += found;
+    borderline += depth == 0;
   }
   CHECK(overlapping > 1000);
   CHECK(borderline > 100);
-  CHECK(clear > 100);
 }
 
 TEST_CASE("Whatever overlaps may overlap in nine bits, whatever they are scaled by", "[elements]") {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "space/base/floating_point.h"
-#include "space/base/round_outward.h"
+#include "space/base/round_to_floats.h"
 #include "space/pairs/sweep.h"
 #include "space/simd/kernels.h"
 #include "space/simd/sink.h"
@@ -29,7 +29,7 @@ BoxSet denseCube(std::size_t n) {
       bounds[2 * axis] = scene[i].low[axis];
       bounds[2 * axis + 1] = scene[i].high[axis];
     }
-    set.exact = roundOutward<double>(bounds, set.boxes[i]).exact && set.exact;
+    set.exact = roundToFloats<double>(bounds, set.boxes[i]).exact && set.exact;
   }
   return set;
 }
