@@ -13,7 +13,7 @@
 #include "space/base/pair_finder.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
-#include "space/pairs/pair_order.h"
+#include "space/pairs/radix_sort.h"
 #include "space/paper/axis_parts.h"
 
 namespace ode_parallel_sap {
@@ -188,7 +188,7 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   EndpointLists<double> wide_endpoints_;
   std::vector<Share> shares_ = std::vector<Share>(1);
   std::vector<Buffer<Pair>> finished_;  // one a thread
-  PairOrder pair_order_;
+  Buffer<Pair> scratch_;  // to sort with
   CudaAxisListsTimes times_;
 };
 
@@ -264,7 +264,7 @@ void CudaAxisLists::finish(const BoxSet& boxes, int threads, PairList& pairs) {
       }
     });
   }
-  pair_order_.sort(finished_, boxes.size, threads, pairs);
+  sortPairs(finished_, boxes.size, threads, scratch_, pairs);
 }
 
 template <class Real>
@@ -293,7 +293,7 @@ int CudaAxisLists::find(const BoxSet& boxes, int threads, PairList& pairs) {
 }
 
 std::size_t CudaAxisLists::bytes() const {
-  std::size_t bytes = endpoints_.bytes() + wide_endpoints_.bytes() + pair_order_.bytes();
+  std::size_t bytes = endpoints_.bytes() + wide_endpoints_.bytes() + scratch_.bytes();
   for (const Share& share : shares_) bytes += share.part.bytes() + share.found.bytes();
   for (const Buffer<Pair>& finished : finished_) bytes += finished.bytes();
   return bytes;

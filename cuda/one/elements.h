@@ -77,8 +77,8 @@ struct CoarseScale {
   }
 };
 
-// The same for boxes without NaN: by how much they overlap on the axis where it is least; below 0 if
-// they do not. At 0 only the exact boxes can tell.
+// The same for boxes without NaN: by how much they overlap on the axis where it is least; below 0
+// if they do not. At 0 only the exact boxes can tell.
 ODE_PARALLEL_SAP_BOTH_SIDES inline float depthOf(const float4& low_a, const float4& high_a,
                                                  const float4& low_b, const float4& high_b) {
   const float x = fminf(high_b.x - low_a.x, high_a.x - low_b.x);

@@ -16,9 +16,9 @@ namespace ode_parallel_sap {
 // Bounds beyond the floats become the last finite ones, so that a difference of two is a number.
 constexpr float most_bound = std::numeric_limits<float>::max();
 
-// A box is coarse if a step of floats at its farthest bound is more than 1/32 of its largest extent:
-// far from the origin for its size. fixed: also one near the denormals, with which not every device
-// computes.
+// A box is coarse if a step of floats at its farthest bound is more than 1/32 of its largest
+// extent: far from the origin for its size. fixed: also one near the denormals, with which not
+// every device computes.
 constexpr float coarse_share = 0x1p-19f, least_fine_extent = 3e-36f;
 
 struct BoundsFacts {
@@ -28,9 +28,9 @@ struct BoundsFacts {
   bool coarse;
 };
 
-// Rounds bounds (lower, upper on each axis) to the nearest floats. A lower bound above another never
-// becomes the smaller one: of two boxes only equal bounds leave open if they overlap. Needs rounding
-// to nearest and denormals kept.
+// Rounds bounds (lower, upper on each axis) to the nearest floats. A lower bound above another
+// never becomes the smaller one: of two boxes only equal bounds leave open if they overlap. Needs
+// rounding to nearest and denormals kept.
 template <class Real>
 inline BoundsFacts roundToFloatsOneByOne(const Real* bounds, Box& box) {
   BoundsFacts facts = {true, false, false, false};
@@ -74,8 +74,8 @@ inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
   const __m128 lower = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(0, 0, 1, 0));
   const __m128 upper = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(1, 1, 3, 2));
   const __m128 size = _mm_sub_ps(upper, lower);
-  const __m128 plain = _mm_and_ps(_mm_cmplt_ps(_mm_setzero_ps(), size),
-                                  _mm_cmplt_ps(size, _mm_set1_ps(most_bound)));
+  const __m128 plain =
+      _mm_and_ps(_mm_cmplt_ps(_mm_setzero_ps(), size), _mm_cmplt_ps(size, _mm_set1_ps(most_bound)));
   if (__builtin_expect(_mm_movemask_ps(plain) != 15, false))
     return roundToFloatsOneByOne(bounds, box);
 
@@ -86,16 +86,16 @@ inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
   _mm_storel_pi(reinterpret_cast<__m64*>(box.upper + 1),
                 _mm_shuffle_ps(upper, upper, _MM_SHUFFLE(2, 2, 2, 1)));
 
-  const __m128d same = _mm_and_pd(_mm_and_pd(_mm_cmpeq_pd(_mm_cvtps_pd(float_x), x),
-                                             _mm_cmpeq_pd(_mm_cvtps_pd(float_y), y)),
-                                  _mm_cmpeq_pd(_mm_cvtps_pd(float_z), z));
+  const __m128d same = _mm_and_pd(
+      _mm_and_pd(_mm_cmpeq_pd(_mm_cvtps_pd(float_x), x), _mm_cmpeq_pd(_mm_cvtps_pd(float_y), y)),
+      _mm_cmpeq_pd(_mm_cvtps_pd(float_z), z));
   const bool exact = _mm_movemask_pd(same) == 3;
   const __m128 signs = _mm_set1_ps(-0.0f);
   const __m128 bound = _mm_max_ps(_mm_andnot_ps(signs, lower), _mm_andnot_ps(signs, upper));
   __m128 most = _mm_max_ps(_mm_unpacklo_ps(bound, size), _mm_unpackhi_ps(bound, size));
   most = _mm_max_ps(most, _mm_movehl_ps(most, most));  // bound, size
-  const __m128 step = _mm_max_ss(_mm_mul_ss(most, _mm_set_ss(coarse_share)),
-                                 _mm_set_ss(least_fine_extent));
+  const __m128 step =
+      _mm_max_ss(_mm_mul_ss(most, _mm_set_ss(coarse_share)), _mm_set_ss(least_fine_extent));
   const bool far = _mm_comigt_ss(step, _mm_shuffle_ps(most, most, 1)) != 0;
   return {exact, false, false, !exact && far};
 }

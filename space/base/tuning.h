@@ -65,17 +65,12 @@ constexpr double most_growth = 0.4;
 // this many frames.
 constexpr int longest_reuse = 32;
 
-// The least that one thread sorts and cuts at a time. A round number: doubled or halved it makes no
-// difference.
-constexpr std::size_t least_piece_boxes = 512;
+// Boxes of a region that one thread halves at a time, on average up to so many. A round number.
+constexpr std::size_t region_boxes = 512;
 
-// What one thread sorts and cuts at a time: at most what the second-level cache holds with room to
-// spare.
-constexpr std::size_t most_piece_boxes = 8192;
-
-// Digits of keys beyond those for about two boxes a key where boxes are spread evenly: these
-// separate the boxes of a place that is thirty times as clustered.
-constexpr int digits_for_clusters = 5;
+// Regions that boxes are dealt into: so many counters and open cache lines stay within the
+// second-level cache.
+constexpr std::size_t most_regions = 2048;
 
 // Boxes that decide on classes: enough to see a kind that is one in a few hundred.
 constexpr std::size_t sampled_boxes = 1024;
@@ -83,22 +78,14 @@ constexpr std::size_t sampled_boxes = 1024;
 // An axis divides boxes into short and long ones if these are this many times as long on average.
 constexpr double far_longer = 8;
 
-// Binary digits that records are dealt by at a time: 2,048 counters and open cache lines stay
-// within the second-level cache.
+// Binary digits that records are sorted by at a time: as many as of regions.
 constexpr int most_digits = 11;
 
 // The same on one thread, whose counters are cleared for a few hundred records.
 constexpr int most_digits_alone = 8;
 
-// Pairs of a bucket, 64 kB: small beside the second-level cache.
-constexpr std::size_t bucket_pairs = 8192;
-
-// And at least so many where there are buckets for all threads only.
-constexpr std::size_t least_bucket_pairs = 512;
-
-// One thread puts up to this number, of a quarter as many slots, in order at once: they still fit
-// the cache.
-constexpr std::size_t pairs_at_once = 65536;
+// Words of rows, 256 kB, that a thread gets at a time. A round number.
+constexpr std::size_t row_block_words = std::size_t{1} << 16;
 
 // Inner loops.
 

@@ -53,7 +53,10 @@ template <class Real>
 int PairCache::findChanged(ProxyTrees<Real>& trees, Sweep<Real>& base, const Buffer<Slot>& changed,
                            const BoxSet& boxes, int threads) {
   if (!trees_started_) {
-    if (!in_trees_) base.build(boxes, threads);
+    if (!in_trees_) {
+      Buffer<std::uint64_t> workspace;
+      base.build(boxes, threads, workspace);
+    }
     trees.start(base, changed_.words() * SlotSet::word_slots, boxes);
     trees_started_ = true;
   }

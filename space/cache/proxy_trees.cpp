@@ -5,6 +5,7 @@
 #include "space/base/floating_point.h"
 #include "space/base/parallel.h"
 #include "space/base/tuning.h"
+#include "space/pairs/radix_sort.h"
 #include "space/simd/sink.h"
 
 namespace ode_parallel_sap {
@@ -97,7 +98,7 @@ int ProxyTrees<Real>::find(const BoxSet& boxes, const Buffer<Slot>& changed, int
     for (const Pair pair : part)
       found_[0].push_back(makePair(slots[earlierOf(pair)], slots[laterOf(pair)]) |
                           (pair & borderline_bit));
-  pair_order_.sort(found_, boxes.size, threads, found);
+  sortPairs(found_, boxes.size, threads, workspace_, found);
   mergeNewest(boxes, threads);
   return used;
 }
@@ -141,7 +142,7 @@ int ProxyTrees<Real>::meet(const Sweep<Real>& other, Tree tree, bool exact, int 
 template <class Real>
 void ProxyTrees<Real>::mergeNewest(const BoxSet& boxes, int threads) {
   if (recent_boxes_ * recent_share >= base_boxes_) {
-    base_->build(boxes, threads);
+    base_->build(boxes, threads, workspace_);
     return startBase(boxes);
   }
   Buffer<Slot>& slots = newest_->slots;
@@ -150,7 +151,7 @@ void ProxyTrees<Real>::mergeNewest(const BoxSet& boxes, int threads) {
       if (tree_of_slot_[slot] == Tree::recent) slots.push_back(slot);
     std::sort(slots.begin(), slots.end());
     gather(boxes, slots);
-    newest_->sweep.build(gathered_, threads);
+    newest_->sweep.build(gathered_, threads, workspace_);
     newest_->sweep.renumber(slots.data());
   }
   for (const Slot slot : slots) tree_of_slot_[slot] = Tree::recent;

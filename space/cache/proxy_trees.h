@@ -8,7 +8,6 @@
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
 #include "space/base/pair_list.h"
-#include "space/pairs/pair_order.h"
 #include "space/pairs/sweep.h"
 
 namespace ode_parallel_sap {
@@ -29,7 +28,7 @@ class ProxyTrees {
   int find(const BoxSet& boxes, const Buffer<Slot>& changed, int threads, PairList& found);
   std::size_t bytes() const {
     return bytesOf(tree_of_slot_, newest_, recent_, gathered_, tasks_, found_, own_pairs_,
-                   pair_order_);
+                   workspace_);
   }
 
  private:
@@ -58,7 +57,7 @@ class ProxyTrees {
   std::vector<Task> tasks_;
   std::vector<Buffer<Pair>> found_;  // one a thread
   PairList own_pairs_;               // among the newest
-  PairOrder pair_order_;
+  Buffer<std::uint64_t> workspace_;  // to sort with
 };
 
 }  // namespace ode_parallel_sap

@@ -19,14 +19,13 @@ add_library(
   ${core}/pairs/cell_trees.cpp
   ${core}/paper/axis_lists.cpp
   ${core}/paper/brute_force.cpp
-  ${core}/pairs/quantizer.cpp
   ${core}/pairs/box_classes.cpp
   ${core}/pairs/sweep.cpp
   ${core}/queries/query_tree.cpp
   ${core}/base/team.cpp
   ${core}/simd/kernels.cpp
   ${core}/simd/kernels_portable.cpp
-  ${core}/pairs/pair_order.cpp
+  ${core}/pairs/row_table.cpp
   ${core}/pairs/radix_sort.cpp)
 
 # Kernels for each instruction set are built whatever the build machine has, and chosen at run time.

@@ -60,11 +60,10 @@ __attribute__((noinline)) unsigned findByVectors(SmallLists& lists, unsigned cou
       boxes.lower[axis][lane] = lists.active[i]->aabb[2 * axis];
       boxes.upper[axis][lane] = lists.active[i]->aabb[2 * axis + 1];
     }
-    lists.ids[i / group_size].slot[lane] = i;
+    boxes.slot[lane] = i;
   }
   TreeView<dReal> view = {};
   view.levels[0] = lists.boxes.data();
-  view.ids = lists.ids.data();
   view.depth = 1;
   PlaceSink sink(lists.pairs.data());
   kernels<dReal>().trianglePairs(view, {count, 0, 1, count - std::size_t{2}, count}, true, sink);

@@ -32,11 +32,10 @@ struct SmallLists {
   Buffer<dxGeom*> active;
   Buffer<PlacePair> pairs;
   Buffer<Group<dReal>> boxes;
-  Buffer<GroupIds> ids;
 
   // For all pairs of so many geoms. False without memory for it.
   bool makeRoom(std::size_t geoms) { return geoms <= active.size() || grow(geoms); }
-  std::size_t bytes() const { return bytesOf(active, pairs, boxes, ids); }
+  std::size_t bytes() const { return bytesOf(active, pairs, boxes); }
 
  private:
   bool grow(std::size_t geoms);

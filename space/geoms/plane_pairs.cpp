@@ -125,7 +125,7 @@ std::size_t PlanePairs::addTo(const PairList& others, const Others& of, int thre
   else
     find<float>(geoms, boxes, rules, threads);
   findAmongPlanes(geoms, rules, found_[0]);
-  order_.sort(found_, boxes.size, threads, list_);
+  sortPairs(found_, boxes.size, threads, scratch_, list_);
   Buffer<Pair>& added = list_.parts[0];
   if (of.user_classes)
     added.resize(std::remove_if(added.begin(), added.end(),

@@ -4,26 +4,11 @@
 #include <limits>
 
 #include "space/base/mechanisms.h"
-#include "space/base/parallel.h"
 #include "space/base/tuning.h"
 
 namespace ode_parallel_sap {
 
 namespace {
-
-Region surveying("box classes: survey");
-
-// Calls visit(slot) for a sample of the boxes that are not NaN, in which no order of theirs shows:
-// places are multiples of the golden ratio.
-template <class Real, class Visit>
-void forSample(const BoxSet& boxes, Visit visit) {
-  const std::size_t count = std::min(boxes.size, sampled_boxes);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint64_t place = static_cast<std::uint32_t>(i) * 0x9e3779b9u;
-    const std::size_t slot = count == boxes.size ? i : place * boxes.size >> 32;
-    if (isActive(boxesOf<Real>(boxes)[slot])) visit(static_cast<Slot>(slot));
-  }
-}
 
 template <class Real>
 bool isBounded(Real extent) {
@@ -43,7 +28,7 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
   const auto sum = [&] {
     for (int axis = 0; axis < 3; ++axis) extents[axis][0] = extents[axis][1] = 0;
     for (int axis = 0; axis < 3; ++axis) counts[axis][0] = counts[axis][1] = 0;
-    forSample<Real>(boxes, [&](Slot slot) {
+    forSample<Real>(boxes, sampled_boxes, [&](Slot slot) {
       const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
       for (int axis = 0; axis < 3; ++axis) {
         const Real extent = box.upper[axis] - box.lower[axis];
@@ -65,45 +50,32 @@ void BoxClasses<Real>::chooseLengths(const BoxSet& boxes) {
 }
 
 template <class Real>
-int BoxClasses<Real>::numberOf(const BasicBox<Real>& box) const {
-  int shape = 0;
-  bool bounded = true;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Real extent = box.upper[axis] - box.lower[axis];
-    bounded = bounded && isBounded(extent);
-    shape |= (extent > most_short_[axis]) << axis;
-  }
-  return bounded ? shape : unbounded;
-}
-
-template <class Real>
-void BoxClasses<Real>::choose(const BoxSet& boxes, int threads) {
+void BoxClasses<Real>::choose(const BoxSet& boxes) {
   chooseLengths(boxes);
-  surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
-  const int parts = runTeam(surveying, threads, [&](int thread, int team) {
-    std::array<ClassSummary<Real>, shapes>& summaries = surveys_[thread].summaries;
-    summaries = {};
-    const Range range = ownPart(boxes.size, thread, team);
-    for (std::size_t i = range.begin; i < range.end; ++i) {
-      const BasicBox<Real>& box = boxesOf<Real>(boxes)[i];
-      if (isActive(box)) summaries[numberOf(box)].add(box);
+  std::array<ClassSummary<Real>, shapes> summaries = {};
+  forSample<Real>(boxes, sampled_boxes, [&](Slot slot) {
+    const BasicBox<Real>& box = boxesOf<Real>(boxes)[slot];
+    ClassSummary<Real>& summary = summaries[numberOf(box)];
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real centre = centreOf(box, axis);
+      if (summary.count == 0 || centre < summary.low[axis]) summary.low[axis] = centre;
+      summary.extent[axis] += box.upper[axis] - box.lower[axis];
     }
+    ++summary.count;
   });
   classes_.clear();
-  for (int number = 0; number < shapes; ++number) {
-    ClassSummary<Real> summary = surveys_[0].summaries[number];
-    for (int part = 1; part < parts; ++part) summary.add(surveys_[part].summaries[number]);
-    if (summary.count) classes_.push_back({number, summary});
-  }
+  for (int number = 0; number < unbounded; ++number)
+    if (summaries[number].count) classes_.push_back({number, summaries[number]});
   const auto sizeOf = [](const Class& one) {
-    if (one.number == unbounded) return std::numeric_limits<double>::infinity();
     const double* const extent = one.summary.extent;
     return (extent[0] + extent[1] + extent[2]) / static_cast<double>(one.summary.count);
   };
   std::stable_sort(classes_.begin(), classes_.end(),
                    [&](const Class& a, const Class& b) { return sizeOf(a) < sizeOf(b); });
+  index_of_.fill(static_cast<std::uint8_t>(classes_.size()));
   for (std::size_t index = 0; index < classes_.size(); ++index)
     index_of_[classes_[index].number] = static_cast<std::uint8_t>(index);
+  classes_.push_back({unbounded, {}});
 }
 
 template class BoxClasses<float>;

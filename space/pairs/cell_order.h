@@ -1,4 +1,4 @@
-// The boxes cut into cells: sixteen or fewer that are near each other and of like size.
+// The boxes cut into cells: sixteen that are near each other and of like size.
 #pragma once
 
 #include <cstdint>
@@ -6,19 +6,16 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
-#include "space/base/parallel.h"
 #include "space/pairs/box_classes.h"
 #include "space/pairs/cell_trees.h"
-#include "space/pairs/quantizer.h"
 #include "space/simd/kernels.h"
 
 namespace ode_parallel_sap {
 
-// Boxes are divided into classes (BoxClasses). Within a class they are sorted along a space-filling
-// curve whose steps follow the class's mean extents, and the curve is cut where its digits change
-// until no piece has more than sixteen boxes: each piece is what lies in one block of space. Where
-// the curve is too coarse for a cluster, that is halved along its longest axis. Cells thus hold
-// like numbers of boxes whatever the distribution, and no length has to be chosen by anyone.
+// Boxes are divided into classes (BoxClasses), and a large class into regions by the halves of a
+// sample. Each region is halved along the axis on which its centres lie farthest apart, in terms of
+// the boxes' extents, until sixteen boxes are left. All cells but the last one of a region are
+// full, whatever the distribution, and no length has to be chosen by anyone.
 //
 // The cells are a means only: they decide how long finding the pairs takes, never which are found.
 template <class Real>
@@ -32,40 +29,40 @@ class CellOrder {
   // Small boxes come first, unbounded ones last.
   CellClasses classes() const { return {classes_.data(), classes_.size()}; }
   std::size_t bytes() const {
-    return bytesOf(box_classes_, quantizers_, positions_, bucket_ends_, pieces_, piece_starts_,
-                   order_, starts_);
+    return bytesOf(box_classes_, splits_, positions_, rooms_, order_, starts_);
   }
 
  private:
-  // Records [begin, end), alike in all digits of their keys above the lowest `digits`. Those may be
-  // in any order.
-  struct Piece {
-    std::size_t begin, end;
-    int digits;
+  // A class's regions, numbered through all classes. Split 1 is the first one; below split i are
+  // splits or regions 2 i and 2 i + 1.
+  struct Regions {
+    std::size_t first_split;
+    std::uint32_t first, count;  // a power of two
+    Real origin[3], scale[3];    // centres are counted from there, in mean extents
   };
-  struct Cutter;
+  struct Split {
+    int axis;
+    float at;  // of the upper half's least centre
+  };
 
-  void layCurves(int threads);
-  void assignKeys(const BoxSet& boxes, int threads);
-  void dealIntoBuckets(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
-  void planPieces(const BoxSet& boxes, const Piece& piece, int sorted_digits, std::size_t most,
-                  int threads);
-  void cutPieces(const BoxSet& boxes, int threads);
+  Centre centreIn(const Regions& regions, const BasicBox<Real>& box, Slot slot) const;
+  void findRegions(const Regions& regions, const Centre* centres, std::size_t count,
+                   std::uint32_t* found) const;
+  void layRegions(const BoxSet& boxes, int threads);
+  void splitSample(const Regions& regions, std::size_t split, Centre* begin, Centre* end);
+  void dealIntoRegions(const BoxSet& boxes, int threads, Buffer<std::uint64_t>& workspace);
+  void halveRegions(int threads);
 
   BoxClasses<Real> box_classes_;
-  std::vector<Quantizer<Real>> quantizers_;  // one a class
-  // The classes' keys follow each other; a bucket is what a key's upper digits name.
-  std::vector<std::uint32_t> first_keys_;
-  int bucket_shift_ = 0;
-  std::size_t buckets_ = 0;
-  Buffer<std::uint32_t> positions_;  // of the buckets, for each part of the slots
-  Buffer<std::uint32_t> bucket_ends_;
-  std::uint64_t *records_ = nullptr, *scratch_ = nullptr;  // key within its class, above slot
-  std::size_t count_ = 0;                                  // of records
-  std::vector<Piece> pieces_;                              // in order
-  std::vector<Buffer<std::uint32_t>> piece_starts_;
+  std::vector<Regions> regions_;  // one a class
+  std::vector<Split> splits_;
+  std::uint32_t region_count_ = 0;
+  Buffer<std::uint32_t> positions_;                // of the regions, for each part of the slots
+  std::vector<std::uint32_t> ends_, first_cells_;  // of the regions
+  Centre* centres_ = nullptr;
+  std::vector<Buffer<float>> rooms_;  // to cut regions in; one a thread
   std::vector<CellClass> classes_;
-  Buffer<std::uint32_t> order_;  // until the boxes are dealt into buckets: the keys, by slot
+  Buffer<std::uint32_t> order_;  // until the boxes are dealt into regions: these, by slot
   Buffer<std::uint32_t> starts_;
 };
 

@@ -41,12 +41,10 @@ void CellTrees<Real>::layOut(const CellClasses& classes, bool filtered) {
     }
   }
   groups_.resizeDiscarding(total);
-  ids_.resizeDiscarding(cells);
   if (filtered) filters_.resizeDiscarding(cells);
   Group<Real>* upper = groups_.data() + cells;
   for (TreeView<Real>& view : views) {
     view.levels[0] = groups_.data() + view.first_cell;
-    view.ids = ids_.data() + view.first_cell;
     view.filters = filtered ? filters_.data() + view.first_cell : nullptr;
     for (int depth = 1; depth < view.depth; ++depth) {
       view.levels[depth] = upper;
@@ -77,7 +75,7 @@ void CellTrees<Real>::build(const BoxSet& boxes, const CellBoxes& of, const Cell
       if (begin >= end) continue;
       const std::size_t first = view.first_cell + begin * group_size;
       const std::size_t last = view.first_cell + std::min(end * group_size, cells(tree));
-      kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data(), ids_.data());
+      kernel.packCells(boxesOf<Real>(boxes), of, first, last, groups_.data());
       kernel.packBounds(view.levels[0], cells(tree), begin, end, level(view, 1));
       if (filtered) packFilters(boxes, first, last);
     }
@@ -140,7 +138,7 @@ template <class Real>
 void CellTrees<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::size_t end) {
   for (std::size_t cell = begin; cell < end; ++cell)
     for (int lane = 0; lane < group_size; ++lane) {
-      const std::uint32_t slot = ids_[cell].slot[lane];
+      const std::uint32_t slot = groups_[cell].slot[lane];
       GroupFilter& filter = filters_[cell];
       filter.category[lane] = boxes.filter_bits ? boxes.bits[slot].category : ~0u;
       filter.collide[lane] = boxes.filter_bits ? boxes.bits[slot].collide : ~0u;
@@ -150,8 +148,8 @@ void CellTrees<Real>::packFilters(const BoxSet& boxes, std::size_t begin, std::s
 
 template <class Real>
 void CellTrees<Real>::renumber(const Slot* slots) {
-  for (GroupIds& ids : ids_)
-    for (std::uint32_t& slot : ids.slot) slot = slots[slot];
+  for (Group<Real>& group : groups_)
+    for (std::uint32_t& slot : group.slot) slot = slots[slot];
 }
 
 template class CellTrees<float>;

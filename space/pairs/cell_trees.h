@@ -34,7 +34,7 @@ class CellTrees {
   // What the tree takes for the bounds of the boxes of one of the cells().
   BasicBox<Real> boundsOf(std::size_t cell) const;
 
-  // Slot i becomes slots[i].
+  // Slot i becomes slots[i], which ascend.
   void renumber(const Slot* slots);
   std::size_t count() const { return views_.size(); }
   // One a class, an empty one where it has no cells. Valid until the next build, and none at all
@@ -46,7 +46,7 @@ class CellTrees {
   std::size_t cells(std::size_t tree) const {
     return views_[tree].depth ? views_[tree].groups[0] : 0;
   }
-  std::size_t bytes() const { return bytesOf(groups_, ids_, filters_, views_); }
+  std::size_t bytes() const { return bytesOf(groups_, filters_, views_); }
 
  private:
   Group<Real>* level(const TreeView<Real>& view, int depth) {
@@ -57,7 +57,6 @@ class CellTrees {
   void packUpperLevels();
 
   Buffer<Group<Real>> groups_;  // the cells of all trees, then the upper levels of each
-  Buffer<GroupIds> ids_;
   Buffer<GroupFilter> filters_;
   std::vector<TreeView<Real>> views_;
 };

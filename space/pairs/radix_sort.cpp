@@ -66,4 +66,26 @@ void radixSort(std::uint64_t* records, std::uint64_t* scratch, std::size_t count
     });
 }
 
+void sortPairs(const std::vector<Buffer<Pair>>& found, std::size_t slots, int threads,
+               Buffer<Pair>& scratch, PairList& pairs) {
+  constexpr std::size_t few_pairs = 256;
+  std::size_t count = 0;
+  for (const Buffer<Pair>& part : found) count += part.size();
+  pairs.clear(1);
+  pairs.parts[0].resizeDiscarding(count);
+  Pair* const all = pairs.parts[0].data();
+  Pair* end = all;
+  for (const Buffer<Pair>& part : found) end = std::copy(part.begin(), part.end(), end);
+  if (count <= few_pairs) {
+    std::sort(all, end, [](Pair a, Pair b) { return a << 1 < b << 1; });
+  } else {
+    int bits = 1;
+    while ((slots - 1) >> bits) ++bits;
+    scratch.resizeDiscarding(count);
+    radixSort(all, scratch.data(), count, 0, bits, threads);
+    radixSort(all, scratch.data(), count, 32, bits, threads);
+  }
+  noteBorderline(all, {0, 0, count}, pairs.borderline);
+}
+
 }  // namespace ode_parallel_sap

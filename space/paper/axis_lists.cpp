@@ -136,7 +136,7 @@ int AxisLists<Real>::find(const BoxSet& boxes, int threads, PairList& pairs) {
   const int used = runChunks(meeting, threads, count, chunk, [&](const Range& range, int thread) {
     meet(boxes, axes, range.begin, range.end, both_[thread], found_[thread]);
   });
-  pair_order_.sort(found_, boxes.size, threads, pairs);
+  sortPairs(found_, boxes.size, threads, scratch_, pairs);
   return used;
 }
 

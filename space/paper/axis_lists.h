@@ -6,7 +6,7 @@
 
 #include "space/base/buffer.h"
 #include "space/base/pair_finder.h"
-#include "space/pairs/pair_order.h"
+#include "space/pairs/radix_sort.h"
 #include "space/paper/endpoint_lists.h"
 
 namespace ode_parallel_sap {
@@ -25,7 +25,7 @@ class AxisLists : public PairFinder {
   // Throws ListsTooLong, with the lists of end points up to date and no memory taken for pairs.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override;
   std::size_t bytes() const override {
-    return bytesOf(endpoints_, lists_, both_, found_, pair_order_);
+    return bytesOf(endpoints_, lists_, both_, found_, scratch_);
   }
   // The most bytes the three lists may take; 0, the default: half of what the machine has free.
   void limit(std::uint64_t most_bytes) { most_bytes_ = most_bytes; }
@@ -40,7 +40,7 @@ class AxisLists : public PairFinder {
   EndpointLists<Real> endpoints_;
   Buffer<Slot> lists_[3];
   std::vector<Buffer<Pair>> both_, found_;  // one a thread: on the first two axes; on all
-  PairOrder pair_order_;
+  Buffer<Pair> scratch_;                    // to sort with
 };
 
 }  // namespace ode_parallel_sap

@@ -33,7 +33,6 @@ template <class Real>
 void QueryTree<Real>::build(const BoxSet& boxes, int threads) {
   const ScopedMode mode(exactMode());
   stray_boxes_.resizeDiscarding(0);
-  stray_ids_.resizeDiscarding(0);
   strays_ = 0;
   Buffer<std::uint64_t> workspace;
   order_.build(boxes, threads, workspace);
@@ -72,11 +71,10 @@ std::uint32_t QueryTree<Real>::addStray(Slot slot) {
   const std::size_t row = strays_ / group_size;
   if (lane == 0) {
     stray_boxes_.resize(row + 1);
-    stray_ids_.resize(row + 1);
     for (int i = 0; i < group_size; ++i) put(stray_boxes_[row], i, inactiveBox<Real>());
-    stray_ids_[row] = {};
+    std::fill_n(stray_boxes_[row].slot, std::size_t{group_size}, slot);
   }
-  stray_ids_[row].slot[lane] = slot;
+  stray_boxes_[row].slot[lane] = slot;
   return static_cast<std::uint32_t>(cells() * group_size + strays_++);
 }
 
@@ -88,8 +86,7 @@ std::size_t QueryTree<Real>::find(const BasicBox<Real>& box, Slot* found) const 
   std::size_t count = 0;
   for (std::size_t i = 0; i < trees_.count(); ++i)
     if (trees_.cells(i)) count += kernel.findInTree(trees_.views()[i], query, found + count);
-  return count + kernel.findInCells(stray_boxes_.data(), stray_ids_.data(), stray_boxes_.size(),
-                                    query, found + count);
+  return count + kernel.findInCells(stray_boxes_.data(), stray_boxes_.size(), query, found + count);
 }
 
 template <class Real>

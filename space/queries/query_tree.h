@@ -46,7 +46,7 @@ class QueryTree {
   std::size_t strayRows() const { return stray_boxes_.size(); }
   // Gives back what only build() needs.
   void releaseScratch();
-  std::size_t bytes() const { return bytesOf(order_, trees_, places_, stray_boxes_, stray_ids_); }
+  std::size_t bytes() const { return bytesOf(order_, trees_, places_, stray_boxes_); }
 
  private:
   // A place is sixteen times a cell's number, counted through all classes, plus a lane. Strays
@@ -63,7 +63,6 @@ class QueryTree {
   CellTrees<Real> trees_;
   Buffer<std::uint32_t> places_;  // by slot
   Buffer<Group<Real>> stray_boxes_;
-  Buffer<GroupIds> stray_ids_;
   std::size_t strays_ = 0;
 };
 
@@ -98,7 +97,7 @@ void QueryTree<Real>::visitInTree(const TreeView<Real>& tree, const RayQuery<Rea
     const RayRow<Real> row(tree.levels[node.level][node.group], ray, limit);
     if (node.level == 0)
       for (int i = 0; i < row.count && row.entry[row.lanes[i]] <= limit; ++i)
-        visit(tree.ids[node.group].slot[row.lanes[i]]);
+        visit(tree.levels[0][node.group].slot[row.lanes[i]]);
     else
       for (int i = row.count - 1; i >= 0; --i)
         nodes[waiting++] = {node.group * group_size + row.lanes[i], node.level - 1,
@@ -114,7 +113,7 @@ void QueryTree<Real>::visitAlong(const RayQuery<Real>& ray, Real& limit, Visit v
   for (std::size_t stray = 0; stray < stray_boxes_.size(); ++stray) {
     const RayRow<Real> row(stray_boxes_[stray], ray, limit);
     for (int i = 0; i < row.count && row.entry[row.lanes[i]] <= limit; ++i)
-      visit(stray_ids_[stray].slot[row.lanes[i]]);
+      visit(stray_boxes_[stray].slot[row.lanes[i]]);
   }
 }
 

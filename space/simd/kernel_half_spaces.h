@@ -1,7 +1,7 @@
 // Boxes against half-spaces. Internal linkage, as in kernels_impl.h.
 #pragma once
 
-#include "space/simd/kernel_rows.h"
+#include "space/simd/kernel_overlaps.h"
 
 namespace {
 

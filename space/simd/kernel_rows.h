@@ -1,122 +1,221 @@
-// One box against sixteen: overlap, filter, and the pairs that come of it. Internal linkage, as in
-// kernels_impl.h.
+// The rows of boxes: their partners of greater slots, found, put in order and made pairs. Internal
+// linkage, as in kernels_impl.h.
 #pragma once
 
 #include <string.h>
 
-#include "space/base/box_set.h"
-#include "space/simd/kernels.h"
+#include "space/base/platform.h"
+#include "space/base/tuning.h"
+#include "space/simd/kernel_trees.h"
+#include "space/simd/row_order.h"
 
 namespace {
 
-using namespace ode_parallel_sap;
-
-constexpr unsigned all_lanes = 0xffff;
-
+// Cells that may meet those below a node, in a thread's space.
 template <class Real>
-using Row = Lanes::Row<Real>;
+struct NearCells {
+  RowSpace<Real>& space;
+  std::size_t count = 0;
 
-template <class Real>
-inline Row<Real> rowOf(const Group<Real>& boxes) {
-  return Row<Real>(boxes.lower[0], boxes.upper[0], group_size);
-}
-
-// Which of sixteen boxes overlap box `lane` of `box`. NaN overlaps nothing. The formula holds for
-// inverted boxes too, and so do bounds made of least and greatest ones.
-template <class Real>
-inline unsigned overlaps(const Group<Real>& box, unsigned lane, const Group<Real>& boxes) {
-  return rowOf(boxes).overlapping(box, lane);
-}
-
-// Of the `hits` of a row those that only the exact boxes can tell: a bound is equal to the opposite
-// one. Doubles are the exact bounds.
-template <class Real>
-inline unsigned borderlineOf(const Row<Real>& row, const Group<Real>& box, unsigned lane,
-                             unsigned hits) {
-  if constexpr (sizeof(Real) == sizeof(float)) return hits & row.touching(box, lane);
-  return 0;
-}
-
-// Which of sixteen boxes may meet box `lane` by their bits and bodies.
-inline unsigned passesFilter(const GroupFilter& filter, unsigned lane,
-                             const std::uint32_t* category, const std::uint32_t* collide,
-                             const std::uint32_t* body) {
-  const unsigned wanted = Lanes::sharesBits(collide, filter.category[lane]) |
-                          Lanes::sharesBits(category, filter.collide[lane]);
-  return filter.body[lane] ? wanted & ~Lanes::equals(body, filter.body[lane]) : wanted;
-}
-
-// Sets the top bit of those words, one for each of the hits, that are borderline.
-template <class Word>
-inline void markBorderline(Word* word, unsigned hits, unsigned borderline) {
-  for (; hits; hits &= hits - 1, ++word)
-    if (borderline & hits & (0u - hits)) *word |= Word{1} << (8 * sizeof(Word) - 1);
-}
-
-// The cell whose boxes are taken one by one.
-template <class Real>
-struct Query {
-  const Group<Real>* boxes;
-  const GroupIds* ids;
-  const GroupFilter* filter;  // null: no pair is filtered
-  unsigned count;             // boxes in use; the others are NaN
-  bool exact;
-
-  Query(const TreeView<Real>& tree, std::size_t cell, bool exact)
-      : boxes(tree.levels[0] + cell),
-        ids(tree.ids + cell),
-        filter(tree.filters ? tree.filters + cell : nullptr),
-        count(__builtin_popcount(
-            Lanes::atMost(boxes->lower[0], static_cast<Real>(__builtin_inff())))),
-        exact(exact) {}
+  // Bounds that Sixteen reads a lane of.
+  struct Bounds {
+    const Real *lower[3], *upper[3];
+  };
+  Bounds bounds() const {
+    const Real* const from = space.bounds;
+    const std::size_t step = space.stride;
+    return {{from, from + step, from + 2 * step},
+            {from + 3 * step, from + 4 * step, from + 5 * step}};
+  }
+  // Adds those in `mask` of the sixteen cells that a node has the bounds of.
+  void add(const Group<Real>& node, std::uint32_t first_cell, unsigned mask) {
+    if (count + 2 * group_size > space.stride) space.growNear(space, count + 2 * group_size);
+    Real* const to = space.bounds + count;
+    for (int axis = 0; axis < 3; ++axis) {
+      Lanes::compress(node.lower[axis], mask, to + axis * space.stride);
+      Lanes::compress(node.upper[axis], mask, to + (3 + axis) * space.stride);
+    }
+    Lanes::compress(node.slot, mask, space.greatest + count);
+    Lanes::writeNumbers(first_cell, mask, space.cell + count);
+    count += __builtin_popcount(mask);
+  }
+  // Beyond the last one there is room for sixteen, which overlap nothing.
+  void close() {
+    if (count + group_size > space.stride) space.growNear(space, count + group_size);
+    for (int i = 0; i < group_size; ++i)
+      space.bounds[count + i] = static_cast<Real>(__builtin_nanf(""));
+    for (int i = 0; i < group_size; ++i) space.greatest[count + i] = 0;
+  }
+  // Leaves in space.chosen the places of those that overlap box `lane` of `box` and have a slot
+  // above `least`; returns their number.
+  std::size_t choose(const Group<Real>& box, unsigned lane, std::uint32_t least) const {
+    std::size_t number = 0;
+    for (std::size_t at = 0; at < count; at += group_size) {
+      const unsigned mask =
+          Sixteen<Real>(space.bounds + at, space.bounds + 3 * space.stride + at, space.stride)
+              .overlapping(box, lane) &
+          Lanes::above(space.greatest + at, least);
+      Lanes::writeNumbers(static_cast<std::uint32_t>(at), mask, space.chosen + number);
+      number += __builtin_popcount(mask);
+    }
+    return number;
+  }
 };
 
-// What goes with the boxes of a row; without filters the last three are null.
-struct RowIds {
-  const std::uint32_t *slot, *category, *collide, *body;
+// A cell, and `chosen` near ones that it may meet.
+template <class Real>
+struct CellAmongNear {
+  const TreeView<Real>& all;  // the cells of all trees
+  std::size_t cell;
+  const NearCells<Real>& near;
+  std::size_t chosen;
+
+  const Group<Real>& boxes() const { return all.levels[0][cell]; }
+  // For each chosen cell and box in `lanes` that may have pairs in it writes a code: sixteen times
+  // the near cell's place, plus the lane. Returns the number of codes.
+  std::size_t list(unsigned lanes, std::uint32_t* codes) const {
+    const Sixteen<Real> own = sixteenOf(boxes());
+    const typename NearCells<Real>::Bounds bounds = near.bounds();
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < chosen; ++i) {
+      const std::uint32_t place = near.space.chosen[i];
+      const unsigned mask = own.overlapping(bounds, place) & lanes &
+                            Lanes::below(boxes().slot, near.space.greatest[place]);
+      Lanes::writeNumbers(place * group_size, mask, codes + count);
+      count += __builtin_popcount(mask);
+    }
+    return count;
+  }
+  // Writes the part of a row that comes of a code; returns its length.
+  int meet(std::uint32_t code, std::uint32_t* row) const {
+    const unsigned lane = code % group_size;
+    const std::size_t other = near.space.cell[code / group_size];
+    const Group<Real>& others = all.levels[0][other];
+    const auto allowed = [&](unsigned hits) {
+      if (!all.filters || !hits) return hits;
+      return hits & passesFilter(all.filters[cell], lane, all.filters[other]);
+    };
+    if constexpr (sizeof(Real) == sizeof(float))
+      return Lanes::meetLater(boxes(), lane, others, allowed, row);
+    const unsigned hits =
+        allowed(overlaps(boxes(), lane, others) & Lanes::above(others.slot, boxes().slot[lane]));
+    Lanes::compress(others.slot, hits, row);
+    const int count = __builtin_popcount(hits);
+    for (int i = 0; i < count; ++i) row[i] *= 2;
+    return count;
+  }
 };
 
+// Puts a row in order where it is to stay.
 template <class Real>
-inline RowIds idsOf(const TreeView<Real>& tree, std::size_t cell) {
-  if (!tree.filters) return {tree.ids[cell].slot, nullptr, nullptr, nullptr};
-  const GroupFilter& filter = tree.filters[cell];
-  return {tree.ids[cell].slot, filter.category, filter.collide, filter.body};
+inline void storeRow(RowSpace<Real>& space, std::uint32_t slot, const std::uint32_t* row,
+                     std::size_t count) {
+  if (count == 0) return;
+  const std::size_t room = count + 1 + group_size;
+  if (static_cast<std::size_t>(space.end - space.next) < room) space.growRows(space, room);
+  std::uint32_t* const to = space.next;
+  to[0] = static_cast<std::uint32_t>(count);
+  if (count <= group_size)
+    orderFew(row, count, to + 1);
+  else
+    orderMany(row, count, {space.marks, space.marked_words}, to + 1);
+  space.rows[slot] = to;
+  space.next += count + 1;
+  space.counts[slot / row_chunk] += static_cast<std::uint32_t>(count);
 }
 
-// Pairs of box `lane` of `query` with the `hits` of sixteen boxes.
+// The rows of boxes [first, last) of the cell. A processor cannot predict how many cells a box
+// meets, so what is to be met is listed for all boxes before any is, and it is wrong once.
 template <class Real>
-inline void writeHits(const Query<Real>& query, unsigned lane, unsigned hits, const Row<Real>& row,
-                      const RowIds& ids, PairSink& sink) {
-  if (query.filter) {
-    hits &= passesFilter(*query.filter, lane, ids.category, ids.collide, ids.body);
-    if (!hits) return;
+inline void findRowsOf(const CellAmongNear<Real>& of, unsigned first, unsigned last,
+                       RowSpace<Real>& space) {
+  const std::size_t stride = (of.chosen + 1) * group_size;
+  const std::size_t code_room = of.chosen * (last - first) + group_size;
+  const std::size_t room = code_room + (last - first) * stride;
+  if (space.word_room < room) space.growWords(space, room);
+  std::uint32_t* const codes = space.words;
+  std::uint32_t* const rows = codes + code_room - first * stride;
+  std::size_t ends[group_size];
+  for (unsigned lane = 0; lane < group_size; ++lane) ends[lane] = lane * stride;
+  const std::size_t count = of.list((1u << last) - (1u << first), codes);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::size_t& end = ends[codes[i] % group_size];
+    end += static_cast<std::size_t>(of.meet(codes[i], rows + end));
   }
-  std::uint64_t* const first = sink.next;
-  sink.next += Lanes::writePairs(ids.slot, query.ids->slot[lane], hits, first);
-  if (query.exact) return;
-  const unsigned borderline = borderlineOf(row, *query.boxes, lane, hits);
-  if (borderline) markBorderline(first, hits, borderline);
+  for (unsigned lane = first; lane < last; ++lane)
+    storeRow(space, of.boxes().slot[lane], rows + lane * stride, ends[lane] - lane * stride);
 }
 
-// Pairs of all boxes of `query` with those of sixteen boxes that are in maskOf(lane). A processor
-// cannot predict which boxes have hits, so all are met before a pair is written, and it is wrong
-// once a row instead of once a hit.
-template <class Real, class MaskOf>
-inline void boxesAgainstRow(const Query<Real>& query, const Row<Real>& row, const RowIds& ids,
-                            MaskOf maskOf, PairSink& sink) {
-  unsigned masks[group_size], hit = 0;
-  for (unsigned lane = 0; lane < query.count; ++lane) {
-    masks[lane] = row.overlapping(*query.boxes, lane) & maskOf(lane);
-    hit |= unsigned{masks[lane] != 0} << lane;
-  }
-  for (; hit; hit &= hit - 1) {
-    const unsigned lane = static_cast<unsigned>(__builtin_ctz(hit));
-    writeHits(query, lane, masks[lane], row, ids, sink);
+// The trees are walked once for all cells below a node; then each of them chooses among what was
+// found, a box at a time if that is very much.
+template <class Real>
+void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
+  constexpr std::size_t most_at_once = 1024;  // fixed: chosen cells, with which rows take 1 MB
+  const TreeView<Real>& own = search.trees[search.own];
+  TreeView<Real> all = {};
+  all.levels[0] = own.levels[0] - own.first_cell;
+  if (own.filters) all.filters = own.filters - own.first_cell;
+  for (std::size_t begin = search.begin, end; begin < search.end; begin = end) {
+    const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
+    end = node_end < search.end ? node_end : search.end;
+    // The bounds of all cells below the node.
+    Group<Real> bounds;
+    const Group<Real>& cells = own.levels[1][node];
+    for (int axis = 0; axis < 3; ++axis) {
+      bounds.lower[axis][0] = Lanes::least(cells.lower[axis]);
+      bounds.upper[axis][0] = Lanes::greatest(cells.upper[axis]);
+    }
+    NearCells<Real> near = {space};
+    for (std::size_t i = 0; i < search.tree_count; ++i) {
+      const TreeView<Real>& tree = search.trees[i];
+      if (tree.depth == 0) continue;
+      forOverlappingNodes(tree, bounds, 0, [&](std::uint32_t group, unsigned mask) {
+        near.add(tree.levels[1][group], tree.first_cell + group * group_size, mask);
+      });
+    }
+    near.close();
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t cell = own.first_cell + i;
+      const Group<Real>& boxes = all.levels[0][cell];
+      const std::size_t chosen = near.choose(cells, i % group_size, leastSlot(boxes));
+      const CellAmongNear<Real> of = {all, cell, near, chosen};
+      const unsigned used = static_cast<unsigned>(
+          __builtin_popcount(Lanes::atMost(boxes.lower[0], static_cast<Real>(__builtin_inff()))));
+      const unsigned step = chosen <= most_at_once ? group_size : 1;
+      for (unsigned first = 0; first < used; first += step)
+        findRowsOf(of, first, first + step < used ? first + step : used, space);
+    }
   }
 }
 
-inline void makeRoom(PairSink& sink, std::size_t room) {
-  if (static_cast<std::size_t>(sink.end - sink.next) < room) sink.grow(sink, room);
+// Writes registers of pairs. What is beyond a row's end is overwritten by the next row; it may mark
+// rows in vain.
+bool writeRows(const Row* rows, std::size_t begin, std::size_t end, bool exact,
+               std::uint64_t* pairs, std::uint64_t* pairs_end) {
+  using Pairs = Register<std::uint64_t>::Type;
+  constexpr std::size_t lanes = Register<std::uint64_t>::lanes;
+  typedef std::uint32_t Words __attribute__((vector_size(sizeof(Pairs) / 2)));
+  const std::uint32_t mark = exact ? 0 : 1;
+  Words any{};
+  for (std::size_t slot = begin; slot < end; ++slot) {
+    if (slot + prefetch_distance < end) prefetch(rows[slot + prefetch_distance]);
+    if (!rows[slot]) continue;
+    const std::uint32_t count = rows[slot][0], *const row = rows[slot] + 1;
+    const std::uint64_t earlier = std::uint64_t{slot} << 32;
+    for (std::uint32_t i = 0; i < count; i += lanes) {
+      Words words;
+      memcpy(&words, row + i, sizeof words);
+      any |= words;  // and of words beyond the row
+      const Pairs wide = __builtin_convertvector(words, Pairs);
+      const Pairs made = (wide >> 1) | earlier | (wide & mark) << 63;
+      const std::size_t room = static_cast<std::size_t>(pairs_end - (pairs + i));
+      memcpy(pairs + i, &made, room < lanes ? room * sizeof *pairs : sizeof made);
+    }
+    pairs += count;
+  }
+  bool marked = false;
+  for (std::size_t lane = 0; lane < lanes; ++lane) marked |= any[lane] & mark;
+  return marked;
 }
 
 }  // namespace

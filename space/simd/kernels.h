@@ -12,17 +12,15 @@ struct BasicBox;
 constexpr int group_size = 16;  // fixed: lanes of the widest vectors
 
 // Sixteen boxes side by side: the boxes of a cell, or the bounds of sixteen cells or nodes. Unused
-// places hold NaN, which overlaps nothing.
+// places hold NaN, which overlaps nothing, and one of the slots.
 template <class Real>
 struct alignas(64) Group {
   Real lower[3][group_size];
   Real upper[3][group_size];
+  std::uint32_t slot[group_size];  // of a cell or node the greatest in it
 };
 
 // What goes with the sixteen boxes of a cell.
-struct alignas(64) GroupIds {
-  std::uint32_t slot[group_size];
-};
 struct alignas(64) GroupFilter {
   std::uint32_t category[group_size];
   std::uint32_t collide[group_size];
@@ -37,21 +35,46 @@ struct TreeView {
   static constexpr int max_levels = 8;  // fixed: of 2^32 cells
   const Group<Real>* levels[max_levels];
   std::uint32_t groups[max_levels];
-  int depth;  // levels in use; 0: no boxes
-  const GroupIds* ids;
+  int depth;                   // levels in use; 0: no boxes
   const GroupFilter* filters;  // null: no pair is filtered
   std::uint32_t first_cell;    // its number; 0 where there is one tree only
 };
 
-// Cells of a tree, which are to meet those of their own tree, but for what is before a cell, and of
-// all trees after it. The cells of all trees lie one after the other in memory, in their order.
+// Cells whose boxes are to have their rows. The cells of all trees lie one after the other in
+// memory, in their order.
 template <class Real>
-struct CellMeeting {
+struct RowSearch {
   const TreeView<Real>* trees;
   std::size_t tree_count;
   std::size_t own;         // tree
   std::size_t begin, end;  // cells of it
-  bool exact;              // no bound of a box was rounded
+};
+
+// The row of a box: the number of boxes with greater slots that it overlaps, then twice their
+// slots, ascending, 1 more where floats cannot decide. All of a box's pairs that are its own to
+// report.
+using Row = const std::uint32_t*;
+constexpr std::size_t row_chunk = 512;  // fixed: slots whose pairs are counted together
+
+// What a thread searches with, and where its rows go. The functions make room for at least so many
+// cells or words, and update what they change. Only what is known of cells is kept then.
+template <class Real>
+struct RowSpace {
+  // Cells that a query meets sixteen at a time: their bounds (lower x, y, z, upper x, y, z,
+  // `stride` apart), their numbers and their greatest slots; and places of some of them.
+  Real* bounds = nullptr;
+  std::uint32_t *cell = nullptr, *greatest = nullptr, *chosen = nullptr;
+  std::size_t stride = 0;
+  void (*growNear)(RowSpace& space, std::size_t cells);
+  std::uint32_t* words = nullptr;
+  std::size_t word_room = 0;
+  void (*growWords)(RowSpace& space, std::size_t words);
+  std::uint32_t *next = nullptr, *end = nullptr;  // of rows
+  void (*growRows)(RowSpace& space, std::size_t words);
+  Row* rows = nullptr;              // by slot
+  std::uint32_t* counts = nullptr;  // pairs, by slot / row_chunk
+  // A bit each slot, and one each word of these; none is set between rows.
+  std::uint64_t *marks = nullptr, *marked_words = nullptr;
 };
 
 // Set beside a slot where floats cannot decide.
@@ -100,6 +123,16 @@ struct CellBoxes {
   const std::uint32_t* starts;
 };
 
+// Where a box is, and whose it is.
+struct alignas(16) Centre {
+  float at[3];  // no NaN
+  std::uint32_t slot;
+};
+// Numbers that cutIntoCells() needs room for.
+constexpr std::size_t roomToCut(std::size_t count) {
+  return 8 * (count + 3 * group_size);
+}
+
 // Sixteen pairs of boxes as ODE keeps them: centre and sides of four numbers each, the last of
 // which is nothing, and a matrix of three such rows, whose columns are the box's axes.
 template <class Real>
@@ -121,15 +154,15 @@ struct RayQuery {
 // Each for boxes of floats and of doubles.
 template <class Real>
 struct Kernels {
-  // Fills cells[i] and ids[i] for i in [begin, end).
+  // Fills cells[i] for i in [begin, end).
   void (*packCells)(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t begin,
-                    std::size_t end, Group<Real>* cells, GroupIds* ids);
+                    std::size_t end, Group<Real>* cells);
   // Group i of `parents` gets the bounds of groups 16 i to 16 i + 15 of `children`, for i in
   // [begin, end); places at and beyond `count` children stay empty.
   void (*packBounds)(const Group<Real>* children, std::size_t count, std::size_t begin,
                      std::size_t end, Group<Real>* parents);
-  // Pairs between cells and those that they are to meet.
-  void (*cellPairs)(const CellMeeting<Real>& meeting, PairSink& sink);
+  // Finds the rows of all boxes of some cells.
+  void (*findRows)(const RowSearch<Real>& search, RowSpace<Real>& space);
   // Pairs between the cells [begin, end) of `queries` and all cells of `tree`, by walking the tree
   // with each box by itself: for few boxes, far from each other.
   void (*boxPairs)(const TreeView<Real>& queries, std::size_t begin, std::size_t end,
@@ -145,8 +178,8 @@ struct Kernels {
   std::size_t (*findInTree)(const TreeView<Real>& tree, const Group<Real>& box,
                             std::uint32_t* found);
   // The same for cells without a tree.
-  std::size_t (*findInCells)(const Group<Real>* cells, const GroupIds* ids, std::size_t count,
-                             const Group<Real>& box, std::uint32_t* found);
+  std::size_t (*findInCells)(const Group<Real>* cells, std::size_t count, const Group<Real>& box,
+                             std::uint32_t* found);
   // Meets the boxes [16 begin, 16 end) with some half-spaces. Writes to `hits`, for which
   // there is room for each cell and half-space, where `maybe` is not empty; returns their number.
   // Inactive boxes are in none.
@@ -175,6 +208,15 @@ struct KernelSet {
   // `count`.
   std::size_t (*keptPairs)(const BasicBox<float>* boxes, const std::uint64_t* kept,
                            std::size_t count, bool exact, std::uint64_t* pairs);
+  // Halves centres along the axis on which they lie farthest apart until sixteen are left. Writes
+  // their slots, cell by cell, to `order` from place `first` on, and these places to `starts`: each
+  // cell but the last one has sixteen. `room` is aligned.
+  void (*cutIntoCells)(const Centre* centres, std::size_t count, float* room, std::uint32_t first,
+                       std::uint32_t* order, std::uint32_t* starts);
+  // Writes the pairs of the rows of slots [begin, end), null for none, as they are to be reported;
+  // there is room for no more. Returns whether one may be borderline; not if floats are `exact`.
+  bool (*writeRows)(const Row* rows, std::size_t begin, std::size_t end, bool exact,
+                    std::uint64_t* pairs, std::uint64_t* pairs_end);
 };
 
 extern const KernelSet kernels_portable;

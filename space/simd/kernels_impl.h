@@ -9,7 +9,9 @@
 #include "space/base/tuning.h"
 #include "space/simd/kernel_box_pairs.h"
 #include "space/simd/kernel_half_spaces.h"
+#include "space/simd/kernel_halves.h"
 #include "space/simd/kernel_kept_pairs.h"
+#include "space/simd/kernel_overlaps.h"
 #include "space/simd/kernel_rays.h"
 #include "space/simd/kernel_rows.h"
 #include "space/simd/kernel_trees.h"
@@ -18,9 +20,9 @@ namespace {
 
 // Pairs of box `lane` of the query with the boxes at places [begin, end). A processor cannot
 // predict which cells have hits, so many of them are met before any are written, and it is wrong
-// once a row instead of once a hit.
+// once for all of them.
 template <class Real>
-inline void rowAgainstCells(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
+inline void boxAgainstCells(const Query<Real>& query, unsigned lane, const TreeView<Real>& cells,
                             std::size_t begin, std::size_t end, PairSink& sink) {
   constexpr std::size_t most_cells = 32;  // fixed: bits of `hit`
   unsigned masks[most_cells];
@@ -39,7 +41,7 @@ inline void rowAgainstCells(const Query<Real>& query, unsigned lane, const TreeV
     if (end < (first + count) * group_size) masks[count - 1] &= (1u << end % group_size) - 1;
     for (; hit; hit &= hit - 1) {
       const unsigned i = static_cast<unsigned>(__builtin_ctz(hit));
-      writeHits(query, lane, masks[i], rowOf(boxes[i]), idsOf(cells, first + i), sink);
+      writeHits(query, lane, masks[i], cells, first + i, sink);
     }
   }
 }
@@ -55,7 +57,7 @@ void trianglePairs(const TreeView<Real>& cells, const TrianglePart& part, bool e
       const std::size_t end = row == part.last_row ? part.last_column : part.places;
       if (end <= begin) continue;
       makeRoom(sink, end - begin + group_size);
-      rowAgainstCells(query, row % group_size, cells, begin, end, sink);
+      boxAgainstCells(query, row % group_size, cells, begin, end, sink);
     }
   }
 }
@@ -86,7 +88,7 @@ inline void packFour(const BasicBox<Real>* const* boxes, Group<Real>& cell, std:
 
 template <class Real>
 void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t begin, std::size_t end,
-               Group<Real>* cells, GroupIds* ids) {
+               Group<Real>* cells) {
   static_assert(sizeof(BasicBox<Real>) == 6 * sizeof(Real), "six numbers in a row");
   const std::uint32_t *const order = of.order, *const starts = of.starts;
   const Real nan = static_cast<Real>(__builtin_nanf(""));
@@ -99,8 +101,9 @@ void packCells(const BasicBox<Real>* boxes, const CellBoxes& of, std::size_t beg
     const BasicBox<Real>* from[group_size];
     for (std::uint32_t lane = 0; lane < group_size; ++lane) {
       const bool used = lane < count;
-      const std::uint32_t slot = !used ? 0 : order ? order[start + lane] : start + lane;
-      ids[cell].slot[lane] = slot;
+      const std::uint32_t at = used ? start + lane : start;
+      const std::uint32_t slot = order ? order[at] : at;
+      cells[cell].slot[lane] = slot;
       from[lane] = used ? boxes + slot : &none;
     }
     for (std::uint32_t lane = 0; lane < group_size; lane += 4)
@@ -121,17 +124,19 @@ void packBounds(const Group<Real>* children, std::size_t count, std::size_t begi
         parents[parent].upper[axis][lane] =
             child < count ? Lanes::greatest(children[child].upper[axis]) : nan;
       }
+      parents[parent].slot[lane] = child < count ? greatestSlot(children[child]) : 0;
     }
 }
 
 template <class Real>
 constexpr Kernels<Real> kernelsFor() {
-  return {packCells<Real>,     packBounds<Real>, cellPairs<Real>,   boxPairs<Real>,
+  return {packCells<Real>,     packBounds<Real>, findRows<Real>,    boxPairs<Real>,
           trianglePairs<Real>, findInTree<Real>, findInCells<Real>, meetHalfSpaces<Real>,
           boxesApart<Real>,    meetRay<Real>};
 }
 
-constexpr KernelSet kernel_set = {Lanes::name, kernelsFor<float>(), kernelsFor<double>(),
-                                  boxesOutside, keptPairs};
+constexpr KernelSet kernel_set = {Lanes::name,  kernelsFor<float>(), kernelsFor<double>(),
+                                  boxesOutside, keptPairs,           cutIntoCells,
+                                  writeRows};
 
 }  // namespace

@@ -30,7 +30,7 @@ struct Lanes : ScalarLanes {
            _mm512_cmp_pd_mask(_mm512_load_pd(p + 8), v, _CMP_LE_OQ) << 8;
   }
   template <class Real>
-  struct Row;
+  struct Sixteen;
 
   static unsigned sharesBits(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_test_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(static_cast<int>(value)));
@@ -38,6 +38,36 @@ struct Lanes : ScalarLanes {
   static unsigned below(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmplt_epi32_mask(_mm512_load_si512(p),
                                    _mm512_set1_epi32(static_cast<int>(value)));
+  }
+  static unsigned above(const std::uint32_t* p, std::uint32_t value) {
+    return _mm512_cmpgt_epi32_mask(_mm512_load_si512(p),
+                                   _mm512_set1_epi32(static_cast<int>(value)));
+  }
+  // As in RegisterLanes.
+  template <class BoxGroup, class Allowed>
+  static int meetLater(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
+                       std::uint32_t* row) {
+    __m512 gaps[3];
+    for (int axis = 0; axis < 3; ++axis)
+      gaps[axis] = _mm512_max_ps(
+          _mm512_sub_ps(_mm512_load_ps(boxes.lower[axis]), _mm512_set1_ps(own.upper[axis][lane])),
+          _mm512_sub_ps(_mm512_set1_ps(own.lower[axis][lane]), _mm512_load_ps(boxes.upper[axis])));
+    const __m512 gap = _mm512_max_ps(_mm512_max_ps(gaps[0], gaps[1]), gaps[2]);
+    const __m512 zero = _mm512_setzero_ps();
+    const __m512i slots = _mm512_load_si512(boxes.slot), twice = _mm512_add_epi32(slots, slots);
+    const __m512i words =
+        _mm512_mask_or_epi32(twice, _mm512_cmpeq_ps_mask(gap, zero), twice, _mm512_set1_epi32(1));
+    const __mmask16 later =
+        _mm512_cmpgt_epi32_mask(slots, _mm512_set1_epi32(static_cast<int>(own.slot[lane])));
+    const unsigned hits = allowed(_mm512_mask_cmp_ps_mask(later, gap, zero, _CMP_LE_OQ));
+    const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), words);
+    const int count = __builtin_popcount(hits);
+    // Few are met at a time: half a register is seldom across two lines of the cache.
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(row), _mm512_castsi512_si256(packed));
+    if (__builtin_expect(count > 8, false))
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(row) + 1,
+                          _mm512_extracti64x4_epi64(packed, 1));
+    return count;
   }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmpeq_epi32_mask(_mm512_load_si512(p),
@@ -86,10 +116,10 @@ struct Lanes : ScalarLanes {
 
 // Sixteen boxes in registers.
 template <>
-struct Lanes::Row<float> {
+struct Lanes::Sixteen<float> {
   __m512 lower[3], upper[3];
 
-  Row(const float* lowers, const float* uppers, std::size_t stride) {
+  Sixteen(const float* lowers, const float* uppers, std::size_t stride) {
     for (int axis = 0; axis < 3; ++axis) {
       lower[axis] = _mm512_load_ps(lowers + axis * stride);
       upper[axis] = _mm512_load_ps(uppers + axis * stride);
@@ -119,8 +149,8 @@ struct Lanes::Row<float> {
 };
 
 template <>
-struct Lanes::Row<double> : RowByPointer<Lanes, double> {
-  using RowByPointer<Lanes, double>::RowByPointer;
+struct Lanes::Sixteen<double> : SixteenByPointer<Lanes, double> {
+  using SixteenByPointer<Lanes, double>::SixteenByPointer;
 };
 
 }  // namespace

@@ -14,11 +14,11 @@ namespace {
 // Sixteen boxes to be tested against many, read from memory each time: for sets that have no
 // registers to keep them in.
 template <class Set, class Real>
-struct RowByPointer {
+struct SixteenByPointer {
   const Real *lower, *upper;
   std::size_t stride;
 
-  RowByPointer(const Real* lower, const Real* upper, std::size_t stride)
+  SixteenByPointer(const Real* lower, const Real* upper, std::size_t stride)
       : lower(lower), upper(upper), stride(stride) {}
   // Which of them overlap a box, as closed intervals.
   template <class BoxGroup>
@@ -160,14 +160,44 @@ struct RegisterLanes : ScalarLanes {
       return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) < static_cast<std::int32_t>(value);
     });
   }
+  // Which are above it.
+  static unsigned above(const std::uint32_t* p, std::uint32_t value) {
+    return Set::template bits<std::uint32_t>([=](int i) {
+      return reinterpret_cast<Mask<std::uint32_t>>(load(p + i)) > static_cast<std::int32_t>(value);
+    });
+  }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     return Set::template bits<std::uint32_t>(
         [=](int i) { return Mask<std::uint32_t>(load(p + i) == value); });
   }
+  // Writes to `row` the words of those of sixteen boxes that overlap box `lane` of `own`, have
+  // greater slots and are in allowed(hits): twice the slots, 1 more where bounds are equal. Returns
+  // their number; sixteen words are written. No difference of bounds is NaN, but for unused places.
+  template <class BoxGroup, class Allowed>
+  static int meetLater(const BoxGroup& own, unsigned lane, const BoxGroup& boxes, Allowed allowed,
+                       std::uint32_t* row) {
+    using Floats = Register<float>;
+    using Words = Mask<std::uint32_t>;
+    const Words own_slot = Words{} + static_cast<std::int32_t>(own.slot[lane]);
+    alignas(64) std::uint32_t words[16];
+    const unsigned hits = allowed(Set::template bits<float>([&](int i) {
+      typename Floats::Type gaps[3];
+      for (int axis = 0; axis < 3; ++axis)
+        gaps[axis] = Floats::greatest(load(boxes.lower[axis] + i) - own.upper[axis][lane],
+                                      own.lower[axis][lane] - load(boxes.upper[axis] + i));
+      const typename Floats::Type gap =
+          Floats::greatest(Floats::greatest(gaps[0], gaps[1]), gaps[2]);
+      const Words slots = reinterpret_cast<Words>(load(boxes.slot + i));
+      *reinterpret_cast<Words*>(words + i) = slots + slots - reinterpret_cast<Words>(gap == 0);
+      return reinterpret_cast<Words>(gap <= 0) & reinterpret_cast<Words>(slots > own_slot);
+    }));
+    Set::compress(words, hits, row);
+    return __builtin_popcount(hits);
+  }
   // Lanes are made bits once for all six bounds.
   template <class Real>
-  struct Row : RowByPointer<Set, Real> {
-    using RowByPointer<Set, Real>::RowByPointer;
+  struct Sixteen : SixteenByPointer<Set, Real> {
+    using SixteenByPointer<Set, Real>::SixteenByPointer;
 
     template <class BoxGroup>
     unsigned overlapping(const BoxGroup& box, unsigned lane) const {

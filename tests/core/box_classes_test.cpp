@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "space/pairs/cell_order.h"
@@ -33,8 +34,13 @@ template <class Real>
 void checkSizes(const std::vector<std::array<double, 3>>& sizes, std::size_t wanted) {
   const BoxSet boxes = boxesOfSizes<Real>(sizes, 3000);
   BoxClasses<Real> classes;
-  classes.choose(boxes, 3);
-  REQUIRE(classes.count() == wanted);
+  classes.choose(boxes);
+  std::set<std::size_t> used;
+  for (Slot slot = 0; slot < boxes.size; ++slot) {
+    used.insert(classes.of(boxesOf<Real>(boxes)[slot]));
+    REQUIRE(*used.rbegin() < classes.count());
+  }
+  REQUIRE(used.size() == wanted);
   for (Slot slot = 0; slot < boxes.size && wanted == sizes.size(); ++slot)
     REQUIRE(classes.of(boxesOf<Real>(boxes)[slot]) ==
             classes.of(boxesOf<Real>(boxes)[slot % sizes.size()]));

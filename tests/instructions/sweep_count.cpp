@@ -10,7 +10,6 @@
 #include "space/base/round_to_floats.h"
 #include "space/pairs/sweep.h"
 #include "space/simd/kernels.h"
-#include "space/simd/sink.h"
 #include "support/scenes.h"
 
 using namespace ode_parallel_sap;
@@ -38,17 +37,19 @@ BoxSet denseCube(std::size_t n) {
 std::size_t pairsOf(const BoxSet& boxes, int frames) {
   const ScopedMode mode(exactMode());
   Sweep<float> sweep;
-  sweep.build(boxes, 1);
-  Buffer<Pair> found;
+  Buffer<std::uint64_t> workspace;
+  sweep.build(boxes, 1, workspace);
+  const CellTrees<float>& trees = sweep.trees();
+  RowTable<float> rows;
+  PairList pairs;
   for (int frame = 0; frame < frames; ++frame) {
-    found.resizeDiscarding(0);
-    BufferSink sink(found);
-    const CellTrees<float>& trees = sweep.trees();
+    rows.start(boxes.size, 1);
     for (std::size_t i = 0; i < trees.count(); ++i)
-      kernels<float>().cellPairs({trees.views(), trees.count(), i, 0, trees.cells(i), boxes.exact},
-                                 sink);
+      kernels<float>().findRows({trees.views(), trees.count(), i, 0, trees.cells(i)},
+                                rows.space(0));
+    rows.writePairs(boxes.exact, 1, pairs);
   }
-  return found.size();
+  return pairs.size();
 }
 
 }  // namespace

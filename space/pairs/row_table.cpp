@@ -1,0 +1,133 @@
+#include "space/pairs/row_table.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "space/base/parallel.h"
+#include "space/base/tuning.h"
+
+namespace ode_parallel_sap {
+
+namespace {
+
+Region clearing("rows: table"), writing("rows: pairs");
+
+constexpr std::size_t chunksOf(std::size_t slots) {
+  return (slots + row_chunk - 1) / row_chunk;
+}
+
+}  // namespace
+
+template <class Real>
+void RowTable<Real>::Space::start(std::size_t slots, Row* table) {
+  this->rows = table;
+  this->growNear = &Space::moreNear;
+  this->growWords = &Space::moreWords;
+  this->growRows = &Space::moreRows;
+  // Blocks that the last frame did not need go.
+  blocks.resize(std::min(blocks.size(), blocks_used + 1));
+  blocks_used = 0;
+  this->next = this->end = nullptr;
+  pair_counts.resizeDiscarding(chunksOf(slots));
+  std::fill(pair_counts.begin(), pair_counts.end(), 0);
+  this->counts = pair_counts.data();
+  const std::size_t words = slots / 64 + 1, marks = words + words / 64 + 1;
+  if (slot_marks.size() < marks) {
+    slot_marks.resizeDiscarding(marks);
+    std::fill(slot_marks.begin(), slot_marks.end(), 0);
+  }
+  this->marks = slot_marks.data();
+  this->marked_words = this->marks + words;
+}
+
+template <class Real>
+void RowTable<Real>::Space::moreNear(RowSpace<Real>& space, std::size_t cells) {
+  Space& own = static_cast<Space&>(space);
+  const std::size_t before = own.stride;
+  const std::size_t stride = (cells + cells / 2 + group_size - 1) / group_size * group_size;
+  Buffer<Real> bounds;
+  Buffer<std::uint32_t> numbers;
+  bounds.resize(6 * stride);
+  numbers.resize(3 * stride);
+  for (std::size_t i = 0; i < 6 && before; ++i)
+    std::copy_n(own.bounds + i * before, before, bounds.data() + i * stride);
+  for (std::size_t i = 0; i < 2 && before; ++i)
+    std::copy_n(own.near_numbers.data() + i * before, before, numbers.data() + i * stride);
+  own.near_bounds.swap(bounds);
+  own.near_numbers.swap(numbers);
+  own.bounds = own.near_bounds.data();
+  own.cell = own.near_numbers.data();
+  own.greatest = own.cell + stride;
+  own.chosen = own.greatest + stride;
+  own.stride = stride;
+}
+
+template <class Real>
+void RowTable<Real>::Space::moreWords(RowSpace<Real>& space, std::size_t words) {
+  Space& own = static_cast<Space&>(space);
+  own.scratch.resizeDiscarding(words + words / 2);
+  own.words = own.scratch.data();
+  own.word_room = own.scratch.size();
+}
+
+// Rows that are there stay where they are.
+template <class Real>
+void RowTable<Real>::Space::moreRows(RowSpace<Real>& space, std::size_t words) {
+  Space& own = static_cast<Space&>(space);
+  if (own.blocks_used == own.blocks.size()) own.blocks.emplace_back();
+  Buffer<std::uint32_t>& block = own.blocks[own.blocks_used];
+  block.resizeDiscarding(std::max(words, row_block_words));
+  ++own.blocks_used;
+  own.next = block.data();
+  own.end = block.end();
+}
+
+template <class Real>
+void RowTable<Real>::start(std::size_t slots, int threads) {
+  slots_ = slots;
+  threads_ = threads;
+  while (spaces_.size() < static_cast<std::size_t>(threads))
+    spaces_.push_back(std::make_unique<Space>());
+  rows_.resizeDiscarding(slots);
+  for (int thread = 0; thread < threads; ++thread) spaces_[thread]->start(slots, rows_.data());
+  runTeam(clearing, teamFor(slots, grains::looked_up, threads), [&](int thread, int team) {
+    const Range own = ownPart(slots, thread, team);
+    std::fill(rows_.begin() + own.begin, rows_.begin() + own.end, nullptr);
+  });
+}
+
+template <class Real>
+int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
+  const std::size_t chunks = chunksOf(slots_);
+  chunk_begin_.resizeDiscarding(chunks + 1);
+  std::size_t count = 0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    chunk_begin_[chunk] = count;
+    for (int thread = 0; thread < threads_; ++thread) count += spaces_[thread]->pair_counts[chunk];
+  }
+  chunk_begin_[chunks] = count;
+  pairs.clear(1);
+  pairs.parts[0].resizeDiscarding(count);
+  Pair* const written = pairs.parts[0].data();
+  if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
+  for (auto& segments : borderline_) segments.clear();
+  const int team = teamFor(count, grains::passed_pairs, threads);
+  const int used = runChunks(
+      writing, team, chunks, 1,
+      [&](const Range& range, int thread) {
+        const std::size_t first = range.begin * row_chunk;
+        const std::size_t last = std::min(first + row_chunk, slots_);
+        const std::size_t begin = chunk_begin_[range.begin], end = chunk_begin_[range.begin + 1];
+        if (kernelSet().writeRows(rows_.data(), first, last, exact, written + begin, written + end))
+          noteBorderline(written, {0, begin, end}, borderline_[thread]);
+      },
+      team);
+  for (const auto& segments : borderline_)
+    pairs.borderline.insert(pairs.borderline.end(), segments.begin(), segments.end());
+  return used;
+}
+
+template class RowTable<float>;
+template class RowTable<double>;
+
+}  // namespace ode_parallel_sap
