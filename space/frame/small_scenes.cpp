@@ -215,7 +215,6 @@ bool SmallLists::grow(std::size_t geoms) try {
       geoms > most_without_vectors ? (geoms + group_size - 1) / group_size : 0;
   pairs.resizeDiscarding(geoms * (geoms - 1) / 2);
   boxes.resizeDiscarding(cells);
-  ids.resizeDiscarding(cells);
   active.resizeDiscarding(geoms);  // at last: so many are ready
   return true;
 } catch (const std::bad_alloc&) {

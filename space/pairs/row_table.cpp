@@ -90,7 +90,7 @@ void RowTable<Real>::start(std::size_t slots, int threads) {
     spaces_.push_back(std::make_unique<Space>());
   rows_.resizeDiscarding(slots);
   for (int thread = 0; thread < threads; ++thread) spaces_[thread]->start(slots, rows_.data());
-  runTeam(clearing, teamFor(slots, grains::looked_up, threads), [&](int thread, int team) {
+  runTeam(clearing, teamFor(slots, grains::sorted_records, threads), [&](int thread, int team) {
     const Range own = ownPart(slots, thread, team);
     std::fill(rows_.begin() + own.begin, rows_.begin() + own.end, nullptr);
   });
@@ -111,7 +111,7 @@ int RowTable<Real>::writePairs(bool exact, int threads, PairList& pairs) {
   Pair* const written = pairs.parts[0].data();
   if (borderline_.size() < static_cast<std::size_t>(threads)) borderline_.resize(threads);
   for (auto& segments : borderline_) segments.clear();
-  const int team = teamFor(count, grains::passed_pairs, threads);
+  const int team = teamFor(count + slots_, grains::sorted_records, threads);
   const int used = runChunks(
       writing, team, chunks, 1,
       [&](const Range& range, int thread) {
