@@ -87,9 +87,14 @@ class Halver {
     // All are one step where they are alike, or too far apart for a difference.
     const float factor = static_cast<float>(steps) * 0.999f / size;
     const float scale = size > 0 && factor > 0 && factor < __builtin_inff() ? factor : 0;
+    // NaN, of what is infinite, is the first step.
     const auto stepsOf = [&](std::size_t i, float* step) {
-      for (std::size_t lane = 0; lane < group_size; lane += lanes)
-        at(step + lane) = (at(const_cast<float*>(row) + i + lane) - least) * scale;
+      const Floats last_step = Floats{} + static_cast<float>(steps - 1);
+      for (std::size_t lane = 0; lane < group_size; lane += lanes) {
+        const Floats above = (at(const_cast<float*>(row) + i + lane) - least) * scale;
+        at(step + lane) =
+            Register<float>::least(Register<float>::greatest(above, Floats{}), last_step);
+      }
     };
     alignas(64) float step[group_size];
     std::uint32_t counts[256] = {};
