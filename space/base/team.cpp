@@ -5,10 +5,15 @@
 
 #include <cctype>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
+#include <exception>
 #include <mutex>
+#include <new>
 #include <thread>
+#include <utility>
 
+#include "space/base/floating_point.h"
 #include "space/base/platform.h"
 
 namespace ode_parallel_sap {
@@ -42,7 +47,6 @@ struct Probe {
   pthread_t thread;
   std::mutex* gate;
   long id;
-  std::atomic<bool> ran{false};
 
   bool start(const pthread_attr_t& attributes, std::mutex& closed_gate) {
     gate = &closed_gate;
@@ -52,7 +56,6 @@ struct Probe {
     Probe& probe = *static_cast<Probe*>(self);
     probe.id = threadNumber();
     const std::lock_guard<std::mutex> open(*probe.gate);
-    probe.ran.store(true, std::memory_order_relaxed);
     return nullptr;
   }
   void awaitEnd() {
@@ -61,79 +64,281 @@ struct Probe {
   }
 };
 
-// How many of the wanted threads can live at the same time beside the calling one.
+// Threads start with OpenMP's size of a stack.
+struct Attributes {
+  pthread_attr_t of_thread;
+  Attributes() {
+    pthread_attr_init(&of_thread);
+    if (const std::size_t size = stackSize()) pthread_attr_setstacksize(&of_thread, size);
+  }
+  ~Attributes() { pthread_attr_destroy(&of_thread); }
+};
+
+// How many of the wanted threads can live at the same time beside those that there are.
 int countThreads(int wanted) {
-  constexpr int most = 256;  // fixed: the most threads of a space
-  Probe probes[most];
-  pthread_attr_t attributes;
-  pthread_attr_init(&attributes);
-  if (const std::size_t size = stackSize()) pthread_attr_setstacksize(&attributes, size);
+  Probe probes[most_threads];
+  const Attributes attributes;
   std::mutex gate;
   gate.lock();
   int count = 0;
-  while (count < std::min(wanted, most) && probes[count].start(attributes, gate)) ++count;
+  while (count < std::min(wanted, most_threads) && probes[count].start(attributes.of_thread, gate))
+    ++count;
   gate.unlock();
-  pthread_attr_destroy(&attributes);
-  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(2);
-  // At first without sleeping: a thread without a core of its own would run on this one meanwhile.
-  for (int i = 0; i < count; ++i)
-    while (!probes[i].ran.load(std::memory_order_relaxed) && Clock::now() < end) continue;
   for (int i = 0; i < count; ++i) probes[i].awaitEnd();
   return count;
 }
 
-// Leaves OpenMP with a team of the size that it returns; 0 where the threads for it are waited for
-// too long. Calling threads take turns: what one has counted, no other may take before OpenMP has
-// it. One thread more than needed is counted, so that the rest of the program has one left.
-int startTeam(int wanted) {
-  static std::mutex turn;
-  const std::lock_guard<std::mutex> own_turn(turn);
-  int granted = 1;
-  // A single one first: on a busy host each further one is waited for as well.
-  for (const int count : {1, wanted}) {
-    const Clock::time_point begin = Clock::now();
-    granted = std::max(1, countThreads(count));
-    team_times.add(count, 0,
-                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-    if (team_times.stalled()) return 0;
+// A thread that waits until it is woken. A wake-up that comes first is not lost.
+class Sleeper {
+ public:
+  // Sleeps unless `isDue()` by now; who makes it due calls wake() after that.
+  template <class Due>
+  void sleep(Due isDue) {
+    asleep_.store(true);
+    if (isDue()) return asleep_.store(false);
+    std::unique_lock<std::mutex> guard(lock_);
+    woken_.wait(guard, [this] { return !asleep_.load(); });
   }
-  std::atomic<int> started{0};
-#pragma omp parallel num_threads(granted)
-  started.fetch_add(1, std::memory_order_relaxed);
-  return granted;
-}
+  void wake() {
+    if (!asleep_.load() || !asleep_.exchange(false)) return;
+    { const std::lock_guard<std::mutex> guard(lock_); }
+    woken_.notify_one();
+  }
 
-}  // namespace
+ private:
+  std::atomic<bool> asleep_{false};
+  std::mutex lock_;
+  std::condition_variable woken_;
+};
 
-void expectChildren() {
-  static std::atomic<bool> expected{false};
-  if (expected.load(std::memory_order_relaxed) || expected.exchange(true)) return;
-  onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
-}
+// A team at work: its members, and the threads that take them.
+class Job {
+ public:
+  // Whether the calling thread now has this one, which no other had.
+  bool claim() { return !claimed_.load() && !claimed_.exchange(true); }
+  void open(const Members& members) {
+    members_ = members;
+    mode_ = currentMode();
+    failure_ = nullptr;
+    failed_.clear();
+    arrived_ = workers_ = 0;
+    for (int word = 0; word < words; ++word) {
+      const int left = std::clamp(members.count - 64 * word, 0, 64);
+      free_[word].store(left ? ~std::uint64_t{0} >> (64 - left) : 0, std::memory_order_relaxed);
+    }
+    gate_.fetch_or(is_open);  // a worker that is too late may be just leaving
+  }
+  // Waits for the threads that have a member, and for no other. Returns how many threads had work.
+  int close(std::exception_ptr& failure) {
+    gate_.fetch_and(~is_open);
+    // A core that is left to others may be that of a thread which is waited for.
+    for (const Clock::time_point end = Clock::now() + short_wait; gate_.load() != 0;)
+      if (Clock::now() >= end) caller_.sleep([this] { return gate_.load() == 0; });
+    failure = std::exchange(failure_, nullptr);
+    const int workers = workers_.load();
+    claimed_.store(false);
+    return workers;
+  }
 
-int threadsToBeHad(int wanted) {
-  thread_local int sought = 1, granted = 1;
-  if (wanted > sought) {
-    // A team within a team has one thread, and OpenMP starts none for it.
-    if (omp_get_active_level() >= omp_get_max_active_levels()) return 1;
-    expectChildren();
-    const int started = startTeam(wanted);
-    if (started == 0) return 1;
-    granted = started;
-    sought = wanted;
+  // A worker's, which has room for as many members as it gets.
+  template <class Wake>
+  bool help(int thread, Wake wake) {
+    if (!(gate_.load() & is_open) || !hasMembers()) return false;
+    const bool opened = gate_.fetch_add(1) & is_open;
+    if (opened) work(thread, wake);
+    if (gate_.fetch_sub(1) == 1) caller_.wake();
+    return opened;
+  }
+  // Takes members until none is left, its own first: what it wrote in the last region is still in
+  // its cache.
+  template <class Wake>
+  void work(int thread, Wake wake) {
+    for (int next = fan * thread + 1; next <= fan * thread + fan && next < members_.count; ++next)
+      wake(next);
+    const ScopedMode callers_mode(mode_);
+    team_member = {members_.threads};
+    bool first = true;
+    for (int member; take(thread, first, member); first = false) try {
+        members_.call(members_.work, member, members_.count);
+      } catch (...) {
+        if (!failed_.test_and_set()) failure_ = std::current_exception();
+      }
+    workers_ += team_member.worked;
+    team_member = {};
+  }
+
+ private:
+  bool hasMembers() const {
+    for (const std::atomic<std::uint64_t>& word : free_)
+      if (word.load(std::memory_order_relaxed)) return true;
+    return false;
+  }
+  bool take(int thread, bool first, int& member) {
+    if (teamsAreTested()) awaitTeam(arrived_, first);
+    for (int i = 0; i < words; ++i) {
+      const int word = (thread / 64 + i) % words;
+      while (const std::uint64_t left = free_[word].load(std::memory_order_relaxed)) {
+        const bool own = first && i == 0 && left >> thread % 64 & 1;
+        const int bit = own ? thread % 64 : __builtin_ctzll(left);
+        member = 64 * word + bit;
+        const std::uint64_t mask = std::uint64_t{1} << bit;
+        if (free_[word].fetch_and(~mask, std::memory_order_relaxed) & mask) return true;
+      }
+    }
+    return false;
+  }
+
+  static constexpr std::uint32_t is_open = std::uint32_t{1} << 31;
+  static constexpr int words = most_threads / 64;
+  // Threads that each thread wakes: the calling one is to begin soon, and the last one, too.
+  static constexpr int fan = 4;
+  static constexpr std::chrono::microseconds short_wait{100};
+
+  alignas(64) std::atomic<std::uint32_t> gate_{0};  // is_open, and the number of workers inside
+  std::atomic<std::uint64_t> free_[words] = {};     // a bit for each member
+  alignas(64) Members members_ = {};
+  FloatingPointMode mode_ = {};
+  std::exception_ptr failure_;
+  std::atomic_flag failed_ = ATOMIC_FLAG_INIT;
+  std::atomic<int> arrived_{0}, workers_{0};  // counted in tests
+  std::atomic<bool> claimed_{false};
+  Sleeper caller_;
+};
+
+// OpenMP's threads for the teams of all calling threads. They are started, once, in a parallel
+// region that never ends, of a thread that nobody waits for: at the end of a region that a calling
+// thread starts OpenMP would wait until the last thread has come, however late.
+class Workers {
+ public:
+  // Never destroyed: threads may be at work when static objects are.
+  static Workers& get() {
+    alignas(Workers) static unsigned char place[sizeof(Workers)];
+    static Workers& workers = *new (place) Workers;
+    return workers;
+  }
+
+  int granted(int wanted) {
+    if (wanted > wanted_.load(std::memory_order_relaxed)) grow(wanted);
+    while (teamsAreTested() && starting_.load()) std::this_thread::yield();
+    if (starting_.load()) return wanted;
+    const int granted = std::min(wanted, 1 + count_.load());
     static std::atomic<bool> said{false};
     ThreadShortageFunction* const say = on_thread_shortage.load(std::memory_order_relaxed);
     if (granted < wanted && say && !said.exchange(true)) say(granted, wanted);
+    return granted;
   }
-  return std::min(wanted, granted);
+  void share(Region& region, const Members& members) {
+    Job* const job = std::find_if(jobs_, std::end(jobs_), [](Job& job) { return job.claim(); });
+    const auto wake = [this](int thread) { sleepers_[thread].wake(); };
+    if (job == std::end(jobs_)) {  // so many spaces at once occupy all cores
+      for (int member = 0; member < members.count; ++member)
+        members.call(members.work, member, members.count);
+      return;
+    }
+    job->open(members);
+    opened_.fetch_add(1);
+    job->work(0, wake);
+    std::exception_ptr failure;
+    if (job->close(failure) > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
+    if (failure) std::rethrow_exception(failure);
+  }
+
+ private:
+  // Nobody waits for what this starts.
+  void grow(int wanted) {
+    const std::lock_guard<std::mutex> guard(growing_);
+    if (wanted <= wanted_.load()) return;
+    wanted_.store(wanted);
+    static std::once_flag once;
+    std::call_once(once, [] {
+      onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+    });
+    starting_.fetch_add(1);
+    pthread_t thread;
+    Attributes attributes;
+    pthread_attr_setdetachstate(&attributes.of_thread, PTHREAD_CREATE_DETACHED);
+    if (pthread_create(&thread, &attributes.of_thread, start, this) != 0) starting_.fetch_sub(1);
+  }
+  static void* start(void* self) {
+    static_cast<Workers*>(self)->start();
+    return nullptr;
+  }
+  // One thread more than needed is tried, so that the rest of the program has one left.
+  void start() {
+    std::unique_lock<std::mutex> turn(turn_);
+    const int first = 1 + count_.load();
+    // OpenMP binds this thread to the place of the calling one, whose work it would be in the way
+    // of.
+    const int idle = omp_get_proc_bind() != omp_proc_bind_false;
+    const int size = countThreads(wanted_.load() - first + idle);
+    if (size <= idle) {
+      starting_.fetch_sub(1);
+      return;
+    }
+#pragma omp parallel num_threads(size)
+    {
+      const int thread = omp_get_thread_num() - idle;
+      if (omp_get_thread_num() == 0) {
+        count_.fetch_add(omp_get_num_threads() - idle);
+        turn.unlock();
+        starting_.fetch_sub(1);
+      }
+      for (; thread < 0;) std::this_thread::sleep_for(std::chrono::hours(1));
+      serve(first + thread);
+    }
+  }
+  // The life of a worker: it helps, and gives way to whatever else could run on its core while
+  // there is nothing to do; then it sleeps.
+  [[noreturn]] void serve(int thread) {
+    const auto wake = [this](int next) { sleepers_[next].wake(); };
+    for (Clock::time_point end = Clock::now();;) {
+      const std::uint32_t seen = opened_.load();
+      bool helped = false;
+      for (Job& job : jobs_) helped = job.help(thread, wake) || helped;
+      if (helped) end = Clock::now() + awake;
+      const auto isDue = [&] { return opened_.load() != seen; };
+      while (!isDue())
+        if (Clock::now() < end) {
+          std::this_thread::yield();
+        } else {
+          sleepers_[thread].sleep(isDue);
+          end = Clock::now() + awake;
+        }
+    }
+  }
+
+#if !defined(AWAKE_US)
+#define AWAKE_US 1000
+#endif
+  static constexpr std::chrono::microseconds awake{AWAKE_US};
+
+  Job jobs_[8];
+  alignas(64) std::atomic<std::uint32_t> opened_{0};  // jobs ever
+  Sleeper sleepers_[most_threads];
+  std::atomic<int> wanted_{1}, count_{0}, starting_{0};
+  std::mutex growing_, turn_;
+};
+
+}  // namespace
+
+int threadsToBeHad(int wanted) {
+  // A team within a team has one thread.
+  if (teamsAreLost() || team_member.team > 1 ||
+      omp_get_active_level() >= omp_get_max_active_levels())
+    return 1;
+  wanted = std::min({wanted, most_threads, omp_get_thread_limit()});
+  return wanted > 1 ? Workers::get().granted(wanted) : 1;
+}
+
+void shareMembers(Region& region, const Members& members) {
+  Workers::get().share(region, members);
 }
 
 // Nothing here orders what threads do: a sanitizer is to see all that they do at once.
-void awaitTeam(std::atomic<int>& arrived) {
+void awaitTeam(std::atomic<int>& arrived, bool first) {
   const int team = team_member.team;
   if (team == 1) return;
-  if (team_member.queue != &arrived) {
-    team_member.queue = &arrived;
+  if (first) {
     arrived.fetch_add(1, std::memory_order_relaxed);
     return;
   }

@@ -4,8 +4,7 @@
 #include <new>
 #include <utility>
 
-#include "space/base/mechanisms.h"
-#include "space/base/team.h"
+#include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_rule.h"
@@ -64,10 +63,7 @@ class ParallelSAPSpace::Lock : Use {
 // One that calls back. A longjmp leaves the lock counted.
 class ParallelSAPSpace::Call : Lock, public WorkspaceUse {
  public:
-  explicit Call(ParallelSAPSpace& space) : Lock(space), WorkspaceUse(space.workspace_) {
-    team_times =
-        TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
-  }
+  explicit Call(ParallelSAPSpace& space) : Lock(space), WorkspaceUse(space.workspace_) {}
 };
 
 ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
@@ -346,8 +342,8 @@ void ParallelSAPSpace::query(const Call& call, dxGeom* geom, void* data, dNearCa
   if (hasNaN(geom)) return pipeline_.complaints().ofInvalid(geom);
   Buffer<dxGeom*>& hits = call->hits;
   try {
-    queries_.find(slots_.geoms(), geom, settings_.rules,
-                  pipeline_.policy().teamFor(slots_.size(), settings_), hits);
+    queries_.find(slots_.geoms(), geom, settings_.rules, Policy::teamFor(slots_.size(), settings_),
+                  hits);
   } catch (const std::bad_alloc&) {
     queries_.release();
     queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
@@ -364,15 +360,13 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
   const Call call(*this);
   checkSilent();
   cleanFew();
-  const RayCaster::Way way = {pipeline_.policy().threadsForRays(request.count, settings_),
+  const RayCaster::Way way = {teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
                               getManualCleanup() != 0};
   if (!rays_) rays_.reset(new (std::nothrow) RayCaster);
   const Clock::time_point begin = Clock::now();
   const std::size_t hits = rays_ ? rays_->cast(slots_.geoms(), request, way, call->rays)
                                  : RayCaster().cast(slots_.geoms(), request, way, call->rays);
-  const double ms = milliseconds(begin, Clock::now());
-  pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
-  pipeline_.statistics().noteRays(request.count, ms);
+  pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }
 

@@ -80,7 +80,7 @@ template <class Real>
 void BoxClasses<Real>::choose(const BoxSet& boxes, int threads) {
   chooseLengths(boxes);
   surveys_.resize(std::max<std::size_t>(surveys_.size(), threads));
-  const int parts = runTeam(surveying, threads, [&](int thread, int team) {
+  runTeam(surveying, threads, [&](int thread, int team) {
     std::array<ClassSummary<Real>, shapes>& summaries = surveys_[thread].summaries;
     summaries = {};
     const Range range = ownPart(boxes.size, thread, team);
@@ -92,7 +92,7 @@ void BoxClasses<Real>::choose(const BoxSet& boxes, int threads) {
   classes_.clear();
   for (int number = 0; number < shapes; ++number) {
     ClassSummary<Real> summary = surveys_[0].summaries[number];
-    for (int part = 1; part < parts; ++part) summary.add(surveys_[part].summaries[number]);
+    for (int part = 1; part < threads; ++part) summary.add(surveys_[part].summaries[number]);
     if (summary.count) classes_.push_back({number, summary});
   }
   const auto sizeOf = [](const Class& one) {

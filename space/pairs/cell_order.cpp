@@ -133,21 +133,19 @@ template <class Real>
 void CellOrder<Real>::assignKeys(const BoxSet& boxes, int threads) {
   order_.resizeDiscarding(boxes.size);
   const BasicBox<Real>* const box = boxesOf<Real>(boxes);
-  runTeam(keying, threads, [&](int thread, int team) {
-    for (int part = thread; part < threads; part += team) {
-      std::uint32_t* const counts = positions_.data() + buckets_ * part;
-      std::fill(counts, counts + buckets_, 0);
-      const Range range = ownPart(boxes.size, part, threads);
-      for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        if (!isActive(box[slot])) {
-          order_[slot] = no_key;
-          continue;
-        }
-        const std::size_t of = box_classes_.of(box[slot]);
-        const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
-        order_[slot] = key;
-        ++counts[key >> bucket_shift_];
+  runTeam(keying, threads, [&](int part, int parts) {
+    std::uint32_t* const counts = positions_.data() + buckets_ * part;
+    std::fill(counts, counts + buckets_, 0);
+    const Range range = ownPart(boxes.size, part, parts);
+    for (std::size_t slot = range.begin; slot < range.end; ++slot) {
+      if (!isActive(box[slot])) {
+        order_[slot] = no_key;
+        continue;
       }
+      const std::size_t of = box_classes_.of(box[slot]);
+      const std::uint32_t key = first_keys_[of] + quantizers_[of].keyOf(box[slot]);
+      order_[slot] = key;
+      ++counts[key >> bucket_shift_];
     }
   });
 }
@@ -168,18 +166,16 @@ void CellOrder<Real>::dealIntoBuckets(const BoxSet& boxes, int threads,
   records_ = workspace.data();
   scratch_ = records_ + count_;
   const std::size_t classes = box_classes_.count();
-  runTeam(dealing, threads, [&](int thread, int team) {
-    for (int part = thread; part < threads; part += team) {
-      std::uint32_t* const next = positions_.data() + buckets_ * part;
-      const Range range = ownPart(boxes.size, part, threads);
-      for (std::size_t slot = range.begin; slot < range.end; ++slot) {
-        const std::uint32_t key = order_[slot];
-        if (key == no_key) continue;
-        std::uint32_t first_key = 0;
-        for (std::size_t of = 1; of < classes && first_keys_[of] <= key; ++of)
-          first_key = first_keys_[of];
-        records_[next[key >> bucket_shift_]++] = std::uint64_t{key - first_key} << 32 | slot;
-      }
+  runTeam(dealing, threads, [&](int part, int parts) {
+    std::uint32_t* const next = positions_.data() + buckets_ * part;
+    const Range range = ownPart(boxes.size, part, parts);
+    for (std::size_t slot = range.begin; slot < range.end; ++slot) {
+      const std::uint32_t key = order_[slot];
+      if (key == no_key) continue;
+      std::uint32_t first_key = 0;
+      for (std::size_t of = 1; of < classes && first_keys_[of] <= key; ++of)
+        first_key = first_keys_[of];
+      records_[next[key >> bucket_shift_]++] = std::uint64_t{key - first_key} << 32 | slot;
     }
   });
 }
