@@ -35,26 +35,22 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
   return range;
 }
 
-// Calls work(member, team) once for each of a team's members 0 to team-1, team being `threads` from
-// 1 to most_threads. The calling thread takes members until none is left, and OpenMP's threads that
-// are awake take others meanwhile. It returns when the members that were taken are done: a thread
-// that comes late finds nothing and is not waited for. So one thread may be several members, one
-// after the other. All run in the calling thread's floating-point mode. The first exception of any
-// member is thrown again, once all are done. Returns how many threads may have taken part.
+// Calls work(member, team) once for each of the members 0 to team-1 of a team of `threads` (1 to
+// most_threads). The calling thread takes members until none is left, other threads take some
+// meanwhile, and those that were begun are waited for: a thread that comes late finds nothing. So
+// one thread may be several members, one after the other. All run in the calling thread's
+// floating-point mode. The first exception of any member is thrown again. Returns how many threads
+// may have worked.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
-  const int team = std::clamp(threads, 1, most_threads),
-            available = team > 1 ? threadsToBeHad(team) : 1;
-  if (available > 1) {
-    using Plain = std::remove_reference_t<Work>;
-    const auto call = [](const void* all, int member, int size) {
-      (*static_cast<Plain*>(const_cast<void*>(all)))(member, size);
-    };
-    shareMembers(region, {call, &work, team, available});
-  } else {
-    for (int member = 0; member < team; ++member) work(member, team);
-  }
-  return available;
+  const int team = std::clamp(threads, 1, most_threads);
+  const int available = team > 1 ? threadsToBeHad(team) : 1;
+  const auto call = [](const void* all, int member, int size) {
+    (*static_cast<std::remove_reference_t<Work>*>(const_cast<void*>(all)))(member, size);
+  };
+  if (available > 1 && shareMembers(region, {call, &work, team, available})) return available;
+  for (int member = 0; member < team; ++member) work(member, team);
+  return 1;
 }
 
 // Chunks of [0, count) handed out to threads as they come. With several parts each thread takes the

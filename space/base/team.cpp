@@ -6,7 +6,9 @@
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <mutex>
 #include <new>
@@ -26,20 +28,12 @@ using Clock = std::chrono::steady_clock;
 std::size_t stackSize() {
   const char* text = std::getenv("OMP_STACKSIZE");
   if (!text) text = std::getenv("GOMP_STACKSIZE");
-  if (!text) return 0;
-  char* unit = nullptr;
-  const std::size_t number = std::strtoull(text, &unit, 10);
-  while (std::isspace(static_cast<unsigned char>(*unit))) ++unit;
-  switch (std::tolower(static_cast<unsigned char>(*unit))) {
-    case 'b':
-      return number;
-    case 'm':
-      return number << 20;
-    case 'g':
-      return number << 30;
-    default:
-      return number << 10;
-  }
+  unsigned long long number = 0;
+  char unit = 'k';
+  if (!text || std::sscanf(text, "%llu %c", &number, &unit) < 1) return 0;
+  static constexpr char units[] = "bkmg";
+  const char* const found = std::strchr(units, std::tolower(static_cast<unsigned char>(unit)));
+  return static_cast<std::size_t>(number) << 10 * (found ? found - units : 1);
 }
 
 // A thread that ends when the gate is opened.
@@ -119,14 +113,13 @@ class Job {
   void open(const Members& members) {
     members_ = members;
     mode_ = currentMode();
-    failure_ = nullptr;
     failed_.clear();
     arrived_ = workers_ = 0;
     for (int word = 0; word < words; ++word) {
       const int left = std::clamp(members.count - 64 * word, 0, 64);
       free_[word].store(left ? ~std::uint64_t{0} >> (64 - left) : 0, std::memory_order_relaxed);
     }
-    gate_.fetch_or(is_open);  // a worker that is too late may be just leaving
+    gate_.fetch_or(is_open);  // a worker that came too late may still be leaving
   }
   // Waits for the threads that have a member, and for no other. Returns how many threads had work.
   int close(std::exception_ptr& failure) {
@@ -140,21 +133,19 @@ class Job {
     return workers;
   }
 
-  // A worker's, which has room for as many members as it gets.
-  template <class Wake>
-  bool help(int thread, Wake wake) {
+  // What a worker does, if there is anything to do.
+  bool help(int thread, Sleeper* sleepers) {
     if (!(gate_.load() & is_open) || !hasMembers()) return false;
     const bool opened = gate_.fetch_add(1) & is_open;
-    if (opened) work(thread, wake);
+    if (opened) work(thread, sleepers);
     if (gate_.fetch_sub(1) == 1) caller_.wake();
     return opened;
   }
-  // Takes members until none is left, its own first: what it wrote in the last region is still in
-  // its cache.
-  template <class Wake>
-  void work(int thread, Wake wake) {
+  // Wakes other threads and takes members until none is left: its own first, since what it wrote in
+  // the last region is still in its cache.
+  void work(int thread, Sleeper* sleepers) {
     for (int next = fan * thread + 1; next <= fan * thread + fan && next < members_.count; ++next)
-      wake(next);
+      sleepers[next].wake();
     const ScopedMode callers_mode(mode_);
     team_member = {members_.threads};
     bool first = true;
@@ -190,8 +181,7 @@ class Job {
 
   static constexpr std::uint32_t is_open = std::uint32_t{1} << 31;
   static constexpr int words = most_threads / 64;
-  // Threads that each thread wakes: the calling one is to begin soon, and the last one, too.
-  static constexpr int fan = 4;
+  static constexpr int fan = 4;  // threads that each thread wakes: all begin soon
   static constexpr std::chrono::microseconds short_wait{100};
 
   alignas(64) std::atomic<std::uint32_t> gate_{0};  // is_open, and the number of workers inside
@@ -227,48 +217,41 @@ class Workers {
     if (granted < wanted && say && !said.exchange(true)) say(granted, wanted);
     return granted;
   }
-  void share(Region& region, const Members& members) {
-    Job* const job = std::find_if(jobs_, std::end(jobs_), [](Job& job) { return job.claim(); });
-    const auto wake = [this](int thread) { sleepers_[thread].wake(); };
-    if (job == std::end(jobs_)) {  // so many spaces at once occupy all cores
-      for (int member = 0; member < members.count; ++member)
-        members.call(members.work, member, members.count);
-      return;
-    }
+  bool share(Region& region, const Members& members) {
+    Job* const job = std::find_if(jobs_, std::end(jobs_), [](Job& each) { return each.claim(); });
+    if (job == std::end(jobs_)) return false;
     job->open(members);
     opened_.fetch_add(1);
-    job->work(0, wake);
+    job->work(0, sleepers_);
     std::exception_ptr failure;
     if (job->close(failure) > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
     if (failure) std::rethrow_exception(failure);
+    return true;
   }
 
  private:
-  // Nobody waits for what this starts.
   void grow(int wanted) {
     const std::lock_guard<std::mutex> guard(growing_);
     if (wanted <= wanted_.load()) return;
-    wanted_.store(wanted);
-    static std::once_flag once;
-    std::call_once(once, [] {
+    if (wanted_.load() == 1)
       onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
-    });
+    wanted_.store(wanted);
     starting_.fetch_add(1);
-    pthread_t thread;
     Attributes attributes;
     pthread_attr_setdetachstate(&attributes.of_thread, PTHREAD_CREATE_DETACHED);
-    if (pthread_create(&thread, &attributes.of_thread, start, this) != 0) starting_.fetch_sub(1);
+    pthread_t thread;
+    const auto run = [](void* self) -> void* {
+      static_cast<Workers*>(self)->start();
+      return nullptr;
+    };
+    if (pthread_create(&thread, &attributes.of_thread, run, this) != 0) starting_.fetch_sub(1);
   }
-  static void* start(void* self) {
-    static_cast<Workers*>(self)->start();
-    return nullptr;
-  }
-  // One thread more than needed is tried, so that the rest of the program has one left.
+  // Makes workers of the calling thread and of OpenMP's. One thread more than needed is tried, so
+  // that the rest of the program has one left.
   void start() {
-    std::unique_lock<std::mutex> turn(turn_);
+    std::unique_lock<std::mutex> guard(growing_);
     const int first = 1 + count_.load();
-    // OpenMP binds this thread to the place of the calling one, whose work it would be in the way
-    // of.
+    // Where OpenMP binds threads, this one has the place of the one that wanted a team.
     const int idle = omp_get_proc_bind() != omp_proc_bind_false;
     const int size = countThreads(wanted_.load() - first + idle);
     if (size <= idle) {
@@ -277,46 +260,44 @@ class Workers {
     }
 #pragma omp parallel num_threads(size)
     {
-      const int thread = omp_get_thread_num() - idle;
-      if (omp_get_thread_num() == 0) {
+      const int number = omp_get_thread_num();
+      if (number == 0) {
         count_.fetch_add(omp_get_num_threads() - idle);
-        turn.unlock();
+        guard.unlock();
         starting_.fetch_sub(1);
       }
-      for (; thread < 0;) std::this_thread::sleep_for(std::chrono::hours(1));
-      serve(first + thread);
+      while (number < idle) std::this_thread::sleep_for(std::chrono::hours(1));
+      serve(first + number - idle);
     }
   }
-  // The life of a worker: it helps, and gives way to whatever else could run on its core while
-  // there is nothing to do; then it sleeps.
+  // The life of a worker. While it has nothing to do it gives way to all else that could run on its
+  // core: so it comes late, rather than being interrupted with a member in its hands.
   [[noreturn]] void serve(int thread) {
-    const auto wake = [this](int next) { sleepers_[next].wake(); };
     for (Clock::time_point end = Clock::now();;) {
       const std::uint32_t seen = opened_.load();
-      bool helped = false;
-      for (Job& job : jobs_) helped = job.help(thread, wake) || helped;
-      if (helped) end = Clock::now() + awake;
       const auto isDue = [&] { return opened_.load() != seen; };
-      while (!isDue())
+      for (Job& job : jobs_)
+        if (job.help(thread, sleepers_)) end = Clock::now() + longest_watch;
+      while (!isDue()) {
         if (Clock::now() < end) {
           std::this_thread::yield();
         } else {
           sleepers_[thread].sleep(isDue);
-          end = Clock::now() + awake;
+          end = Clock::now() + longest_watch;
         }
+      }
     }
   }
 
-#if !defined(AWAKE_US)
-#define AWAKE_US 1000
-#endif
-  static constexpr std::chrono::microseconds awake{AWAKE_US};
+  // More than passes between two regions of a frame. A round number: two or ten times as long made
+  // no difference on 16 cores.
+  static constexpr std::chrono::microseconds longest_watch{500};
 
-  Job jobs_[8];
-  alignas(64) std::atomic<std::uint32_t> opened_{0};  // jobs ever
+  Job jobs_[8];  // where more spaces collide at once than that, cores are short anyway
+  alignas(64) std::atomic<std::uint32_t> opened_{0};  // jobs, ever
   Sleeper sleepers_[most_threads];
   std::atomic<int> wanted_{1}, count_{0}, starting_{0};
-  std::mutex growing_, turn_;
+  std::mutex growing_;
 };
 
 }  // namespace
@@ -330,8 +311,8 @@ int threadsToBeHad(int wanted) {
   return wanted > 1 ? Workers::get().granted(wanted) : 1;
 }
 
-void shareMembers(Region& region, const Members& members) {
-  Workers::get().share(region, members);
+bool shareMembers(Region& region, const Members& members) {
+  return Workers::get().share(region, members);
 }
 
 // Nothing here orders what threads do: a sanitizer is to see all that they do at once.

@@ -101,14 +101,14 @@ inline void noteWork() {
 // thread would have done all while the others wake.
 void awaitTeam(std::atomic<int>& arrived, bool first);
 
-// Members of a team, as any thread may call them.
+// The members of a team, as any thread may call them.
 struct Members {
   void (*call)(const void* work, int member, int team);
   const void* work;
   int count, threads;  // that may come
 };
 
-// Shares them among threads.
-void shareMembers(Region& region, const Members& members);
+// Shares them among threads. False where more calling threads do so than there are places for.
+bool shareMembers(Region& region, const Members& members);
 
 }  // namespace ode_parallel_sap

@@ -24,8 +24,6 @@ import tempfile
 
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 HEADER = "space/base/mechanisms.h"
-# There is one thread but in few cells.
-IDLE = ("learned_teams",)
 MOST_SPREAD = 1.1  # of the libraries that do the same in a cell
 
 
@@ -150,7 +148,7 @@ def ratios_of(path):
     by_name, unsteady = {}, []
     for cell, of in times.items():
         ordered = sorted(of.values())
-        same = [of[name] for name in ("whole", "nothing", *IDLE) if name in of]
+        same = [of[name] for name in ("whole", "nothing") if name in of]
         if max(same) > MOST_SPREAD * min(same):
             unsteady.append(cell)
             continue
@@ -161,7 +159,7 @@ def ratios_of(path):
 
 def table(options):
     by_name, unsteady = ratios_of(options.csv)
-    missing = {"whole", "nothing", *IDLE} - set(by_name)
+    missing = {"whole", "nothing"} - set(by_name)
     if missing:
         sys.exit("%s: no steady cells of %s, of which the noise is taken" % (options.csv, ", ".join(sorted(missing))))
     mean = lambda ratios: math.exp(sum(math.log(ratio) for ratio, _ in ratios) / len(ratios))
@@ -170,13 +168,12 @@ def table(options):
         ratios = sorted(ratio for name in names for ratio, _ in by_name[name])
         return ratios[len(ratios) // 40], ratios[-1 - len(ratios) // 40]
 
-    noise, others = range_of(("whole", "nothing")), range_of(IDLE)
+    noise = range_of(("whole", "nothing"))
     print("# What each mechanism gains\n")
     print("Time without a mechanism divided by the median of all libraries' times, in %d cells (a scene, a size, a number of\n"
           "threads). Above 1 the mechanism gains. A cell gains if it is above the noise. Descriptions:\n"
           "[mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
-    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |" % noise)
-    print("| without %s, which does nothing on one thread | %.2f | %.2f |\n" % ((", ".join("`%s`" % name for name in IDLE),) + others))
+    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |\n" % noise)
     if unsteady:
         print("%d other cells are left out, as libraries that do the same differ by more than %.1f times there.\n"
               % (len(unsteady), MOST_SPREAD))
@@ -188,7 +185,7 @@ def table(options):
         if not ratios:
             continue
         (most, best), (least, worst) = max(ratios), min(ratios)
-        gained = sum(ratio > others[1] for ratio, _ in ratios)
+        gained = sum(ratio > noise[1] for ratio, _ in ratios)
         print("| `%s` | %.3f | %d | %.2f | %s | %.2f | %s |" % (name, mean(ratios), gained, most, best, least, worst))
 
 

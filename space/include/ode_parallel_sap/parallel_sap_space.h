@@ -25,8 +25,8 @@
  * - Contacts that the library finds are dCollide's, bit for bit, in the order of the pairs, on any
  *   thread and with any build of ODE.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
- *   in a new space, plus allocations. With the default number of threads, a frame waits once for a
- *   core that another program holds; then one thread does the rest.
+ *   in a new space, plus allocations. A frame waits for no thread that has not begun its work, so
+ *   a thread whose core another program holds is done without.
  * - A missing thread, GPU or memory costs time, never pairs, never the program. The CPU finishes
  *   the frame of a GPU that fails; one message and the statistics say so. Enabling and disabling
  *   takes effect at once if memory for all pairs ends or an AABBTest throws bad_alloc.
@@ -100,9 +100,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
- * number (processor affinity, OMP_NUM_THREADS), or one thread while more threads are slower because
- * other programs hold cores. Small scenes use one thread. So does a forked child whose parent had
- * started threads. If the system allows fewer at the first collide, dMessage says so once. */
+ * number (processor affinity, OMP_NUM_THREADS). The first large collide starts them, without
+ * waiting. All spaces share them. Small scenes use one thread. So does a forked child whose parent
+ * had started threads. If the system allows fewer, dMessage says so once. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
