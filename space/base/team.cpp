@@ -232,9 +232,11 @@ class Workers {
  private:
   void grow(int wanted) {
     const std::lock_guard<std::mutex> guard(growing_);
-    if (wanted <= wanted_.load()) return;
-    if (wanted_.load() == 1)
+    if (wanted <= wanted_.load() || closed_.load()) return;
+    if (wanted_.load() == 1) {
       onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+      std::atexit([] { get().close(); });
+    }
     wanted_.store(wanted);
     starting_.fetch_add(1);
     Attributes attributes;
@@ -245,6 +247,12 @@ class Workers {
       return nullptr;
     };
     if (pthread_create(&thread, &attributes.of_thread, run, this) != 0) starting_.fetch_sub(1);
+  }
+  // LLVM's OpenMP does not survive exit while it starts threads.
+  void close() {
+    closed_.store(true);
+    const Clock::time_point latest = Clock::now() + std::chrono::seconds(2);
+    while (starting_.load() && !teamsAreLost() && Clock::now() < latest) std::this_thread::yield();
   }
   // Makes workers of the calling thread and of OpenMP's. One thread more than needed is tried, so
   // that the rest of the program has one left.
@@ -258,14 +266,16 @@ class Workers {
       starting_.fetch_sub(1);
       return;
     }
+    starting_.fetch_add(size - 1);
 #pragma omp parallel num_threads(size)
     {
       const int number = omp_get_thread_num();
       if (number == 0) {
         count_.fetch_add(omp_get_num_threads() - idle);
         guard.unlock();
-        starting_.fetch_sub(1);
+        starting_.fetch_sub(size - omp_get_num_threads());
       }
+      starting_.fetch_sub(1);
       while (number < idle) std::this_thread::sleep_for(std::chrono::hours(1));
       serve(first + number - idle);
     }
@@ -296,7 +306,8 @@ class Workers {
   Job jobs_[8];  // where more spaces collide at once than that, cores are short anyway
   alignas(64) std::atomic<std::uint32_t> opened_{0};  // jobs, ever
   Sleeper sleepers_[most_threads];
-  std::atomic<int> wanted_{1}, count_{0}, starting_{0};
+  std::atomic<int> wanted_{1}, count_{0}, starting_{0};  // threads
+  std::atomic<bool> closed_{false};
   std::mutex growing_;
 };
 
