@@ -58,8 +58,7 @@ struct Probe {
   }
 };
 
-// Threads start with OpenMP's size of a stack.
-struct Attributes {
+struct Attributes {  // with OpenMP's size of a stack
   pthread_attr_t of_thread;
   Attributes() {
     pthread_attr_init(&of_thread);
@@ -141,8 +140,8 @@ class Job {
     if (gate_.fetch_sub(1) == 1) caller_.wake();
     return opened;
   }
-  // Wakes other threads and takes members until none is left: its own first, since what it wrote in
-  // the last region is still in its cache.
+  // Wakes others and takes members until none is left: its own first, whose data it has in its
+  // cache.
   void work(int thread, Sleeper* sleepers) {
     for (int next = fan * thread + 1; next <= fan * thread + fan && next < members_.count; ++next)
       sleepers[next].wake();
@@ -195,9 +194,8 @@ class Job {
   Sleeper caller_;
 };
 
-// OpenMP's threads for the teams of all calling threads. They are started, once, in a parallel
-// region that never ends, of a thread that nobody waits for: at the end of a region that a calling
-// thread starts OpenMP would wait until the last thread has come, however late.
+// OpenMP's threads for all calling threads, in parallel regions that never end, of threads that
+// nobody waits for: at its end a region of a calling thread would wait for the last one to come.
 class Workers {
  public:
   // Never destroyed: threads may be at work when static objects are.
@@ -251,8 +249,7 @@ class Workers {
   // LLVM's OpenMP does not survive exit while it starts threads.
   void close() {
     closed_.store(true);
-    const Clock::time_point latest = Clock::now() + std::chrono::seconds(2);
-    while (starting_.load() && !teamsAreLost() && Clock::now() < latest) std::this_thread::yield();
+    while (starting_.load() && !teamsAreLost()) std::this_thread::yield();
   }
   // Makes workers of the calling thread and of OpenMP's. One thread more than needed is tried, so
   // that the rest of the program has one left.
@@ -262,10 +259,7 @@ class Workers {
     // Where OpenMP binds threads, this one has the place of the one that wanted a team.
     const int idle = omp_get_proc_bind() != omp_proc_bind_false;
     const int size = countThreads(wanted_.load() - first + idle);
-    if (size <= idle) {
-      starting_.fetch_sub(1);
-      return;
-    }
+    if (size <= idle) return static_cast<void>(starting_.fetch_sub(1));
     starting_.fetch_add(size - 1);
 #pragma omp parallel num_threads(size)
     {
