@@ -216,8 +216,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
   const int count = static_cast<int>(shares_.size());
   int used = 1;
   try {
-    runTeam(driving, count == 1 ? 1 : threads, [&](int thread, int team) {
-      if (thread == 0) used = std::min(team, count);
+    used = runTeam(driving, std::min(threads, count), [&](int thread, int team) {
       for (int i = thread; i < count; i += team) {
         noteWork();
         Share& share = shares_[i];

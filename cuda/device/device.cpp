@@ -2,6 +2,7 @@
 
 #include <cuda.h>
 
+#include <algorithm>
 #include <atomic>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ constexpr int least_capability = 75;
 std::atomic<unsigned long long> calls_until_failure{0}, allocations_until_failure{0};
 std::atomic<PretendedMachine> pretended{PretendedMachine::Real};
 std::atomic<bool> smaller_devices{false};
+std::atomic<std::chrono::milliseconds> first_retry{std::chrono::seconds(4)};
 
 bool isLast(std::atomic<unsigned long long>& left) {
   if (left.load(std::memory_order_relaxed) == 0) return false;
@@ -61,8 +63,23 @@ void failCudaAllocation(unsigned long long allocation) {
 void pretendMachine(PretendedMachine machine) {
   pretended = machine;
 }
+void setMemoryRetry(std::chrono::milliseconds first) {
+  first_retry = first;
+}
 void pretendSmallerDevices(bool smaller) {
   smaller_devices = smaller;
+}
+
+void MemoryRetry::failed() {
+  using Clock = std::chrono::steady_clock;
+  constexpr Clock::duration longest = std::chrono::minutes(5);
+  const Clock::rep interval = interval_ ? std::min(2 * interval_, longest.count())
+                                        : Clock::duration(first_retry.load()).count();
+  interval_ = interval;
+  next_ = Clock::now().time_since_epoch().count() + interval;
+}
+bool MemoryRetry::isDue() const {
+  return next_ != 0 && std::chrono::steady_clock::now().time_since_epoch().count() >= next_;
 }
 
 int processorsOf(int device) {
@@ -76,7 +93,8 @@ void checkCuda(cudaError_t status, const char* call) {
   if (status == cudaSuccess) return;
   cudaGetLastError();  // so that nobody else meets it
   const std::string text = call;
-  throw DeviceFailure(text.substr(0, text.find('(')) + ": " + cudaGetErrorString(status));
+  throw DeviceFailure(text.substr(0, text.find('(')) + ": " + cudaGetErrorString(status),
+                      status == cudaErrorMemoryAllocation);
 }
 
 namespace {

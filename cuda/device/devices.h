@@ -1,6 +1,8 @@
 // Which devices there are, and how one fails. No CUDA type in here.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,12 +13,29 @@ namespace ode_parallel_sap {
 // boxes are untouched, so that the caller can find the pairs elsewhere.
 class DeviceFailure : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit DeviceFailure(const std::string& what, bool out_of_memory = false)
+      : std::runtime_error(what), out_of_memory(out_of_memory) {}
+
+  const bool out_of_memory;  // there may be memory later; all else is final
 };
 
 struct FailedDevice {
   int device;  // as the driver counts them
   std::string reason;
+  bool out_of_memory;
+};
+
+// When what was out of memory is tried again: at growing intervals. For use by any number of
+// threads at once.
+class MemoryRetry {
+ public:
+  void failed();
+  void paid() { next_ = 0; }
+  bool waits() const { return next_ != 0 && !isDue(); }
+  bool isDue() const;
+
+ private:
+  std::atomic<std::chrono::steady_clock::rep> next_{0}, interval_{0};  // 0: none
 };
 
 // The devices that this build has code for, as the driver counts them. Loads the driver but creates

@@ -52,7 +52,9 @@ int CudaSweep::find(const BoxSet& boxes, int, PairList& pairs) {
     takeDevices();
     devices_used_ = std::min(wanted_, sweeps_.size());
     if (devices_used_ == 0)
-      throw DeviceFailure(failures_.empty() ? "no device is left" : failures_.back().reason);
+      throw failures_.empty()
+          ? DeviceFailure("no device is left")
+          : DeviceFailure(failures_.back().reason, failures_.back().out_of_memory);
     const std::size_t left = sweeps_.size();
     if (boxes.size < 2)
       pairs.clear(1);
@@ -73,7 +75,7 @@ void CudaSweep::takeDevices() {
 
 // Only what the device did is its failure.
 void CudaSweep::lose(std::size_t device, const DeviceFailure& failure) {
-  failures_.push_back({sweeps_[device]->device(), failure.what()});
+  failures_.push_back({sweeps_[device]->device(), failure.what(), failure.out_of_memory});
   sweeps_.erase(sweeps_.begin() + static_cast<std::ptrdiff_t>(device));
 }
 

@@ -7,6 +7,7 @@
 
 #include "cuda/device/device.h"
 #include "cuda/finder/cuda_sweep.h"
+#include "space/base/platform.h"
 
 namespace ode_parallel_sap {
 
@@ -52,33 +53,46 @@ DevicePool& DevicePool::get() {
   return pool;
 }
 
+DevicePool::DevicePool() {
+  onFork(nullptr, nullptr, [] { lost_ = used_.load(); });
+}
+
 DevicePool::~DevicePool() {
-  if (thread_.joinable()) thread_.join();
+  if (isLost())
+    new (&thread_) std::thread;  // the parent's
+  else if (thread_.joinable())
+    thread_.join();
 }
 
 int DevicePool::count() {
+  if (isLost()) return 0;
+  used_ = true;
   std::call_once(asked_, [this] {
     listed_ = listedDevices();
     usable_.reserve(listed_.size());
     count_ = static_cast<int>(listed_.size());
   });
-  return count_;
+  return countSoFar();
 }
 
 int DevicePool::device(std::size_t i) {
+  if (isLost()) return -1;
   const auto isReady = [&] { return i < static_cast<std::size_t>(ready_); };
   if (!isReady()) {
     count();
     const std::lock_guard<std::mutex> lock(making_ready_);
     for (; !isReady() && tried_ < listed_.size(); ++tried_) makeReady(listed_[tried_]);
+    if (!isReady() && retry_.isDue()) tryFullOnes();
   }
   return isReady() ? usable_[i] : -1;
 }
 
 // Finds a few pairs on it, so that the driver has loaded what it takes.
 void DevicePool::makeReady(int device) {
+  // Stands for several.
+  if (std::find(full_.begin(), full_.end(), device) != full_.end()) return addFull(device);
   if (std::find(left_out_.begin(), left_out_.end(), device) != left_out_.end()) {
-    --count_;  // stands for several
+    --count_;
     return;
   }
   try {
@@ -89,15 +103,36 @@ void DevicePool::makeReady(int device) {
     usable_.push_back(device);
     ++ready_;
   } catch (const DeviceFailure& failure) {
-    leaveOut(device, failure.what());
+    leaveOut(device, failure);
   }
 }
 
-void DevicePool::leaveOut(int device, const char* reason) {
-  left_out_.push_back(device);
+void DevicePool::tryFullOnes() {
+  const std::vector<int> again = std::exchange(full_, {});
+  retry_.paid();
+  full_count_ = 0;
+  count_ += static_cast<int>(again.size());
+  for (const int device : again) makeReady(device);
+}
+
+void DevicePool::addFull(int device) {
+  full_.push_back(device);
+  ++full_count_;
   --count_;
+}
+
+void DevicePool::leaveOut(int device, const DeviceFailure& failure) {
+  if (failure.out_of_memory) {
+    addFull(device);
+    retry_.failed();
+    if (std::find(named_.begin(), named_.end(), device) != named_.end()) return;
+    named_.push_back(device);
+  } else {
+    left_out_.push_back(device);
+    --count_;
+  }
   const std::lock_guard<std::mutex> lock(telling_);
-  failures_.push_back({device, reason});
+  failures_.push_back({device, failure.what(), failure.out_of_memory});
   has_failures_ = true;
 }
 
@@ -109,7 +144,8 @@ std::vector<FailedDevice> DevicePool::takeFailures() {
 }
 
 void DevicePool::prepare(int wanted) {
-  if (wanted <= ready_ || busy_.exchange(true)) return;
+  if (isLost() || wanted <= ready_ || busy_.exchange(true)) return;
+  used_ = true;
   if (thread_.joinable()) thread_.join();
   try {
     thread_ = std::thread([this, wanted] {

@@ -22,8 +22,6 @@ constexpr bool still_small_scenes = true;
 
 // Up to 120 geoms are collided in one loop (SmallScenes).
 constexpr bool small_scenes = true;
-// One thread works while a team is slower (TeamChoice).
-constexpr bool learned_teams = true;
 
 // The sweep.
 

@@ -1,17 +1,13 @@
-// The one way threads are started here: an OpenMP team that survives exceptions.
+// The one way work is given to threads here.
 #pragma once
-
-#include <omp.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
-#include <new>
+#include <type_traits>
+#include <utility>
 
-#include "space/base/floating_point.h"
 #include "space/base/team.h"
 
 namespace ode_parallel_sap {
@@ -39,50 +35,23 @@ inline Range ownPart(std::size_t count, int part, int parts, std::size_t step = 
   return range;
 }
 
-// Calls work(thread, team) once on each of up to `threads` threads (fewer if OpenMP or the machine
-// grants fewer, one in the child of a process that had teams, or once teams have stalled) and
-// returns when all are done. All run in the calling thread's floating-point mode: OpenMP's threads
-// would otherwise keep the one they were born with. The first exception of any thread is thrown
-// again on the caller's, a lack of memory only if there is no other: those of the program's
-// functions must not be lost. Returns the team's size.
+// Calls work(member, team) once for each of the members 0 to team-1 of a team of `threads` (1 to
+// most_threads). The calling thread takes members until none is left, other threads take some
+// meanwhile, and those that were begun are waited for: a thread that comes late finds nothing. So
+// one thread may be several members, one after the other. All run in the calling thread's
+// floating-point mode. The first exception of any member is thrown again, a lack of memory only if
+// there is no other: those of the program's functions must not be lost. Returns how many threads
+// may have worked.
 template <class Work>
 int runTeam(Region& region, int threads, Work&& work) {
-  if (threads > 1) threads = teamsAreLost() || team_times.stalled() ? 1 : threadsToBeHad(threads);
-  if (threads <= 1) {
-    work(0, 1);
-    return 1;
-  }
-  const FloatingPointMode mode = currentMode();
-  std::exception_ptr failure, no_memory;
-  std::atomic_flag failed = ATOMIC_FLAG_INIT, lacked = ATOMIC_FLAG_INIT;
-  std::atomic<int> workers{0};
-  int team = 1;
-  using Clock = std::chrono::steady_clock;
-  using Milliseconds = std::chrono::duration<double, std::milli>;
-  const Clock::time_point begin = Clock::now();
-  Milliseconds worked(0);
-#pragma omp parallel num_threads(threads)
-  {
-    const ScopedMode callers_mode(mode);
-    const int thread = omp_get_thread_num(), size = omp_get_num_threads();
-    team_member = {size};
-    if (thread == 0) team = size;
-    const Clock::time_point work_begin = Clock::now();
-    try {
-      work(thread, size);
-    } catch (const std::bad_alloc&) {
-      if (!lacked.test_and_set()) no_memory = std::current_exception();
-    } catch (...) {
-      if (!failed.test_and_set()) failure = std::current_exception();
-    }
-    if (thread == 0) worked = Clock::now() - work_begin;
-    workers += team_member.worked;
-    team_member = {};
-  }
-  if (workers > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
-  team_times.add(team, worked.count(), Milliseconds(Clock::now() - begin - worked).count());
-  if (failure || no_memory) std::rethrow_exception(failure ? failure : no_memory);
-  return team;
+  const int team = std::clamp(threads, 1, most_threads);
+  const int available = team > 1 ? threadsToBeHad(team) : 1;
+  const auto call = [](const void* all, int member, int size) {
+    (*static_cast<std::remove_reference_t<Work>*>(const_cast<void*>(all)))(member, size);
+  };
+  if (available > 1 && shareMembers(region, {call, &work, team, available})) return available;
+  for (int member = 0; member < team; ++member) work(member, team);
+  return 1;
 }
 
 // Chunks of [0, count) handed out to threads as they come. With several parts each thread takes the
@@ -101,7 +70,7 @@ class ChunkQueue {
   }
   // False when nothing is left.
   bool next(Range& range, int thread = 0) {
-    if (teamsAreTested()) awaitTeam(arrived_);
+    if (teamsAreTested()) awaitTeam(arrived_, std::exchange(team_member.queue, this) != this);
     for (int i = 0; i < parts_; ++i)
       if (takeFrom(queue_[(thread + i) % parts_], range)) {
         noteWork();

@@ -5,10 +5,17 @@
 
 #include <cctype>
 #include <chrono>
+#include <condition_variable>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <mutex>
+#include <new>
 #include <thread>
+#include <utility>
 
+#include "space/base/floating_point.h"
 #include "space/base/platform.h"
 
 namespace ode_parallel_sap {
@@ -21,20 +28,12 @@ using Clock = std::chrono::steady_clock;
 std::size_t stackSize() {
   const char* text = std::getenv("OMP_STACKSIZE");
   if (!text) text = std::getenv("GOMP_STACKSIZE");
-  if (!text) return 0;
-  char* unit = nullptr;
-  const std::size_t number = std::strtoull(text, &unit, 10);
-  while (std::isspace(static_cast<unsigned char>(*unit))) ++unit;
-  switch (std::tolower(static_cast<unsigned char>(*unit))) {
-    case 'b':
-      return number;
-    case 'm':
-      return number << 20;
-    case 'g':
-      return number << 30;
-    default:
-      return number << 10;
-  }
+  unsigned long long number = 0;
+  char unit = 'k';
+  if (!text || std::sscanf(text, "%llu %c", &number, &unit) < 1) return 0;
+  static constexpr char units[] = "bkmg";
+  const char* const found = std::strchr(units, std::tolower(static_cast<unsigned char>(unit)));
+  return static_cast<std::size_t>(number) << 10 * (found ? found - units : 1);
 }
 
 // A thread that ends when the gate is opened.
@@ -42,7 +41,6 @@ struct Probe {
   pthread_t thread;
   std::mutex* gate;
   long id;
-  std::atomic<bool> ran{false};
 
   bool start(const pthread_attr_t& attributes, std::mutex& closed_gate) {
     gate = &closed_gate;
@@ -52,7 +50,6 @@ struct Probe {
     Probe& probe = *static_cast<Probe*>(self);
     probe.id = threadNumber();
     const std::lock_guard<std::mutex> open(*probe.gate);
-    probe.ran.store(true, std::memory_order_relaxed);
     return nullptr;
   }
   void awaitEnd() {
@@ -61,79 +58,277 @@ struct Probe {
   }
 };
 
-// How many of the wanted threads can live at the same time beside the calling one.
+struct Attributes {  // with OpenMP's size of a stack
+  pthread_attr_t of_thread;
+  Attributes() {
+    pthread_attr_init(&of_thread);
+    if (const std::size_t size = stackSize()) pthread_attr_setstacksize(&of_thread, size);
+  }
+  ~Attributes() { pthread_attr_destroy(&of_thread); }
+};
+
+// How many of the wanted threads can live at the same time beside those that there are.
 int countThreads(int wanted) {
-  constexpr int most = 256;  // fixed: the most threads of a space
-  Probe probes[most];
-  pthread_attr_t attributes;
-  pthread_attr_init(&attributes);
-  if (const std::size_t size = stackSize()) pthread_attr_setstacksize(&attributes, size);
+  Probe probes[most_threads];
+  const Attributes attributes;
   std::mutex gate;
   gate.lock();
   int count = 0;
-  while (count < std::min(wanted, most) && probes[count].start(attributes, gate)) ++count;
+  while (count < std::min(wanted, most_threads) && probes[count].start(attributes.of_thread, gate))
+    ++count;
   gate.unlock();
-  pthread_attr_destroy(&attributes);
-  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(2);
-  // At first without sleeping: a thread without a core of its own would run on this one meanwhile.
-  for (int i = 0; i < count; ++i)
-    while (!probes[i].ran.load(std::memory_order_relaxed) && Clock::now() < end) continue;
   for (int i = 0; i < count; ++i) probes[i].awaitEnd();
   return count;
 }
 
-// Leaves OpenMP with a team of the size that it returns; 0 where the threads for it are waited for
-// too long. Calling threads take turns: what one has counted, no other may take before OpenMP has
-// it. One thread more than needed is counted, so that the rest of the program has one left.
-int startTeam(int wanted) {
-  static std::mutex turn;
-  const std::lock_guard<std::mutex> own_turn(turn);
-  int granted = 1;
-  // A single one first: on a busy host each further one is waited for as well.
-  for (const int count : {1, wanted}) {
-    const Clock::time_point begin = Clock::now();
-    granted = std::max(1, countThreads(count));
-    team_times.add(count, 0,
-                   std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-    if (team_times.stalled()) return 0;
+// A thread that waits until it is woken. A wake-up that comes first is not lost.
+class Sleeper {
+ public:
+  // Sleeps unless `isDue()` by now; who makes it due calls wake() after that.
+  template <class Due>
+  void sleep(Due isDue) {
+    asleep_.store(true);
+    if (isDue()) return asleep_.store(false);
+    std::unique_lock<std::mutex> guard(lock_);
+    woken_.wait(guard, [this] { return !asleep_.load(); });
   }
-  std::atomic<int> started{0};
-#pragma omp parallel num_threads(granted)
-  started.fetch_add(1, std::memory_order_relaxed);
-  return granted;
-}
+  void wake() {
+    if (!asleep_.load() || !asleep_.exchange(false)) return;
+    { const std::lock_guard<std::mutex> guard(lock_); }
+    woken_.notify_one();
+  }
 
-}  // namespace
+ private:
+  std::atomic<bool> asleep_{false};
+  std::mutex lock_;
+  std::condition_variable woken_;
+};
 
-void expectChildren() {
-  static std::atomic<bool> expected{false};
-  if (expected.load(std::memory_order_relaxed) || expected.exchange(true)) return;
-  onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
-}
+// A team at work: its members, and the threads that take them.
+class Job {
+ public:
+  // Whether the calling thread now has this one, which no other had.
+  bool claim() { return !claimed_.load() && !claimed_.exchange(true); }
+  void open(const Members& members) {
+    members_ = members;
+    mode_ = currentMode();
+    failed_.clear();
+    lacked_.clear();
+    arrived_ = workers_ = 0;
+    for (int word = 0; word < words; ++word) {
+      const int left = std::clamp(members.count - 64 * word, 0, 64);
+      free_[word].store(left ? ~std::uint64_t{0} >> (64 - left) : 0, std::memory_order_relaxed);
+    }
+    gate_.fetch_or(is_open);  // a worker that came too late may still be leaving
+  }
+  // Waits for the threads that have a member, and for no other. Returns how many threads had work.
+  int close(std::exception_ptr& failure) {
+    gate_.fetch_and(~is_open);
+    // A core that is left to others may be that of a thread which is waited for.
+    for (const Clock::time_point end = Clock::now() + short_wait; gate_.load() != 0;)
+      if (Clock::now() >= end) caller_.sleep([this] { return gate_.load() == 0; });
+    failure = std::exchange(no_memory_, nullptr);
+    if (failure_) failure = std::exchange(failure_, nullptr);
+    const int workers = workers_.load();
+    claimed_.store(false);
+    return workers;
+  }
 
-int threadsToBeHad(int wanted) {
-  thread_local int sought = 1, granted = 1;
-  if (wanted > sought) {
-    // A team within a team has one thread, and OpenMP starts none for it.
-    if (omp_get_active_level() >= omp_get_max_active_levels()) return 1;
-    expectChildren();
-    const int started = startTeam(wanted);
-    if (started == 0) return 1;
-    granted = started;
-    sought = wanted;
+  // What a worker does, if there is anything to do.
+  bool help(int thread, Sleeper* sleepers) {
+    if (!(gate_.load() & is_open) || !hasMembers()) return false;
+    const bool opened = gate_.fetch_add(1) & is_open;
+    if (opened) work(thread, sleepers);
+    if (gate_.fetch_sub(1) == 1) caller_.wake();
+    return opened;
+  }
+  // Wakes others and takes members until none is left: its own first, whose data it has in its
+  // cache.
+  void work(int thread, Sleeper* sleepers) {
+    for (int next = fan * thread + 1; next <= fan * thread + fan && next < members_.count; ++next)
+      sleepers[next].wake();
+    const ScopedMode callers_mode(mode_);
+    team_member = {members_.threads};
+    bool first = true;
+    for (int member; take(thread, first, member); first = false) try {
+        members_.call(members_.work, member, members_.count);
+      } catch (const std::bad_alloc&) {
+        if (!lacked_.test_and_set()) no_memory_ = std::current_exception();
+      } catch (...) {
+        if (!failed_.test_and_set()) failure_ = std::current_exception();
+      }
+    workers_ += team_member.worked;
+    team_member = {};
+  }
+
+ private:
+  bool hasMembers() const {
+    for (const std::atomic<std::uint64_t>& word : free_)
+      if (word.load(std::memory_order_relaxed)) return true;
+    return false;
+  }
+  bool take(int thread, bool first, int& member) {
+    if (teamsAreTested()) awaitTeam(arrived_, first);
+    for (int i = 0; i < words; ++i) {
+      const int word = (thread / 64 + i) % words;
+      while (const std::uint64_t left = free_[word].load(std::memory_order_relaxed)) {
+        const bool own = first && i == 0 && left >> thread % 64 & 1;
+        const int bit = own ? thread % 64 : __builtin_ctzll(left);
+        member = 64 * word + bit;
+        const std::uint64_t mask = std::uint64_t{1} << bit;
+        if (free_[word].fetch_and(~mask, std::memory_order_relaxed) & mask) return true;
+      }
+    }
+    return false;
+  }
+
+  static constexpr std::uint32_t is_open = std::uint32_t{1} << 31;
+  static constexpr int words = most_threads / 64;
+  static constexpr int fan = 4;  // threads that each thread wakes: all begin soon
+  static constexpr std::chrono::microseconds short_wait{100};
+
+  alignas(64) std::atomic<std::uint32_t> gate_{0};  // is_open, and the number of workers inside
+  std::atomic<std::uint64_t> free_[words] = {};     // a bit for each member
+  alignas(64) Members members_ = {};
+  FloatingPointMode mode_ = {};
+  std::exception_ptr failure_, no_memory_;
+  std::atomic_flag failed_ = ATOMIC_FLAG_INIT, lacked_ = ATOMIC_FLAG_INIT;
+  std::atomic<int> arrived_{0}, workers_{0};  // counted in tests
+  std::atomic<bool> claimed_{false};
+  Sleeper caller_;
+};
+
+// OpenMP's threads for all calling threads, in parallel regions that never end, of threads that
+// nobody waits for: at its end a region of a calling thread would wait for the last one to come.
+class Workers {
+ public:
+  // Never destroyed: threads may be at work when static objects are.
+  static Workers& get() {
+    alignas(Workers) static unsigned char place[sizeof(Workers)];
+    static Workers& workers = *new (place) Workers;
+    return workers;
+  }
+
+  int granted(int wanted) {
+    if (wanted > wanted_.load(std::memory_order_relaxed)) grow(wanted);
+    while (teamsAreTested() && starting_.load()) std::this_thread::yield();
+    if (starting_.load()) return wanted;
+    const int granted = std::min(wanted, 1 + count_.load());
     static std::atomic<bool> said{false};
     ThreadShortageFunction* const say = on_thread_shortage.load(std::memory_order_relaxed);
     if (granted < wanted && say && !said.exchange(true)) say(granted, wanted);
+    return granted;
   }
-  return std::min(wanted, granted);
+  bool share(Region& region, const Members& members) {
+    Job* const job = std::find_if(jobs_, std::end(jobs_), [](Job& each) { return each.claim(); });
+    if (job == std::end(jobs_)) return false;
+    job->open(members);
+    opened_.fetch_add(1);
+    job->work(0, sleepers_);
+    std::exception_ptr failure;
+    if (job->close(failure) > 1) region.times_shared.fetch_add(1, std::memory_order_relaxed);
+    if (failure) std::rethrow_exception(failure);
+    return true;
+  }
+
+ private:
+  void grow(int wanted) {
+    const std::lock_guard<std::mutex> guard(growing_);
+    if (wanted <= wanted_.load() || closed_.load()) return;
+    if (wanted_.load() == 1) {
+      onFork(nullptr, nullptr, [] { teams_are_lost.store(true, std::memory_order_relaxed); });
+      std::atexit([] { get().close(); });
+    }
+    wanted_.store(wanted);
+    starting_.fetch_add(1);
+    Attributes attributes;
+    pthread_attr_setdetachstate(&attributes.of_thread, PTHREAD_CREATE_DETACHED);
+    pthread_t thread;
+    const auto run = [](void* self) -> void* {
+      static_cast<Workers*>(self)->start();
+      return nullptr;
+    };
+    if (pthread_create(&thread, &attributes.of_thread, run, this) != 0) starting_.fetch_sub(1);
+  }
+  // LLVM's OpenMP does not survive exit while it starts threads.
+  void close() {
+    closed_.store(true);
+    while (starting_.load() && !teamsAreLost()) std::this_thread::yield();
+  }
+  // Makes workers of the calling thread and of OpenMP's. One thread more than needed is tried, so
+  // that the rest of the program has one left.
+  void start() {
+    std::unique_lock<std::mutex> guard(growing_);
+    const int first = 1 + count_.load();
+    // Where OpenMP binds threads, this one has the place of the one that wanted a team.
+    const int idle = omp_get_proc_bind() != omp_proc_bind_false;
+    const int size = countThreads(wanted_.load() - first + idle);
+    if (size <= idle) return static_cast<void>(starting_.fetch_sub(1));
+    starting_.fetch_add(size - 1);
+#pragma omp parallel num_threads(size)
+    {
+      const int number = omp_get_thread_num();
+      if (number == 0) {
+        count_.fetch_add(omp_get_num_threads() - idle);
+        guard.unlock();
+        starting_.fetch_sub(size - omp_get_num_threads());
+      }
+      starting_.fetch_sub(1);
+      while (number < idle) std::this_thread::sleep_for(std::chrono::hours(1));
+      serve(first + number - idle);
+    }
+  }
+  // The life of a worker. While it has nothing to do it gives way to all else that could run on its
+  // core: so it comes late, rather than being interrupted with a member in its hands.
+  [[noreturn]] void serve(int thread) {
+    for (Clock::time_point end = Clock::now();;) {
+      const std::uint32_t seen = opened_.load();
+      const auto isDue = [&] { return opened_.load() != seen; };
+      for (Job& job : jobs_)
+        if (job.help(thread, sleepers_)) end = Clock::now() + longest_watch;
+      while (!isDue()) {
+        if (Clock::now() < end) {
+          std::this_thread::yield();
+        } else {
+          sleepers_[thread].sleep(isDue);
+          end = Clock::now() + longest_watch;
+        }
+      }
+    }
+  }
+
+  // More than passes between two regions of a frame. A round number: two or ten times as long made
+  // no difference on 16 cores.
+  static constexpr std::chrono::microseconds longest_watch{500};
+
+  Job jobs_[8];  // where more spaces collide at once than that, cores are short anyway
+  alignas(64) std::atomic<std::uint32_t> opened_{0};  // jobs, ever
+  Sleeper sleepers_[most_threads];
+  std::atomic<int> wanted_{1}, count_{0}, starting_{0};  // threads
+  std::atomic<bool> closed_{false};
+  std::mutex growing_;
+};
+
+}  // namespace
+
+int threadsToBeHad(int wanted) {
+  // A team within a team has one thread.
+  if (teamsAreLost() || team_member.team > 1 ||
+      omp_get_active_level() >= omp_get_max_active_levels())
+    return 1;
+  wanted = std::min({wanted, most_threads, omp_get_thread_limit()});
+  return wanted > 1 ? Workers::get().granted(wanted) : 1;
+}
+
+bool shareMembers(Region& region, const Members& members) {
+  return Workers::get().share(region, members);
 }
 
 // Nothing here orders what threads do: a sanitizer is to see all that they do at once.
-void awaitTeam(std::atomic<int>& arrived) {
+void awaitTeam(std::atomic<int>& arrived, bool first) {
   const int team = team_member.team;
   if (team == 1) return;
-  if (team_member.queue != &arrived) {
-    team_member.queue = &arrived;
+  if (first) {
     arrived.fetch_add(1, std::memory_order_relaxed);
     return;
   }

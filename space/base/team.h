@@ -12,8 +12,7 @@ namespace ode_parallel_sap {
 struct Grain {
   enum Team {
     further,  // a thread more for each so much work
-    whole     // as large as may be from so much work on, since OpenMP takes long to start the
-              // threads anew that a smaller team did without
+    whole     // as large as may be from so much work on
   };
   std::uint64_t work;
   Team team;
@@ -33,6 +32,8 @@ inline std::uint64_t grained(std::uint64_t usual) {
   return most ? std::min(usual, most) : usual;
 }
 
+constexpr int most_threads = 256;  // of a team; fixed: a promise of the header
+
 // The threads, of `most`, that are worth their start for `work`.
 inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
   const std::uint64_t a_thread = grained(grain.work);
@@ -41,21 +42,18 @@ inline int teamFor(std::uint64_t work, const Grain& grain, int most) {
   return static_cast<int>(std::min<std::uint64_t>(most, work / a_thread + 1));
 }
 
-// The child of a process that had started a team has none of its threads, and OpenMP would wait for
-// them for ever: everything is done alone there.
+// The child of a process that had started threads has none of them: everything is done alone there.
 inline std::atomic<bool> teams_are_lost{false};
 
 inline bool teamsAreLost() {
   return teams_are_lost.load(std::memory_order_relaxed);
 }
 
-// To be called before a team is started: children born from then on know of it.
-void expectChildren();
-
-// How many threads, the calling one among them, may be in its next team: `wanted`, or fewer where
-// the machine cannot provide so many. OpenMP ends the program where it cannot start a thread, so
-// the calling thread's first team of each larger size is preceded by as many threads that do
-// nothing. A limit that is reached later is not seen.
+// How many threads, the calling one among them, may work in its next team: `wanted`, or fewer where
+// the machine cannot provide so many, one within a team. OpenMP's threads are started when more are
+// wanted than ever before, by a thread that nobody waits for; until then all wanted ones count.
+// OpenMP ends the program where it cannot start a thread, so as many threads that do nothing are
+// tried first. A limit that is reached later is not seen.
 int threadsToBeHad(int wanted);
 
 // Called where there are fewer, once, on the calling thread. Null: nothing is said.
@@ -70,32 +68,6 @@ inline std::size_t chunkOf(std::uint64_t work, std::size_t usual, int team) {
   const std::uint64_t quarter = work / (4 * static_cast<std::uint64_t>(team));
   return static_cast<std::size_t>(std::min<std::uint64_t>(usual, std::max(least, quarter)));
 }
-
-// What teams have cost the thread that started them since this was made new. Where other programs
-// hold the cores, a thread of a team may not run for some milliseconds, and is waited for.
-struct TeamTimes {
-  explicit constexpr TeamTimes(bool watched = false) : watched(watched) {}
-
-  bool watched;  // else teams are as large as wanted
-  double worked_ms = 0, waited_ms = 0;
-
-  // The first team of a size has to start its threads, which later ones need not.
-  void add(int team, double worked, double waited) {
-    constexpr double starting_ms = 0.1;  // fixed: more than a thread takes on a quiet machine
-    worked_ms += worked;
-    waited_ms += std::max(0.0, waited - starting_ms * std::max(0, team - largest_team));
-    largest_team = std::max(largest_team, team);
-  }
-  // From then on all is done alone.
-  bool stalled() const {
-    constexpr double slice_ms = 1;  // fixed: schedulers let others run longer at a time
-    return watched && waited_ms > worked_ms + slice_ms;
-  }
-
- private:
-  inline static thread_local int largest_team = 1;  // that this thread has started
-};
-inline thread_local TeamTimes team_times;
 
 // A place in the code where a team works: one object for each, in a list of all, so that a test can
 // see that none of them has only ever had one thread at work.
@@ -124,9 +96,19 @@ inline void noteWork() {
   if (teamsAreTested()) team_member.worked = true;
 }
 
-// To be called before anything is taken from a queue, which counts the threads that have come to
-// it. Nobody takes twice before all have come (or have been waited for long enough): of little work
-// the first thread would have done all while the others wake.
-void awaitTeam(std::atomic<int>& arrived);
+// To be called before a thread takes from a queue, for the first time or again. Nobody takes again
+// before all of the team have come (or have been waited for long enough): of little work the first
+// thread would have done all while the others wake.
+void awaitTeam(std::atomic<int>& arrived, bool first);
+
+// The members of a team, as any thread may call them.
+struct Members {
+  void (*call)(const void* work, int member, int team);
+  const void* work;
+  int count, threads;  // that may come
+};
+
+// Shares them among threads. False where more calling threads do so than there are places for.
+bool shareMembers(Region& region, const Members& members);
 
 }  // namespace ode_parallel_sap

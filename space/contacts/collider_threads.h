@@ -4,6 +4,7 @@
 #include <ode/ode.h>
 
 #include <atomic>
+#include <thread>
 
 #include "space/base/parallel.h"
 
@@ -35,14 +36,16 @@ template <class Work>
 int runPartsWithData(Region& region, int threads, std::size_t count, std::size_t chunk,
                      bool manual_cleanup, Work&& work) {
   ChunkQueue queue(count, chunk, threads);
+  const std::thread::id caller = std::this_thread::get_id();
   return runTeam(region, threads, [&](int thread, int) {
+    const bool guest = std::this_thread::get_id() != caller;
     struct Cleanup {
       const bool due;
       ~Cleanup() {
         if (due) dCleanupODEAllDataForThread();
       }
-    } const cleanup = {thread != 0 && manual_cleanup};
-    if (thread != 0 && !dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll))) return;
+    } const cleanup = {guest && manual_cleanup};
+    if (guest && !dAllocateODEDataForThread(static_cast<unsigned>(dAllocateMaskAll))) return;
     for (Range range; queue.next(range, thread);) work(range, thread);
   });
 }

@@ -17,16 +17,30 @@
 
 namespace ode_parallel_sap {
 
-DeviceBackend::DeviceBackend() = default;
-DeviceBackend::~DeviceBackend() = default;
-
 #if ODE_PARALLEL_SAP_HAS_CUDA
 
 struct DeviceBackend::Finder {
-  std::unique_ptr<CudaPairFinder> sweep =
-      makeCudaSweep([](std::size_t i) { return DevicePool::get().device(i); });
+  std::unique_ptr<CudaPairFinder> sweep;
   std::unique_ptr<CudaAxisListsFinder> axis_lists;
+  MemoryRetry retry;           // of devices that it has lost for want of memory
+  bool all_are_full = false;   // until then
+  bool full_are_said = false;  // once is enough
+  bool has_lost_others = false;
+
+  Finder() { takeAll(); }
+  void takeAll() {
+    axis_lists.reset();
+    sweep = makeCudaSweep([](std::size_t i) { return DevicePool::get().device(i); });
+    all_are_full = false;
+    retry.paid();
+  }
 };
+
+DeviceBackend::DeviceBackend() = default;
+// What a child has of devices is its parent's.
+DeviceBackend::~DeviceBackend() {
+  if (finder_ && DevicePool::isLost()) (void)finder_.release();
+}
 
 bool deviceAvailable() {
   return DevicePool::get().count() > 0;
@@ -37,7 +51,8 @@ int DeviceBackend::lost() const {
 }
 
 DeviceBackend::Devices DeviceBackend::devices() const {
-  if (failed_) return {};
+  if (failed_ || DevicePool::isLost()) return {};
+  if (finder_ && finder_->all_are_full && finder_->retry.waits()) return {};
   const DevicePool& pool = DevicePool::get();
   return {true, pool.ready() - lost(), pool.countSoFar() - lost()};
 }
@@ -53,11 +68,23 @@ void DeviceBackend::reportFailures(const std::string& reason) {
   const std::vector<FailedDevice> left_out = DevicePool::get().takeFailures();
   std::vector<FailedDevice> failed;
   if (finder_) failed = finder_->sweep->takeFailures();
-  if (left_out.empty() && failed.empty() && !failed_) return;
-  const int left = failed_ ? 0 : DevicePool::get().countSoFar() - lost();
+  const bool all_full = finder_ && finder_->all_are_full;
+  if (left_out.empty() && failed.empty() && !failed_ && !all_full) return;
   loss_ = true;
-  const std::string then = left > 0 ? "; GPUs left: " + std::to_string(left)
-                                    : ", pairs are found on the CPU from now on";
+  bool own_full = all_full;
+  for (const FailedDevice& device : failed) {
+    own_full = own_full || device.out_of_memory;
+    finder_->has_lost_others = finder_->has_lost_others || !device.out_of_memory;
+  }
+  if (own_full && !finder_->has_lost_others) {
+    finder_->retry.failed();
+    if (std::exchange(finder_->full_are_said, true) && left_out.empty()) return;
+  }
+  const int left = failed_ || all_full ? 0 : DevicePool::get().countSoFar() - lost();
+  const bool until_memory = !failed_ && (own_full || DevicePool::get().hasFull());
+  const std::string then = left > 0       ? "; GPUs left: " + std::to_string(left)
+                           : until_memory ? ", pairs are found on the CPU until there is memory"
+                                          : ", pairs are found on the CPU from now on";
   for (const FailedDevice& device : left_out)
     dMessage(0, "parallel SAP space: GPU %d cannot be used (%s)%s", device.device,
              device.reason.c_str(), then.c_str());
@@ -74,6 +101,7 @@ int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& p
   const bool by_lists = method == dParallelSAPMethodAxisLists;
   if (failed_ || (!by_lists && (method != dParallelSAPMethodSweep || boxes.wide))) return 0;
   if (!finder_) finder_ = std::make_unique<Finder>();
+  if (finder_->retry.isDue()) finder_->takeAll();
   int used = 0;
   std::string reason;
   try {
@@ -87,7 +115,9 @@ int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& p
     }
   } catch (const DeviceFailure& failure) {
     reason = failure.what();
-    failed_ = true;
+    const bool all_left_out = lost() == 0 && DevicePool::get().hasFull();
+    finder_->all_are_full = (failure.out_of_memory || all_left_out) && !finder_->has_lost_others;
+    failed_ = !finder_->all_are_full;
     pairs.clear(1);
   }
   reportFailures(reason);
@@ -123,6 +153,9 @@ std::size_t DeviceBackend::bytes() const {
 #else
 
 struct DeviceBackend::Finder {};
+
+DeviceBackend::DeviceBackend() = default;
+DeviceBackend::~DeviceBackend() = default;
 
 bool deviceAvailable() {
   return false;

@@ -30,9 +30,8 @@ bool hasRoom(Buffer<dParallelSAPPair>& list, std::size_t pairs) try {
 // A frame from its plan to its end. `report` gets the pairs, or where they can only be found one by
 // one `receiver`.
 template <class Report>
-std::size_t Pipeline::run(const FrameCall& call, const SceneFacts& facts,
-                          const PairReceiver& receiver, Report report) {
-  Frame frame = {call, policy_.decide(facts, call.settings)};
+std::size_t Pipeline::run(const FrameCall& call, const PairReceiver& receiver, Report report) {
+  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
   if (const PairList* const pairs = findPairs(frame)) {
     showPairs(frame, *pairs);
     report(frame, *pairs);
@@ -59,7 +58,7 @@ std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* 
   statistics_.beginFrame();
   const PairReceiver receiver = {data, callback, nullptr};
   if (isSmall(call)) return endFrame(collideSmall(call, receiver, watcher_).pairs);
-  return run(call, factsOf(call), receiver, [&](Frame& frame, const PairList& pairs) {
+  return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
   });
 }
@@ -79,21 +78,15 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
   dParallelSAPPair room[PairBlock::size];
   PairBlock block(request, room);
   const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
-  const SceneFacts facts = factsOf(call, request.concurrent());
-  return run(call, facts, receiver, [&](Frame& frame, const PairList& pairs) {
+  return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     frame.clock.begin(Stage::report);
-    const int used = handOutBlocks(pairs, call.geoms(), request, frame.plan.block_threads);
-    frame.clock.pause();
-    frame.stats.threads = used;
-    if (request.concurrent())
-      policy_.learnOfBatch(call.settings,
-                           {Batch::blocks, used, pairs.size(), frame.clock.of(Stage::report)});
+    frame.stats.threads = handOutBlocks(pairs, call.geoms(), request, frame.plan.most_threads);
   });
 }
 
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
   statistics_.beginFrame();
-  Frame frame = {call, policy_.decide(factsOf(call, true), call.settings)};
+  Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
   ContactPairs pairs(request, call.lists.contact_pairs);
   const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr};
   if (isSmall(call)) {
@@ -111,13 +104,11 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   try {
     const int used = narrow_phase.run(
         pairs.list(), request,
-        {frame.plan.contact_threads, call.manual_cleanup, frame.plan.leave_apart_out});
+        {frame.plan.most_threads, call.manual_cleanup, frame.plan.leave_apart_out});
     frame.clock.begin(Stage::report);
     frame.stats.narrow_threads = used;
     frame.stats.contacts = narrow_phase.contacts();
     frame.stats.apart = narrow_phase.apart().apart;
-    policy_.learnOfBatch(
-        call.settings, {Batch::contacts, used, pairs.list().size(), frame.clock.of(Stage::narrow)});
     policy_.learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
       for (std::size_t place = 0; place < pairs.list().size(); ++place) {
@@ -278,25 +269,18 @@ void Pipeline::updateEvents(Frame& frame, const PairList& pairs, bool are_same) 
     complaints_.ofUnreportedEvents();
 }
 
-SceneFacts Pipeline::factsOf(const FrameCall& call, bool team_follows) const {
-  return {call.slots(),      geom_update_.boxes().wide,
-          call.scene.nested, extraction_.devices().devices(),
-          team_follows,      testedClasses()};
+SceneFacts Pipeline::factsOf(const FrameCall& call) const {
+  return {call.slots(), geom_update_.boxes().wide, call.scene.nested,
+          extraction_.devices().devices(), testedClasses()};
 }
 
 // `found`: how the pairs were found anew; null if they were kept.
 void Pipeline::learn(const Frame& frame, const Found* found) {
   const Settings& settings = frame.call.settings;
-  const StageClock& clock = frame.clock;
-  if (found) {
-    const double extract_ms = clock.of(Stage::extract);
-    policy_.learn(frame.plan, factsOf(frame.call), settings, *found,
-                  {extract_ms, clock.of(Stage::update) + clock.of(Stage::synchronise) + extract_ms +
-                                   clock.of(Stage::filter)});
-  } else {
+  if (found)
+    policy_.learn(frame.plan, factsOf(frame.call), *found, frame.clock.of(Stage::extract));
+  else
     cache_.fat().noteUnused();
-    policy_.learnOfKeptPairs();
-  }
   if (!frame.plan.weighs_devices) return;
   DeviceBackend& devices = extraction_.devices();
   devices.reportLeftOut();
@@ -328,8 +312,8 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   const FrameCall& call = frame.call;
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
-  const LastStage::Pairs of_frame = {pairs, call.geoms(), frame.plan.contact_threads,
-                                     threadsFor(call.settings), frame.plan.leave_apart_out};
+  const LastStage::Pairs of_frame = {pairs, call.geoms(), frame.plan.most_threads,
+                                     frame.plan.leave_apart_out};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();
@@ -337,9 +321,6 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
     frame.stats.narrow_threads = collided.threads;
     frame.stats.contacts = collided.contacts;
     frame.stats.apart = collided.apart.apart;
-    const double part = static_cast<double>(collided.pairs) / static_cast<double>(pairs.size());
-    policy_.learnOfBatch(call.settings, {Batch::contacts, collided.threads, pairs.size(),
-                                         frame.clock.of(Stage::narrow) / part});
     policy_.learnOfApart(frame.plan, collided.apart);
     noteStats(frame);  // should the callback throw, or collide again
   }
@@ -363,7 +344,7 @@ void Pipeline::clean(const Scene& scene, const Settings& settings) {
   try {
     if (scene.slots.size() > small_scene_slots)
       geom_update_.clean(scene.slots.data(), scene.slots.size(),
-                         policy_.teamFor(scene.slots.size(), settings), cache_.changed());
+                         Policy::teamFor(scene.slots.size(), settings), cache_.changed());
     else
       cleanOneByOne(scene.first);  // which takes less of the stack for spaces in spaces
   } catch (const std::bad_alloc&) {

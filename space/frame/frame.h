@@ -91,7 +91,6 @@ class Pipeline {
   // The slots of these geoms are about to be closed up.
   void closeSlots(const Buffer<dxGeom*>& geoms);
 
-  Policy& policy() { return policy_; }
   PairEvents& events() { return events_; }
   const PairEvents& events() const { return events_; }
   Complaints& complaints() { return complaints_; }
@@ -107,11 +106,10 @@ class Pipeline {
   std::size_t bytes() const;
 
  private:
-  SceneFacts factsOf(const FrameCall& call, bool team_follows = false) const;
+  SceneFacts factsOf(const FrameCall& call) const;
   std::size_t collideManyPairs(const FrameCall& call, const PairsRequest& request);
   template <class Report>
-  std::size_t run(const FrameCall& call, const SceneFacts& facts, const PairReceiver& receiver,
-                  Report report);
+  std::size_t run(const FrameCall& call, const PairReceiver& receiver, Report report);
   inline FrameCounts collideSmall(const FrameCall& call, const PairReceiver& receiver,
                                   PairWatcher* watcher);
   const PairList* findPairs(Frame& frame);

@@ -16,9 +16,9 @@ class LastStage {
   // The pairs of a frame, and how they may be collided.
   struct Pairs {
     const PairList& list;
-    dxGeom* const* geoms;       // by slot
-    int threads, most_threads;  // that pay just now; that the space may use
-    bool leave_apart_out;       // boxes that are certainly apart are not collided
+    dxGeom* const* geoms;  // by slot
+    int threads;           // that the space may use
+    bool leave_apart_out;  // boxes that are certainly apart are not collided
   };
   // Pairs that were collided.
   struct Collided {

@@ -13,13 +13,6 @@ bool isAuto(const Settings& settings) {
   return settings.method == dParallelSAPMethodAuto;
 }
 
-// The most threads that are worth their start for a batch of so many.
-int mostThreadsFor(Batch::Of of, std::size_t items, const Settings& settings) {
-  static constexpr Grain grain_of[Batch::kinds] = {grains::collided_pairs, grains::handed_out_pairs,
-                                                   grains::cast_rays};
-  return teamFor(items, grain_of[of], threadsFor(settings));
-}
-
 // The processor may be chosen, too.
 bool mayTakeProcessor(const Settings& settings) {
   return settings.backend == dParallelSAPBackendAuto;
@@ -41,25 +34,11 @@ bool Policy::isSmall(std::size_t slots, const Settings& settings) {
          settings.backend != dParallelSAPBackendCUDA;
 }
 
-// The most threads that are worth their start for this number of slots.
-int Policy::mostThreads(std::size_t slots, const Settings& settings) {
+int Policy::teamFor(std::size_t slots, const Settings& settings) {
   const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
                          settings.method == dParallelSAPMethodAxisLists;
   return ode_parallel_sap::teamFor(slots, tests_all ? grains::scene_of_all_tests : grains::scene,
                                    threadsFor(settings));
-}
-
-// A number that the user set is taken as it is.
-int Policy::chosen(const TeamChoice& team, const Settings& settings, int most) {
-  return settings.threads == 0 ? team.threads(most) : most;
-}
-
-int Policy::teamFor(std::size_t slots, const Settings& settings) const {
-  return chosen(team_, settings, mostThreads(slots, settings));
-}
-
-int Policy::threadsForRays(std::size_t rays, const Settings& settings) const {
-  return chosen(batch_teams_[Batch::rays], settings, mostThreadsFor(Batch::rays, rays, settings));
 }
 
 Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
@@ -67,12 +46,7 @@ Plan Policy::decide(const SceneFacts& facts, const Settings& settings) const {
   plan.rules = settings.rules;
   plan.rules.tested_classes = facts.tested_classes;
   plan.threads = teamFor(facts.slots, settings);
-  // A team as large as that of the narrow phase or the report: some OpenMP runtimes end the threads
-  // that a smaller one does without, and start new ones for the next large one.
-  const int threads = threadsFor(settings);
-  if (facts.team_follows && plan.threads > 1) plan.threads = threads;
-  plan.contact_threads = chosen(batch_teams_[Batch::contacts], settings, threads);
-  plan.block_threads = chosen(batch_teams_[Batch::blocks], settings, threads);
+  plan.most_threads = threadsFor(settings);
   const bool by_what_pays = settings.apart == Settings::by_what_pays;
   plan.leave_apart_out = by_what_pays ? !apart_.waits() : settings.apart != 0;
   // Where method and back end were left to the space, or to the sweep on the CPU. Not within a
@@ -123,18 +97,11 @@ void Policy::planDevices(const SceneFacts& facts, const Settings& settings, Plan
   extraction.devices = plan.device_decision.devices;
 }
 
-void Policy::learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-                   const Found& found, const FrameTimes& times) {
-  if (settings.threads == 0 && mostThreads(facts.slots, settings) > 1)
-    team_.learn(found.threads, facts.slots, times.found_ms, team_times.stalled());
+void Policy::learn(const Plan& plan, const SceneFacts& facts, const Found& found,
+                   double extract_ms) {
   if (plan.weighs_devices && !facts.last_wide)
     device_choice_.learn(plan.device_decision, std::min(found.devices, DeviceChoice::most_devices),
-                         facts.slots, found.pairs, times.extract_ms);
-}
-
-void Policy::learnOfBatch(const Settings& settings, const Batch& batch) {
-  if (settings.threads == 0 && mostThreadsFor(batch.of, batch.items, settings) > 1)
-    batch_teams_[batch.of].learn(batch.threads, batch.items, batch.ms, team_times.stalled());
+                         facts.slots, found.pairs, extract_ms);
 }
 
 // Counts decide, not times. In instructions (callgrind, AVX2) the test of two boxes takes 165 and

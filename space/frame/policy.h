@@ -9,7 +9,6 @@
 #include "space/finders/extraction.h"
 #include "space/frame/device_choice.h"
 #include "space/frame/settings.h"
-#include "space/frame/team_choice.h"
 
 namespace ode_parallel_sap {
 
@@ -19,7 +18,6 @@ struct SceneFacts {
   bool last_wide;  // its boxes were doubles
   bool nested;     // within a callback of this space
   DeviceBackend::Devices devices;
-  bool team_follows = false;                       // contacts or a report on all threads follow
   UserClassSet tested_classes = all_user_classes;  // whose AABBTest may say no
 };
 
@@ -27,8 +25,7 @@ struct SceneFacts {
 struct Plan {
   PackRules rules;               // those that the user set
   int threads = 1;               // of all stages up to the report
-  int contact_threads = 1;       // of the narrow phase
-  int block_threads = 1;         // of a report in blocks on all threads
+  int most_threads = 1;          // of the narrow phase, or of a report in blocks on all threads
   bool leave_apart_out = false;  // boxes that are certainly apart are not collided
   bool fat_pairs = false;        // kept pairs of larger boxes may do, if those hold the boxes
   bool use_cache = false;        // boxes and pairs of the last frame do where little has changed
@@ -38,22 +35,6 @@ struct Plan {
   DeviceChoice::Decision device_decision;
 };
 
-// Work whose size is not that of the scene, and the time it took.
-struct Batch {
-  enum Of { contacts, blocks, rays, kinds };
-
-  Of of;
-  int threads;        // that worked
-  std::size_t items;  // pairs in a narrow phase, pairs handed out in blocks, rays
-  double ms;
-};
-
-// The times of a frame whose pairs were found anew.
-struct FrameTimes {
-  double extract_ms;
-  double found_ms;  // all stages up to the filter
-};
-
 // Pairs and their order depend on none of its decisions, which may depend on what frames took.
 class Policy {
  public:
@@ -61,15 +42,11 @@ class Policy {
   static bool isSmall(std::size_t slots, const Settings& settings);
 
   Plan decide(const SceneFacts& facts, const Settings& settings) const;
-  // The threads for anything that goes through so many slots.
-  int teamFor(std::size_t slots, const Settings& settings) const;
-  int threadsForRays(std::size_t rays, const Settings& settings) const;
+  // The threads that are worth their start for anything that goes through so many slots.
+  static int teamFor(std::size_t slots, const Settings& settings);
 
-  // A frame went by `plan` at least until its pairs were found: anew, or by the cache.
-  void learn(const Plan& plan, const SceneFacts& facts, const Settings& settings,
-             const Found& found, const FrameTimes& times);
-  void learnOfKeptPairs() { team_.learnOfOther(team_times.stalled()); }
-  void learnOfBatch(const Settings& settings, const Batch& batch);
+  // A frame went by `plan`, and its pairs were found anew.
+  void learn(const Plan& plan, const SceneFacts& facts, const Found& found, double extract_ms);
   // Boxes that were tested whether they are apart.
   void learnOfApart(const Plan& plan, const ApartCounts& boxes);
   // Devices failed: so many are left.
@@ -78,11 +55,8 @@ class Policy {
   int learnMissedDevices(const SceneFacts& facts, const Settings& settings);
 
  private:
-  static int mostThreads(std::size_t slots, const Settings& settings);
-  static int chosen(const TeamChoice& team, const Settings& settings, int most);
   void planDevices(const SceneFacts& facts, const Settings& settings, Plan& plan) const;
 
-  TeamChoice team_, batch_teams_[Batch::kinds];
   DeviceChoice device_choice_;
   BackOff apart_{4};  // short: to test boxes that touch costs a little each
 };

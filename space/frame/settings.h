@@ -13,8 +13,6 @@
 
 namespace ode_parallel_sap {
 
-constexpr int most_threads = 256;  // fixed: a promise of the header
-
 struct Settings {
   int backend = dParallelSAPBackendAuto;
   int method = dParallelSAPMethodAuto;

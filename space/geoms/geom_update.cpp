@@ -106,9 +106,8 @@ int GeomUpdate::forGeoms(const Geoms& geoms, int threads, Use use) {
     part.deferred.clear();
     part.some_body = 0;
   }
-  const int used = runTeam(updating, parts, [&](int thread, int team) {
-    for (int index = thread; index < parts; index += team)
-      forPart(geoms, ownPart(geoms.count, index, parts), use, parts_[index]);
+  const int used = runTeam(updating, parts, [&](int index, int team) {
+    forPart(geoms, ownPart(geoms.count, index, team), use, parts_[index]);
   });
   for (int index = 0; index < parts; ++index)
     for (const Slot slot : parts_[index].deferred) {

@@ -183,15 +183,13 @@ void PairFilter::closeGaps(int threads, PairList& pairs) {
       piece.to = to;
       to += piece.end - piece.begin;
     }
-    runTeam(moving, most, [&](int thread, int team) {
-      for (int i = thread; i < most; i += team) {
-        Piece& piece = pieces_[i];
-        noteWork();
-        if (piece.begin == piece.end || piece.begin == piece.to) continue;
-        Pair* const rest = std::min(piece.end, piece.begin + (piece.begin - piece.to));
-        piece.head.assign(piece.begin, rest);
-        std::copy(rest, piece.end, piece.to + piece.head.size());
-      }
+    runTeam(moving, most, [&](int thread, int) {
+      Piece& piece = pieces_[thread];
+      noteWork();
+      if (piece.begin == piece.end || piece.begin == piece.to) return;
+      Pair* const rest = std::min(piece.end, piece.begin + (piece.begin - piece.to));
+      piece.head.assign(piece.begin, rest);
+      std::copy(rest, piece.end, piece.to + piece.head.size());
     });
     for (const Piece& piece : pieces_) std::copy(piece.head.begin(), piece.head.end(), piece.to);
     part.resize(static_cast<std::size_t>(to - part.data()));

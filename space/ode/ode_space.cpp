@@ -5,8 +5,7 @@
 #include <new>
 #include <utility>
 
-#include "space/base/mechanisms.h"
-#include "space/base/team.h"
+#include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/pair_rule.h"
@@ -110,8 +109,6 @@ class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
   Call(ParallelSAPSpace& space, Of of, void* end)
       : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
     if (!is_guest_) alone_ = !nested();
-    team_times =
-        TeamTimes(space.settings_.threads == 0 && mechanisms::learned_teams && !teamsAreTested());
   }
 };
 
@@ -452,10 +449,9 @@ __attribute__((noinline)) bool ParallelSAPSpace::prepareQuery(const Call& call, 
 __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom* geom,
                                                           QueryLists& lists) {
   try {
-    queries_.find(
-        slots_.geoms(), geom, settings_.rules,
-        use.isGuest() ? GeomQueries::guest : pipeline_.policy().teamFor(slots_.size(), settings_),
-        lists);
+    queries_.find(slots_.geoms(), geom, settings_.rules,
+                  use.isGuest() ? GeomQueries::guest : Policy::teamFor(slots_.size(), settings_),
+                  lists);
   } catch (const std::bad_alloc&) {
     if (!use.isGuest()) queries_.release();
     return false;
@@ -485,16 +481,13 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
     cleanFew();
   }
   const RayCaster::Way way = {
-      call.isGuest() ? 1 : pipeline_.policy().threadsForRays(request.count, settings_),
+      call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
       getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
   const Clock::time_point begin = Clock::now();
   std::size_t hits = 0;
   withLists(call, &Workspace::rays,
             [&](RayLists& lists) { hits = rays_.cast(slots_.geoms(), request, way, lists); });
-  const double ms = milliseconds(begin, Clock::now());
-  if (!call.isGuest())
-    pipeline_.policy().learnOfBatch(settings_, {Batch::rays, way.threads, request.count, ms});
-  pipeline_.statistics().noteRays(request.count, ms);
+  pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }
 

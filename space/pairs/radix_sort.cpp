@@ -22,23 +22,20 @@ void countingPass(const std::uint64_t* from, std::uint64_t* to, std::size_t coun
   const std::size_t digits = std::size_t{1} << bits;
   const std::uint64_t mask = digits - 1;
   positions.assign(digits * threads, 0);
-  const int parts = runTeam(counting, threads, [&](int thread, int team) {
+  runTeam(counting, threads, [&](int thread, int team) {
     const Range range = ownPart(count, thread, team);
     std::uint32_t* const counts = positions.data() + digits * thread;
     for (std::size_t i = range.begin; i < range.end; ++i) ++counts[from[i] >> low_bit & mask];
   });
   std::uint32_t position = 0;
   for (std::size_t digit = 0; digit < digits; ++digit)
-    for (int part = 0; part < parts; ++part)
+    for (int part = 0; part < threads; ++part)
       position += std::exchange(positions[digits * part + digit], position);
-  // The parts are those of the count, whoever takes them.
-  runTeam(scattering, parts, [&](int thread, int team) {
-    for (int part = thread; part < parts; part += team) {
-      const Range range = ownPart(count, part, parts);
-      std::uint32_t* const next = positions.data() + digits * part;
-      for (std::size_t i = range.begin; i < range.end; ++i)
-        to[next[from[i] >> low_bit & mask]++] = from[i];
-    }
+  runTeam(scattering, threads, [&](int thread, int team) {
+    const Range range = ownPart(count, thread, team);
+    std::uint32_t* const next = positions.data() + digits * thread;
+    for (std::size_t i = range.begin; i < range.end; ++i)
+      to[next[from[i] >> low_bit & mask]++] = from[i];
   });
 }
 

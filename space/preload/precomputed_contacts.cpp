@@ -61,7 +61,7 @@ void PrecomputedContacts::endReport() {
 // One thread gains nothing.
 bool PrecomputedContacts::prepare(const Pairs& pairs, Collided& collided) try {
   const std::size_t count = pairs.list.size();
-  const int most = teamFor(count, grains::collided_pairs, pairs.most_threads);
+  const int most = teamFor(count, grains::collided_pairs, pairs.threads);
   if (!always_) {
     if (most == 1) return false;
     if (back_off_.waits()) {
@@ -103,12 +103,8 @@ void PrecomputedContacts::release() {
   shares_.clear();
 }
 
-// A team that does not pay just now gets a part of the pairs, from which is learnt what they take
-// one thread.
 void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
-  constexpr std::size_t sample = 16;  // fixed: so small a part costs next to nothing
   listPairs(pairs.list, pairs.geoms, pairs.threads, list_);
-  if (!always_ && pairs.threads == 1) list_.resize(list_.size() / sample);
   found_.resizeDiscarding(list_.size());
   const int team = teamFor(list_.size(), grains::collided_pairs, pairs.threads);
   shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));

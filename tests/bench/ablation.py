@@ -34,7 +34,6 @@ RUNS = {
     "kept_cells": ("pairs/cell_coherence.cpp", "    if (++reuses_ > 1)", "true"),
     "still_small_scenes": ("frame/small_scenes.cpp", "  found_.recalled = is_still_", "true"),
     "small_scenes": ("frame/frame.cpp", "  return small_scenes_.collide(", "true"),
-    "learned_teams": ("frame/team_choice.h", "    return mechanisms::learned_teams", "wanted > 1 && back_off_.waits()"),
     "box_classes": ("pairs/box_classes.cpp", "  classes_.clear();",
                     "std::count(most_short_, most_short_ + 3, std::numeric_limits<Real>::max()) < 3"),
     "query_trees": ("queries/geom_tree.cpp", "  stray_rows_ += queries", "true"),
@@ -57,8 +56,6 @@ struct Runs {
 inline Runs runs;
 }  // namespace ode_parallel_sap::mechanisms
 """
-# There is one thread but in few cells.
-IDLE = ("learned_teams",)
 NOTIFIED = "parallel-sap:notified-begun-ended"  # a program that announces changes, and wants events
 MOST_SPREAD = 1.1  # of the libraries that do the same in a cell
 
@@ -245,14 +242,14 @@ def ratios_of(path):
     if "runs" not in rows[0]:
         sys.exit(path + ": whether the mechanisms ran is not known; `count` counts it")
     times = {}
-    idle = {(row["without"], row["cell"]) for row in rows if row["runs"] == "0" and row["without"] not in IDLE}
+    idle = {(row["without"], row["cell"]) for row in rows if row["runs"] == "0"}
     for row in rows:
         cell = times.setdefault(row["cell"], {"whole": float(row["ms"])})
         cell[row["without"]] = float(row["ms_without"])
     by_name, unsteady = {}, []
     for cell, of in times.items():
         ordered = sorted(of.values())
-        same = [of[name] for name in ("whole", "nothing", *IDLE) if name in of]
+        same = [of[name] for name in ("whole", "nothing") if name in of]
         if max(same) > MOST_SPREAD * min(same):
             unsteady.append(cell)
             continue
@@ -264,7 +261,7 @@ def ratios_of(path):
 
 def table(options):
     by_name, unsteady = ratios_of(options.csv)
-    missing = {"whole", "nothing", *IDLE} - set(by_name)
+    missing = {"whole", "nothing"} - set(by_name)
     if missing:
         sys.exit("%s: no steady cells of %s, of which the noise is taken" % (options.csv, ", ".join(sorted(missing))))
     mean = lambda ratios: math.exp(sum(math.log(ratio) for ratio, _ in ratios) / len(ratios))
@@ -273,13 +270,12 @@ def table(options):
         ratios = sorted(ratio for name in names for ratio, _ in by_name[name])
         return ratios[len(ratios) // 40], ratios[-1 - len(ratios) // 40]
 
-    noise, others = range_of(("whole", "nothing")), range_of(IDLE)
+    noise = range_of(("whole", "nothing"))
     print("# What each mechanism gains\n")
     print("Time without a mechanism divided by the median of all libraries' times, in %d cells (a scene, a size, a number of\n"
           "threads). A cell counts where the mechanism ran. Above 1 the mechanism gains; a cell gains if it is above the noise.\n"
           "Descriptions: [mechanisms.h](../../%s).\n" % (len(by_name["whole"]), HEADER))
-    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |" % noise)
-    print("| without %s, which does nothing on one thread | %.2f | %.2f |\n" % ((", ".join("`%s`" % name for name in IDLE),) + others))
+    print("| noise, 95 %% of the cells | from | to |\n| --- | ---: | ---: |\n| the whole library, made twice | %.2f | %.2f |\n" % noise)
     if unsteady:
         print("%d other cells are left out, as libraries that do the same differ by more than %.1f times there.\n"
               % (len(unsteady), MOST_SPREAD))
@@ -288,10 +284,10 @@ def table(options):
     print("| --- | ---: | ---: | ---: | ---: | --- | ---: | --- |")
     for name in mechanisms():
         ratios = by_name.get(name)
-        if not ratios or name in IDLE:
+        if not ratios:
             continue
         (most, best), (least, worst) = max(ratios), min(ratios)
-        gained = sum(ratio > others[1] for ratio, _ in ratios)
+        gained = sum(ratio > noise[1] for ratio, _ in ratios)
         print("| `%s` | %.3f | %d | %d | %.2f | %s | %.2f | %s |" % (name, mean(ratios), len(ratios), gained, most, best, least, worst))
 
 

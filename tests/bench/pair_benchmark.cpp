@@ -1,11 +1,13 @@
 // Who finds the overlapping pairs of moving boxes in what time? One cell is a scene, a number of
 // boxes, a peer and a number of threads; those of a scene and size run in turn.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "bench_scenes.h"
 #include "pair_check.h"
@@ -34,9 +36,11 @@ struct Wishes {
   std::vector<std::string> peers;  // empty: all
   std::vector<std::size_t> sizes{1000, 10000, 100000};
   std::vector<int> threads{1};
-  int batch = 0;      // frames in one clock reading; 0: each find has its own
-  double moving = 1;  // part of the boxes that moves
-  double limit = 60;  // seconds that one find may take
+  int batch = 0;               // frames in one clock reading; 0: each find has its own
+  double moving = 1;           // part of the boxes that moves
+  double sleep = 0, work = 0;  // ms between frames
+  int others = -1;             // processes beside this one; shown if not negative
+  double limit = 60;           // seconds that one find may take
   std::string piles, trace;
   bool list = false;
   Timing timing;
@@ -149,9 +153,16 @@ class Turn {
   // Milliseconds of one find.
   double findNext() {
     advance();
+    if (is_timed_) doOtherThings();
     const Stopwatch clock;
     peer_->find();
     return clock.milliseconds();
+  }
+
+  // What a program does between frames.
+  void doOtherThings() const {
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(wishes_.sleep));
+    for (const Stopwatch clock; clock.milliseconds() < wishes_.work;) continue;
   }
 
   // Milliseconds of a frame, moving included, as the mean of a batch.
@@ -266,6 +277,8 @@ Row rowOf(const Cell& cell, const Wishes& wishes) {
       .add("own_bytes", account.own_bytes)
       .add("threads_used", ran ? std::to_string(account.threads) : std::string())
       .add("devices_used", ran ? std::to_string(account.devices) : std::string());
+  if (wishes.others >= 0)
+    row.add("others", wishes.others).add("sleep_ms", wishes.sleep).add("work_ms", wishes.work);
   return row;
 }
 
@@ -390,6 +403,9 @@ int main(int argc, char** argv) {
   program.add("--batch", wishes.batch, "frames in one clock reading: for small scenes");
   program.add("--moving", wishes.moving,
               "part of the boxes that moves, always the same ones; 0: no peer gets boxes again");
+  program.add("--sleep", wishes.sleep, "ms of sleep between frames");
+  program.add("--work", wishes.work, "ms of other work between frames, on one thread");
+  program.add("--others", wishes.others, "as how many busy processes there are beside it rows say");
   program.add("--limit", wishes.limit, "leave out what would need more seconds for one find");
   program.add("--piles", wishes.piles, "where record-piles wrote");
   program.add("--trace", wishes.trace, "the scene \"trace\": what dParallelSAPSpaceSetTrace wrote");

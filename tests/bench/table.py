@@ -63,18 +63,20 @@ def small(directory):
     return markdown(["best space of ODE / ours"] + [count(n) for n in values(rows, "n")], lines, [machine(rows)])
 
 
-def busy(directory):
-    """Frames on a host on which other processes want every core."""
-    rows = read(directory, "busy")
+def frames(directory):
+    """Frames of a program that does something else between them, on quiet hosts and busy ones."""
+    rows = read(directory, "frames")
     sizes = values(rows, "n")
     lines = []
-    for peer, threads in sorted({(row["peer"], row["threads"]) for row in rows}, key=lambda who: (who[0] != OURS, who)):
-        name = "ours, threads not set" if threads == 0 else "%s, %d thread%s" % (
-            "ours" if peer == OURS else peer, threads, "s" if threads > 1 else "")
-        cells = [one(rows, peer=peer, threads=threads, n=n) for n in sizes]
-        lines.append([name] + [shown(cell and cell[column]) for cell in cells for column in ("median_ms", "mean_ms", "max_ms")])
-    return markdown(["ms a frame"] + [head for n in sizes for head in (count(n) + " boxes: median", "mean", "worst")], lines,
-                    [machine(rows)])
+    for others in values(rows, "others"):
+        for between, of in ("back to back", (0, 0)), ("16 ms of sleep", (16, 0)), ("5 ms of work", (0, 5)):
+            line = ["%s, %d busy process%s" % (between, others, "" if others == 1 else "es")]
+            for n in sizes:
+                cells = [one(rows, others=others, sleep_ms=of[0], work_ms=of[1], n=n, threads=threads) for threads in (0, 1)]
+                line += [shown(cell and cell["mean_ms"]) for cell in cells] + [shown(cells[0] and cells[0]["max_ms"])]
+            lines.append(line)
+    heads = [head for n in sizes for head in (count(n) + " boxes: mean", "1 thread", "worst")]
+    return markdown(["ms a frame; between frames"] + heads, lines, [machine(rows)])
 
 
 def certain_gain(rows, base):
@@ -235,7 +237,7 @@ def stock_spaces(directory):
 
 
 # By name: the function and the file of rows.
-TABLES = {"step": (step, "step"), "small": (small, "small"), "busy": (busy, "busy"),
+TABLES = {"step": (step, "step"), "small": (small, "small"), "frames": (frames, "frames"),
           "traces": (traces, "traces"), "trace-peers": (trace_peers, "trace_peers"), "devices": (devices, "devices"),
           "gpus": (gpus, "devices"),
           "rest": (rest, "rest"), "nearest": (nearest, "peers"), "many-threads": (many_threads, "nearest"),

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <map>
 #include <string>
 #include <thread>
@@ -34,6 +35,7 @@ const std::string machine = [] {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
   const std::string devices = text ? text : "";
   emulation::setDevices(devices);
+  ode_parallel_sap::setMemoryRetry(std::chrono::hours(1));
   return devices;
 }();
 
@@ -95,7 +97,7 @@ void checkFullOnes(const sap_test::Messages& messages) {
   }
   REQUIRE(messages.all().size() == named);
   const std::string left = "GPUs left: " + std::to_string(freeDevices());
-  CHECK(contains(messages.all().back(), freeDevices() ? left : "on the CPU from now on"));
+  CHECK(contains(messages.all().back(), freeDevices() ? left : "on the CPU until there is memory"));
 }
 
 }  // namespace
@@ -265,6 +267,72 @@ TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thre
   while (pool.ready() == 0 && std::chrono::steady_clock::now() < latest)
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   CHECK(pool.ready() == 1);
+}
+
+// Until devices are used, or for ten seconds.
+bool comesToDevices(Scene& scene, int devices) {
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (scene.collide().devices != devices)
+    if (std::chrono::steady_clock::now() > latest) return false;
+  return true;
+}
+
+TEST_CASE("Full devices are tried again at growing intervals, until they have room", "[.][freed]") {
+  REQUIRE(machine == "ff");
+  ode_parallel_sap::setMemoryRetry(std::chrono::milliseconds(20));
+  const sap_test::Messages messages;
+  Scene scene(dParallelSAPBackendCUDA, 2);
+  const auto begin = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(600)) scene.collide();
+  CHECK(emulation::device(0).tried > 1);
+  CHECK(emulation::device(0).tried < 8);
+  CHECK(messages.all().size() == 2);  // one for each device
+  emulation::setFull(1, false);
+  CHECK(comesToDevices(scene, 1));
+  emulation::setFull(0, false);
+  CHECK(comesToDevices(scene, 2));
+  CHECK(messages.all().size() == 2);
+}
+
+TEST_CASE("A device that is out of memory in a frame is used again, one that failed is not",
+          "[.][full-in-frame]") {
+  REQUIRE(machine == "-");
+  ode_parallel_sap::setMemoryRetry(std::chrono::milliseconds(20));
+  for (const auto fail : {failCudaAllocation, failCudaCall}) {
+    Scene scene(dParallelSAPBackendCUDA, 1);
+    const sap_test::Messages messages;
+    fail(3);
+    CHECK(scene.collide().devices == 0);
+    CHECK(messages.all().size() == 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    CHECK(scene.collide(5).devices == (fail == failCudaAllocation));
+    CHECK(messages.all().size() == 1);
+  }
+}
+
+TEST_CASE("The child of a process that makes devices ready uses the CPU", "[.][forked]") {
+  REQUIRE(machine == "-");
+  emulation::settings().contexts_wait = true;
+  DevicePool::get().prepare(1);
+  while (emulation::device(0).tried == 0) std::this_thread::yield();
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    bool right = false;
+    {
+      Scene scene(dParallelSAPBackendCPU);
+      right = !dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendCUDA);
+      dParallelSAPSpaceSetBackend(scene.space, dParallelSAPBackendAuto);
+      right = right && scene.collide(30).devices == 0;
+    }
+    std::exit(right ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  CHECK(status == 0);
+  emulation::settings().contexts_wait = false;
+  Scene scene(dParallelSAPBackendCUDA);
+  CHECK(scene.collide(3).devices == 1);
 }
 
 TEST_CASE("A program's device and context are left as they were", "[.][free-free]") {

@@ -2,10 +2,7 @@
 #include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "support/catch.hpp"
@@ -78,37 +75,4 @@ TEST_CASE("Spaces are created, used and destroyed by different threads at once",
         REQUIRE((at_once[i] == alone[i]));
       }
     }
-}
-
-// With a grain of the tests teams are as large as they can be, whatever they wait for.
-TEST_CASE("A team that waits for a thread is left out of the next frames",
-          "[threads][usual-grain]") {
-  const Space space;
-  World world(space);
-  world.addBoxes(denseCube(1000, seedOr(44)));
-  // A thread that is not running takes its time, and the calling thread so much of it that others
-  // have work at all.
-  static std::atomic<bool> slept;
-  static bool begun;
-  static std::thread::id here;
-  here = std::this_thread::get_id();
-  const auto flags = [](void*, dGeomID, dGeomID) {
-    using std::chrono::milliseconds;
-    if (std::this_thread::get_id() == here) {
-      if (!std::exchange(begun, true)) std::this_thread::sleep_for(milliseconds(5));
-    } else if (!slept.exchange(true)) {
-      std::this_thread::sleep_for(milliseconds(50));
-    }
-    return 1;
-  };
-  const auto ignore = [](void*, dGeomID, dGeomID, const dContactGeom*, int) {};
-  const dParallelSAPContactCallbacks callbacks = {ignore, flags, nullptr, nullptr};
-  int stalls = 0;
-  for (int frame = 0; frame < 40; ++frame) {
-    slept = begun = false;
-    dParallelSAPSpaceCollideContacts(space, nullptr, 0, &callbacks);
-    stalls += slept;
-  }
-  // Each one ends the use of teams, at first for 16 frames.
-  CHECK(stalls <= 3);
 }

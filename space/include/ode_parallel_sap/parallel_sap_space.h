@@ -24,8 +24,8 @@
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
  * - Contacts are dCollide's, bit for bit, in the order of the pairs, on any thread and ODE build.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
- *   in a new space, plus allocations. With the default number of threads, a frame waits once for a
- *   core that another program holds; then one thread does the rest.
+ *   in a new space, plus allocations. A frame waits for no thread that has not begun its work, so
+ *   a thread whose core another program holds is done without.
  * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only where not
  *   even the contacts of one pair, or the hits of one ray, find memory. The CPU finishes the frame
  *   of a GPU that fails; one message and the statistics say so. Enabling and disabling takes effect
@@ -76,7 +76,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
  * frames; it loads the CUDA driver once GPUs could have saved some 50 ms. The CUDA back end runs
  * AxisLists, and Sweep if floats are fine enough; other frames run on the CPU. dMessage reports a
- * GPU that fails, and it is not used again. */
+ * GPU that fails, which is tried again only if it was out of memory. A child uses the CPU. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,
@@ -102,9 +102,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
- * number (processor affinity, OMP_NUM_THREADS), or one thread while more threads are slower because
- * other programs hold cores. Small scenes use one thread. So does a forked child whose parent had
- * started threads. If the system allows fewer at the first collide, dMessage says so once. */
+ * number (processor affinity, OMP_NUM_THREADS). The first large collide starts them, without
+ * waiting. All spaces share them. Small scenes use one thread. So does a forked child whose parent
+ * had started threads. If the system allows fewer, dMessage says so once. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 

@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <thread>
 #include <unordered_map>
 #include <vector>
 
@@ -206,8 +208,13 @@ CUresult CUDAAPI deviceGet(CUdevice* device, int ordinal) {
   return exists(ordinal) ? CUDA_SUCCESS : CUDA_ERROR_INVALID_DEVICE;
 }
 CUresult CUDAAPI primaryContextRetain(CUcontext* context, CUdevice device) {
-  const Lock lock(machine().mutex);
   if (!exists(device)) return CUDA_ERROR_INVALID_DEVICE;
+  if (settings().contexts_wait) {
+    const Lock lock(machine().mutex);
+    ++machine().devices[device].tried;
+  }
+  while (settings().contexts_wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  const Lock lock(machine().mutex);
   *context = primaryContextOf(device);
   return *context ? CUDA_SUCCESS : CUDA_ERROR_OUT_OF_MEMORY;
 }
@@ -253,6 +260,10 @@ void setDevices(const std::string& devices) {
 Device device(int number) {
   const Lock lock(machine().mutex);
   return machine().devices.at(number);
+}
+void setFull(int device, bool full) {
+  const Lock lock(machine().mutex);
+  machine().devices.at(device).full = full;
 }
 int callsWithoutContext() {
   const Lock lock(machine().mutex);

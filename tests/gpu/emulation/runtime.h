@@ -11,6 +11,7 @@
 
 #include <driver_types.h>
 
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <string>
@@ -36,6 +37,7 @@ struct Device {
 // `o` of an older generation.
 void setDevices(const std::string& devices);
 Device device(int number);
+void setFull(int device, bool full);
 // Calls that worked on a device although the thread had made no context current: those of a program
 // that leaves the choice to the runtime.
 int callsWithoutContext();
@@ -60,6 +62,7 @@ struct Settings {
   // shows what the library asks of which device, not what comes of it.
   bool kernels_run = false;
   bool locks_allowed = true;
+  std::atomic<bool> contexts_wait{false};  // to make one takes until this is false
   // Which devices may read each other's memory: refused where the driver says so only when asked to
   // let them.
   enum { All, Some, None, Refused } links = All;
