@@ -132,11 +132,11 @@ typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
 typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts,
                                        int count);
 
-/* For reduce callbacks: `return dParallelSAPKeepSpread (contacts, count, 4);`. They move the best
- * contacts to the front and return their number, the lesser of `most` and `count`. KeepDeepest
- * keeps the deepest first. KeepSpread keeps the deepest, the farthest from it, and then always the
- * one that adds most to the area of the convex hull along the first one's normal. The earlier one
- * of equals is kept; the rest keeps its order. Any thread may call them. */
+/* For reduce callbacks, on any thread: `return dParallelSAPKeepSpread (contacts, count, 4);`. They
+ * move the best contacts to the front and return their number, up to `most`. Those beside an AABB
+ * of their geoms come last, those without a normal never. KeepDeepest keeps the deepest first.
+ * KeepSpread keeps the deepest, the farthest from it, then always the one that adds most area to
+ * the hull along the first one's normal, or the deepest. The rest, and equals, keep their order. */
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
@@ -227,8 +227,8 @@ typedef struct dParallelSAPRayHit {
   int side;        /* of the geom in this contact (side2): a mesh's triangle, or -1 */
 } dParallelSAPRayHit;
 
-/* In the flags, as dGeomRaySetFirstContact, dGeomRaySetBackfaceCull and dGeomRaySetClosestHit, for
- * all rays. The lower 16 bits are the most contacts of dCollide with each geom, 0 for one. */
+/* As dGeomRaySetFirstContact, -BackfaceCull and -ClosestHit. FirstContact makes "nearest" any hit
+ * of a mesh, maybe its far side, even with ClosestHit. Lower 16 bits: contacts a geom, 0: one. */
 enum {
   dParallelSAPRayFirstContact = 0x10000,
   dParallelSAPRayBackfaceCull = 0x20000,
