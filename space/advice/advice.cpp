@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <new>
 #include <utility>
 
 #include "space/geoms/pair_rule.h"
@@ -11,8 +10,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-constexpr double least_share = 0.05;                 // fixed: of the pairs; less is no advice
-constexpr unsigned long long least_untouched = 100;  // fixed: 3 % at most touch, by 95 in 100
+constexpr double least_share = 0.05;  // fixed: of the pairs; less is no advice
 
 constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
 
@@ -37,7 +35,7 @@ void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
   if (place == 1) physics_.lookAgain(geoms, slots, swept);
 }
 
-void Advice::see(dGeomID a, dGeomID b, int contacts) {
+void Advice::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
   ++all_;
   const bool is_static = PairRule(of_static).isLeftOut(a, b);
@@ -47,18 +45,6 @@ void Advice::see(dGeomID a, dGeomID b, int contacts) {
   awake_ = awake_ || !(is_static || sleeps);
   if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
-  if (contacts == unknown) return;
-  count(std::minmax<unsigned long>({a->category_bits, b->category_bits}),
-        {1, contacts > 0 ? 1u : 0u});
-}
-
-void Advice::count(const Categories& categories, const Contacts& more) try {
-  constexpr std::size_t most = 16;  // what finds no room are few pairs, or no layers
-  if (layers_.size() == most && layers_.count(categories) == 0) return;
-  Contacts& all = layers_[categories];
-  all.pairs += more.pairs;
-  all.touching += more.touching;
-} catch (const std::bad_alloc&) {
 }
 
 void Advice::add(const Advice& other) {
@@ -66,7 +52,6 @@ void Advice::add(const Advice& other) {
   static_ += other.static_;
   asleep_ += other.asleep_;
   clear_ += other.clear_;
-  for (const auto& [categories, contacts] : other.layers_) count(categories, contacts);
   physics_.add(other.physics_);
 }
 
@@ -82,14 +67,6 @@ std::vector<std::string> Advice::lines() const {
   name(static_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
   name(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
   name(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
-  // Geoms whose categories the program left as they are cannot be kept apart by them.
-  for (const auto& [categories, contacts] : layers_) {
-    if (contacts.touching || contacts.pairs < least_untouched || ~categories.second == 0) continue;
-    char option[128];
-    std::snprintf(option, sizeof option, "collide bits that keep categories 0x%lx and 0x%lx apart",
-                  categories.first, categories.second);
-    name(contacts.pairs, option, "none of them touched");
-  }
   std::vector<std::string> all = physics_.lines();
   if (!line.empty()) all.insert(all.begin(), line);
   return all;

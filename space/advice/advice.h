@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "space/ode/space_observer.h"
@@ -115,7 +114,7 @@ class Advice final : public SpaceObserver {
   ~Advice() override;
 
   bool isDue() override;
-  void see(dGeomID a, dGeomID b, int contacts) override;
+  void see(dGeomID a, dGeomID b) override;
   void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
   const Physics& physics() const { return physics_; }
 
@@ -129,13 +128,6 @@ class Advice final : public SpaceObserver {
   static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
   static constexpr unsigned resting_interval = 16 * interval;  // fixed: likewise, of shorter frames
 
-  using Categories =
-      std::pair<unsigned long, unsigned long>;  // of two geoms, the smaller one first
-  struct Contacts {
-    unsigned long long pairs = 0, touching = 0;
-  };
-
-  void count(const Categories& categories, const Contacts& more);
   double shareOf(unsigned long long pairs) const {
     return all_ ? static_cast<double>(pairs) / static_cast<double>(all_) : 0;
   }
@@ -147,7 +139,6 @@ class Advice final : public SpaceObserver {
   unsigned place_ = resting_interval;  // of the frame that runs among so many
   Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
-  std::map<Categories, Contacts> layers_;  // of pairs of which it is known whether they touch
 };
 
 }  // namespace ode_parallel_sap
