@@ -23,16 +23,21 @@ Advice::~Advice() {
 }
 
 bool Advice::isDue() {
-  place_ = frames_++ % (resting_ ? resting_interval : interval);
-  if (place_ == 0) physics_.begin();
-  return place_ == 0;
+  const bool in_time = frames_++ % interval == 0, is_urgent = std::exchange(is_urgent_, false);
+  if (in_time) urgent_ = 0;
+  since_ = in_time || is_urgent ? 0 : since_ + 1;
+  runs_ = true;
+  if (since_ == 0) physics_.begin();
+  return since_ == 0;
 }
 
 void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
-  const unsigned place = std::exchange(place_, resting_interval);
-  if (place == 0)
-    resting_ = !physics_.lookFirst(geoms, slots, swept) && !std::exchange(awake_, false);
-  if (place == 1) physics_.lookAgain(geoms, slots, swept);
+  if (!std::exchange(runs_, false)) return;
+  if (since_ < 2)
+    since_ == 0 ? physics_.lookFirst(geoms, slots, swept) : physics_.lookAgain(geoms, slots, swept);
+  else
+    is_urgent_ = urgent_ < most_urgent && physics_.glance(geoms, slots);
+  urgent_ += is_urgent_;
 }
 
 void Advice::see(dGeomID a, dGeomID b) {
@@ -42,7 +47,6 @@ void Advice::see(dGeomID a, dGeomID b) {
   const bool sleeps = PairRule(of_asleep).isLeftOut(a, b);
   static_ += is_static;
   asleep_ += sleeps;
-  awake_ = awake_ || !(is_static || sleeps);
   if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
 }

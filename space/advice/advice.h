@@ -18,7 +18,7 @@ namespace ode_parallel_sap {
 //
 // Looks at geoms, bodies and joints when all callbacks of a collide are done: two bodies touch if
 // the program has made a contact joint of them. Two collides make a look, since the length of a
-// step is measured between them.
+// step is measured between them. Between looks, glances find what comes and goes.
 class Physics {
  public:
   enum Regime {
@@ -40,13 +40,17 @@ class Physics {
   void begin() {
     overlaps_.clear();
     places_.clear();
+    world_pairs_ = 0;
   }
   // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
   // The first collide of a look has ended, and the second. `swept`: the space's step for swept
-  // bounds, or 0. The first returns whether a body is awake.
-  bool lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
+  // bounds, or 0.
+  void lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
   void lookAgain(const dGeomID* geoms, std::size_t count, dReal swept);
+  // Another collide has ended. Whether the next one should begin a look: geoms came, or one of a
+  // sixteenth of the geoms, in turn, is fast or pushed out of another one.
+  bool glance(const dGeomID* geoms, std::size_t count);
 
   // Adds what another space's has found.
   void add(const Physics& other);
@@ -73,10 +77,12 @@ class Physics {
     double number = 0;  // for the text
   };
 
+  bool isUrgent(dGeomID geom) const;
   bool gather(const dGeomID* geoms, std::size_t count, dReal swept);
   Body* find(dBodyID id);
   bool isBuilt(const Body& body) const;
   void measureStep();
+  void findDepths();
   void noteDepths();
   void noteFast();
   void noteContacts();
@@ -93,19 +99,26 @@ class Physics {
     double share;  // of the smaller one's size
   };
   std::vector<Overlap> overlaps_;  // the deepest pairs by their boxes
+  struct Depth {
+    double depth, size, speed;
+  };
+  std::vector<Depth> depths_;  // of those of the first collide that touch
   double thinnest_fixed_ = 0;      // of the geoms without a body
   bool any_sheet_ = false;         // a mesh is among them
+  double world_pairs_ = 0;         // of a body and one of them, in the first collide
   double step_ = 0;                // seconds; 0: unknown
   double gravity_ = 0, fall_ = 0;  // m/s^2; metres a step
   dVector3 down_ = {0, 0, 0, 0};
   dWorldID world_ = nullptr;
-  std::size_t from_ = 0;  // the first geom of the next look
+  std::size_t from_ = 0;    // the first geom of the next look
+  std::size_t glance_ = 0;  // and of the next glance
+  std::size_t known_ = 0;   // geoms of the last collide
   bool swept_ = false;
   std::array<Worst, regimes> worst_;
 };
 
-// Counts all pairs of one frame in `interval`, or fewer while all bodies are asleep, and looks at
-// bodies after it and the next one.
+// Counts all pairs of one frame in `interval`, and of those that follow an urgent glance, and looks
+// at bodies after it and the next one.
 // Nothing but the lines depends on it.
 class Advice final : public SpaceObserver {
  public:
@@ -125,8 +138,8 @@ class Advice final : public SpaceObserver {
   std::vector<std::string> lines() const;
 
  private:
-  static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
-  static constexpr unsigned resting_interval = 16 * interval;  // fixed: likewise, of shorter frames
+  static constexpr unsigned interval = 64;    // fixed: a pass over the pairs then costs 1 % at most
+  static constexpr unsigned most_urgent = 3;  // fixed: of an interval; likewise
 
   double shareOf(unsigned long long pairs) const {
     return all_ ? static_cast<double>(pairs) / static_cast<double>(all_) : 0;
@@ -134,9 +147,10 @@ class Advice final : public SpaceObserver {
 
   const void* const space_;
   unsigned frames_ = 0;
-  bool awake_ = false;                 // of a pair of the last look
-  bool resting_ = false;               // no body was awake then
-  unsigned place_ = resting_interval;  // of the frame that runs among so many
+  unsigned since_ = 0;      // frames since the last look began
+  unsigned urgent_ = 0;     // looks of this interval
+  bool is_urgent_ = false;  // one should begin
+  bool runs_ = false;       // a frame
   Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
 };

@@ -56,11 +56,12 @@ constexpr double least_ratio = 10;    // 1:10 stands in 8 starts of 10, and so d
 constexpr double heap_falls = 0.055;  // between the study's hopper (0.044), a wall (0.063)
 constexpr double soft_falls = 0.012;  // CFM 1e-5, ERP 0.8: between stacks of 10 and 15 (0.0147)
 constexpr double soft_share = 0.01;   // CFM 1e-5 with boxes of a tonne, which rescues these
-constexpr double deep_ways = 3;       // an impact is as deep as its way, and not more (README.md)
+constexpr double deep_ways = 2;       // an impact is as deep as its way, and not more (README.md)
 
 constexpr std::size_t most_geoms = 2048;  // fixed: of a look
 constexpr int most_joints = 128;          // fixed: of a body; dBodyGetJoint counts from the first
 constexpr std::size_t most_overlaps = 8;  // fixed: the header says so
+constexpr std::size_t least_glance = 8, most_glance = 128;  // fixed: geoms a collide; costs little
 constexpr double least_idle = 16;         // fixed: bodies; fewer cost nothing
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -152,9 +153,11 @@ bool isContact(dJointID joint) {
 }  // namespace
 
 void Physics::see(dGeomID a, dGeomID b) try {
-  if (!isSimple(a) || !isSimple(b)) return;
-  if (!moves(dGeomGetBody(a)) && !moves(dGeomGetBody(b))) return;
-  // Contacts are no deeper than the AABBs, but for planes.
+  const bool one = moves(dGeomGetBody(a)), other = moves(dGeomGetBody(b));
+  world_pairs_ += one != other;
+  if (!one && !other) return;
+  if (colliderUse(a, b) == ColliderUse::CallingThread) return;  // the program's own code
+  // Contacts of simple geoms are no deeper than the AABBs. Those of others may be.
   dReal p[6], q[6];
   dGeomGetAABB(a, p);
   dGeomGetAABB(b, q);
@@ -163,7 +166,7 @@ void Physics::see(dGeomID a, dGeomID b) try {
     overlap =
         std::min(overlap, number(std::min(p[i + 1], q[i + 1])) - number(std::max(p[i], q[i])));
   const Overlap found = {a, b, overlap / smallerSize(a, b)};
-  if (!(found.share > table[deep].limit)) return;
+  if (!(found.share > table[deep].limit) && isSimple(a) && isSimple(b)) return;
   if (overlaps_.size() < most_overlaps) return overlaps_.push_back(found);
   const auto least = std::min_element(
       overlaps_.begin(), overlaps_.end(),
@@ -172,19 +175,18 @@ void Physics::see(dGeomID a, dGeomID b) try {
 } catch (const std::bad_alloc&) {
 }
 
-bool Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
+void Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
   const ScopedMode mode(exactMode());
   places_.clear();
-  if (!gather(geoms, count, swept)) return false;
+  if (!gather(geoms, count, swept)) return;
+  findDepths();
   noteDepths();
   for (const auto& [id, body] : bodies_) {
     dBodyCopyPosition(id, places_[id].position);
     dBodyCopyQuaternion(id, places_[id].turn);
   }
   if (first_places_.empty()) first_places_ = places_;
-  return true;
 } catch (const std::bad_alloc&) {
-  return true;
 }
 
 void Physics::lookAgain(const dGeomID* geoms, std::size_t count, dReal swept) try {
@@ -192,9 +194,11 @@ void Physics::lookAgain(const dGeomID* geoms, std::size_t count, dReal swept) tr
   // No body was awake then, or a callback left the first collide.
   const bool any = !places_.empty() && gather(geoms, count, swept);
   from_ = from_ + most_geoms < count ? from_ + most_geoms : 0;
+  known_ = count;
   if (!any) return;
   if (!swept_) measureStep();
   fall_ = gravity_ * step_ * step_;
+  noteDepths();
   if (step_ > 0) {
     noteFast();
     noteContacts();
@@ -202,6 +206,35 @@ void Physics::lookAgain(const dGeomID* geoms, std::size_t count, dReal swept) tr
     noteTurning();
   }
 } catch (const std::bad_alloc&) {
+}
+
+bool Physics::glance(const dGeomID* geoms, std::size_t count) {
+  const ScopedMode mode(exactMode());
+  std::size_t found = count > known_ ? known_ : count;
+  known_ = count;
+  const std::size_t share = std::clamp<std::size_t>(count / 16, least_glance, most_glance);
+  for (std::size_t i = 0; i < std::min(share, count) && found == count; ++i) {
+    if (glance_ >= count) glance_ = 0;
+    if (isUrgent(geoms[glance_])) found = glance_;
+    ++glance_;
+  }
+  if (found < count) from_ = found / most_geoms * most_geoms;
+  return found < count;
+}
+
+// Fast enough to get through something, or as fast as ODE pushes it out of what it is deep in.
+bool Physics::isUrgent(dGeomID geom) const {
+  if (!geom || dGeomIsSpace(geom)) return false;
+  const dBodyID body = dGeomGetBody(geom);
+  if (!moves(body) || !dBodyIsEnabled(body)) return false;
+  const double speed = lengthOf(dBodyGetLinearVel(body)), way = speed * step_;
+  if (bodies_.empty() || (step_ == 0 && speed > 0)) return true;
+  const std::array<double, 3> sides = sidesOf(geom);
+  if (way > sides[0] / 2) return !swept_;
+  if (way < table[deep].limit * number(dWorldGetERP(world_)) * sides[1]) return false;
+  bool touches = false;
+  forJoints(body, [&](dJointID joint, dBodyID) { touches = touches || isContact(joint); });
+  return touches;
 }
 
 // False where no body moves.
@@ -279,10 +312,9 @@ void Physics::measureStep() {
 }
 
 // Collides the pairs again of which the program has made contact joints.
-void Physics::noteDepths() {
-  const auto collide = ode_collide.load(std::memory_order_relaxed);
-  for (const Overlap& overlap : overlaps_) {
-    const dGeomID a = overlap.a, b = overlap.b;
+void Physics::findDepths() {
+  depths_.clear();
+  for (const auto& [a, b, overlap] : overlaps_) {
     dBodyID body = dGeomGetBody(a), other = dGeomGetBody(b);
     if (!moves(body)) std::swap(body, other);
     if (!moves(body)) continue;  // by a callback
@@ -290,17 +322,20 @@ void Physics::noteDepths() {
     forJoints(body, [&](dJointID joint, dBodyID with) {
       touches = touches || (isContact(joint) && with == other);
     });
-    const double speed =
-        lengthOf(dBodyGetLinearVel(body)) + (other ? lengthOf(dBodyGetLinearVel(other)) : 0);
-    if (!touches || (speed > 0 && step_ == 0)) continue;
-    dContactGeom contacts[8];
-    double depth = 0;
-    const int found = collide(a, b, 8, contacts, sizeof(dContactGeom));
-    for (int i = 0; i < found; ++i) depth = std::max(depth, number(contacts[i].depth));
-    const double share = depth / smallerSize(a, b);
-    if (depth > deep_ways * speed * step_) note(deep, share, 100 * share);
+    if (!touches) continue;
+    Depth found = {0, smallerSize(a, b), lengthOf(dBodyGetLinearVel(body))};
+    if (other) found.speed += lengthOf(dBodyGetLinearVel(other));
+    dContactGeom contacts[64];
+    const int count = collideInTurn(a, b, 64, contacts, sizeof(dContactGeom));
+    for (int i = 0; i < count; ++i) found.depth = std::max(found.depth, number(contacts[i].depth));
+    depths_.push_back(found);
   }
-  overlaps_.clear();
+}
+
+void Physics::noteDepths() {
+  for (const auto& [depth, size, speed] : depths_)
+    if ((speed == 0 || step_ > 0) && depth > deep_ways * speed * step_)
+      note(deep, depth / size, 100 * depth / size);
 }
 
 // A body gets through what is thinner than its way; not if its middle stays in front of it.
@@ -346,7 +381,7 @@ void Physics::noteContacts() {
   }
   std::sort(order.begin(), order.end(),
             [](const Body* a, const Body* b) { return a->height > b->height; });
-  double contacts = 0, pairs = 0, touching = 0, idle = 0;
+  double contacts = 0, pairs = 0, on_world = 0, touching = 0, idle = 0;
   std::set<dBodyID> others;
   std::vector<Body*> below;
   for (Body* body : order) {
@@ -372,6 +407,7 @@ void Physics::noteContacts() {
     });
     if (others.empty()) continue;
     body->touches = true;
+    on_world += static_cast<double>(others.erase(nullptr));
     pairs += static_cast<double>(others.size());
     bearers += below.size();
     for (Body* other : below)
@@ -382,6 +418,7 @@ void Physics::noteContacts() {
             lengthOf(dBodyGetLinearVel(body->id)) < gravity_ * step_ &&
             lengthOf(dBodyGetAngularVel(body->id)) * body->size < 2 * gravity_ * step_;
   }
+  pairs += std::max(on_world, world_pairs_);  // a body may touch several geoms of the world
   if (pairs > 0) note(many_contacts, contacts / pairs, contacts / pairs);
   if (idle >= least_idle) note(restless, idle / touching, 100 * idle / touching);
 }

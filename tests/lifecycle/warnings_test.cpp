@@ -154,12 +154,12 @@ const Regime kRegimes[] = {
        stage.plane();
        stack(stage, 1, 1, {0, 0, -0.1 * times});
      }},
-    {"deep", "a box that falls into the floor, a third of its depth a step", 0.01,
+    {"deep", "a box that falls into the floor, half of its depth a step", 0.01,
      [](Stage& stage, double times) {
        dParallelSAPSpaceSetSweptBounds(stage.space(), dReal(0.01));
        stage.plane();
        stack(stage, 1, 1, {0, 0, -0.2});
-       stage.push(0, {0, 0, -0.2 / 3 / 0.01 / times});
+       stage.push(0, {0, 0, -0.2 / 2 / 0.01 / times});
      },
      false, 1},
     {"soft", "a box of a tonne", 0.01,
@@ -334,6 +334,104 @@ TEST_CASE("What looks alike and is none of these is not warned of") {
   };
   CHECK(namesIn(textOf(manyAtRest(false))) == std::set<std::string>{"restless"});
   CHECK(textOf(manyAtRest(true)) == "");
+}
+
+// The names after `frames` steps, where `change` does something before each.
+std::set<std::string> namesAfter(int frames, double step,
+                                 const std::function<void(Stage&, int)>& change) {
+  Stage stage(Pairing::ours, {}, step);
+  dParallelSAPSpaceSetWarnings(stage.space(), 1);
+  for (int frame = 0; frame < frames; ++frame) {
+    change(stage, frame);
+    stage.step();
+  }
+  return namesIn(textOf(stage.space()));
+}
+
+TEST_CASE("What a program builds later is warned of as what it begins with") {
+  const auto towerOfSmallBoxes = [](int begin) {
+    return namesAfter(begin + 30, 0.01, [=](Stage& stage, int frame) {
+      if (frame == 0) stage.plane();
+      if (frame == begin) stack(stage, 12, 0.01);
+    });
+  };
+  for (const int begin : {0, 1, 2, 3, 40, 63, 64, 65, 700})
+    for (const char* const name : {"small", "load"})
+      CHECK(towerOfSmallBoxes(begin).count(name) == 1);
+  // Or wakes later.
+  const auto sleepers = [](int wake) {
+    return namesAfter(wake + 30, 0.01, [=](Stage& stage, int frame) {
+      if (frame == 0) stage.plane();
+      if (frame == 0) stack(stage, 12, 0.01);
+      if (frame == 0 || frame == wake)
+        for (const dBodyID body : stage.bodies())
+          frame == wake ? dBodyEnable(body) : dBodyDisable(body);
+    });
+  };
+  for (const int wake : {1, 2, 3, 40, 700}) CHECK(sleepers(wake).count("small") == 1);
+}
+
+TEST_CASE("What is fast or deep for less than 60 collides is warned of") {
+  for (const int others : {0, 300})
+    for (int begin = 2; begin < 130; begin += 7) {
+      INFO("among " << others << " others from collide " << begin << " on");
+      const auto from = [&](int frame, const std::function<void(Stage&)>& burst,
+                            const std::function<void(Stage&)>& end) {
+        return [=](Stage& stage, int now) {
+          if (now == 0) {
+            withoutGravity(stage);
+            stage.block({0, 0, 0}, {0.1, 9, 9});
+            stage.box({5, 0, 0}, {0.2, 0.2, 0.2});
+            for (int i = 0; i < others; ++i) stage.box({9.0, 9, 2.0 * i}, {1, 1, 1});
+          }
+          if (now == frame) burst(stage);
+          if (now == frame + 50) end(stage);
+        };
+      };
+      CHECK(namesAfter(begin + 60, 0.01,
+                       from(
+                           begin,
+                           [](Stage& stage) {
+                             stage.push(0, {30, 0, 0});
+                           },
+                           [](Stage& stage) { stage.push(0, {}); }))
+                .count("fast") == 1);
+      const auto moved = [](double x) {
+        return [=](Stage& stage) {
+          dBodySetPosition(stage[0], dReal(x), 0, 0);
+          stage.push(0, {});
+        };
+      };
+      if (others == 0)
+        CHECK(namesAfter(begin + 60, 0.01, from(begin, moved(0.05), moved(5))).count("deep") == 1);
+    }
+}
+
+TEST_CASE("Deep contacts of meshes and convexes are warned of, where their boxes just touch") {
+  static const dReal planes[] = {1,  0, 0, 0.5, 0, 1,  0, 0.5, 0, 0, 1,  0.5,
+                                 -1, 0, 0, 0.5, 0, -1, 0, 0.5, 0, 0, -1, 0.5};
+  std::vector<dReal> corners;
+  for (int i = 0; i < 8; ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      corners.push_back(i >> axis & 1 ? dReal(0.5) : dReal(-0.5));
+  static const unsigned polygons[] = {4, 1, 3, 7, 5, 4, 2, 6, 7, 3, 4, 4, 5, 7, 6,
+                                      4, 0, 4, 6, 2, 4, 0, 1, 5, 4, 4, 0, 2, 3, 1};
+  static const dTriIndex triangles[] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                        2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  dMass mass;
+  dMassSetBox(&mass, 1000, 1, 1, 1);
+  for (const bool of_meshes : {true, false})
+    CHECK(namesAfter(5, 0.01, [&](Stage& stage, int frame) {
+            if (frame > 0) return;
+            const auto cube = [&] {
+              if (!of_meshes)
+                return stage.take(
+                    dCreateConvex(stage.space(), planes, 6, corners.data(), 8, polygons));
+              return stage.mesh(corners, {std::begin(triangles), std::end(triangles)});
+            };
+            dGeomSetPosition(cube(), 0, 0, dReal(-0.5));
+            stage.body(cube(), mass, {0.25, 0.125, of_meshes ? 0.5 : 0.2});
+          }).count("deep") == 1);
 }
 
 TEST_CASE("Contacts are warned of from five a pair on") {
