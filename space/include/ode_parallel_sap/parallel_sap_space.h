@@ -344,10 +344,10 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* Nonzero: two of each 64 collides, not dSpaceCollide2, check for regimes in which ODE's solver
- * is known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
- * They read up to 2,048 geoms and their bodies' joints, which no other thread may change meanwhile,
- * and collide up to eight pairs. Not while the space is locked. */
+/* Nonzero: two of each 64 collides, not dSpaceCollide2, and up to six more as geoms come or become
+ * fast, check for regimes in which ODE's solver is known to fail (tests/physics in the sources).
+ * Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up to 2,048 geoms and their bodies'
+ * joints, which no other thread may change, and collide up to eight pairs. Not while locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
