@@ -27,7 +27,7 @@ bool Advice::isDue() {
   if (in_time) urgent_ = 0;
   since_ = in_time || is_urgent ? 0 : since_ + 1;
   runs_ = true;
-  if (since_ == 0) physics_.begin();
+  if (since_ == 0) physics_.begin(frames_ - 1);
   return since_ == 0;
 }
 

@@ -24,20 +24,26 @@ class Physics {
   enum Regime {
     mass_ratio,
     load,
+    aligned,
     small_body,
     fast,
     deep,
     soft,
     hanging,
+    held,
     turning,
     far_away,
+    forces,
     restless,
     many_contacts,
     regimes
   };
 
-  // A collide of a look begins.
-  void begin() {
+  // A collide of a look begins, the one of this number.
+  void begin(unsigned long long frame) {
+    frame_ = frame;
+    ++looks_;
+    seed_ = dRandGetSeed();
     overlaps_.clear();
     places_.clear();
     world_pairs_ = 0;
@@ -54,42 +60,56 @@ class Physics {
 
   // Adds what another space's has found.
   void add(const Physics& other);
-  // A line for each regime: its name, what was seen, and what helps.
+  // A line for each regime: its name, what was seen, what helps, when it was seen and where.
   std::vector<std::string> lines() const;
 
  private:
   struct Body {
     dBodyID id = nullptr;
-    double size = 0;   // the largest of its geoms' middle sides
-    double thin = 0;   // likewise of the smallest sides
-    double reach = 0;  // from its position to the farthest corner of an AABB
+    double size = 0;    // the largest of its geoms' middle sides
+    double thin = 0;    // likewise of the smallest sides
+    double reach = 0;   // from its position to the farthest corner of an AABB
+    double along = 0;   // the largest of its geoms' sides along its speed
+    double length = 0;  // likewise of the longest sides
+    double turns = 0;   // radians a second that sweep something
     double mass = 0, height = 0;
-    double carried = 0;  // mass, by contacts or joints
-    int level = -1;      // joints from there to the world
-    bool touches = false, jointed = false;
+    double carried = 0;             // mass, by contacts or joints
+    double heaviest = 0;            // of those that lie on it
+    int storeys = 1, straight = 1;  // bodies above each other, and exactly so
+    int level = -1, links = 1;      // joints from there to the world; bodies from there on
+    bool touches = false, jointed = false, is_held = false;
+    dGeomID geom = nullptr;
   };
   struct Place {
     dVector3 position;
     dQuaternion turn;
+    dVector3 speed;
   };
   struct Worst {
     double excess = 0;  // in thresholds
     double number = 0;  // for the text
+    dGeomID geoms[2] = {nullptr, nullptr};
+    char remedy[128] = "";
+    unsigned looks = 0, last_look = 0;       // that saw it
+    unsigned long long first = 0, last = 0;  // collides of these
   };
 
   bool isUrgent(dGeomID geom) const;
   bool gather(const dGeomID* geoms, std::size_t count, dReal swept);
   Body* find(dBodyID id);
   bool isBuilt(const Body& body) const;
+  bool areAligned(const Body& a, const Body& b) const;
   void measureStep();
   void findDepths();
   void noteDepths();
   void noteFast();
   void noteContacts();
-  void noteCarried(const Body& body, double heaviest);
+  void noteCarried(const Body& body);
   void noteJoints();
   void noteTurning();
-  void note(Regime regime, double measure, double number);
+  bool note(Regime regime, double measure, double number, dGeomID a = nullptr, dGeomID b = nullptr);
+  template <class... Numbers>
+  void remedy(Regime regime, const char* text, Numbers... numbers);
 
   std::map<dBodyID, Body> bodies_;  // of the geoms that are looked at
   std::map<dBodyID, Place> places_;
@@ -100,9 +120,10 @@ class Physics {
   };
   std::vector<Overlap> overlaps_;  // the deepest pairs by their boxes
   struct Depth {
+    dGeomID a, b;
     double depth, size, speed;
   };
-  std::vector<Depth> depths_;  // of those of the first collide that touch
+  std::vector<Depth> depths_;      // of those of the first collide that touch
   double thinnest_fixed_ = 0;      // of the geoms without a body
   bool any_sheet_ = false;         // a mesh is among them
   double world_pairs_ = 0;         // of a body and one of them, in the first collide
@@ -110,6 +131,11 @@ class Physics {
   double gravity_ = 0, fall_ = 0;  // m/s^2; metres a step
   dVector3 down_ = {0, 0, 0, 0};
   dWorldID world_ = nullptr;
+  double lightest_ = 0, sink_ = 0;  // of what touches; sizes, with a CFM of step/lightest_
+  bool is_quick_ = true;            // random numbers were drawn: dWorldStep draws none
+  unsigned long seed_ = 0;
+  unsigned looks_ = 0;
+  unsigned long long frame_ = 0;
   std::size_t from_ = 0;    // the first geom of the next look
   std::size_t glance_ = 0;  // and of the next glance
   std::size_t known_ = 0;   // geoms of the last collide

@@ -77,20 +77,6 @@ TEST_CASE("Outcomes are told apart by what is measured") {
   CHECK(outcomeOf("boxes of 0.2 m at a plate of 0.1 m, 100 m/s", fine) == "stops");
 }
 
-TEST_CASE("A rescue is one of the ways, and rescues in every start") {
-  const Extreme& extreme = named("boxes of 0.2 m at a plate of 0.1 m, 100 m/s");
-  Limits limits;
-  limits.seconds = 1;
-  const Rescue found = rescue(extreme, limits);
-  CHECK(found.cost > 0);
-  int held = 0;
-  for (const Way& way : ways()) {
-    if (way.name == found.name) held = startsHeld(extreme, way.setting, {});
-  }
-  CHECK(held == kStarts);
-  CHECK(startsHeld(extreme, {}, {}) == 0);
-}
-
 TEST_CASE("Starts are different") {
   Setting other;
   other.start = 3;
