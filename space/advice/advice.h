@@ -121,6 +121,7 @@ class Physics {
   std::vector<Overlap> overlaps_;  // the deepest pairs by their boxes
   struct Depth {
     dGeomID a, b;
+    bool is_simple;
     double depth, size, speed;
   };
   std::vector<Depth> depths_;      // of those of the first collide that touch

@@ -25,7 +25,7 @@ constexpr Row table[] = {
     // In falls: sizes by which gravity moves a body in a step.
     {0.02, "mass-ratio: a body lies on one of 1/%.3g of its mass"},  // 1:10 (0.01), 1:30 (0.03)
     {0.0055, "load: a body bears %.3g times its mass"},  // stacks of 5 (0.0049), 7 (0.0057)
-    {4, "aligned: %.0f bodies lie exactly above each other, which dWorldStep may throw"},
+    {3, "aligned: %.0f bodies lie exactly above each other, which dWorldStep may throw"},
     {0.009,  // boxes over cliffs (0.0016), a ruler (0.0098)
      "small: gravity moves a body by %.2g %% of its size in a step"},
     // In sizes.
@@ -34,7 +34,7 @@ constexpr Row table[] = {
     {0.1, "deep: a contact is %.3g %% of a body's size deep"},  // kDepth of outcome.cpp
     {0.1,  // boxes of 10^9 kg (0.049), sides of 1000 m (0.25)
      "soft: CFM lets a body sink by %.3g %% of its size"},
-    {0.02, "hanging: %.3g times a body's mass hang on its joints, which gape"},
+    {0.02, "hanging: %.4g times a body's mass hang on its joints, which gape"},
     {0.25,
      "held: motors hold %.3g links in a row, and QuickStep lets them drop"},  // 1 % of a length
     {0.02, "turning: a free body loses half of its wobble in about %.2g s"},  // radians a step
@@ -408,7 +408,8 @@ void Physics::findDepths() {
       touches = touches || (isContact(joint) && with == other);
     });
     if (!touches) continue;
-    Depth found = {a, b, 0, smallerSize(a, b), lengthOf(dBodyGetLinearVel(body))};
+    Depth found = {
+        a, b, isSimple(a) && isSimple(b), 0, smallerSize(a, b), lengthOf(dBodyGetLinearVel(body))};
     if (other) found.speed += lengthOf(dBodyGetLinearVel(other));
     dContactGeom contacts[64];
     const int count = collideInTurn(a, b, 64, contacts, sizeof(dContactGeom));
@@ -418,10 +419,12 @@ void Physics::findDepths() {
 }
 
 void Physics::noteDepths() {
-  for (const auto& [a, b, depth, size, speed] : depths_)
+  for (const auto& [a, b, is_simple, depth, size, speed] : depths_)
     if ((speed == 0 || step_ > 0) && depth > deep_ways * speed * step_)
+      // The colliders of meshes and convexes find contacts where there are none.
       if (note(deep, depth / size, 100 * depth / size, a, b))
-        remedy(deep, "dWorldSetContactMaxCorrectingVel of %.2g", std::sqrt(gravity_ * size) / 3);
+        remedy(deep, "dWorldSetContactMaxCorrectingVel of %.2g",
+               std::sqrt(std::max(gravity_, 1.0) * size) / (is_simple ? 3 : 30));
 }
 
 // A body gets through what is thinner than its way; not if its middle stays in front of it.
@@ -547,14 +550,15 @@ void Physics::noteCarried(const Body& body) {
     else
       remedy(regime, "steps of %.2g s", step_ / parts);
   };
-  if (is_quick_ && ratio >= least_ratio && !(is_soft && sink_ <= most_sink) &&
+  const bool is_heavy = ratio >= least_ratio, is_ratio = ratio * fall >= table[mass_ratio].limit;
+  if (is_quick_ && is_heavy && !(is_soft && sink_ <= most_sink) &&
       note(mass_ratio, ratio * fall, ratio, body.geom))
     advise(mass_ratio, ratio * std::sqrt(fall / 0.04));
   const double usual = table[load].limit;
   const double most = !isBuilt(body) ? heap_falls : is_soft ? soft_falls : usual;
-  if (is_quick_ && all >= 1.5 && ratio < least_ratio &&
+  if (is_quick_ && all >= 1.5 && !(is_heavy && is_ratio) &&
       note(load, all * fall * usual / most, all - 1, body.geom))
-    advise(load, std::sqrt(all * all * all * fall / 0.02));
+    advise(load, all * std::sqrt(is_heavy ? fall / 0.04 : all * fall / 0.02));
   if (note(small_body, fall, 100 * fall, body.geom))
     remedy(small_body, "steps of %.2g s", step_ * std::sqrt(0.0004 / fall));
   // By so much a contact gives that bears it all.
