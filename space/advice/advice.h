@@ -121,8 +121,7 @@ class Physics {
   std::vector<Overlap> overlaps_;  // the deepest pairs by their boxes
   struct Depth {
     dGeomID a, b;
-    bool is_simple;
-    double depth, size, speed;
+    double correction, depth, size, speed;  // m/s; metres; m/s
   };
   std::vector<Depth> depths_;      // of those of the first collide that touch
   double thinnest_fixed_ = 0;      // of the geoms without a body

@@ -403,13 +403,21 @@ void Physics::findDepths() {
     dBodyID body = dGeomGetBody(a), other = dGeomGetBody(b);
     if (!moves(body)) std::swap(body, other);
     if (!moves(body)) continue;  // by a callback
-    bool touches = false;
-    forJoints(body, [&](dJointID joint, dBodyID with) {
-      touches = touches || (isContact(joint) && with == other);
-    });
+    bool touches = false, is_jointed = false;
+    const auto lookAt = [&](dJointID joint, dBodyID with) {
+      if (!isContact(joint))
+        is_jointed = true;
+      else if (with == other || with == body)
+        touches = true;
+    };
+    forJoints(body, lookAt);
     if (!touches) continue;
-    Depth found = {
-        a, b, isSimple(a) && isSimple(b), 0, smallerSize(a, b), lengthOf(dBodyGetLinearVel(body))};
+    if (other) forJoints(other, lookAt);
+    Depth found = {a, b, 0, 0, smallerSize(a, b), lengthOf(dBodyGetLinearVel(body))};
+    // What helps bodies without joints. Those of meshes and convexes may be deep where they touch.
+    if (!is_jointed)
+      found.correction =
+          std::sqrt(std::max(gravity_, 1.0) * found.size) / (isSimple(a) && isSimple(b) ? 3 : 30);
     if (other) found.speed += lengthOf(dBodyGetLinearVel(other));
     dContactGeom contacts[64];
     const int count = collideInTurn(a, b, 64, contacts, sizeof(dContactGeom));
@@ -419,12 +427,10 @@ void Physics::findDepths() {
 }
 
 void Physics::noteDepths() {
-  for (const auto& [a, b, is_simple, depth, size, speed] : depths_)
-    if ((speed == 0 || step_ > 0) && depth > deep_ways * speed * step_)
-      // The colliders of meshes and convexes find contacts where there are none.
-      if (note(deep, depth / size, 100 * depth / size, a, b))
-        remedy(deep, "dWorldSetContactMaxCorrectingVel of %.2g",
-               std::sqrt(std::max(gravity_, 1.0) * size) / (is_simple ? 3 : 30));
+  for (const auto& [a, b, correction, depth, size, speed] : depths_)
+    if ((speed == 0 || step_ > 0) && depth > deep_ways * speed * step_ &&
+        note(deep, depth / size, 100 * depth / size, a, b) && correction > 0)
+      remedy(deep, "dWorldSetContactMaxCorrectingVel of %.2g", correction);
 }
 
 // A body gets through what is thinner than its way; not if its middle stays in front of it.
@@ -488,6 +494,7 @@ void Physics::noteContacts() {
     std::size_t bearers = 0;
     forJoints(body->id, [&](dJointID joint, dBodyID with) {
       if (!isContact(joint)) {
+        sink_ = infinity;  // CFM would soften it
         body->jointed = true;
         body->is_held = body->is_held || holds(joint);
         return;
@@ -534,7 +541,7 @@ void Physics::noteContacts() {
   if (idle >= least_idle && note(restless, idle / touching, 100 * idle / touching))
     remedy(restless, "dWorldSetAutoDisableFlag");
   if (are_read && is_quick_ && number(dWorldGetCFM(world_)) < 0.1 * step_ / lightest_ &&
-      note(forces, 1, 6))
+      note(forces, 1, 6) && sink_ < infinity)
     remedy(forces, "CFM %.2g", step_ / lightest_);
 }
 
@@ -692,7 +699,11 @@ std::vector<std::string> Physics::lines() const {
     const auto add = [&](const char* text, auto... values) {
       at += std::snprintf(line + at, sizeof line - static_cast<std::size_t>(at), text, values...);
     };
-    if (worst.remedy[0]) add(": %s", worst.remedy);
+    // Where a load pushes bodies into each other, they must be pushed out fast.
+    const bool is_pushed =
+        i == deep &&
+        (worst_[load].excess >= 1 || worst_[mass_ratio].excess >= 1 || worst_[aligned].excess >= 1);
+    if (worst.remedy[0] && !is_pushed) add(": %s", worst.remedy);
     add(" (%u of %u looks, collides %llu to %llu", worst.looks, looks_, worst.first, worst.last);
     if (worst.geoms[0]) add("; geom %p", static_cast<void*>(worst.geoms[0]));
     if (worst.geoms[1]) add(" and %p", static_cast<void*>(worst.geoms[1]));
