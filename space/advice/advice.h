@@ -3,6 +3,7 @@
 #pragma once
 
 #include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <array>
 #include <cstddef>
@@ -62,6 +63,10 @@ class Physics {
   void add(const Physics& other);
   // A line for each regime: its name, what was seen, what helps, when it was seen and where.
   std::vector<std::string> lines() const;
+  // What the line of this number, from 0 on, is about; false if there is none.
+  bool find(int line, dParallelSAPWarning* warning) const;
+  // Is named no more.
+  void forget(const dxGeom* geom);
 
  private:
   struct Body {
@@ -155,6 +160,7 @@ class Advice final : public SpaceObserver {
   bool isDue() override;
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
+  void forget(const dxGeom* geom) override { physics_.forget(geom); }
   const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.

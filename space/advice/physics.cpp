@@ -19,30 +19,31 @@ namespace {
 // tests/lifecycle/warnings_test.cpp.
 struct Row {
   double limit;
-  const char* text;
+  const char *name, *text;
 };
 constexpr Row table[] = {
     // In falls: sizes by which gravity moves a body in a step.
-    {0.02, "mass-ratio: a body lies on one of 1/%.3g of its mass"},  // 1:10 (0.01), 1:30 (0.03)
-    {0.0055, "load: a body bears %.3g times its mass"},  // stacks of 5 (0.0049), 7 (0.0057)
-    {3, "aligned: %.0f bodies lie exactly above each other, which dWorldStep may throw"},
+    {0.02, "mass-ratio", "a body lies on one of 1/%.3g of its mass"},  // 1:10 (0.01), 1:30 (0.03)
+    {0.0055, "load", "a body bears %.3g times its mass"},  // stacks of 5 (0.0049), 7 (0.0057)
+    {3, "aligned", "%.0f bodies lie exactly above each other, which dWorldStep may throw"},
     {0.009,  // boxes over cliffs (0.0016), a ruler (0.0098)
-     "small: gravity moves a body by %.2g %% of its size in a step"},
+     "small", "gravity moves a body by %.2g %% of its size in a step"},
     // In sizes.
     {1.75,  // boxes at 15 m/s (1.5) and at 20 m/s (2)
-     "fast: a body moves in a step by %.3g times the thickness of what it may hit"},
-    {0.1, "deep: a contact is %.3g %% of a body's size deep"},  // kDepth of outcome.cpp
+     "fast", "a body moves in a step by %.3g times the thickness of what it may hit"},
+    {0.1, "deep", "a contact is %.3g %% of a body's size deep"},  // kDepth of outcome.cpp
     {0.1,  // boxes of 10^9 kg (0.049), sides of 1000 m (0.25)
-     "soft: CFM lets a body sink by %.3g %% of its size"},
-    {0.02, "hanging: %.4g times a body's mass hang on its joints, which gape"},
-    {0.25,
-     "held: motors hold %.3g links in a row, and QuickStep lets them drop"},  // 1 % of a length
-    {0.02, "turning: a free body loses half of its wobble in about %.2g s"},  // radians a step
+     "soft", "CFM lets a body sink by %.3g %% of its size"},
+    {0.02, "hanging", "%.4g times a body's mass hang on its joints, which gape"},
+    {0.25, "held",
+     "motors hold %.3g links in a row, and QuickStep lets them drop"},          // 1 % of a length
+    {0.02, "turning", "a free body loses half of its wobble in about %.2g s"},  // radians a step
     {0.002,  // sizes; kCreep of outcome.cpp
-     "far: a body is %.3g from the origin, where numbers are coarse for its size"},
-    {1, "forces: those of QuickStep's contacts, which are read, may be noise of %.0f %% and more"},
-    {0.5, "restless: %.0f %% of the bodies that touch lie still and may not sleep"},
-    {5, "contacts: a pair has %.2g contacts"}};  // examples/SOLVER.md: 4 do as well as 64
+     "far", "a body is %.3g from the origin, where numbers are coarse for its size"},
+    {1, "forces",
+     "those of QuickStep's contacts, which are read, may be noise of %.0f %% and more"},
+    {0.5, "restless", "%.0f %% of the bodies that touch lie still and may not sleep"},
+    {5, "contacts", "a pair has %.2g contacts"}};  // examples/SOLVER.md: 4 do as well as 64
 
 constexpr double least_ratio = 10;      // 1:10 stands in 8 starts of 10, and so do stacks of less
 constexpr double heap_falls = 0.055;    // between the study's hopper (0.044), a wall (0.063)
@@ -689,16 +690,34 @@ void Physics::add(const Physics& other) {
   looks_ += other.looks_;
 }
 
+bool Physics::find(int line, dParallelSAPWarning* warning) const {
+  for (std::size_t i = 0; i < regimes; ++i) {
+    const Worst& worst = worst_[i];
+    if (worst.excess < 1 || line-- > 0) continue;
+    *warning = {table[i].name, worst.geoms[0], worst.geoms[1],
+                worst.looks,   worst.first,    worst.last};
+    return true;
+  }
+  return false;
+}
+
+void Physics::forget(const dxGeom* geom) {
+  for (Worst& worst : worst_)
+    for (dGeomID& each : worst.geoms)
+      if (each == geom) each = nullptr;
+}
+
 std::vector<std::string> Physics::lines() const {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < regimes; ++i) {
     const Worst& worst = worst_[i];
     if (worst.excess < 1) continue;
     char line[512];
-    int at = std::snprintf(line, sizeof line, table[i].text, worst.number);
+    int at = std::snprintf(line, sizeof line, "%s: ", table[i].name);
     const auto add = [&](const char* text, auto... values) {
       at += std::snprintf(line + at, sizeof line - static_cast<std::size_t>(at), text, values...);
     };
+    add(table[i].text, worst.number);
     // Where a load pushes bodies into each other, they must be pushed out fast.
     const bool is_pushed =
         i == deep &&

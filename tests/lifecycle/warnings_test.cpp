@@ -882,6 +882,55 @@ TEST_CASE("Warnings are off until they are asked for, and can be cut off") {
   CHECK(textOf(stage.space()) == "");
 }
 
+TEST_CASE("A warning names its geoms, the checks that saw it, and the collides of these") {
+  Stage stage(Pairing::ours, {}, 0.01);
+  dParallelSAPSpaceSetWarnings(stage.space(), 1);
+  stage.plane();
+  for (int step = 0; step < 200; ++step) {
+    if (step == 130) boxOnAHeavyOne(stage);
+    if (step == 130) dGeomSetPosition(stage.block({9, 0, 0}, {1, 1, 1}), 9, 0, 0);
+    if (step == 130) stack(stage, 1, 1, {9, 0, 0.2});
+    stage.step();
+  }
+  std::map<std::string, dParallelSAPWarning> all;
+  const std::string text = textOf(stage.space());
+  std::istringstream lines(text);
+  dParallelSAPWarning warning;
+  int count = 0;
+  for (; dParallelSAPSpaceGetWarning(stage.space(), count, &warning, sizeof warning); ++count) {
+    std::string line;
+    std::getline(lines, line);
+    CHECK(line.rfind(std::string(warning.name) + ": ", 0) == 0);
+    all[warning.name] = warning;
+  }
+  INFO(text);
+  CHECK(count == dParallelSAPSpaceFindWarnings(stage.space(), nullptr, 0));
+  REQUIRE(all.count("mass-ratio") == 1);
+  REQUIRE(all.count("deep") == 1);
+  CHECK(all["mass-ratio"].o1 == dBodyGetFirstGeom(stage[0]));
+  CHECK(all["mass-ratio"].o2 == nullptr);
+  CHECK(std::set<dGeomID>{all["deep"].o1, all["deep"].o2}.count(dBodyGetFirstGeom(stage[2])) == 1);
+  CHECK(all["mass-ratio"].checks >= 2);
+  CHECK(all["mass-ratio"].first >= 130);
+  CHECK(all["mass-ratio"].first <= 132);
+  CHECK(all["mass-ratio"].last >= 192);
+  CHECK(all["deep"].last < 145);
+  // A geom that has left is named no more; structs of other versions.
+  const dGeomID geom = dBodyGetFirstGeom(stage[0]);
+  dSpaceRemove(stage.space(), geom);
+  struct {
+    dParallelSAPWarning known;
+    long more;
+  } later = {{}, 1};
+  CHECK(dParallelSAPSpaceGetWarning(stage.space(), 0, &later.known, sizeof later) == 1);
+  CHECK(later.known.o1 == nullptr);
+  CHECK(later.more == 0);
+  warning.o1 = geom;
+  CHECK(dParallelSAPSpaceGetWarning(stage.space(), 0, &warning, sizeof warning.name) == 1);
+  CHECK(warning.o1 == geom);
+  dSpaceAdd(stage.space(), geom);
+}
+
 TEST_CASE("The account of a space has its warnings") {
   const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
   const Messages messages;

@@ -41,7 +41,6 @@
  * call passes their size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
-
 #include <stddef.h>
 
 #include "ode/ode.h" /* a fork with another path gets a header of this name beside this one */
@@ -55,11 +54,9 @@
 #else
 #define ODE_PARALLEL_SAP_API __declspec(dllimport)
 #endif
-
 #ifdef __cplusplus
 extern "C" {
 #endif
-
 /* Creates the space, inside `parent` if that is not 0. dSpaceDestroy destroys it, and its geoms
  * unless dSpaceSetCleanup (space, 0) was called. */
 ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
@@ -344,16 +341,24 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* Nonzero: two of each 64 collides, not dSpaceCollide2, and up to six more as geoms come or become
- * fast, check for regimes in which ODE's solver is known to fail (tests/physics in the sources).
- * Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up to 2,048 geoms and their bodies'
- * joints, which no other thread may change, and collide up to eight pairs. Not while locked. */
+/* Nonzero: two of each 64 collides, and up to six more as geoms come or become fast, check for
+ * regimes in which ODE's solver fails. Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up
+ * to 2,048 geoms and their bodies' joints, which no other thread may change. Not while locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
 /* Returns how many regimes were seen since warnings are on. Writes a line for each to `text`, with
  * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
+
+typedef struct dParallelSAPWarning {
+  const char* name; /* with which the line begins: "load" */
+  dGeomID o1, o2;   /* the worst geom or pair; 0: none, or it left the space */
+  unsigned long long checks, first, last; /* checks that saw it; collides of these, from 0 on */
+} dParallelSAPWarning;
+/* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
+                                                     dParallelSAPWarning* warning, size_t size);
 
 /* The last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if not taken. */
 typedef struct dParallelSAPStats {
@@ -395,16 +400,13 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAP
  * an error. Functions without size, for dlsym and older programs, take version 0.1's structs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
-/* Likewise. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
     size_t size, dSpaceID space, void* data, int flags,
     const dParallelSAPContactCallbacks* callbacks);
-/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size,
                                                        dSpaceID space, const dParallelSAPRay* rays,
                                                        size_t count, int flags,
                                                        dParallelSAPRayHit* nearest);
-/* Likewise. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size,
                                                           dSpaceID space,
                                                           const dParallelSAPRay* rays, size_t count,
@@ -442,9 +444,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number.
  * The preload library has more (space/preload in the sources). */
-
 #ifdef __cplusplus
 }
 #endif
-
 #endif
