@@ -73,9 +73,8 @@ bool moves(dBodyID body) {
   return body && !dBodyIsKinematic(body);
 }
 
-// The smallest one first; endless for what nothing gets through.
-std::array<double, 3> sidesOf(dGeomID geom) {
-  std::array<double, 3> sides = {infinity, infinity, infinity};
+// Along its own axes, or the world's; endless for what nothing gets through.
+std::array<double, 3> ownSidesOf(dGeomID geom) {
   dReal radius = 0, length = 0;
   dVector3 lengths;
   dReal box[6];
@@ -83,26 +82,30 @@ std::array<double, 3> sidesOf(dGeomID geom) {
     case dPlaneClass:
     case dHeightfieldClass:
     case dRayClass:
-      return sides;
+      return {infinity, infinity, infinity};
     case dSphereClass:
-      sides.fill(2 * number(dGeomSphereGetRadius(geom)));
-      return sides;
+      radius = dGeomSphereGetRadius(geom);
+      break;
     case dBoxClass:
       dGeomBoxGetLengths(geom, lengths);
-      sides = {number(lengths[0]), number(lengths[1]), number(lengths[2])};
-      break;
+      return {number(lengths[0]), number(lengths[1]), number(lengths[2])};
     case dCapsuleClass:
       dGeomCapsuleGetParams(geom, &radius, &length);
-      sides = {2 * number(radius), 2 * number(radius), number(length) + 2 * number(radius)};
       break;
     case dCylinderClass:
       dGeomCylinderGetParams(geom, &radius, &length);
-      sides = {2 * number(radius), 2 * number(radius), number(length)};
-      break;
+      return {2 * number(radius), 2 * number(radius), number(length)};
     default:
       dGeomGetAABB(geom, box);
-      for (std::size_t i = 0; i < 3; ++i) sides[i] = number(box[2 * i + 1]) - number(box[2 * i]);
+      return {number(box[1]) - number(box[0]), number(box[3]) - number(box[2]),
+              number(box[5]) - number(box[4])};
   }
+  return {2 * number(radius), 2 * number(radius), number(length) + 2 * number(radius)};
+}
+
+// The smallest one first.
+std::array<double, 3> sidesOf(dGeomID geom) {
+  std::array<double, 3> sides = ownSidesOf(geom);
   std::sort(sides.begin(), sides.end());
   return sides;
 }
@@ -116,41 +119,35 @@ double reachOf(dGeomID geom, dBodyID body) {
   return lengthOf(arm);
 }
 
+// About its third axis.
+bool isRound(int type) {
+  return type == dCylinderClass || type == dCapsuleClass;
+}
+
 // The side of a geom along a direction.
 double sideAlong(dGeomID geom, const dReal* direction) {
+  const int type = dGeomGetClass(geom);
+  const std::array<double, 3> sides = ownSidesOf(geom);
   const double length = lengthOf(direction);
+  if (length == 0 || !(type == dBoxClass || isRound(type))) return sidesOf(geom)[0];
   const dReal* const turn = dGeomGetRotation(geom);
-  const auto along = [&](int axis) {
-    const dVector3 side = {turn[axis], turn[4 + axis], turn[8 + axis]};
-    return std::min(1.0, std::fabs(dot(side, direction)) / length);
-  };
-  dReal radius = 0, height = 0;
-  dVector3 sides;
-  switch (length > 0 ? dGeomGetClass(geom) : -1) {
-    case dBoxClass:
-      dGeomBoxGetLengths(geom, sides);
-      return number(sides[0]) * along(0) + number(sides[1]) * along(1) +
-             number(sides[2]) * along(2);
-    case dCapsuleClass:
-      dGeomCapsuleGetParams(geom, &radius, &height);
-      return 2 * number(radius) + number(height) * along(2);
-    case dCylinderClass:
-      dGeomCylinderGetParams(geom, &radius, &height);
-      return 2 * number(radius) * std::sqrt(1 - along(2) * along(2)) + number(height) * along(2);
-    default:
-      return sidesOf(geom)[0];
+  std::array<double, 3> along;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const dVector3 axis = {turn[i], turn[4 + i], turn[8 + i]};
+    along[i] = std::min(1.0, std::fabs(dot(axis, direction)) / length);
   }
+  if (isRound(type)) along = {std::sqrt(1 - along[2] * along[2]), 0, along[2]};
+  return sides[0] * along[0] + sides[1] * along[1] + sides[2] * along[2];
 }
 
 // How fast a body turns about other axes than one about which its geom is round.
 double sweepingTurn(dGeomID geom, dBodyID body) {
   const dReal *const rate = dBodyGetAngularVel(body), *const turn = dGeomGetRotation(geom);
   const int type = dGeomGetClass(geom);
-  const bool is_round = type == dCylinderClass || type == dCapsuleClass;
-  if (dGeomIsOffset(geom) || !(is_round || type == dSphereClass)) return lengthOf(rate);
+  if (dGeomIsOffset(geom) || !(isRound(type) || type == dSphereClass)) return lengthOf(rate);
   dVector3 across = {0, 0, 0, 0};
   const dVector3 axis = {turn[2], turn[6], turn[10]};
-  if (is_round) dCalcVectorCross3(across, rate, axis);
+  if (isRound(type)) dCalcVectorCross3(across, rate, axis);
   return lengthOf(across);
 }
 

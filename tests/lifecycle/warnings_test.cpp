@@ -430,7 +430,7 @@ std::set<unsigned> held(const Extreme& extreme, Setting setting) {
   for (unsigned start = 1; start <= kStarts; ++start) {
     setting.start = start;
     setting.aligned = start % 2;
-    if (isWhatItOwes(play(extreme, Pairing::ours, setting, {}).outcome)) starts.insert(start);
+    if (isWhatItOwes(play(extreme, Pairing::ours, setting).outcome)) starts.insert(start);
   }
   return starts;
 }
@@ -525,7 +525,7 @@ TEST_CASE("Stacks that dWorldStep throws are warned of, and stand when their box
       int thrown = 0, stand = 0;
       for (exact.start = 1; exact.start <= 6; ++exact.start) {
         exact.aligned = exact.start % 2;
-        const bool holds = isWhatItOwes(play(extreme, Pairing::ours, exact, {}).outcome);
+        const bool holds = isWhatItOwes(play(extreme, Pairing::ours, exact).outcome);
         (exact.aligned ? thrown : stand) += exact.aligned ? !holds : holds;
       }
       CHECK(stand == 3);

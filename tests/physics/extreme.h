@@ -116,18 +116,14 @@ bool isWhatItOwes(const std::string& outcome);
 
 // A run in a process of its own: some end in an assertion of ODE's, a crash or no end.
 struct Result {
-  std::string outcome;  // judge()'s, "not finite", "aborts", "crashes" or "too slow"
+  std::string outcome;  // judge()'s, "not finite", "aborts" or "crashes"
   Measures measures;
   std::uint64_t digest = 0;  // of every bit of every state of every body
   int steps = 0;             // that were made
 };
 
-struct Limits {
-  double seconds = 100;  // of the processor, after which a run is "too slow"
-  double length = 1;     // the part of its steps that is made
-};
-
-Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, const Limits& limits);
+// The part of its steps that is made is `length`.
+Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length = 1);
 
 // Whether two runs are the same, bit for bit, as far as they went.
 bool same(const Result& a, const Result& b);
@@ -136,6 +132,6 @@ bool same(const Result& a, const Result& b);
 constexpr int kStarts = 10;
 
 // In how many of so many starts the scene does what it owes.
-int startsHeld(const Extreme& extreme, const Setting& setting, const Limits& limits);
+int startsHeld(const Extreme& extreme, const Setting& setting);
 
 }  // namespace sap_test::physics

@@ -1,13 +1,10 @@
 #include "extreme.h"
 
-#include <signal.h>
 #include <sys/mman.h>
-#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdarg>
 #include <cstring>
 #include <stdexcept>
@@ -37,19 +34,6 @@ void answerAborted(int, const char*, va_list) {
   answer("aborts");
 }
 
-void answerSlow(int) {
-  answer("too slow");
-}
-
-void limitProcessorTime(double seconds) {
-  signal(SIGVTALRM, answerSlow);
-  itimerval timer = {};
-  timer.it_value.tv_sec = static_cast<time_t>(seconds);
-  timer.it_value.tv_usec =
-      static_cast<suseconds_t>(std::fmax(1, 1e6 * (seconds - std::floor(seconds))));
-  setitimer(ITIMER_VIRTUAL, &timer, nullptr);
-}
-
 // One run from the beginning; fills the report.
 std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& setting) {
   report->digest = 0;
@@ -70,20 +54,19 @@ std::string playOnce(const Extreme& extreme, Pairing pairing, const Setting& set
 }
 
 [[noreturn]] void playHere(Extreme extreme, Pairing pairing, const Setting& setting,
-                           const Limits& limits) {
-  alarm(static_cast<unsigned>(20 * (limits.seconds + 1)));  // far beyond what it may take
+                           double length) {
+  alarm(2000);  // far beyond what it may take
   dSetDebugHandler(answerAborted);
   dSetErrorHandler(answerAborted);
   dSetMessageHandler([](int, const char*, va_list) {});
-  limitProcessorTime(limits.seconds);
   const FloatingPointMode mode(extreme.mode);
-  extreme.steps = std::max(1, static_cast<int>(extreme.steps * limits.length));
+  extreme.steps = std::max(1, static_cast<int>(extreme.steps * length));
   answer(playOnce(extreme, pairing, setting).c_str());
 }
 
 }  // namespace
 
-Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, const Limits& limits) {
+Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, double length) {
   void* const shared =
       mmap(nullptr, sizeof(Report), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) throw std::runtime_error("no memory to share");
@@ -91,7 +74,7 @@ Result play(const Extreme& extreme, Pairing pairing, const Setting& setting, con
   if (child < 0) throw std::runtime_error("no process");
   if (child == 0) {
     report = static_cast<Report*>(shared);
-    playHere(extreme, pairing, setting, limits);
+    playHere(extreme, pairing, setting, length);
   }
   waitpid(child, nullptr, 0);
   const Report said = *static_cast<Report*>(shared);
@@ -104,12 +87,12 @@ bool same(const Result& a, const Result& b) {
   return a.outcome == b.outcome && a.steps == b.steps && a.digest == b.digest;
 }
 
-int startsHeld(const Extreme& extreme, const Setting& setting, const Limits& limits) {
+int startsHeld(const Extreme& extreme, const Setting& setting) {
   int held = 0;
   for (unsigned start = 0; start < kStarts; ++start) {
     Setting other = setting;
     other.start = start;
-    held += isWhatItOwes(play(extreme, Pairing::ours, other, limits).outcome);
+    held += isWhatItOwes(play(extreme, Pairing::ours, other).outcome);
   }
   return held;
 }

@@ -27,11 +27,10 @@ std::string shown(const Result& result) {
 
 std::string rowOf(const Extreme& extreme) {
   const Setting as_it_comes;
-  const Limits limits;
-  const Result simple = play(extreme, Pairing::simple_in_our_order, as_it_comes, limits);
-  const Result hash = play(extreme, Pairing::hash, as_it_comes, limits);
-  const Result ours = play(extreme, Pairing::ours, as_it_comes, limits);
-  const int held = startsHeld(extreme, as_it_comes, limits);
+  const Result simple = play(extreme, Pairing::simple_in_our_order, as_it_comes);
+  const Result hash = play(extreme, Pairing::hash, as_it_comes);
+  const Result ours = play(extreme, Pairing::ours, as_it_comes);
+  const int held = startsHeld(extreme, as_it_comes);
   const Measures& m = ours.measures;
   std::ostringstream text;
   text << (sizeof(dReal) == 8 ? "double" : "single") << "," << extreme.theme << ",\""
