@@ -15,7 +15,7 @@
 
 namespace ode_parallel_sap {
 
-// Regimes in which ODE's solver is known to fail, and the rescue that tests/physics found.
+// Regimes in which ODE's solver is known to fail, and what helps there.
 //
 // Looks at geoms, bodies and joints when all callbacks of a collide are done: two bodies touch if
 // the program has made a contact joint of them. Two collides make a look, since the length of a
