@@ -35,8 +35,8 @@ constexpr Row table[] = {
     {0.1,  // boxes of 10^9 kg (0.049), sides of 1000 m (0.25)
      "soft", "CFM lets a body sink by %.3g %% of its size"},
     {0.02, "hanging", "%.4g times a body's mass hang on its joints, which gape"},
-    {0.25, "held",
-     "motors hold %.3g links in a row, and QuickStep lets them drop"},          // 1 % of a length
+    {0.6,  // 1 % of the length of two to seven links
+     "held", "motors hold %.3g links in a row, and QuickStep lets them drop"},
     {0.02, "turning", "a free body loses half of its wobble in about %.2g s"},  // radians a step
     {0.002,  // sizes; kCreep of outcome.cpp
      "far", "a body is %.3g from the origin, where numbers are coarse for its size"},
@@ -617,7 +617,7 @@ void Physics::noteJoints() {
       remedy(hanging, "steps of %.2g s", step_ * std::min(0.5, 0.5 * table[hanging].limit / gap));
     if (!is_quick_ || !body->is_held || body->level > 0) continue;
     const double links = body->links, pace = 20.0 / dWorldGetQuickStepNumIterations(world_);
-    const double drop = links * links * links * std::sqrt(fall_ / body->length) * pace;
+    const double drop = std::pow(links, 3.5) * std::sqrt(fall_ / body->length) * pace;
     if (note(held, drop, links, body->geom))
       remedy(held, "dWorldStep, if no stack is exactly aligned, or steps of %.2g s",
              step_ * 0.7 * table[held].limit / drop);
