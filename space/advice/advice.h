@@ -94,6 +94,7 @@ class Physics {
     double excess = 0;  // in thresholds
     double number = 0;  // for the text
     dGeomID geoms[2] = {nullptr, nullptr};
+    bool have_left[2] = {false, false};
     char remedy[128] = "";
     unsigned looks = 0, last_look = 0;       // that saw it
     unsigned long long first = 0, last = 0;  // collides of these

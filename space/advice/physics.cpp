@@ -661,6 +661,7 @@ bool Physics::note(Regime regime, double measure, double number, dGeomID a, dGeo
   worst.number = number;
   worst.geoms[0] = a;
   worst.geoms[1] = b;
+  worst.have_left[0] = worst.have_left[1] = false;
   worst.remedy[0] = 0;
   return true;
 }
@@ -691,8 +692,8 @@ bool Physics::find(int line, dParallelSAPWarning* warning) const {
   for (std::size_t i = 0; i < regimes; ++i) {
     const Worst& worst = worst_[i];
     if (worst.excess < 1 || line-- > 0) continue;
-    *warning = {table[i].name, worst.geoms[0], worst.geoms[1],
-                worst.looks,   worst.first,    worst.last};
+    const auto geom = [&worst](int j) { return worst.have_left[j] ? nullptr : worst.geoms[j]; };
+    *warning = {table[i].name, geom(0), geom(1), worst.looks, worst.first, worst.last};
     return true;
   }
   return false;
@@ -700,8 +701,7 @@ bool Physics::find(int line, dParallelSAPWarning* warning) const {
 
 void Physics::forget(const dxGeom* geom) {
   for (Worst& worst : worst_)
-    for (dGeomID& each : worst.geoms)
-      if (each == geom) each = nullptr;
+    for (int i = 0; i < 2; ++i) worst.have_left[i] |= worst.geoms[i] == geom;
 }
 
 std::vector<std::string> Physics::lines() const {
