@@ -34,6 +34,7 @@ void choose(dContactGeom* contacts, int place, int chosen) {
 class Ranks {
  public:
   Ranks(const dContactGeom* contacts, int count) {
+    readBoxes(nullptr, nullptr);
     for (int i = 0; i < count; ++i) {
       const int rank = compute(contacts[i]);
       all_equal_ = all_equal_ && rank == 0;
@@ -47,32 +48,42 @@ class Ranks {
 
  private:
   static constexpr int beside = 1, unusable = 2;
-  static constexpr dReal rounding = 4 * std::numeric_limits<dReal>::epsilon();
 
   int compute(const dContactGeom& contact) {
-    double length = 0;
+    const dReal* const normal = contact.normal;
+    const dReal length = std::fabs(normal[0]) + std::fabs(normal[1]) + std::fabs(normal[2]);
+    if (!(length > 0 && length < std::numeric_limits<dReal>::infinity())) return unusable;
+    if (contact.g1 != first_ || contact.g2 != second_) readBoxes(contact.g1, contact.g2);
+    const dReal depth = std::max(contact.depth, dReal(0));
     for (int axis = 0; axis < 3; ++axis)
-      length += std::fabs(static_cast<double>(contact.normal[axis]));
-    if (!(length > 0 && length < std::numeric_limits<double>::infinity())) return unusable;
-    const dGeomID geoms[] = {contact.g1, contact.g2};
-    for (int i = 0; i < 2; ++i) {
-      if (!geoms[i]) continue;
-      if (geoms[i] != geoms_[i]) dGeomGetAABB(geoms_[i] = geoms[i], boxes_[i]);
-      const dReal *const box = boxes_[i], depth = std::max(contact.depth, dReal(0));
-      const dReal side = std::max({box[1] - box[0], box[3] - box[2], box[5] - box[4]});
+      if (contact.pos[axis] < low_[axis] - depth || contact.pos[axis] > high_[axis] + depth)
+        return beside;
+    return 0;
+  }
+
+  // What both boxes have in common, with room for rounding.
+  void readBoxes(dGeomID first, dGeomID second) {
+    constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
+    constexpr dReal rounding = 4 * std::numeric_limits<dReal>::epsilon();
+    std::fill_n(low_, 3, -infinity);
+    std::fill_n(high_, 3, infinity);
+    for (const dGeomID geom : {first_ = first, second_ = second}) {
+      if (!geom) continue;
+      dReal box[6];
+      dGeomGetAABB(geom, box);
+      const dReal room = std::max({box[1] - box[0], box[3] - box[2], box[5] - box[4]}) / 2048;
       for (int axis = 0; axis < 3; ++axis) {
-        const dReal at = contact.pos[axis];
-        const dReal slack = depth + side / 2048 + rounding * std::fabs(at);
-        if (at < box[2 * axis] - slack || at > box[2 * axis + 1] + slack) return beside;
+        const dReal low = box[2 * axis], high = box[2 * axis + 1];
+        low_[axis] = std::max(low_[axis], low - room - rounding * std::fabs(low));
+        high_[axis] = std::min(high_[axis], high + room + rounding * std::fabs(high));
       }
     }
-    return 0;
   }
 
   bool all_equal_ = true;
   int usable_ = 0;
-  dGeomID geoms_[2] = {nullptr, nullptr};  // of boxes_
-  dReal boxes_[2][6];
+  dGeomID first_ = nullptr, second_ = nullptr;  // of these
+  dReal low_[3], high_[3];
 };
 
 // Two axes across a normal, if it is one at all.
@@ -180,16 +191,19 @@ double squareDistance(const dContactGeom& a, const dContactGeom& b) {
   return sum < std::numeric_limits<double>::infinity() ? sum : 0;
 }
 
+void chooseDeepest(dContactGeom* contacts, int place, int count, Ranks& ranks) {
+  choose(contacts, place, bestOf(place, count, [&](int i, int j) {
+           const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
+           return rank != other ? rank < other : isDeeper(contacts[i], contacts[j]);
+         }));
+}
+
 }  // namespace
 
 int keepDeepest(dContactGeom* contacts, int count, int most) {
   Ranks ranks(contacts, count);
   const int kept = std::min(ranks.usable(), most);
-  for (int place = 0; place < kept; ++place)
-    choose(contacts, place, bestOf(place, count, [&](int i, int j) {
-             const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
-             return rank != other ? rank < other : isDeeper(contacts[i], contacts[j]);
-           }));
+  for (int place = 0; place < kept; ++place) chooseDeepest(contacts, place, count, ranks);
   return kept;
 }
 
@@ -197,7 +211,7 @@ int keepSpread(dContactGeom* contacts, int count, int most) {
   Ranks ranks(contacts, count);
   const int kept = std::min(ranks.usable(), most);
   if (kept < 1) return 0;
-  keepDeepest(contacts, count, 1);
+  chooseDeepest(contacts, 0, count, ranks);
   if (kept == 1) return 1;
   choose(contacts, 1, bestOf(1, count, [&](int i, int j) {
            const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
