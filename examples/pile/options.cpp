@@ -116,7 +116,7 @@ void addRunOptions(CLI::App& app, Options& options) {
   app.add_option("--erp", options.erp, "The part of a contact's depth that a step corrects")
       ->check(numberIn(0, 1))
       ->capture_default_str();
-  app.add_option("--cfm", options.cfm, "How far contacts give under force, in s^2/kg")
+  app.add_option("--cfm", options.cfm, "How far contacts give under force, in s/kg")
       ->check(numberIn(0, 1000))
       ->capture_default_str();
   app.add_option("--density", options.density, "Of the bodies, in kg/m^3")

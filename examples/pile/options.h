@@ -36,7 +36,7 @@ struct Options {
   int contacts = 0;    // at most this many a pair
   std::uint64_t seed = 1;
   double erp = 0.2;              // the part of an error of a joint that one step mends
-  double cfm = 1e-5;             // how far constraints give, s^2/kg
+  double cfm = 1e-5;             // how far constraints give, s/kg
   double density = 1;            // kg/m^3
   int settle = 0;                // steps before those that are measured
   bool random_bodies = false;    // created in random order, not in that of their places

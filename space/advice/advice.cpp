@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <new>
 #include <utility>
 
 #include "space/geoms/pair_rule.h"
@@ -11,8 +10,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-constexpr double least_share = 0.05;                 // fixed: of the pairs; less is no advice
-constexpr unsigned long long least_untouched = 100;  // fixed: 3 % at most touch, by 95 in 100
+constexpr double least_share = 0.05;  // fixed: of the pairs; less is no advice
 
 constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
 
@@ -25,40 +23,32 @@ Advice::~Advice() {
 }
 
 bool Advice::isDue() {
-  place_ = frames_++ % (resting_ ? resting_interval : interval);
-  if (place_ == 0) physics_.begin();
-  return place_ == 0;
+  const bool in_time = frames_++ % interval == 0, is_urgent = std::exchange(is_urgent_, false);
+  if (in_time) urgent_ = 0;
+  since_ = in_time || is_urgent ? 0 : since_ + 1;
+  runs_ = true;
+  if (since_ == 0) physics_.begin(frames_ - 1);
+  return since_ == 0;
 }
 
 void Advice::endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
-  const unsigned place = std::exchange(place_, resting_interval);
-  if (place == 0)
-    resting_ = !physics_.lookFirst(geoms, slots, swept) && !std::exchange(awake_, false);
-  if (place == 1) physics_.lookAgain(geoms, slots, swept);
+  if (!std::exchange(runs_, false)) return;
+  if (since_ < 2)
+    since_ == 0 ? physics_.lookFirst(geoms, slots, swept) : physics_.lookAgain(geoms, slots, swept);
+  else
+    is_urgent_ = urgent_ < most_urgent && physics_.glance(geoms, slots);
+  urgent_ += is_urgent_;
 }
 
-void Advice::see(dGeomID a, dGeomID b, int contacts) {
+void Advice::see(dGeomID a, dGeomID b) {
   const ScopedMode mode(exactMode());
   ++all_;
   const bool is_static = PairRule(of_static).isLeftOut(a, b);
   const bool sleeps = PairRule(of_asleep).isLeftOut(a, b);
   static_ += is_static;
   asleep_ += sleeps;
-  awake_ = awake_ || !(is_static || sleeps);
   if (!sleeps) physics_.see(a, b);
   clear_ += areClearByPlane(a, b);
-  if (contacts == unknown) return;
-  count(std::minmax<unsigned long>({a->category_bits, b->category_bits}),
-        {1, contacts > 0 ? 1u : 0u});
-}
-
-void Advice::count(const Categories& categories, const Contacts& more) try {
-  constexpr std::size_t most = 16;  // what finds no room are few pairs, or no layers
-  if (layers_.size() == most && layers_.count(categories) == 0) return;
-  Contacts& all = layers_[categories];
-  all.pairs += more.pairs;
-  all.touching += more.touching;
-} catch (const std::bad_alloc&) {
 }
 
 void Advice::add(const Advice& other) {
@@ -66,7 +56,6 @@ void Advice::add(const Advice& other) {
   static_ += other.static_;
   asleep_ += other.asleep_;
   clear_ += other.clear_;
-  for (const auto& [categories, contacts] : other.layers_) count(categories, contacts);
   physics_.add(other.physics_);
 }
 
@@ -82,14 +71,6 @@ std::vector<std::string> Advice::lines() const {
   name(static_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");
   name(asleep_, "ODE_PARALLEL_SAP_SKIP_ASLEEP=1", "no body awake");
   name(clear_, "ODE_PARALLEL_SAP_CULL_PLANES=1", "a plane and a geom clear of it");
-  // Geoms whose categories the program left as they are cannot be kept apart by them.
-  for (const auto& [categories, contacts] : layers_) {
-    if (contacts.touching || contacts.pairs < least_untouched || ~categories.second == 0) continue;
-    char option[128];
-    std::snprintf(option, sizeof option, "collide bits that keep categories 0x%lx and 0x%lx apart",
-                  categories.first, categories.second);
-    name(contacts.pairs, option, "none of them touched");
-  }
   std::vector<std::string> all = physics_.lines();
   if (!line.empty()) all.insert(all.begin(), line);
   return all;

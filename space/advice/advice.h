@@ -3,88 +3,119 @@
 #pragma once
 
 #include <ode/ode.h>
+#include <ode_parallel_sap/parallel_sap_space.h>
 
 #include <array>
 #include <cstddef>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "space/ode/space_observer.h"
 
 namespace ode_parallel_sap {
 
-// Regimes in which ODE's solver is known to fail, and the rescue that tests/physics found.
+// Regimes in which ODE's solver is known to fail, and what helps there.
 //
 // Looks at geoms, bodies and joints when all callbacks of a collide are done: two bodies touch if
 // the program has made a contact joint of them. Two collides make a look, since the length of a
-// step is measured between them.
+// step is measured between them. Between looks, glances find what comes and goes.
 class Physics {
  public:
   enum Regime {
     mass_ratio,
     load,
+    aligned,
     small_body,
     fast,
     deep,
     soft,
     hanging,
+    held,
     turning,
     far_away,
+    forces,
     restless,
     many_contacts,
     regimes
   };
 
-  // A collide of a look begins.
-  void begin() {
+  // A collide of a look begins, the one of this number.
+  void begin(unsigned long long frame) {
+    frame_ = frame;
+    ++looks_;
+    seed_ = dRandGetSeed();
     overlaps_.clear();
     places_.clear();
+    world_pairs_ = 0;
   }
   // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
   // The first collide of a look has ended, and the second. `swept`: the space's step for swept
-  // bounds, or 0. The first returns whether a body is awake.
-  bool lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
+  // bounds, or 0.
+  void lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
   void lookAgain(const dGeomID* geoms, std::size_t count, dReal swept);
+  // Another collide has ended. Whether the next one should begin a look: geoms came, or one of a
+  // sixteenth of the geoms, in turn, is fast or pushed out of another one.
+  bool glance(const dGeomID* geoms, std::size_t count);
 
   // Adds what another space's has found.
   void add(const Physics& other);
-  // A line for each regime: its name, what was seen, and what helps.
+  // A line for each regime: its name, what was seen, what helps, when it was seen and where.
   std::vector<std::string> lines() const;
+  // What the line of this number, from 0 on, is about; false if there is none.
+  bool find(int line, dParallelSAPWarning* warning) const;
+  // Is named no more.
+  void forget(const dxGeom* geom);
 
  private:
   struct Body {
     dBodyID id = nullptr;
-    double size = 0;   // the largest of its geoms' middle sides
-    double thin = 0;   // likewise of the smallest sides
-    double reach = 0;  // from its position to the farthest corner of an AABB
+    double size = 0;    // the largest of its geoms' middle sides
+    double thin = 0;    // likewise of the smallest sides
+    double reach = 0;   // from its position to the farthest corner of an AABB
+    double along = 0;   // the largest of its geoms' sides along its speed
+    double length = 0;  // likewise of the longest sides
+    double turns = 0;   // radians a second that sweep something
     double mass = 0, height = 0;
-    double carried = 0;  // mass, by contacts or joints
-    int level = -1;      // joints from there to the world
-    bool touches = false, jointed = false;
+    double carried = 0;             // mass, by contacts or joints
+    double heaviest = 0;            // of those that lie on it
+    int storeys = 1, straight = 1;  // bodies above each other, and exactly so
+    int level = -1, links = 1;      // joints from there to the world; bodies from there on
+    bool touches = false, jointed = false, is_held = false;
+    dGeomID geom = nullptr;
   };
   struct Place {
     dVector3 position;
     dQuaternion turn;
+    dVector3 speed;
   };
   struct Worst {
     double excess = 0;  // in thresholds
     double number = 0;  // for the text
+    dGeomID geoms[2] = {nullptr, nullptr};
+    bool have_left[2] = {false, false};
+    char remedy[128] = "";
+    unsigned looks = 0, last_look = 0;       // that saw it
+    unsigned long long first = 0, last = 0;  // collides of these
   };
 
+  bool isUrgent(dGeomID geom) const;
   bool gather(const dGeomID* geoms, std::size_t count, dReal swept);
   Body* find(dBodyID id);
   bool isBuilt(const Body& body) const;
+  bool areAligned(const Body& a, const Body& b) const;
   void measureStep();
+  void findDepths();
   void noteDepths();
   void noteFast();
   void noteContacts();
-  void noteCarried(const Body& body, double heaviest);
+  void noteCarried(const Body& body);
   void noteJoints();
   void noteTurning();
-  void note(Regime regime, double measure, double number);
+  bool note(Regime regime, double measure, double number, dGeomID a = nullptr, dGeomID b = nullptr);
+  template <class... Numbers>
+  void remedy(Regime regime, const char* text, Numbers... numbers);
 
   std::map<dBodyID, Body> bodies_;  // of the geoms that are looked at
   std::map<dBodyID, Place> places_;
@@ -94,19 +125,32 @@ class Physics {
     double share;  // of the smaller one's size
   };
   std::vector<Overlap> overlaps_;  // the deepest pairs by their boxes
+  struct Depth {
+    dGeomID a, b;
+    double correction, depth, size, speed;  // m/s; metres; m/s
+  };
+  std::vector<Depth> depths_;      // of those of the first collide that touch
   double thinnest_fixed_ = 0;      // of the geoms without a body
   bool any_sheet_ = false;         // a mesh is among them
+  double world_pairs_ = 0;         // of a body and one of them, in the first collide
   double step_ = 0;                // seconds; 0: unknown
   double gravity_ = 0, fall_ = 0;  // m/s^2; metres a step
   dVector3 down_ = {0, 0, 0, 0};
   dWorldID world_ = nullptr;
-  std::size_t from_ = 0;  // the first geom of the next look
+  double lightest_ = 0, sink_ = 0;  // of what touches; sizes, with a CFM of step/lightest_
+  bool is_quick_ = true;            // random numbers were drawn: dWorldStep draws none
+  unsigned long seed_ = 0;
+  unsigned looks_ = 0;
+  unsigned long long frame_ = 0;
+  std::size_t from_ = 0;    // the first geom of the next look
+  std::size_t glance_ = 0;  // and of the next glance
+  std::size_t known_ = 0;   // geoms of the last collide
   bool swept_ = false;
   std::array<Worst, regimes> worst_;
 };
 
-// Counts all pairs of one frame in `interval`, or fewer while all bodies are asleep, and looks at
-// bodies after it and the next one.
+// Counts all pairs of one frame in `interval`, and of those that follow an urgent glance, and looks
+// at bodies after it and the next one.
 // Nothing but the lines depends on it.
 class Advice final : public SpaceObserver {
  public:
@@ -115,8 +159,9 @@ class Advice final : public SpaceObserver {
   ~Advice() override;
 
   bool isDue() override;
-  void see(dGeomID a, dGeomID b, int contacts) override;
+  void see(dGeomID a, dGeomID b) override;
   void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
+  void forget(const dxGeom* geom) override { physics_.forget(geom); }
   const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.
@@ -126,28 +171,21 @@ class Advice final : public SpaceObserver {
   std::vector<std::string> lines() const;
 
  private:
-  static constexpr unsigned interval = 64;  // fixed: a pass over the pairs then costs 1 % at most
-  static constexpr unsigned resting_interval = 16 * interval;  // fixed: likewise, of shorter frames
+  static constexpr unsigned interval = 64;    // fixed: a pass over the pairs then costs 1 % at most
+  static constexpr unsigned most_urgent = 3;  // fixed: of an interval; likewise
 
-  using Categories =
-      std::pair<unsigned long, unsigned long>;  // of two geoms, the smaller one first
-  struct Contacts {
-    unsigned long long pairs = 0, touching = 0;
-  };
-
-  void count(const Categories& categories, const Contacts& more);
   double shareOf(unsigned long long pairs) const {
     return all_ ? static_cast<double>(pairs) / static_cast<double>(all_) : 0;
   }
 
   const void* const space_;
   unsigned frames_ = 0;
-  bool awake_ = false;                 // of a pair of the last look
-  bool resting_ = false;               // no body was awake then
-  unsigned place_ = resting_interval;  // of the frame that runs among so many
+  unsigned since_ = 0;      // frames since the last look began
+  unsigned urgent_ = 0;     // looks of this interval
+  bool is_urgent_ = false;  // one should begin
+  bool runs_ = false;       // a frame
   Physics physics_;
   unsigned long long all_ = 0, static_ = 0, asleep_ = 0, clear_ = 0;  // clear of a plane
-  std::map<Categories, Contacts> layers_;  // of pairs of which it is known whether they touch
 };
 
 }  // namespace ode_parallel_sap

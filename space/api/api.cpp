@@ -304,6 +304,16 @@ int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size) try {
   return 0;
 }
 
+int dParallelSAPSpaceGetWarning(dSpaceID space, int i, dParallelSAPWarning* warning, size_t size) {
+  const Advice* const advice = checked(space).observers().find<Advice>();
+  dAASSERT(warning && i >= 0);
+  dParallelSAPWarning known = {};
+  if (!advice || !advice->physics().find(i, &known)) return 0;
+  std::memset(static_cast<void*>(warning), 0, size);
+  std::memcpy(static_cast<void*>(warning), &known, std::min(size, sizeof known));
+  return 1;
+}
+
 void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space, dParallelSAPStats* stats) {
   constexpr const char* name = "dParallelSAPSpaceGetStats";
   ParallelSAPSpace& own = checked(space, name);

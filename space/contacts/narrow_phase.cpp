@@ -152,7 +152,7 @@ void NarrowPhase::collideChunk(const Job& job, Range range, int thread) {
     if (place + 2 * pairs_ahead < job.pairs.size())
       prefetchPairs(job.pairs[place + pairs_ahead], job.pairs[place + 2 * pairs_ahead]);
     flags[i] = job.request.flagsOf(job.pairs[place]);
-    found_[place] = {0, 0, asksForContacts(flags[i]) ? 0 : nobody};
+    found_[place] = {0, 0, 0};
     wanted |= std::uint32_t{asksForContacts(flags[i])} << i;
     testable |= std::uint32_t{mayLeaveOut(flags[i])} << i;
   }

@@ -62,11 +62,7 @@ class NarrowPhase {
   // Calls the contact callback for all pairs of the last run that touch, in their order.
   void report(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request) const;
 
-  // Of the last run. The contacts of the pair at this place, -1 where nobody wanted them.
-  int contactsOf(std::size_t place) const {
-    const Found& found = found_[place];
-    return found.thread == nobody ? -1 : static_cast<int>(found.count);
-  }
+  // Of the last run.
   std::size_t contacts() const;
   ApartCounts apart() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
@@ -98,7 +94,6 @@ class NarrowPhase {
     std::size_t first;
     std::uint32_t count, thread;
   };
-  static constexpr std::uint32_t nobody = ~0u;  // collided it
 
   void collideChunk(const Job& job, Range range, int thread);
   void collideOrQueue(const Job& job, const Waiting& waiting, int thread);

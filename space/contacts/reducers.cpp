@@ -29,6 +29,63 @@ void choose(dContactGeom* contacts, int place, int chosen) {
   std::rotate(contacts + place, contacts + chosen, contacts + chosen + 1);
 }
 
+// ODE's colliders give contacts that lie beside their geoms, and normals of 0. What is certain by a
+// contact's numbers: a point of it lies no farther from an AABB of its geoms than it is deep.
+class Ranks {
+ public:
+  Ranks(const dContactGeom* contacts, int count) {
+    readBoxes(nullptr, nullptr);
+    for (int i = 0; i < count; ++i) {
+      const int rank = compute(contacts[i]);
+      all_equal_ = all_equal_ && rank == 0;
+      usable_ += rank < unusable;
+    }
+  }
+  // The number of contacts that have a normal.
+  int usable() const { return usable_; }
+  // Less is better.
+  int of(const dContactGeom& contact) { return all_equal_ ? 0 : compute(contact); }
+
+ private:
+  static constexpr int beside = 1, unusable = 2;
+
+  int compute(const dContactGeom& contact) {
+    const dReal* const normal = contact.normal;
+    const dReal length = std::fabs(normal[0]) + std::fabs(normal[1]) + std::fabs(normal[2]);
+    if (!(length > 0 && length < std::numeric_limits<dReal>::infinity())) return unusable;
+    if (contact.g1 != first_ || contact.g2 != second_) readBoxes(contact.g1, contact.g2);
+    const dReal depth = std::max(contact.depth, dReal(0));
+    for (int axis = 0; axis < 3; ++axis)
+      if (contact.pos[axis] < low_[axis] - depth || contact.pos[axis] > high_[axis] + depth)
+        return beside;
+    return 0;
+  }
+
+  // What both boxes have in common, with room for rounding.
+  void readBoxes(dGeomID first, dGeomID second) {
+    constexpr dReal infinity = std::numeric_limits<dReal>::infinity();
+    constexpr dReal rounding = 4 * std::numeric_limits<dReal>::epsilon();
+    std::fill_n(low_, 3, -infinity);
+    std::fill_n(high_, 3, infinity);
+    for (const dGeomID geom : {first_ = first, second_ = second}) {
+      if (!geom) continue;
+      dReal box[6];
+      dGeomGetAABB(geom, box);
+      const dReal room = std::max({box[1] - box[0], box[3] - box[2], box[5] - box[4]}) / 2048;
+      for (int axis = 0; axis < 3; ++axis) {
+        const dReal low = box[2 * axis], high = box[2 * axis + 1];
+        low_[axis] = std::max(low_[axis], low - room - rounding * std::fabs(low));
+        high_[axis] = std::min(high_[axis], high + room + rounding * std::fabs(high));
+      }
+    }
+  }
+
+  bool all_equal_ = true;
+  int usable_ = 0;
+  dGeomID first_ = nullptr, second_ = nullptr;  // of these
+  dReal low_[3], high_[3];
+};
+
 // Two axes across a normal, if it is one at all.
 class View {
  public:
@@ -70,6 +127,10 @@ class View {
   double origin_[3], across_[3], up_[3];
 };
 
+double squareDistance(const View::Point& a, const View::Point& b) {
+  return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
+}
+
 // A convex polygon, corners anticlockwise, that grows; a line or a point to begin with.
 class Hull {
  public:
@@ -80,11 +141,17 @@ class Hull {
     return gain < std::numeric_limits<double>::infinity() ? gain : 0;
   }
 
-  // A point that adds area, or one of the first two.
+  // As long as all points are on a line, its ends are the corners.
   void add(const View::Point& point) {
-    if (count_ == most_corners) return;
+    if (count_ == most_corners || !std::isfinite(point.x) || !std::isfinite(point.y)) return;
     if (count_ < 2) {
-      corners_[count_++] = point;
+      if (count_ == 0 || squareDistance(point, corners_[0]) > 0) corners_[count_++] = point;
+      return;
+    }
+    if (count_ == 2 && !(gainOf(point) > 0)) {
+      const double length = squareDistance(corners_[0], corners_[1]);
+      const double to[] = {squareDistance(corners_[0], point), squareDistance(corners_[1], point)};
+      if (std::max(to[0], to[1]) > length) corners_[to[0] > to[1]] = point;
       return;
     }
     // The corners between edges that the point is beyond are corners no longer.
@@ -124,43 +191,53 @@ double squareDistance(const dContactGeom& a, const dContactGeom& b) {
   return sum < std::numeric_limits<double>::infinity() ? sum : 0;
 }
 
+void chooseDeepest(dContactGeom* contacts, int place, int count, Ranks& ranks) {
+  choose(contacts, place, bestOf(place, count, [&](int i, int j) {
+           const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
+           return rank != other ? rank < other : isDeeper(contacts[i], contacts[j]);
+         }));
+}
+
 }  // namespace
 
 int keepDeepest(dContactGeom* contacts, int count, int most) {
-  const int kept = std::min(count, most);
-  for (int place = 0; place < kept; ++place)
-    choose(contacts, place,
-           bestOf(place, count, [&](int i, int j) { return isDeeper(contacts[i], contacts[j]); }));
+  Ranks ranks(contacts, count);
+  const int kept = std::min(ranks.usable(), most);
+  for (int place = 0; place < kept; ++place) chooseDeepest(contacts, place, count, ranks);
   return kept;
 }
 
 int keepSpread(dContactGeom* contacts, int count, int most) {
-  const int kept = std::min(count, most);
+  Ranks ranks(contacts, count);
+  const int kept = std::min(ranks.usable(), most);
   if (kept < 1) return 0;
-  keepDeepest(contacts, count, 1);
+  chooseDeepest(contacts, 0, count, ranks);
   if (kept == 1) return 1;
-  const auto isFarther = [&](int i, int j) {
-    return squareDistance(contacts[i], contacts[0]) > squareDistance(contacts[j], contacts[0]);
-  };
-  choose(contacts, 1, bestOf(1, count, isFarther));
+  choose(contacts, 1, bestOf(1, count, [&](int i, int j) {
+           const int rank = ranks.of(contacts[i]), other = ranks.of(contacts[j]);
+           if (rank != other) return rank < other;
+           return squareDistance(contacts[i], contacts[0]) >
+                  squareDistance(contacts[j], contacts[0]);
+         }));
   const View view(contacts[0].normal, contacts[0].pos);
   Hull hull;
   hull.add(view.of(contacts[0]));
   hull.add(view.of(contacts[1]));
   for (int place = 2; place < kept; ++place) {
-    const auto gain = [&](int i) { return hull.gainOf(view.of(contacts[i])); };
-    int best = place;
-    double best_gain = gain(place);
+    int chosen = place, best_rank = ranks.of(contacts[place]);
+    double best_gain = hull.gainOf(view.of(contacts[place]));
     for (int i = place + 1; i < count; ++i) {
-      const double other = gain(i);
-      if (other > best_gain ||
-          (other == best_gain && best_gain == 0 && isDeeper(contacts[i], contacts[best]))) {
-        best = i;
-        best_gain = other;
-      }
+      const int rank = ranks.of(contacts[i]);
+      const double gain = hull.gainOf(view.of(contacts[i]));
+      const bool is_better = gain > best_gain || (gain == best_gain && gain == 0 &&
+                                                  isDeeper(contacts[i], contacts[chosen]));
+      if (rank > best_rank || (rank == best_rank && !is_better)) continue;
+      chosen = i;
+      best_rank = rank;
+      best_gain = gain;
     }
-    choose(contacts, place, best);
-    if (best_gain > 0) hull.add(view.of(contacts[place]));
+    choose(contacts, place, chosen);
+    hull.add(view.of(contacts[place]));
   }
   return kept;
 }

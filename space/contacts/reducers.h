@@ -6,7 +6,8 @@
 namespace ode_parallel_sap {
 
 // Both put the contacts that are kept first, in the order in which they were chosen, leave the
-// others behind them in their order, and return how many are kept: `most`, or all of fewer. Of
+// others behind them in their order, and return how many are kept: `most`, or all of fewer. Never
+// kept are contacts without a normal, and last those that lie beside an AABB of their geoms. Of
 // equals the earlier one is chosen. They need no memory but the stack.
 
 // The deepest ones, deepest first. A NaN is no depth: less than any other.

@@ -111,11 +111,8 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
     frame.stats.apart = narrow_phase.apart().apart;
     policy_.learnOfApart(frame.plan, narrow_phase.apart());
     if (watcher_ && !call.scene.nested && watcher_->isDue())
-      for (std::size_t place = 0; place < pairs.list().size(); ++place) {
-        const int contacts = narrow_phase.contactsOf(place);
-        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2,
-                      contacts < 0 ? PairWatcher::unwanted : contacts);
-      }
+      for (std::size_t place = 0; place < pairs.list().size(); ++place)
+        watcher_->see(pairs.list()[place].o1, pairs.list()[place].o2);
   } catch (const std::bad_alloc&) {
     narrow_phase = NarrowPhase();  // going on one by one needs memory, too
     found = false;
@@ -295,7 +292,7 @@ void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Buffer<Pair>& part : pairs.parts)
     for (const Pair pair : part)
-      watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)], PairWatcher::unknown);
+      watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
   watcher_->endPairs();
 }
 

@@ -247,7 +247,7 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
       use(found.active[pair->earlier()], found.active[pair->later()]);
   };
   if (report.watcher) {
-    forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b, PairWatcher::unknown); });
+    forPairs([&](dxGeom* a, dxGeom* b) { report.watcher->see(a, b); });
     report.watcher->endPairs();
   }
   const PairReceiver receiver = report.receiver;

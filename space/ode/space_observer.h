@@ -54,8 +54,8 @@ class SpaceObservers final : public PairWatcher {
       if (observer->isDue()) due_.push_back(observer.get());
     return !due_.empty();
   }
-  void see(dGeomID a, dGeomID b, int contacts) override {
-    for (SpaceObserver* const observer : due_) observer->see(a, b, contacts);
+  void see(dGeomID a, dGeomID b) override {
+    for (SpaceObserver* const observer : due_) observer->see(a, b);
   }
   void endPairs() override {
     for (SpaceObserver* const observer : due_) observer->endPairs();

@@ -144,7 +144,7 @@ bool Trace::isDue() {
   return std::exchange(wants_pairs_, false);
 }
 
-void Trace::see(dGeomID a, dGeomID b, int) {
+void Trace::see(dGeomID a, dGeomID b) {
   ++pairs_;
   sum_ += trace_format::pairSum(changes_.numberOf(a), changes_.numberOf(b));
 }

@@ -58,7 +58,7 @@ class Trace final : public SpaceObserver {
   void seeScene(const Scene& scene, const PackRules& rules) override;
   // Writes how many pairs the frame had and the sum of their sums (trace_format::pairSum).
   bool isDue() override;
-  void see(dGeomID a, dGeomID b, int contacts) override;
+  void see(dGeomID a, dGeomID b) override;
   void endPairs() override;
 
  private:

@@ -61,6 +61,12 @@ Manifold anyContacts(Random& random) {
   return contacts;
 }
 
+bool hasNormal(const dContactGeom& a) {
+  const dReal* const n = a.normal;
+  return (n[0] != 0 || n[1] != 0 || n[2] != 0) && std::isfinite(n[0]) && std::isfinite(n[1]) &&
+         std::isfinite(n[2]);
+}
+
 std::vector<int> placesOf(const Manifold& contacts, std::size_t count) {
   std::vector<int> places;
   for (std::size_t i = 0; i < count; ++i) places.push_back(contacts[i].side1);
@@ -95,6 +101,35 @@ double areaOf(const Manifold& contacts, std::size_t count) {
   return area;
 }
 
+// Of hulls and distances of whole numbers, which no rounding blurs: what the header says.
+std::vector<int> spreadOf(Manifold contacts, std::size_t most) {
+  const auto choose = [&](std::size_t place, auto worth) {
+    std::size_t best = place;
+    for (std::size_t i = place + 1; i < contacts.size(); ++i)
+      if (worth(contacts[i]) > worth(contacts[best])) best = i;
+    const auto at = contacts.begin();
+    std::rotate(at + long(place), at + long(best), at + long(best) + 1);
+  };
+  choose(0, [](const dContactGeom& a) { return a.depth; });
+  choose(1, [&](const dContactGeom& a) {
+    double sum = 0;
+    for (int axis = 0; axis < 3; ++axis) sum += std::pow(a.pos[axis] - contacts[0].pos[axis], 2);
+    return sum;
+  });
+  for (std::size_t place = 2; place < most; ++place) {
+    const auto area = [&](const dContactGeom& a) {
+      Manifold chosen(contacts.begin(), contacts.begin() + long(place));
+      chosen.push_back(a);
+      return areaOf(chosen, chosen.size());
+    };
+    const double before = areaOf(contacts, place);
+    choose(place, [&](const dContactGeom& a) {
+      return std::make_pair(area(a), area(a) > before ? dReal(0) : a.depth);
+    });
+  }
+  return placesOf(contacts, most);
+}
+
 bool isDeeper(const dContactGeom& a, const dContactGeom& b) {
   if (std::isnan(a.depth) || std::isnan(b.depth))
     return !std::isnan(a.depth) && std::isnan(b.depth);
@@ -111,7 +146,8 @@ TEST_CASE("Reducers keep as many contacts as they are asked to, and lose none", 
     for (const Reducer reduce : kReducers) {
       Manifold contacts = before, again = before;
       const int kept = reduce(contacts.data(), count, most);
-      REQUIRE(kept == std::min(count, most));
+      const auto usable = std::count_if(before.begin(), before.end(), hasNormal);
+      REQUIRE(kept == std::min(static_cast<int>(usable), most));
       REQUIRE(reduce(again.data(), count, most) == kept);
       REQUIRE(placesOf(contacts, before.size()) == placesOf(again, before.size()));
       // What is not kept stays in its order.
@@ -133,6 +169,7 @@ TEST_CASE("The deepest contacts are kept, the deepest first, the earlier one of 
     const Manifold before = anyContacts(random);
     Manifold contacts = before, expected = before;
     std::stable_sort(expected.begin(), expected.end(), isDeeper);
+    std::stable_partition(expected.begin(), expected.end(), hasNormal);
     const int most = static_cast<int>(random.below(17));
     const auto kept = static_cast<std::size_t>(
         dParallelSAPKeepDeepest(contacts.data(), static_cast<int>(before.size()), most));
@@ -178,6 +215,83 @@ TEST_CASE("Each contact that is kept adds as much area as any could", "[reducers
   for (int i = 0; i < 9; ++i) line.push_back(contact(i, i, 0, i == 8 ? 1 : 0.1 * i, i));
   REQUIRE(dParallelSAPKeepSpread(line.data(), 9, 3) == 3);
   CHECK(placesOf(line, 3) == std::vector<int>{8, 0, 7});
+}
+
+TEST_CASE("The earlier one of equally far contacts and of equal gains is kept", "[reducers]") {
+  Random random(seedOr(64));
+  for (int run = 0; run < scaled(20000); ++run) {
+    Manifold contacts;
+    const std::size_t count = 4 + random.below(9);
+    const unsigned width = 1 + static_cast<unsigned>(random.below(4));
+    const auto any = [&] { return static_cast<double>(random.below(width)); };
+    for (std::size_t i = 0; i < count; ++i)
+      contacts.push_back(contact(any(), any(), 3 * any(), any(), static_cast<int>(i)));
+    const std::vector<int> expected = spreadOf(contacts, 4);
+    REQUIRE(dParallelSAPKeepSpread(contacts.data(), static_cast<int>(count), 4) == 4);
+    REQUIRE(placesOf(contacts, 4) == expected);
+  }
+}
+
+TEST_CASE("Contacts without a normal are never kept", "[reducers]") {
+  for (const dReal normal : {dReal(0), kNaN, kInfinity})
+    for (const Reducer reduce : kReducers) {
+      Manifold contacts;
+      for (int i = 0; i < 6; ++i) {
+        contacts.push_back(contact(i % 2, i % 3, 0, i, i));
+        if (i > 2) contacts.back().normal[2] = normal;
+      }
+      REQUIRE(reduce(contacts.data(), 6, 4) == 3);
+      CHECK(contacts[0].side1 == 2);
+      CHECK(placesOf(contacts, 6)[5] == 5);
+      std::swap(contacts[0], contacts[5]);
+      CHECK(reduce(contacts.data(), 1, 4) == 0);
+    }
+}
+
+TEST_CASE("Contacts that ODE's colliders find beside their geoms are kept last", "[reducers]") {
+  static const float corners[] = {-5, -5, 0, 5, -5, 0, 5, 5, 0, -5, 5, 0};
+  static const dTriIndex triangles[] = {0, 1, 2, 0, 2, 3};
+  const dTriMeshDataID data = dGeomTriMeshDataCreate();
+  dGeomTriMeshDataBuildSingle(data, corners, 12, 4, triangles, 6, 12);
+  const dGeomID floor = dCreateTriMesh(nullptr, data, nullptr, nullptr, nullptr);
+  const dGeomID box = dCreateBox(nullptr, 1, 1, 1);
+  Random random(seedOr(65));
+  int beside = 0;
+  for (int run = 0; run < scaled(20000); ++run) {
+    dMatrix3 turn;
+    const auto angle = [&](double most) { return static_cast<dReal>(random.between(-most, most)); };
+    dRFromEulerAngles(turn, angle(0.005), angle(0.005), angle(3));
+    dGeomSetRotation(box, turn);
+    dGeomSetPosition(box, angle(0.5), angle(0.5), dReal(0.5));
+    dReal bounds[6];
+    dGeomGetAABB(box, bounds);
+    const dReal* const at = dGeomGetPosition(box);
+    dGeomSetPosition(box, at[0], at[1], at[2] - bounds[4] - dReal(0.002));
+    dGeomGetAABB(box, bounds);
+    dContactGeom found[64];
+    const int count = dCollide(box, floor, 64, found, sizeof(dContactGeom));
+    const auto areBeside = [&](const dContactGeom* contacts, int many) {
+      return std::count_if(contacts, contacts + many, [&](const dContactGeom& a) {
+        double off = 0;
+        for (int axis = 0; axis < 3; ++axis)
+          off = std::max<double>(
+              {off, bounds[2 * axis] - a.pos[axis], a.pos[axis] - bounds[2 * axis + 1]});
+        return off > a.depth + 0.001;
+      });
+    };
+    const auto bogus = static_cast<int>(areBeside(found, count));
+    beside += bogus > 0;
+    for (const Reducer reduce : kReducers) {
+      Manifold contacts(found, found + count);
+      const int kept = reduce(contacts.data(), count, 4), good = std::min(4, count - bogus);
+      REQUIRE(kept == std::min(count, 4));
+      REQUIRE(areBeside(contacts.data(), good) == 0);
+    }
+  }
+  CHECK(beside > scaled(20000) / 200);
+  dGeomDestroy(box);
+  dGeomDestroy(floor);
+  dGeomTriMeshDataDestroy(data);
 }
 
 TEST_CASE("Reducers of no contacts do nothing, and negative numbers are assertions", "[reducers]") {

@@ -300,6 +300,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   const dSpaceID stock = dHashSpaceCreate(nullptr);
   const dSpaceID sweep = dSweepAndPruneSpaceCreate(nullptr, dSAP_AXES_XYZ);
   dParallelSAPStats stats;
+  dParallelSAPWarning warning;
   const dParallelSAPPairEvent* events;
   const unsigned* numbers;
   unsigned number;
@@ -324,6 +325,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceNotify, (wrong, nullptr)),
       CALL(dParallelSAPSpaceIsFast, (wrong, ball)),
       CALL(dParallelSAPSpaceFindWarnings, (wrong, nullptr, 0)),
+      CALL(dParallelSAPSpaceGetWarning, (wrong, 0, &warning, sizeof warning)),
       CALL(dParallelSAPSpaceGetStats, (wrong, &stats))};
 #undef CALL
   const auto messageOf = [](auto call) -> std::string {

@@ -57,17 +57,16 @@ def measure(program, path):
 
 
 def thresholds():
-    """Of each series, up to where all starts do what they owe, from where on none does, and what rescues the first that fails."""
-    lines = ["| value | double precision: all up to | none from | single precision: all up to | none from | cheapest rescue of the first that fails |",
-             "| --- | ---: | ---: | ---: | ---: | --- |"]
+    """Of each series, up to where all starts do what they owe, and from where on none does."""
+    lines = ["| value | double precision: all up to | none from | single precision: all up to | none from |",
+             "| --- | ---: | ---: | ---: | ---: |"]
     for title, pattern in SERIES:
-        cells, rescues = [], []
+        cells = []
         for rows in recorded().values():
             found = [(match.group(1), row) for match, row in ((re.fullmatch(pattern, name), row) for name, row in rows.items()) if match]
             first = next(number for number, (_, row) in enumerate(found) if row["held"] != STARTS)
-            cells += [found[first - 1][0] if first else "–", next(value for value, row in found if row["held"] == "0")]
-            rescues.append(found[first][1]["rescue"])
-        lines.append("| %s | %s | %s |" % (title, " | ".join(cells), "; ".join(dict.fromkeys(rescues))))
+            cells += [found[first - 1][0] if first else "< " + found[0][0], next(value for value, row in found if row["held"] == "0")]
+        lines.append("| %s | %s |" % (title, " | ".join(cells)))
     return "\n".join(lines) + "\n"
 
 

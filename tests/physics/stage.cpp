@@ -71,7 +71,6 @@ Stage::Stage(Pairing pairing, const Setting& setting, double step)
   if (setting.correction > 0) {
     dWorldSetContactMaxCorrectingVel(world_, real(setting.correction));
   }
-  if (setting.damping > 0) dWorldSetDamping(world_, real(setting.damping), real(setting.damping));
   if (setting.swept && pairing == Pairing::ours) {
     dParallelSAPSpaceSetSweptBounds(space_, real(step / setting.divide));
   }
@@ -118,7 +117,6 @@ dBodyID Stage::body(dGeomID geom, const dMass& mass, const Vec& centre) {
   dBodySetMass(body, &mass);
   if (geom) dGeomSetBody(geom, body);
   dBodySetPosition(body, real(centre[0]), real(centre[1]), real(centre[2]));
-  if (setting_.finite_rotation) dBodySetFiniteRotationMode(body, 1);
   bodies_.push_back(body);
   return body;
 }
@@ -274,7 +272,7 @@ void Stage::findContacts() {
 }
 
 void Stage::stir(double distance) {
-  if (setting_.start == 0) return;
+  if (setting_.start == 0 || setting_.aligned) return;
   dRandSetSeed(setting_.start);
   const auto off = [distance] { return real(distance * (2 * double(dRandReal()) - 1)); };
   for (const dBodyID body : bodies_) {
@@ -286,7 +284,7 @@ void Stage::stir(double distance) {
 void Stage::step() {
   for (int i = 0; i < setting_.divide; ++i) {
     // QuickStep draws from ODE's one random sequence.
-    if (seeds_) dRandSetSeed(++steps_ + 1000003ul * setting_.start);
+    if (seeds_ && !setting_.exact) dRandSetSeed(++steps_ + 1000003ul * setting_.start);
     findContacts();
     const dReal length = real(step_ / setting_.divide);
     if (setting_.exact) {

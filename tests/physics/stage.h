@@ -48,11 +48,10 @@ struct Setting {
   int contacts = 4;     // of a pair at most: enough for two boxes face to face
   double erp = 0.2;
   double cfm = kOdesCfm;
-  double correction = 0;         // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
-  double damping = 0;            // of linear and angular speed
-  bool finite_rotation = false;  // dBodySetFiniteRotationMode of all bodies
-  unsigned start = 0;            // each but 0 has its own chance, and bodies a little elsewhere
-  bool swept = false;            // swept bounds, pairs of fast geoms in parts; with ours only
+  double correction = 0;  // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
+  unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
+  bool aligned = false;   // a start keeps the bodies exactly where they are built
+  bool swept = false;     // swept bounds, pairs of fast geoms in parts; with ours only
 };
 
 class Stage {

@@ -5,8 +5,7 @@
 //     physics-table row NAME     one extreme, as two lines of CSV: names and values
 //
 // A row has the outcome with three kinds of pairs, whether the first and the last are the same bit
-// for bit, in how many of ten starts the scene does what it owes, and the cheapest rescue that
-// rescues it in all ten.
+// for bit, and in how many of ten starts the scene does what it owes.
 #include <cstdio>
 #include <iostream>
 #include <sstream>
@@ -18,7 +17,7 @@ namespace {
 
 const char* const kNames =
     "precision,theme,extreme,simple,hash,ours,same_bits,held,sink,shift,creep,depth,speed,gain,"
-    "lost,gap,energy,momentum,turn,rescue,rescue_cost";
+    "lost,gap,energy,momentum,turn";
 
 // "aborts at step 7", "stands".
 std::string shown(const Result& result) {
@@ -28,13 +27,10 @@ std::string shown(const Result& result) {
 
 std::string rowOf(const Extreme& extreme) {
   const Setting as_it_comes;
-  Limits limits;
-  const Result simple = play(extreme, Pairing::simple_in_our_order, as_it_comes, limits);
-  const Result hash = play(extreme, Pairing::hash, as_it_comes, limits);
-  const Result ours = play(extreme, Pairing::ours, as_it_comes, limits);
-  const int held = startsHeld(extreme, as_it_comes, limits);
-  limits.seconds = 3;  // stacks of 100 at 20 iterations take 0.2
-  const Rescue found = held < kStarts ? rescue(extreme, limits) : Rescue{};
+  const Result simple = play(extreme, Pairing::simple_in_our_order, as_it_comes);
+  const Result hash = play(extreme, Pairing::hash, as_it_comes);
+  const Result ours = play(extreme, Pairing::ours, as_it_comes);
+  const int held = startsHeld(extreme, as_it_comes);
   const Measures& m = ours.measures;
   std::ostringstream text;
   text << (sizeof(dReal) == 8 ? "double" : "single") << "," << extreme.theme << ",\""
@@ -43,8 +39,6 @@ std::string rowOf(const Extreme& extreme) {
   for (const double value : {m.sink, m.shift, m.creep, m.depth, m.speed, m.gain, m.lost, m.gap,
                              m.energy, m.momentum, m.turn})
     text << "," << value;
-  text << ",\"" << (found.name.empty() && held < kStarts ? "none of these" : found.name) << "\","
-       << found.cost;
   return text.str();
 }
 

@@ -27,7 +27,7 @@ struct Settings {
   std::string reducer =
       "first";         // first: as dCollide gives them; deepest, spread: dParallelSAPKeep*
   double erp = 0.2;    // the part of an error of a joint that one step mends
-  double cfm = 1e-10;  // how far constraints give, s^2/kg
+  double cfm = 1e-10;  // how far constraints give, s/kg
   double sor = 1.3;    // the weight of QuickStep's over-relaxation
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds

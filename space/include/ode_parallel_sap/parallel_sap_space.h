@@ -43,7 +43,6 @@
  * call passes their size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
-
 #include <stddef.h>
 
 #include "ode/ode.h" /* a fork with another path gets a header of this name beside this one */
@@ -57,11 +56,9 @@
 #else
 #define ODE_PARALLEL_SAP_API __declspec(dllimport)
 #endif
-
 #ifdef __cplusplus
 extern "C" {
 #endif
-
 /* Creates the space, inside `parent` if that is not 0. dSpaceDestroy destroys it, and its geoms
  * unless dSpaceSetCleanup (space, 0) was called. */
 ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
@@ -134,11 +131,11 @@ typedef int dParallelSAPFlagsCallback(void* data, dGeomID o1, dGeomID o2);
 typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dContactGeom* contacts,
                                        int count);
 
-/* For reduce callbacks: `return dParallelSAPKeepSpread (contacts, count, 4);`. They move the best
- * contacts to the front and return their number, the lesser of `most` and `count`. KeepDeepest
- * keeps the deepest first. KeepSpread keeps the deepest, the farthest from it, and then always the
- * one that adds most to the area of the convex hull along the first one's normal, or the deepest if
- * none adds any. Of equals the first is kept; the rest stays in order. Any thread may call them. */
+/* For reduce callbacks, on any thread: `return dParallelSAPKeepSpread (contacts, count, 4);`. They
+ * move the best contacts to the front and return their number, up to `most`. Those beside an AABB
+ * of their geoms come last, those without a normal never. KeepDeepest keeps the deepest first.
+ * KeepSpread keeps the deepest, the farthest from it, then always the one that adds most area to
+ * the hull along the first one's normal, or the deepest. The rest, and equals, keep their order. */
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
@@ -230,8 +227,8 @@ typedef struct dParallelSAPRayHit {
   int side;        /* of the geom in this contact (side2): a mesh's triangle, or -1 */
 } dParallelSAPRayHit;
 
-/* In the flags, as dGeomRaySetFirstContact, dGeomRaySetBackfaceCull and dGeomRaySetClosestHit, for
- * all rays. The lower 16 bits are the most contacts of dCollide with each geom, 0 for one. */
+/* As dGeomRaySetFirstContact, -BackfaceCull and -ClosestHit. FirstContact makes "nearest" any hit
+ * of a mesh, maybe its far side, even with ClosestHit. Lower 16 bits: contacts a geom, 0: one. */
 enum {
   dParallelSAPRayFirstContact = 0x10000,
   dParallelSAPRayBackfaceCull = 0x20000,
@@ -347,16 +344,24 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* Nonzero: two of each 64 collides, not dSpaceCollide2, check for regimes in which ODE's solver
- * is known to fail (tests/physics in the sources). Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1.
- * They read up to 2,048 geoms and their bodies' joints, which no other thread may change meanwhile,
- * and collide up to eight pairs. Not while the space is locked. */
+/* Nonzero: two of each 64 collides, and up to six more as geoms come or become fast, check for
+ * regimes in which ODE's solver fails. Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up
+ * to 2,048 geoms and their bodies' joints, which no other thread may change. Not while locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 
 /* Returns how many regimes were seen since warnings are on. Writes a line for each to `text`, with
  * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
+
+typedef struct dParallelSAPWarning {
+  const char* name; /* with which the line begins: "load" */
+  dGeomID o1, o2;   /* the worst geom or pair; 0: none, or it left the space */
+  unsigned long long checks, first, last; /* checks that saw it; collides of these, from 0 on */
+} dParallelSAPWarning;
+/* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
+ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
+                                                     dParallelSAPWarning* warning, size_t size);
 
 /* The last collide, not dSpaceCollide2. Times are wall-clock milliseconds, 0 if not taken. */
 typedef struct dParallelSAPStats {
@@ -443,9 +448,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number.
  * The preload library has more (space/preload in the sources). */
-
 #ifdef __cplusplus
 }
 #endif
-
 #endif
