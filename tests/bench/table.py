@@ -69,14 +69,14 @@ def frames(directory):
     sizes = values(rows, "n")
     lines = []
     for others in values(rows, "others"):
-        for between, of in ("back to back", (0, 0)), ("16 ms of sleep", (16, 0)), ("5 ms of work", (0, 5)):
-            line = ["%s, %d busy process%s" % (between, others, "" if others == 1 else "es")]
+        for between, of in ("nothing", (0, 0)), ("16 ms of sleep", (16, 0)), ("5 ms of work", (0, 5)):
+            line = [between, str(others)]
             for n in sizes:
                 cells = [one(rows, others=others, sleep_ms=of[0], work_ms=of[1], n=n, threads=threads) for threads in (0, 1)]
-                line += [shown(cell and cell["mean_ms"]) for cell in cells] + [shown(cells[0] and cells[0]["max_ms"])]
+                line += [shown(cell and cell["mean_ms"]) for cell in cells]
             lines.append(line)
-    heads = [head for n in sizes for head in (count(n) + " boxes: mean", "1 thread", "worst")]
-    return markdown(["ms a frame; between frames"] + heads, lines, [machine(rows)])
+    heads = [head for n in sizes for head in (count(n) + " boxes", "1 thread")]
+    return markdown(["between frames", "busy processes"] + heads, lines, [machine(rows)])
 
 
 def certain_gain(rows, base):
