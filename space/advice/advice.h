@@ -44,6 +44,8 @@ class Physics {
   }
   // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
+  // A geom leaves the space, or with null any one a sub-space.
+  void forget(const dxGeom* geom);
   // The first collide of a look has ended, and the second. `swept`: the space's step for swept
   // bounds, or 0. The first returns whether a body is awake.
   bool lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
@@ -117,6 +119,7 @@ class Advice final : public SpaceObserver {
   bool isDue() override;
   void see(dGeomID a, dGeomID b, int contacts) override;
   void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
+  void forget(const dxGeom* geom) override { physics_.forget(geom); }
   const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.

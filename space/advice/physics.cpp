@@ -172,6 +172,13 @@ void Physics::see(dGeomID a, dGeomID b) try {
 } catch (const std::bad_alloc&) {
 }
 
+void Physics::forget(const dxGeom* geom) {
+  const auto isOf = [=](const Overlap& overlap) {
+    return !geom || overlap.a == geom || overlap.b == geom;
+  };
+  overlaps_.erase(std::remove_if(overlaps_.begin(), overlaps_.end(), isOf), overlaps_.end());
+}
+
 bool Physics::lookFirst(const dGeomID* geoms, std::size_t count, dReal swept) try {
   const ScopedMode mode(exactMode());
   places_.clear();
