@@ -1,6 +1,5 @@
 #include "space/ode/ode_space.h"
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <new>
@@ -464,6 +463,13 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
   }
 }
 
+inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, void* data,
+                                         dNearCallback* callback) {
+  const Reports::Open open(reports_);
+  for (std::size_t hit = 0; hit < lists.hits.size(); ++hit)
+    if (!reports_.changed() || stays(lists, hit)) callback(data, lists.hits[hit], geom);
+}
+
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this, Use::query);
@@ -473,7 +479,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
     if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
     else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
-      reportHits(own->query.hits, geom, data, callback);
+      reportHits(own->query, geom, data, callback);
     else
       queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
   }
@@ -500,35 +506,29 @@ __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom
         slots_.geoms(), geom, settings_.rules,
         use.isGuest() ? GeomQueries::guest : pipeline_.policy().teamFor(slots_.size(), settings_),
         lists);
+    lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
     if (!use.isGuest()) queries_.release();
     return false;
   }
   Buffer<dxGeom*>& hits = lists.hits;
   std::size_t passed = 0;
-  for (dxGeom* const own : hits)
-    if (passesAABBTests(own, geom)) hits[passed++] = own;
+  for (dxGeom* const own : hits) {
+    if (!passesAABBTests(own, geom)) continue;
+    lists.found[passed] = Slots::slotOf(own);
+    hits[passed++] = own;
+  }
   hits.resize(passed);
+  lists.own.reset();
+  if (geom->parent_space == this) lists.own = Slots::slotOf(geom);
   return true;
 }
 
-void ParallelSAPSpace::reportHits(const Buffer<dxGeom*>& hits, dxGeom* geom, void* data,
-                                  dNearCallback* callback) {
-  const Reports::Open open(reports_);
+// Whether a hit and the geom of the query have not left since.
+__attribute__((noinline)) bool ParallelSAPSpace::stays(const QueryLists& lists,
+                                                       std::size_t hit) const {
   const Buffer<dxGeom*>& geoms = slots_.geoms();
-  const std::size_t slots = slots_.size();
-  const bool is_own = geom->parent_space == this;
-  const Slot probe = is_own ? Slots::slotOf(geom) : 0;
-  std::size_t slot = 0;  // once something has left; the hits ascend
-  for (dxGeom* const own : hits) {
-    if (reports_.changed()) {
-      if (is_own && geoms[probe] != geom) return;
-      const auto at = std::find(geoms.begin() + slot, geoms.begin() + slots, own);
-      if (at == geoms.begin() + slots) continue;
-      slot = static_cast<std::size_t>(at - geoms.begin());
-    }
-    callback(data, own, geom);
-  }
+  return geoms[lists.found[hit]] && (!lists.own || geoms[*lists.own]);
 }
 
 // With lists of its own, which a longjmp leaves to nobody.

@@ -121,7 +121,9 @@ class ParallelSAPSpace : public dxSpace {
   void cleanFew();
   bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
-  void reportHits(const Buffer<dxGeom*>& hits, dxGeom* geom, void* data, dNearCallback* callback);
+  bool stays(const QueryLists& lists, std::size_t hit) const;
+  inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
+                         dNearCallback* callback);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
   void noteMember();
