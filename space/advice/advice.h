@@ -51,6 +51,8 @@ class Physics {
   }
   // One of its pairs that has a body awake.
   void see(dGeomID a, dGeomID b);
+  // A geom leaves the space, or with null any one a sub-space.
+  void forget(const dxGeom* geom);
   // The first collide of a look has ended, and the second. `swept`: the space's step for swept
   // bounds, or 0.
   void lookFirst(const dGeomID* geoms, std::size_t count, dReal swept);
@@ -65,8 +67,6 @@ class Physics {
   std::vector<std::string> lines() const;
   // What the line of this number, from 0 on, is about; false if there is none.
   bool find(int line, dParallelSAPWarning* warning) const;
-  // Is named no more.
-  void forget(const dxGeom* geom);
 
  private:
   struct Body {

@@ -701,7 +701,11 @@ bool Physics::find(int line, dParallelSAPWarning* warning) const {
 
 void Physics::forget(const dxGeom* geom) {
   for (Worst& worst : worst_)
-    for (int i = 0; i < 2; ++i) worst.have_left[i] |= worst.geoms[i] == geom;
+    for (int i = 0; i < 2; ++i) worst.have_left[i] |= !geom || worst.geoms[i] == geom;
+  const auto isOf = [=](const Overlap& overlap) {
+    return !geom || overlap.a == geom || overlap.b == geom;
+  };
+  overlaps_.erase(std::remove_if(overlaps_.begin(), overlaps_.end(), isOf), overlaps_.end());
 }
 
 std::vector<std::string> Physics::lines() const {

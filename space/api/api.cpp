@@ -167,7 +167,7 @@ size_t(dParallelSAPSpaceRayHits)(dSpaceID space, const dParallelSAPRay* rays, si
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");
-  dUASSERT(own.lock_count == 0, "invalid operation for locked space");
+  dUASSERT(!own.isLocked(), "invalid operation for locked space");
   own.observers().remove(own.observers().find<Trace>());
   if (!path || every < 1) return !path;
   auto trace = std::make_unique<Trace>(every);
@@ -279,7 +279,7 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
 
 void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) try {
   ParallelSAPSpace& own = checked(space);
-  dUASSERT(own.lock_count == 0, "invalid operation for locked space");
+  dUASSERT(!own.isLocked(), "invalid operation for locked space");
   const Advice* const advice = own.observers().find<Advice>();
   if (on && !advice) own.observe(std::make_unique<Advice>());
   if (!on && advice && !own.settings().print_stats) own.observers().remove(advice);

@@ -6,6 +6,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/geoms/ode_private.h"
+#include "space/geoms/slots.h"
 
 namespace ode_parallel_sap {
 
@@ -29,6 +30,7 @@ void ContactPairs::addSpace(dGeomID o1, dGeomID o2) {
 
 void ContactPairs::add(dGeomID o1, dGeomID o2) {
   if (failure_) return;
+  if (depth_ == 0) top_ = makePair(Slots::slotOf(o1), Slots::slotOf(o2));
   if (IS_SPACE(o1) || IS_SPACE(o2)) {
     addSpace(o1, o2);
     if (failure_ && depth_ == 0) std::rethrow_exception(failure_);
@@ -40,31 +42,65 @@ void ContactPairs::add(dGeomID o1, dGeomID o2) {
     geom->recomputeAABB();
   }
   const dParallelSAPPair pair = {o1, o2};
+  const Pair slots = makePair(slotOf(o1), slotOf(o2));
   bool has_room = true;
   try {
+    slots_.push_back(slots);
     list_.push_back(pair);
   } catch (const std::bad_alloc&) {
     has_room = false;
   }
   if (has_room) return;
   try {
-    NarrowPhase::collideOneByOne(list_.data(), list_.size(), request_);
+    NarrowPhase::collideOneByOne(*this, request_);
     list_.release();
-    NarrowPhase::collideOneByOne(&pair, 1, request_);
+    slots_.release();
+    if (stays(pair, slots)) NarrowPhase::collideOne(pair, request_, scene_);
   } catch (...) {
     if (depth_ == 0) throw;
     failure_ = std::current_exception();
   }
 }
 
-void ContactPairs::add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads) {
+void ContactPairs::add(const PairList& pairs, bool spaces, int threads) {
+  const Buffer<dxGeom*>& geoms = scene_.slots;
   try {
-    if (!spaces) return listPairs(pairs, geoms, threads, list_);
+    if (!spaces) {
+      listPairs(pairs, geoms.data(), threads, list_);
+      cursor_.emplace(pairs);
+      return;
+    }
   } catch (const std::bad_alloc&) {
     list_.resizeDiscarding(0);
   }
   for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part) add(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+    for (const Pair pair : part) {
+      dxGeom *const a = geoms[earlierOf(pair)], *const b = geoms[laterOf(pair)];
+      if (a && b) add(a, b);
+    }
+}
+
+// Of the two slots whose pair is added.
+Slot ContactPairs::slotOf(const dxGeom* geom) const {
+  const dxGeom* const later = scene_.slots[laterOf(top_)];
+  while (geom && geom != later) geom = geom->parent_space;
+  return geom ? laterOf(top_) : earlierOf(top_);
+}
+
+bool ContactPairs::stays(std::size_t place) {
+  if (!scene_.reports.changed()) return true;
+  Pair slots = 0;
+  if (cursor_)
+    cursor_->read(place, place + 1, [&](const Pair* pair, const Pair*) { slots = *pair; });
+  else
+    slots = slots_[place];
+  return stays(list_[place], slots);
+}
+
+bool ContactPairs::stays(const dParallelSAPPair& pair, Pair slots) const {
+  const Reports& reports = scene_.reports;
+  return !reports.changed() || (reports.holds(scene_.slots, earlierOf(slots), pair.o1) &&
+                                reports.holds(scene_.slots, laterOf(slots), pair.o2));
 }
 
 // Prefetches from the table of geoms: the entry of the later geom may be anywhere in it.

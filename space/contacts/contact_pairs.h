@@ -2,18 +2,22 @@
 #pragma once
 
 #include <exception>
+#include <optional>
 
 #include "space/base/pair_list.h"
 #include "space/contacts/narrow_phase.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
 class ContactPairs {
  public:
-  // They are put into `list`.
-  ContactPairs(const ContactRequest& request, Buffer<dParallelSAPPair>& list)
-      : request_(request), list_(list) {
+  // They are put into `list`, and `slots` gets those from which they come.
+  ContactPairs(const ContactRequest& request, const Scene& scene, Buffer<dParallelSAPPair>& list,
+               Buffer<Pair>& slots)
+      : request_(request), scene_(scene), list_(list), slots_(slots) {
     list_.resizeDiscarding(0);
+    slots_.resizeDiscarding(0);
   }
 
   // Adds a pair, or in the place of one with a space what the request wants collided then.
@@ -21,18 +25,26 @@ class ContactPairs {
   // callback throws then is thrown again when dSpaceCollide2, which would leave a stock space
   // locked, is over.
   void add(dGeomID o1, dGeomID o2);
-  // Makes the pairs of a space whose geoms these are, by slot, the whole list. Unless `spaces`,
-  // none of the geoms is one.
-  void add(const PairList& pairs, dxGeom* const* geoms, bool spaces, int threads);
+  // Makes the pairs of the scene the whole list. Unless `spaces`, none of its geoms is one.
+  void add(const PairList& pairs, bool spaces, int threads);
 
   const Buffer<dParallelSAPPair>& list() const { return list_; }
+  const Scene& scene() const { return scene_; }
+  // Whether both geoms of the pair at a place, no less than in any call before, are still there.
+  bool stays(std::size_t place);
 
  private:
   void addSpace(dGeomID o1, dGeomID o2);
+  Slot slotOf(const dxGeom* geom) const;
+  bool stays(const dParallelSAPPair& pair, Pair slots) const;
 
   const ContactRequest& request_;
+  const Scene& scene_;
   Buffer<dParallelSAPPair>& list_;
-  int depth_ = 0;  // of pairs with spaces that are gone through
+  Buffer<Pair>& slots_;
+  std::optional<PairCursor> cursor_;  // in the pairs of the scene, if they are the list
+  Pair top_ = 0;                      // the pair of the scene that is added
+  int depth_ = 0;                     // of pairs with spaces that are gone through
   std::exception_ptr failure_;
 };
 

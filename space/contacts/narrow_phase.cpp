@@ -6,6 +6,7 @@
 #include "space/base/platform.h"
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
+#include "space/contacts/contact_pairs.h"
 #include "space/geoms/geom_prefetch.h"
 #include "space/geoms/ode_private.h"
 
@@ -196,35 +197,39 @@ void NarrowPhase::collide(const Job& job, const Waiting& waiting, int thread, Th
 }
 
 // Contacts that other threads wrote are in their caches.
-void NarrowPhase::report(const Buffer<dParallelSAPPair>& pairs,
-                         const ContactRequest& request) const {
+void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) const {
   constexpr std::size_t ahead = 8 * pairs_ahead;
+  const Reports::Open open(all.scene().reports);
+  const Buffer<dParallelSAPPair>& pairs = all.list();
   const auto contactsOf = [&](std::size_t pair) {
     return shares_[found_[pair].thread].contacts.data() + found_[pair].first;
   };
   for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
     if (pair + ahead < pairs.size() && found_[pair + ahead].count)
       prefetchContacts(contactsOf(pair + ahead));
-    if (found_[pair].count) request.report(pairs[pair], contactsOf(pair), found_[pair].count);
+    if (found_[pair].count && all.stays(pair))
+      request.report(pairs[pair], contactsOf(pair), found_[pair].count);
   }
 }
 
-void NarrowPhase::collideOneByOne(const dParallelSAPPair* pairs, std::size_t count,
-                                  const ContactRequest& request) {
+void NarrowPhase::collideOneByOne(ContactPairs& pairs, const ContactRequest& request) {
+  for (std::size_t place = 0; place < pairs.list().size(); ++place)
+    if (pairs.stays(place)) collideOne(pairs.list()[place], request, pairs.scene());
+}
+
+void NarrowPhase::collideOne(const dParallelSAPPair& pair, const ContactRequest& request,
+                             const Scene& scene) {
+  const int flags = request.flagsOf(pair);
+  if (!asksForContacts(flags)) return;
   Buffer<dContactGeom> contacts;
-  for (std::size_t i = 0; i < count; ++i) {
-    const dParallelSAPPair& pair = pairs[i];
-    const int flags = request.flagsOf(pair);
-    if (!asksForContacts(flags)) continue;
-    contacts.resizeDiscarding(0);
-    try {
-      contacts.reserve(static_cast<std::size_t>(flags & most_contacts_mask));
-    } catch (const std::bad_alloc&) {
-      dDebug(0, "parallel SAP space: no memory for the contacts of one pair");
-    }
-    if (const std::uint32_t found = appendContacts(pair, flags, request, contacts))
-      request.report(pair, contacts.data(), found);
+  try {
+    contacts.reserve(static_cast<std::size_t>(flags & most_contacts_mask));
+  } catch (const std::bad_alloc&) {
+    dDebug(0, "parallel SAP space: no memory for the contacts of one pair");
   }
+  const Reports::Open open(scene.reports);
+  if (const std::uint32_t found = appendContacts(pair, flags, request, contacts))
+    request.report(pair, contacts.data(), found);
 }
 
 std::size_t NarrowPhase::contacts() const {

@@ -16,6 +16,9 @@
 
 namespace ode_parallel_sap {
 
+class ContactPairs;
+struct Scene;
+
 // The arguments of dParallelSAPSpaceCollideContacts.
 struct ContactRequest {
   void* data;
@@ -59,8 +62,9 @@ class NarrowPhase {
   // Collides all pairs; returns the number of threads used. Throws std::bad_alloc, and whatever the
   // flags and reduce callbacks throw.
   int run(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request, const Way& way);
-  // Calls the contact callback for all pairs of the last run that touch, in their order.
-  void report(const Buffer<dParallelSAPPair>& pairs, const ContactRequest& request) const;
+  // Calls the contact callback for all pairs of the last run that touch and whose geoms are still
+  // there, in their order.
+  void report(ContactPairs& pairs, const ContactRequest& request) const;
 
   // Of the last run.
   std::size_t contacts() const;
@@ -68,8 +72,9 @@ class NarrowPhase {
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }
 
   // Both at once for one pair after the other, with memory for one pair's contacts only.
-  static void collideOneByOne(const dParallelSAPPair* pairs, std::size_t count,
-                              const ContactRequest& request);
+  static void collideOneByOne(ContactPairs& pairs, const ContactRequest& request);
+  static void collideOne(const dParallelSAPPair& pair, const ContactRequest& request,
+                         const Scene& scene);
 
  private:
   struct Job {

@@ -56,7 +56,7 @@ inline FrameCounts Pipeline::collideSmall(const FrameCall& call, const PairRecei
 
 std::size_t Pipeline::collide(const FrameCall& call, void* data, dNearCallback* callback) {
   statistics_.beginFrame();
-  const PairReceiver receiver = {data, callback, nullptr};
+  const PairReceiver receiver = {data, callback, nullptr, true};
   if (isSmall(call)) return endFrame(collideSmall(call, receiver, watcher_).pairs);
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     if (!reportByLastStage(frame, pairs, data, callback)) report(frame, pairs, data, callback);
@@ -68,7 +68,8 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
   if (!isSmall(call) || !hasRoom(call.lists.contact_pairs, PairBlock::size))
     return collideManyPairs(call, request);
   PairBlock block(request, call.lists.contact_pairs.data());
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish,
+                                 !request.concurrent()};
   return endFrame(collideSmall(call, receiver, watcher_).pairs);
 }
 
@@ -77,23 +78,24 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
                                                                  const PairsRequest& request) {
   dParallelSAPPair room[PairBlock::size];
   PairBlock block(request, room);
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish};
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish,
+                                 !request.concurrent()};
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     frame.clock.begin(Stage::report);
-    frame.stats.threads = handOutBlocks(pairs, call.geoms(), request, frame.plan.most_threads);
+    frame.stats.threads = handOutBlocks(pairs, call.scene, request, frame.plan.most_threads);
   });
 }
 
 std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactRequest& request) {
   statistics_.beginFrame();
   Frame frame = {call, policy_.decide(factsOf(call), call.settings)};
-  ContactPairs pairs(request, call.lists.contact_pairs);
-  const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr};
+  ContactPairs pairs(request, call.scene, call.lists.contact_pairs, call.lists.contact_slots);
+  const PairReceiver receiver = {&pairs, &dParallelSAPAddPair, nullptr, false};
   if (isSmall(call)) {
     frame.clock.begin(Stage::extract);
     frame.stats = statsOf(collideSmall(call, receiver, nullptr));
   } else if (const PairList* const found = findPairs(frame)) {
-    pairs.add(*found, call.geoms(), geom_update_.facts().spaces, frame.plan.threads);
+    pairs.add(*found, geom_update_.facts().spaces, frame.plan.threads);
   } else {
     reportWithoutMemory(frame, receiver);
   }
@@ -121,9 +123,9 @@ std::size_t Pipeline::collideContacts(const FrameCall& call, const ContactReques
   }
   noteStats(frame);  // should a contact callback throw, or collide again
   if (found)
-    narrow_phase.report(pairs.list(), request);
+    narrow_phase.report(pairs, request);
   else
-    NarrowPhase::collideOneByOne(pairs.list().data(), pairs.list().size(), request);
+    NarrowPhase::collideOneByOne(pairs, request);
   frame.clock.pause();
   noteStats(frame);
   return endFrame(frame.stats.pairs);
@@ -291,16 +293,15 @@ void Pipeline::showPairs(const Frame& frame, const PairList& pairs) {
   if (!watcher_ || frame.call.scene.nested || !watcher_->isDue()) return;
   dxGeom* const* const geoms = frame.call.geoms();
   for (const Buffer<Pair>& part : pairs.parts)
-    for (const Pair pair : part)
-      watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
+    for (const Pair pair : part) watcher_->see(geoms[earlierOf(pair)], geoms[laterOf(pair)]);
   watcher_->endPairs();
 }
 
 void Pipeline::report(Frame& frame, const PairList& pairs, void* data, dNearCallback* callback) {
   frame.clock.begin(Stage::report);
-  dxGeom* const* const geoms = frame.call.geoms();
-  reportPairs(pairs, geoms,
-              [=](Pair pair) { callback(data, geoms[earlierOf(pair)], geoms[laterOf(pair)]); });
+  const Reports::Open open(frame.call.scene.reports);
+  reportPairs(pairs, frame.call.scene, frame.call.lists.limit,
+              [=](Pair, std::size_t, dxGeom* a, dxGeom* b) { callback(data, a, b); });
 }
 
 // False where it leaves that to the frame. It may collide a part of the pairs, as if it were all.
@@ -309,8 +310,8 @@ bool Pipeline::reportByLastStage(Frame& frame, const PairList& pairs, void* data
   const FrameCall& call = frame.call;
   if (!last_stage_ || call.scene.nested) return false;
   frame.clock.begin(Stage::narrow);
-  const LastStage::Pairs of_frame = {pairs, call.geoms(), frame.plan.most_threads,
-                                     frame.plan.leave_apart_out};
+  const LastStage::Pairs of_frame = {pairs, call.scene, frame.plan.most_threads,
+                                     frame.plan.leave_apart_out, call.lists.limit};
   LastStage::Collided collided;
   if (!last_stage_->prepare(of_frame, collided)) return false;
   frame.clock.pause();

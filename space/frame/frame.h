@@ -30,10 +30,12 @@ struct FrameLists {
   PairFilter::Selected selected;  // those of them that are reported, if not all are
   SmallLists small;
   Buffer<dParallelSAPPair> contact_pairs;
+  Buffer<Pair> contact_slots;  // of these or the spaces that they are in, if any is in one
   NarrowPhase narrow_phase;
+  const Pair* limit = nullptr;  // of reportPairs()
 
   std::size_t bytes() const {
-    return bytesOf(candidates, selected, small, contact_pairs, narrow_phase);
+    return bytesOf(candidates, selected, small, contact_pairs, contact_slots, narrow_phase);
   }
 };
 

@@ -10,6 +10,7 @@
 #include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/geoms/ode_private.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -22,33 +23,54 @@ inline void prefetchForCallback(const dxGeom* far, const dxGeom* near) {
   if (reinterpret_cast<std::uintptr_t>(near->data) >= least_address) prefetch(near->data);
 }
 
-// Calls call(pair) for all pairs, in their order. A callback that reads its geoms causes a cache
-// miss a pair, as the later geom may lie anywhere. One that counts or stores pairs does not read
-// them, and prefetching would only slow it down. The time of the first pairs of each stretch,
-// without prefetching, decides.
+// Calls call(pair, place, a, b) for the pairs from one on whose geoms are both still there.
 template <class Call>
-void reportPairs(const PairList& pairs, dxGeom* const* geoms, Call call) {
+__attribute__((noinline)) void reportRest(const Buffer<Pair>& part, const Pair* pair,
+                                          std::size_t first, const Buffer<dxGeom*>& geoms,
+                                          Call& call) {
+  for (; pair < part.end(); ++pair) {
+    dxGeom *const a = geoms[earlierOf(*pair)], *const b = geoms[laterOf(*pair)];
+    if (a && b) call(*pair, first + static_cast<std::size_t>(pair - part.begin()), a, b);
+  }
+}
+
+// Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
+// its geoms causes a cache miss a pair, as the later geom may lie anywhere. One that counts or
+// stores pairs does not read them, and prefetching would only slow it down. The time of the first
+// pairs of each stretch, without prefetching, decides. Once `limit` has become null, as geoms have
+// come or left, each pair is checked.
+template <class Call>
+void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
   constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;
   constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;  // as they wait; enough for a clock
+  const auto setLimit = [&](const Pair* end) { limit = scene.reports.changed() ? nullptr : end; };
+  dxGeom* const* const geoms = scene.slots.data();
+  std::size_t first = 0;  // the place of the part's first pair
   for (const Buffer<Pair>& part : pairs.parts) {
     const Pair *pair = part.begin(), *const end = part.end();
-    while (end - pair > tried_pairs) {
+    const auto report = [&](const Pair* next) {
+      call(*next, first + static_cast<std::size_t>(next - part.begin()), geoms[earlierOf(*next)],
+           geoms[laterOf(*next)]);
+    };
+    while (end - pair > tried_pairs && !scene.reports.changed()) {
       const Pair *const tried = pair + tried_pairs, *const stretch =
                                                         pair + std::min(end - pair, stretch_pairs);
       // The callback is not to wait for what threads that found the pairs have in their caches.
       for (const Pair* next = pair; next < tried; ++next)
         asm volatile("" : : "r"(geoms[earlierOf(*next)]), "r"(geoms[laterOf(*next)]));
       const Clock::time_point before = Clock::now();
-      for (; pair < tried; ++pair) call(*pair);
+      for (setLimit(tried); pair < limit; ++pair) report(pair);
       if (milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs))
-        for (; pair < stretch && end - pair > 4 * step; ++pair) {
+        for (setLimit(std::min(stretch, end - 4 * step)); pair < limit; ++pair) {
           prefetch(&geoms[laterOf(pair[4 * step])]);
           prefetchForCallback(geoms[laterOf(pair[2 * step])], geoms[laterOf(pair[step])]);
-          call(*pair);
+          report(pair);
         }
-      for (; pair < stretch; ++pair) call(*pair);
+      for (setLimit(stretch); pair < limit; ++pair) report(pair);
     }
-    for (; pair < end; ++pair) call(*pair);
+    for (setLimit(end); pair < limit; ++pair) report(pair);
+    reportRest(part, pair, first, scene.slots, call);
+    first += part.size();
   }
 }
 

@@ -8,6 +8,7 @@
 #include "space/base/box_set.h"
 #include "space/base/pair_list.h"
 #include "space/contacts/certainly_apart.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -16,9 +17,10 @@ class LastStage {
   // The pairs of a frame, and how they may be collided.
   struct Pairs {
     const PairList& list;
-    dxGeom* const* geoms;  // by slot
+    const Scene& scene;
     int threads;           // that the space may use
     bool leave_apart_out;  // boxes that are certainly apart are not collided
+    const Pair*& limit;    // of reportPairs()
   };
   // Pairs that were collided.
   struct Collided {

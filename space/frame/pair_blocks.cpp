@@ -29,18 +29,37 @@ void PairBlock::handOut() {
   if (request_.callback) request_.callback(request_.data, pairs_, count, first);
 }
 
-void PairBlock::handOut(std::size_t first, std::size_t count, dxGeom* const* geoms,
+void PairBlock::handOut(std::size_t first, std::size_t count, const Scene& scene,
                         PairCursor& pairs) {
-  dParallelSAPPair* to = pairs_;
-  pairs.read(first, std::min(first + size, count),
-             [&](const Pair* begin, const Pair* end) { to = resolve(begin, end, geoms, to); });
-  request_.callback(request_.data, pairs_, static_cast<std::size_t>(to - pairs_), first);
+  const std::size_t last = std::min(first + size, count);
+  const Buffer<dxGeom*>& geoms = scene.slots;
+  if (!scene.reports.changed()) {
+    dParallelSAPPair* to = pairs_;
+    pairs.read(first, last, [&](const Pair* begin, const Pair* end) {
+      to = resolve(begin, end, geoms.data(), to);
+    });
+    return request_.callback(request_.data, pairs_, last - first, first);
+  }
+  first_ = first;
+  pairs.read(first, last, [&](const Pair* begin, const Pair* end) {
+    for (const Pair* pair = begin; pair < end; ++pair) {
+      dxGeom *const o1 = geoms[earlierOf(*pair)], *const o2 = geoms[laterOf(*pair)];
+      if (o1 && o2) {
+        pairs_[held_++] = {o1, o2};
+      } else {
+        handOut();
+        ++first_;
+      }
+    }
+  });
+  handOut();
 }
 
 // A thread whose callback throws keeps the others from beginning another block.
-int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
+int handOutBlocks(const PairList& pairs, const Scene& scene, const PairsRequest& request,
                   int threads) {
   if (!request.callback) return 1;
+  const Reports::Open open(scene.reports, !request.concurrent());
   const std::size_t count = pairs.size();
   const int team = request.concurrent() ? teamFor(count, grains::handed_out_pairs, threads) : 1;
   std::atomic<bool> failed{false};
@@ -52,7 +71,7 @@ int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsReques
     Range range;
     try {
       while (!failed.load(std::memory_order_relaxed) && queue.next(range))
-        block.handOut(range.begin, count, geoms, cursor);
+        block.handOut(range.begin, count, scene, cursor);
     } catch (...) {
       failed.store(true, std::memory_order_relaxed);
       throw;

@@ -1,4 +1,5 @@
-// The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs.
+// The pairs of a frame, handed out in blocks: dParallelSAPSpaceCollidePairs. Sees ODE's private
+// headers.
 #pragma once
 
 #include <ode_parallel_sap/parallel_sap_space.h>
@@ -7,6 +8,7 @@
 
 #include "space/base/pair_list.h"
 #include "space/base/tuning.h"
+#include "space/geoms/scene.h"
 
 namespace ode_parallel_sap {
 
@@ -36,8 +38,8 @@ class PairBlock {
   static void finish(void* block) { static_cast<PairBlock*>(block)->handOut(); }
 
   // Hands out the block of pairs [first, first + size), or less at the end of `count`, on whatever
-  // thread this is.
-  void handOut(std::size_t first, std::size_t count, dxGeom* const* geoms, PairCursor& pairs);
+  // thread this is: in parts, between which geoms have left.
+  void handOut(std::size_t first, std::size_t count, const Scene& scene, PairCursor& pairs);
 
  private:
   void handOut();
@@ -49,7 +51,7 @@ class PairBlock {
 
 // Hands out all of them, by up to `threads` threads if they may be concurrent. Returns how many
 // worked. Does nothing without a callback.
-int handOutBlocks(const PairList& pairs, dxGeom* const* geoms, const PairsRequest& request,
+int handOutBlocks(const PairList& pairs, const Scene& scene, const PairsRequest& request,
                   int threads);
 
 }  // namespace ode_parallel_sap

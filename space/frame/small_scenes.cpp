@@ -251,7 +251,16 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
     report.watcher->endPairs();
   }
   const PairReceiver receiver = report.receiver;
-  forPairs([&](dxGeom* a, dxGeom* b) { receiver.callback(receiver.data, a, b); });
+  const Reports::Open open(scene.reports, receiver.opens);
+  const std::size_t slots = scene.slots.size();
+  const auto isThere = [&](const dxGeom* geom) {
+    const auto end = scene.slots.begin() + slots;
+    return std::find(scene.slots.begin(), end, geom) != end;
+  };
+  forPairs([&](dxGeom* a, dxGeom* b) {
+    if (!scene.reports.changed() || (isThere(a) && isThere(b)))
+      receiver.callback(receiver.data, a, b);
+  });
   if (receiver.end) receiver.end(receiver.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own
     statistics.noteSmall(found.counts);

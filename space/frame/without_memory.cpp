@@ -1,5 +1,7 @@
 #include "space/frame/without_memory.h"
 
+#include <algorithm>
+
 #include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
@@ -31,10 +33,14 @@ dParallelSAPStats updateWithoutMemory(const Scene& scene) {
 void collideWithoutMemory(const Scene& scene, const PackRules& rules, dParallelSAPStats& stats,
                           const PairReceiver& receiver) {
   const PairRule rule(rules);
-  for (dxGeom* a = scene.first; a; a = a->next) {
-    // Asked before each pair: the callback may disable it.
-    for (dxGeom* b = a->next; b && PairRule::takesPart(a); b = b->next) {
-      if (!isPair(rule, b, a)) continue;
+  const Reports::Open open(scene.reports, receiver.opens);
+  const Buffer<dxGeom*>& geoms = scene.slots;
+  const std::size_t count = geoms.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    // Asked before each pair: the callback may disable or destroy them.
+    for (std::size_t j = i + 1; j < count && geoms[i] && PairRule::takesPart(geoms[i]); ++j) {
+      dxGeom *const a = geoms[i], *const b = geoms[j];
+      if (!b || !isPair(rule, b, a)) continue;
       ++stats.candidates;
       if (!passesAABBTests(a, b)) continue;
       ++stats.pairs;
@@ -48,8 +54,14 @@ void queryWithoutMemory(const Scene& scene, const PackRules& rules, dxGeom* geom
                         dNearCallback* callback) {
   const PackRules of_queries = rules.ofQueries();
   const PairRule rule(of_queries);
-  for (dxGeom* own = scene.first; own; own = own->next)
-    if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
+  const Reports::Open open(scene.reports);
+  const Buffer<dxGeom*>& geoms = scene.slots;
+  const std::size_t count = geoms.size();
+  const auto probe =
+      static_cast<std::size_t>(std::find(geoms.begin(), geoms.end(), geom) - geoms.begin());
+  for (std::size_t slot = 0; slot < count && (probe == count || geoms[probe] == geom); ++slot)
+    if (dxGeom* const own = geoms[slot])
+      if (isPair(rule, own, geom) && passesAABBTests(own, geom)) callback(data, own, geom);
 }
 
 }  // namespace ode_parallel_sap

@@ -13,6 +13,7 @@ struct PairReceiver {
   void* data;
   dNearCallback* callback;
   void (*end)(void* data);  // called after the last one; may be 0
+  bool opens;               // the callback may destroy geoms
 };
 
 // Counts the geoms, and brings them up to date.

@@ -6,6 +6,7 @@
 
 #include "space/base/buffer.h"
 #include "space/geoms/geom_tests.h"
+#include "space/geoms/reports.h"
 
 namespace ode_parallel_sap {
 
@@ -15,6 +16,7 @@ struct Scene {
   const Buffer<dxGeom*>& slots;  // the same with gaps: null where a geom was removed
   bool nested;                   // the space is being collided already
   std::atomic<bool>& needs_clean;
+  const Reports& reports;  // what callbacks change
 
   // No geom is dirty any more, for other threads too.
   void noteClean() const { needs_clean.store(false, std::memory_order_release); }

@@ -65,9 +65,10 @@ class Slots {
   dxGeom** tomeOf(const dxGeom* geom) const {
     return SlotHome::takes_tome ? tomes_[slotOf(geom)] : geom->tome;
   }
-  // `unlink` takes the geom out of that list, as ODE does it.
+  // `unlink` takes the geom out of that list, as ODE does it. With `keep_size` the next geom gets
+  // none of the slots of now.
   template <class Unlink>
-  void remove(dxGeom* geom, Unlink unlink) {
+  void remove(dxGeom* geom, bool keep_size, Unlink unlink) {
     const Slot slot = slotOf(geom);
     dxGeom** const tome = tomeOf(geom);
     dxGeom* const next = geom->next;
@@ -82,7 +83,8 @@ class Slots {
       tomes_[next_slot] = tome;
       place(next, next_slot);
     }
-    while (geoms_.size() && !geoms_[geoms_.size() - 1]) geoms_.resize(geoms_.size() - 1);
+    while (!keep_size && geoms_.size() && !geoms_[geoms_.size() - 1])
+      geoms_.resize(geoms_.size() - 1);
     if (SlotHome::takes_tome) tomes_.resize(size());
     if (size() == 0) ranks_.resize(0);
   }

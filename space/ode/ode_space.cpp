@@ -3,11 +3,13 @@
 #include <atomic>
 #include <chrono>
 #include <new>
+#include <typeinfo>
 #include <utility>
 
 #include "space/base/tuning.h"
 #include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
+#include "space/geoms/assertions.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
@@ -20,6 +22,11 @@ namespace {
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
 std::atomic<unsigned> notify_all_calls{0};
+
+bool odeAsserts() {
+  static const bool asserts = dCheckConfiguration("ODE_EXT_no_debug") == 0;
+  return asserts;
+}
 
 void reportThreadShortage(int granted, int wanted) {
   dMessage(0,
@@ -92,11 +99,14 @@ class ParallelSAPSpace::Use {
 // Locks the space against changes to its contents, until it is left in whatever way.
 class ParallelSAPSpace::Lock : public Use {
  public:
-  explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) {
-    if (!is_guest_) ++space_.lock_count;
-  }
-  ~Lock() {
-    if (!is_guest_) --space_.lock_count;
+  explicit Lock(ParallelSAPSpace& space, Of of = change) : Use(space, of) { count(1); }
+  ~Lock() { count(-1); }
+
+ private:
+  void count(int one) {
+    if (is_guest_) return;
+    space_.lock_count += one;
+    space_.calls_ += one;
   }
 };
 
@@ -108,7 +118,11 @@ class ParallelSAPSpace::Call : public Lock, public WorkspaceUse {
  protected:
   Call(ParallelSAPSpace& space, Of of, void* end)
       : Lock(space, of), WorkspaceUse(is_guest_ ? nullptr : &space.workspace_, alone_, end) {
-    if (!is_guest_) alone_ = !nested();
+    if (!is_guest_) {
+      alone_ = !nested();
+      if (alone_) space.reports_.begin();
+      if (!workspace()) space.reports_.noteChange();  // it is not to be told later
+    }
   }
 };
 
@@ -130,7 +144,7 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 }
 
 ParallelSAPSpace::~ParallelSAPSpace() {
-  CHECK_NOT_LOCKED(this);
+  require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
   if (settings_.print_stats && prints_totals_) printTotals();
   // The base class's destructor would not reach remove() any more.
   while (first) {
@@ -172,19 +186,21 @@ dxGeom* ParallelSAPSpace::getGeom(int index) {
 
 void ParallelSAPSpace::add(dxGeom* geom) {
   const Use use(*this);
-  CHECK_NOT_LOCKED(this);
+  requireOpen("dSpaceAdd");
   dAASSERT(geom);
-  dUASSERT(geom->parent_space == 0, "geom is already in a space");
-  dUASSERT(!slots_.full(), "too many geoms in a parallel SAP space");
+  require(geom->parent_space == 0, "geom is already in a space", "dSpaceAdd");
+  require(!slots_.full(), "too many geoms in a parallel SAP space", "dSpaceAdd");
 
-  if (slots_.mustClose(count)) closeSlots();
+  if (!isLocked() && slots_.mustClose(count)) closeSlots();
   // All that may throw comes before the geom is known here.
   const Slot slot = slots_.next();
   pipeline_.noteChange(slot);
   silent_.growTo(slot + std::size_t{1});
+  reports_.growTo(slot + std::size_t{1});
   slots_.add(geom, tail_);
   silent_.add(slot);
   pipeline_.noteArrival();
+  noteMember();
   geom->next = nullptr;
   *tail_ = geom;
   tail_ = &geom->next;
@@ -200,21 +216,48 @@ void ParallelSAPSpace::add(dxGeom* geom) {
 
 void ParallelSAPSpace::remove(dxGeom* geom) {
   const Use use(*this);
-  CHECK_NOT_LOCKED(this);
   dAASSERT(geom);
-  dUASSERT(geom->parent_space == this, "object is not in this space");
+  // ~dxGeom has made it one of the base class, and calls dSpaceRemove.
+  const bool destroys = typeid(*geom) == typeid(dxGeom);
+  const char* const function = destroys ? "dGeomDestroy" : "dSpaceRemove";
+  requireOpen(function, destroys);
+  require(geom->parent_space == this, "object is not in this space", function);
 
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
   if (silent_.remove(slot)) needs_clean_.store(true, std::memory_order_relaxed);
   observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
+  noteMember();
   swept_.remove(geom, slot);
   if (!geom->next) tail_ = slots_.tomeOf(geom);
-  slots_.remove(geom, [&] { dxSpace::remove(geom); });
+  slots_.remove(geom, isLocked(), [&] { dxSpace::remove(geom); });
+}
+
+// A geom came or leaves: running reports are told.
+void ParallelSAPSpace::noteMember() {
+  reports_.noteChange();
+  for (Workspace* each = &workspace_; each; each = each->inner.get()) each->frame.limit = nullptr;
+}
+
+// Callbacks may destroy geoms with every ODE. One with assertions forbids all other changes, as it
+// would if it saw the space locked.
+void ParallelSAPSpace::requireOpen(const char* function, bool destroys) const {
+  require(lock_count == 0 && (destroys || !isLocked() || !odeAsserts()),
+          "Invalid operation for locked space", function);
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
+  noteDirty(geom);
+  if (!isLocked() || lock_count > 0) return;
+  if (!IS_SPACE(geom))
+    return require(!odeAsserts(), "a geom of a locked space moves or changes, as",
+                   "dGeomSetPosition");
+  reports_.noteChangeWithin(static_cast<dxSpace*>(geom), Slots::slotOf(geom));
+  observers_.forEach([](SpaceObserver& observer) { observer.forget(nullptr); });
+}
+
+void ParallelSAPSpace::noteDirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   noteChange(Slots::slotOf(geom));
@@ -417,6 +460,13 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
   }
 }
 
+inline void ParallelSAPSpace::reportHits(const QueryLists& lists, dxGeom* geom, void* data,
+                                         dNearCallback* callback) {
+  const Reports::Open open(reports_);
+  for (std::size_t hit = 0; hit < lists.hits.size(); ++hit)
+    if (!reports_.changed() || stays(lists, hit)) callback(data, lists.hits[hit], geom);
+}
+
 void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callback) {
   dAASSERT(geom && callback);
   const Call call(*this, Use::query);
@@ -426,7 +476,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
     if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
     else if (Workspace* const own = call.workspace(); own && findHits(call, geom, own->query))
-      for (dxGeom* const hit : own->query.hits) callback(data, hit, geom);
+      reportHits(own->query, geom, data, callback);
     else
       queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
   }
@@ -452,16 +502,29 @@ __attribute__((noinline)) bool ParallelSAPSpace::findHits(const Use& use, dxGeom
     queries_.find(slots_.geoms(), geom, settings_.rules,
                   use.isGuest() ? GeomQueries::guest : Policy::teamFor(slots_.size(), settings_),
                   lists);
+    lists.found.resizeDiscarding(lists.hits.size());
   } catch (const std::bad_alloc&) {
     if (!use.isGuest()) queries_.release();
     return false;
   }
   Buffer<dxGeom*>& hits = lists.hits;
   std::size_t passed = 0;
-  for (dxGeom* const own : hits)
-    if (passesAABBTests(own, geom)) hits[passed++] = own;
+  for (dxGeom* const own : hits) {
+    if (!passesAABBTests(own, geom)) continue;
+    lists.found[passed] = Slots::slotOf(own);
+    hits[passed++] = own;
+  }
   hits.resize(passed);
+  lists.own.reset();
+  if (geom->parent_space == this) lists.own = Slots::slotOf(geom);
   return true;
+}
+
+// Whether a hit and the geom of the query have not left since.
+__attribute__((noinline)) bool ParallelSAPSpace::stays(const QueryLists& lists,
+                                                       std::size_t hit) const {
+  const Buffer<dxGeom*>& geoms = slots_.geoms();
+  return geoms[lists.found[hit]] && (!lists.own || geoms[*lists.own]);
 }
 
 // With lists of its own, which a longjmp leaves to nobody.
@@ -471,7 +534,8 @@ __attribute__((noinline)) void ParallelSAPSpace::queryAsGuest(const Use& use, dx
   if (findHits(use, geom, lists))
     for (dxGeom* const hit : lists.hits) callback(data, hit, geom);
   else
-    queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
+    queryWithoutMemory(scene(/*nested=*/true, /*guest=*/true), settings_.rules, geom, data,
+                       callback);
 }
 
 std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
@@ -484,9 +548,10 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
       call.isGuest() ? 1 : teamFor(request.count, grains::cast_rays, threadsFor(settings_)),
       getManualCleanup() != 0, /*trees=*/true, call.isGuest()};
   const Clock::time_point begin = Clock::now();
+  const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t hits = 0;
   withLists(call, &Workspace::rays,
-            [&](RayLists& lists) { hits = rays_.cast(slots_.geoms(), request, way, lists); });
+            [&](RayLists& lists) { hits = rays_.cast(all, request, way, lists); });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
 }

@@ -38,6 +38,8 @@ class ParallelSAPSpace : public dxSpace {
   void add(dxGeom* geom) override;
   void remove(dxGeom* geom) override;
   void dirty(dxGeom* geom) override;
+  // The same for one that no call of the program has changed just now.
+  void noteDirty(dxGeom* geom);
   void cleanGeoms() override;
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;
@@ -75,6 +77,8 @@ class ParallelSAPSpace : public dxSpace {
   void turnEvents(bool on) { pipeline_.events().turn(on); }
   const PairEvents& events() const { return pipeline_.events(); }
 
+  // Whether a call of it runs, or was left by longjmp.
+  bool isLocked() const { return calls_ > 0; }
   // Not while the space is locked.
   void observe(std::unique_ptr<SpaceObserver> observer);
   SpaceObservers& observers() { return observers_; }
@@ -88,7 +92,10 @@ class ParallelSAPSpace : public dxSpace {
   // The sums of all frames, if settings().print_stats.
   const FrameSums& totals() const { return pipeline_.statistics().sums(); }
   void setLastStage(std::unique_ptr<LastStage> stage) { pipeline_.setLastStage(std::move(stage)); }
-  // Whether it prints them itself at its end.
+  // Where dxHashSpace has its levels, at the beginning: without assertions ODE's
+  // dHashSpaceSetLevels writes there in any space.
+  int hash_levels_[2] = {-3, 10};
+  // Whether it prints the sums itself at its end.
   bool prints_totals_ = true;
 
  private:
@@ -97,8 +104,9 @@ class ParallelSAPSpace : public dxSpace {
   class Call;
   class SpannedCall;
 
-  Scene scene(bool nested) {
-    return {first, std::size_t(count), slots_.geoms(), nested, needs_clean_};
+  Scene scene(bool nested, bool guest = false) {
+    return {first,  std::size_t(count), slots_.geoms(),
+            nested, needs_clean_,       guest ? unchanging_ : reports_};
   }
   void beginFrame(const Call& call);
   template <class Lists, class Run>
@@ -113,8 +121,13 @@ class ParallelSAPSpace : public dxSpace {
   void cleanFew();
   bool prepareQuery(const Call& call, dxGeom* geom);
   bool findHits(const Use& use, dxGeom* geom, QueryLists& lists);
+  bool stays(const QueryLists& lists, std::size_t hit) const;
+  inline void reportHits(const QueryLists& lists, dxGeom* geom, void* data,
+                         dNearCallback* callback);
   void queryAsGuest(const Use& use, dxGeom* geom, void* data, dNearCallback* callback);
   void noteChange(Slot slot);
+  void noteMember();
+  void requireOpen(const char* function, bool destroys = false) const;
   void checkUser();
   void complainOfThreads();
   void printTotals() const;
@@ -124,6 +137,9 @@ class ParallelSAPSpace : public dxSpace {
   Slots slots_;
   dxGeom** tail_ = &first;
   std::atomic<bool> needs_clean_{false};
+  int calls_ = 0;  // that run: the last ones within callbacks of the others
+  Reports reports_{this};
+  const Reports unchanging_{nullptr};   // of guests
   unsigned notify_all_calls_seen_ = 0;  // how often that had been when it last collided
   SilentGeoms silent_;
   SweptBounds swept_;

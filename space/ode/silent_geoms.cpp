@@ -19,7 +19,10 @@ bool mayBeSilent(const dxGeom* geom) {
 
 // A stock space that is going through its list must not put it into another order.
 void markDirty(dxSpace* space, dxGeom* geom) {
-  if (space->lock_count == 0 || parallelSAPSpace(space)) space->dirty(geom);
+  if (ParallelSAPSpace* const own = parallelSAPSpace(space))
+    own->noteDirty(geom);
+  else if (space->lock_count == 0)
+    space->dirty(geom);
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not

@@ -20,7 +20,7 @@ class SpaceObserver : public PairWatcher {
   virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
     (void)geoms, (void)slots, (void)swept;
   }
-  // A geom leaves the space.
+  // A geom leaves the space, or with null any one may leave a sub-space while callbacks run.
   virtual void forget(const dxGeom*) {}
 };
 

@@ -104,7 +104,7 @@ void PrecomputedContacts::release() {
 }
 
 void PrecomputedContacts::collide(const Pairs& pairs, Collided& collided) {
-  listPairs(pairs.list, pairs.geoms, pairs.threads, list_);
+  listPairs(pairs.list, pairs.scene.slots.data(), pairs.threads, list_);
   found_.resizeDiscarding(list_.size());
   const int team = teamFor(list_.size(), grains::collided_pairs, pairs.threads);
   shares_.resize(std::max(shares_.size(), static_cast<std::size_t>(team)));
@@ -204,19 +204,19 @@ void PrecomputedContacts::report(const Pairs& pairs, void* data, dNearCallback* 
   reporting_ = true;
   reporting_now_ = this;  // from now on dCollide on this thread is answered, or watched
   const End end{*this};
-  const auto call = [&](Pair pair) {
-    dxGeom *const a = pairs.geoms[earlierOf(pair)], *const b = pairs.geoms[laterOf(pair)];
+  const Reports::Open open(pairs.scene.reports);
+  const auto call = [&](Pair pair, std::size_t place, dxGeom* a, dxGeom* b) {
     pair_ = pair;
     geoms_ = {a, b};
-    const std::size_t later = next_place_++ + prefetch_distance;
+    next_place_ = place + 1;
+    const std::size_t later = place + prefetch_distance;
     if (later < list_.size() && found_[later].count && found_[later].thread != nobody)
       prefetch(shares_[found_[later].thread].contacts.data() + found_[later].first);
-    // A geom that was destroyed in this report must not be looked at.
     const std::size_t kind = anyChanged() ? kinds : kindOf(a, b);
     if (kind < habits_.size()) ++habits_[kind].pairs;
     callback(data, a, b);
   };
-  reportPairs(pairs.list, pairs.geoms, call);
+  reportPairs(pairs.list, pairs.scene, pairs.limit, call);
 }
 
 void PrecomputedContacts::learn() {

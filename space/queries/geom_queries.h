@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "space/base/buffer.h"
 #include "space/base/slot_set.h"
@@ -15,8 +16,9 @@ namespace ode_parallel_sap {
 // What a query found, in storage that is kept between queries, so that none of them allocates.
 struct QueryLists {
   Buffer<dxGeom*> hits;
-  Buffer<Slot> found;
-  SlotSet marks;  // empty between queries
+  Buffer<Slot> found;       // in the end those of the hits
+  std::optional<Slot> own;  // of the geom of the query, if it is in the space
+  SlotSet marks;            // empty between queries
 
   std::size_t bytes() const { return bytesOf(hits, found, marks); }
 };

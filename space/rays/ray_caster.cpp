@@ -318,7 +318,8 @@ class RayCaster::Pass {
 namespace {
 
 // Needs no pass: a callback may leave it by longjmp.
-std::size_t report(const RayRequest& request, RayLists& store) {
+std::size_t report(const Scene& scene, const RayRequest& request, RayLists& store) {
+  const Reports::Open open(scene.reports, request.all);
   std::size_t all = 0;
   const RayFound* late = store.late.begin();
   for (std::size_t ray = 0; ray < request.count; ++ray) {
@@ -326,13 +327,19 @@ std::size_t report(const RayRequest& request, RayLists& store) {
     const Block& block = store.blocks[ray];
     const RayFound* const first_late = late;
     while (late != store.late.end() && late->ray == ray) ++late;
-    const std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
-    if (count == 0) continue;
+    std::size_t count = block.count + static_cast<std::size_t>(late - first_late);
     store.hits.resizeDiscarding(count);
     const RayFound* a = store.shares[block.thread].found.data() + block.first;
     const RayFound *const a_end = a + block.count, *b = first_late;
-    for (dParallelSAPRayHit& hit : store.hits)
-      hit = a != a_end && (b == late || isNearer(*a, *b)) ? a++->hit : b++->hit;
+    dParallelSAPRayHit* next = store.hits.data();
+    for (; count > 0; --count) {
+      const RayFound& found = a != a_end && (b == late || isNearer(*a, *b)) ? *a++ : *b++;
+      *next = found.hit;
+      next += !scene.reports.changed() ||
+              scene.reports.holds(scene.slots, found.target.slot, found.hit.geom);
+    }
+    count = static_cast<std::size_t>(next - store.hits.data());
+    if (count == 0) continue;
     if (request.nearest)
       request.nearest[ray] = store.hits[0];
     else
@@ -356,16 +363,16 @@ bool RayCaster::prepare(const Geoms& geoms, const RayRequest& request, const Way
   return others_.bringUpToDate(geoms, way.threads, queries) && bounded;
 }
 
-std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const Way& way,
+std::size_t RayCaster::cast(const Scene& scene, const RayRequest& request, const Way& way,
                             RayLists& lists) {
   if (request.count == 0) return 0;
   try {
-    Pass pass(*this, geoms, request, lists);
+    Pass pass(*this, scene.slots, request, lists);
     if (way.guest) {
       const GeomTree::Reader bounded(bounded_), others(others_);
       pass.run(way, way.trees && bounded.mayRead() && others.mayRead());
     } else {
-      pass.run(way, prepare(geoms, request, way));
+      pass.run(way, prepare(scene.slots, request, way));
     }
   } catch (const std::bad_alloc&) {
     lists = RayLists();
@@ -378,12 +385,12 @@ std::size_t RayCaster::cast(const Geoms& geoms, const RayRequest& request, const
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;
-      hits += cast(geoms, one, {1, false, false, way.guest}, lists);
+      hits += cast(scene, one, {1, false, false, way.guest}, lists);
       lists = RayLists();
     }
     return hits;
   }
-  return report(request, lists);
+  return report(scene, request, lists);
 }
 
 }  // namespace ode_parallel_sap

@@ -10,6 +10,7 @@
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/geoms/scene.h"
 #include "space/queries/geom_tree.h"
 
 namespace ode_parallel_sap {
@@ -116,7 +117,7 @@ class RayCaster {
   // Casts the rays and reports what they hit; where there is no memory for it, one by one. All
   // AABBs are up to date, and no other batch uses `lists`. Returns the number of rays that hit
   // something, or of all hits.
-  std::size_t cast(const Geoms& geoms, const RayRequest& request, const Way& way, RayLists& lists);
+  std::size_t cast(const Scene& scene, const RayRequest& request, const Way& way, RayLists& lists);
 
   // Gives back all that is held.
   void release() {

@@ -59,4 +59,19 @@ if(NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=" AND NOT ODE_PARALLEL_SAP_ODE STREQU
     "-DODE_PARALLEL_SAP_ODE=${ODE_PARALLEL_SAP_ODE}" "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
     "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}"
     --test-command "${CMAKE_CURRENT_BINARY_DIR}/project/debug/tests/property-tests" "Two threads*" --warn NoTests)
+  set(property_tests ${cpu_only} ${every_backend})
+  list(TRANSFORM property_tests REPLACE ".*/" "")
+  list(JOIN property_tests "|" property_tests)
+  # ODE as its own CMake project builds releases, for vcpkg, conda and Windows too: without assertions.
+  add_project_test(
+    no-assertions "${CMAKE_CTEST_COMMAND}" --build-and-test "${PROJECT_SOURCE_DIR}"
+    "${CMAKE_CURRENT_BINARY_DIR}/project/no-assertions" --build-generator "${CMAKE_GENERATOR}" --build-target property-tests
+    --build-options -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG" -DODE_PARALLEL_SAP_EXAMPLES=OFF
+    -DODE_PARALLEL_SAP_CUDA=OFF -DODE_PARALLEL_SAP_ODE=SOURCE "-DODE_PARALLEL_SAP_PRECISION=${ODE_PARALLEL_SAP_PRECISION}"
+    "-DODE_SOURCE_DIR=${ODE_SOURCE_DIR}" "-DODE_PARALLEL_SAP_ODE_CACHE=${ODE_PARALLEL_SAP_ODE_CACHE}"
+    --test-command "${CMAKE_CTEST_COMMAND}" --output-on-failure --no-tests=error -R "^(${property_tests})$")
+  set_property(
+    TEST project.no-assertions APPEND
+    PROPERTY ENVIRONMENT ODE_PARALLEL_SAP_TEST_ONLY=cpu ODE_PARALLEL_SAP_TEST_SCALE=0.1 OMP_WAIT_POLICY=passive)
+  set_tests_properties(project.no-assertions PROPERTIES COST 500 TIMEOUT 3600)
 endif()

@@ -15,8 +15,9 @@
  * - Callbacks run on the calling thread, unless they say otherwise, with the space locked, and may
  *   collide any space. A throw leaves the space unlocked. A longjmp leaves it locked, as in ODE's
  *   spaces, and pairs stay right; events resume with the next call that is no deeper on the stack.
- * - Bits, bodies and enabled states are read when the collide begins. A callback may enable and
- *   disable geoms and bodies for the next one, and change no geom of a locked space otherwise.
+ * - Such callbacks may destroy geoms and, if ODE has no assertions, remove, add and move them: what
+ *   left is in no further pair of the call, what came is in the next collide. Not so the geoms of
+ *   dSpaceCollide2 of two spaces. Bits, bodies and enabled states are read when a collide begins.
  * - A geom with a NaN bound is in no pair; dMessage reports it once, the statistics count it. Other
  *   bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
@@ -139,9 +140,8 @@ typedef int dParallelSAPReduceCallback(void* data, dGeomID o1, dGeomID o2, dCont
 ODE_PARALLEL_SAP_API int dParallelSAPKeepDeepest(dContactGeom* contacts, int count, int most);
 ODE_PARALLEL_SAP_API int dParallelSAPKeepSpread(dContactGeom* contacts, int count, int most);
 
-/* Called on the calling thread for each pair with a space in it, in order. It adds pairs that
- * replace this one, mostly by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair). It may do what
- * near callbacks may. */
+/* Called on the calling thread for each pair with a space in it, in order. It adds pairs instead,
+ * mostly by dSpaceCollide2 (o1, o2, pairs, dParallelSAPAddPair), and changes no geom. */
 typedef void dParallelSAPSpacesCallback(void* data, dGeomID o1, dGeomID o2, void* pairs);
 
 /* Adds a pair to the `pairs` of a running dParallelSAPSpacesCallback. It is a dNearCallback. */
@@ -190,7 +190,7 @@ typedef struct dParallelSAPPair {
 } dParallelSAPPair;
 
 /* A block of the frame's pairs, in their order: `first` is the place of pairs[0] in the frame.
- * `count` is 1 or more, the same for all blocks but the last. `pairs` last until it returns. */
+ * `count` is 1 or more: the same up to the last, if no geom leaves. `pairs` last until it ends. */
 typedef void dParallelSAPPairsCallback(void* data, const dParallelSAPPair* pairs, size_t count,
                                        size_t first);
 
@@ -199,13 +199,12 @@ enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at 
 /* Finds the pairs of dSpaceCollide and hands them out in blocks of some hundred. With `callback` 0,
  * pairs are only found and counted, for programs that use begun and ended pairs.
  *
- * Threads: without flags, the blocks come in their order on the calling thread, under the rules of
- * near callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT
- * ONCE, in the caller's floating-point mode (on x86 that of SSE; x87's is the thread's own). It may
- * read geoms and bodies, write what belongs to its pairs alone, and collide spaces that no other
- * thread uses, but not this one. For dCollide it must allocate its thread's data, and know which
- * geoms other threads may collide too. If it throws, no further block begins, and one exception
- * leaves this call on the calling thread. */
+ * Threads: without flags, blocks come in order on the calling thread, under the rules of near
+ * callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE, in
+ * the caller's floating-point mode (on x86 that of SSE; x87's is the thread's own). It may read
+ * geoms and bodies, write what belongs to its pairs alone, and collide other spaces that no other
+ * thread uses. For dCollide it must allocate its thread's data, and know which geoms other threads
+ * collide. If it throws, no further block begins, and one exception leaves this call. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
                                                         dParallelSAPPairsCallback* callback);
 
