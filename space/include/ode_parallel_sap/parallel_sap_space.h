@@ -25,19 +25,17 @@
  * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
  * - Contacts are dCollide's, bit for bit, in the order of the pairs, on any thread and ODE build.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
- *   in a new space, plus allocations. A frame waits for no thread that has not begun its work, so
- *   a thread whose core another program holds is done without.
- * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only where not
+ *   in a new space, plus allocations. A frame waits for no thread that has not begun its work.
+ * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only if not
  *   even the contacts of one pair, or the hits of one ray, find memory. The CPU finishes the frame
- *   of a GPU that fails; one message and the statistics say so. Enabling and disabling takes effect
- *   at once if memory for all pairs ends or an AABBTest throws bad_alloc.
+ *   of a failing GPU and says so. Without memory for all pairs, enabling takes effect at once.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
  * of that geom. While nothing changes, any number of threads may call dSpaceCollide2 (geom, space),
  * dParallelSAPSpaceRays and -RayHits, from concurrent blocks too: no geom of these spaces and their
- * sub-spaces is moved, added, removed or changed meanwhile, and no sub-space has swept bounds.
- * Threads must not share heightfield data, to which ODE's collider writes, that of rays too.
+ * sub-spaces is moved, added, removed or changed, and no sub-space has swept bounds. Threads must
+ * not share heightfield data, to which ODE's colliders write.
  *
  * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later versions
  * may add fields at the end of the structs of statistics, contact callbacks, rays and hits; each
