@@ -61,7 +61,7 @@ inline const char* misfitOfODE(dxSpace* space) {
   dSpaceAdd(space, sphere);
   EXPECT(space->count == 1 && space->first == sphere && sphere->parent_space == space);
   EXPECT(dSpaceGetNumGeoms(space) == 1 && dSpaceQuery(space, sphere));
-  EXPECT(dSpaceGetGeom(space, 0) == sphere);
+  EXPECT(space->dxSpace::getGeom(0) == sphere);  // not the one of the space, which may be another
   EXPECT(space->current_geom == sphere && space->current_index == 0);
   dSpaceSetSublevel(space, 7);
   dSpaceSetCleanup(space, 0);
