@@ -183,8 +183,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
 
 /* A pair of dParallelSAPSpaceCollidePairs. */
 typedef struct dParallelSAPPair {
-  dGeomID o1; /* as the near callback gets them */
-  dGeomID o2; /* likewise */
+  dGeomID o1, o2; /* as the near callback gets them */
 } dParallelSAPPair;
 
 /* A block of the frame's pairs, in their order: `first` is the place of pairs[0] in the frame.
