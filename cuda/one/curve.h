@@ -32,7 +32,7 @@ struct DigitSpread {
   }
 };
 
-// How the centres of one class become keys (Quantizer on the CPU).
+// How the centres of one class become keys.
 struct Curve : CurveDigits {
   float origin[3], prescale[3], scale[3], last_step[3];
   DigitSpread spread[3];

@@ -108,6 +108,7 @@ class Physics {
   void measureStep();
   void findDepths();
   void noteDepths();
+  bool isNamed(std::size_t regime) const;
   void noteFast();
   void noteContacts();
   void noteCarried(const Body& body);

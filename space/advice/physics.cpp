@@ -688,10 +688,16 @@ void Physics::add(const Physics& other) {
   looks_ += other.looks_;
 }
 
+// A load that one look has seen may be on its way to rest.
+bool Physics::isNamed(std::size_t regime) const {
+  const Worst& worst = worst_[regime];
+  return worst.excess >= 1 && (regime != load || worst.looks > 1 || looks_ < 3);
+}
+
 bool Physics::find(int line, dParallelSAPWarning* warning) const {
   for (std::size_t i = 0; i < regimes; ++i) {
     const Worst& worst = worst_[i];
-    if (worst.excess < 1 || line-- > 0) continue;
+    if (!isNamed(i) || line-- > 0) continue;
     const auto geom = [&worst](int j) { return worst.have_left[j] ? nullptr : worst.geoms[j]; };
     *warning = {table[i].name, geom(0), geom(1), worst.looks, worst.first, worst.last};
     return true;
@@ -712,7 +718,7 @@ std::vector<std::string> Physics::lines() const {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < regimes; ++i) {
     const Worst& worst = worst_[i];
-    if (worst.excess < 1) continue;
+    if (!isNamed(i)) continue;
     char line[512];
     int at = std::snprintf(line, sizeof line, "%s: ", table[i].name);
     const auto add = [&](const char* text, auto... values) {

@@ -1,5 +1,5 @@
-// Which axis each digit of a key along a space-filling (Z) curve belongs to: what Quantizer on the
-// CPU and Curve on a device have in common. For the host and for kernels.
+// Which axis each digit of a key along a space-filling (Z) curve belongs to: a device's Curve; and
+// what centres are measured by, also on the CPU.
 #pragma once
 
 #include "space/base/both_sides.h"

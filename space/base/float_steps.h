@@ -1,4 +1,5 @@
-// Floats as integers of the same order, and the bits of doubles. For the host and, of floats, for kernels.
+// Floats as integers of the same order, and the bits of doubles. For the host and, of floats, for
+// kernels.
 #pragma once
 
 #include <string.h>

@@ -74,8 +74,10 @@ inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
   const __m128 lower = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(0, 0, 1, 0));
   const __m128 upper = _mm_shuffle_ps(xy, float_z, _MM_SHUFFLE(1, 1, 3, 2));
   const __m128 size = _mm_sub_ps(upper, lower);
-  const __m128 plain =
-      _mm_and_ps(_mm_cmplt_ps(_mm_setzero_ps(), size), _mm_cmplt_ps(size, _mm_set1_ps(most_bound)));
+  const __m128 signs = _mm_set1_ps(-0.0f);
+  const __m128 bound = _mm_max_ps(_mm_andnot_ps(signs, lower), _mm_andnot_ps(signs, upper));
+  const __m128 plain = _mm_and_ps(_mm_cmplt_ps(_mm_setzero_ps(), size),
+                                  _mm_cmplt_ps(_mm_max_ps(bound, size), _mm_set1_ps(most_bound)));
   if (__builtin_expect(_mm_movemask_ps(plain) != 15, false))
     return roundToFloatsOneByOne(bounds, box);
 
@@ -90,8 +92,6 @@ inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
       _mm_and_pd(_mm_cmpeq_pd(_mm_cvtps_pd(float_x), x), _mm_cmpeq_pd(_mm_cvtps_pd(float_y), y)),
       _mm_cmpeq_pd(_mm_cvtps_pd(float_z), z));
   const bool exact = _mm_movemask_pd(same) == 3;
-  const __m128 signs = _mm_set1_ps(-0.0f);
-  const __m128 bound = _mm_max_ps(_mm_andnot_ps(signs, lower), _mm_andnot_ps(signs, upper));
   __m128 most = _mm_max_ps(_mm_unpacklo_ps(bound, size), _mm_unpackhi_ps(bound, size));
   most = _mm_max_ps(most, _mm_movehl_ps(most, most));  // bound, size
   const __m128 step =

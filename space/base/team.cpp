@@ -171,7 +171,9 @@ class Job {
     if (teamsAreTested()) awaitTeam(arrived_, first);
     for (int i = 0; i < words; ++i) {
       const int word = (thread / 64 + i) % words;
-      while (const std::uint64_t left = free_[word].load(std::memory_order_relaxed)) {
+      // The first member is the caller's, who can do all if others lack what they need.
+      const std::uint64_t not_mine = thread > 0 && word == 0 ? 1 : 0;
+      while (const std::uint64_t left = free_[word].load(std::memory_order_relaxed) & ~not_mine) {
         const bool own = first && i == 0 && left >> thread % 64 & 1;
         const int bit = own ? thread % 64 : __builtin_ctzll(left);
         member = 64 * word + bit;

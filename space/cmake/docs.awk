@@ -8,9 +8,7 @@ FNR == 1 { sub(/^\/\* /, "/** @file\n * @brief ") }
 /^\/\* Environment variables/ { sub(/\/\* /, "/** @file\n * ") }
 /^ *\/\* / { sub(/\/\* /, "/** ") }
 !/^ *(\/\*| \*)/ && / \/\* / { sub(/ \/\* /, " /**< ") }
-/^ODE_PARALLEL_SAP_API / && previous ~ /^ODE_PARALLEL_SAP_API .*;$/ {
-  match(previous, /d[A-Za-z0-9]*\(/)
-  print "/** @copydoc " substr(previous, RSTART, RLENGTH - 1) " */"
-}
+/^ODE_PARALLEL_SAP_API / && name && previous ~ /\);$/ { print "/** @copydoc " name " */" }
+/^ODE_PARALLEL_SAP_API / { match($0, /d[A-Za-z0-9]*\(/); name = substr($0, RSTART, RLENGTH - 1) }
 { print }
 { previous = $0 }

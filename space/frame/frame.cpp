@@ -68,8 +68,8 @@ std::size_t Pipeline::collidePairs(const FrameCall& call, const PairsRequest& re
   if (!isSmall(call) || !hasRoom(call.lists.contact_pairs, PairBlock::size))
     return collideManyPairs(call, request);
   PairBlock block(request, call.lists.contact_pairs.data());
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish,
-                                 !request.concurrent()};
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
+                                 &PairBlock::leaveOut};
   return endFrame(collideSmall(call, receiver, watcher_).pairs);
 }
 
@@ -78,8 +78,8 @@ __attribute__((noinline)) std::size_t Pipeline::collideManyPairs(const FrameCall
                                                                  const PairsRequest& request) {
   dParallelSAPPair room[PairBlock::size];
   PairBlock block(request, room);
-  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish,
-                                 !request.concurrent()};
+  const PairReceiver receiver = {&block, &PairBlock::add, &PairBlock::finish, !request.concurrent(),
+                                 &PairBlock::leaveOut};
   return run(call, receiver, [&](Frame& frame, const PairList& pairs) {
     frame.clock.begin(Stage::report);
     frame.stats.threads = handOutBlocks(pairs, call.scene, request, frame.plan.most_threads);

@@ -21,6 +21,12 @@ void PairBlock::add(void* block, dGeomID o1, dGeomID o2) {
   if (self.held_ == size) self.handOut();
 }
 
+void PairBlock::leaveOut(void* block) {
+  PairBlock& self = *static_cast<PairBlock*>(block);
+  self.handOut();
+  ++self.first_;
+}
+
 void PairBlock::handOut() {
   if (held_ == 0) return;
   const std::size_t first = first_, count = held_;

@@ -36,6 +36,7 @@ class PairBlock {
   // is left in the end.
   static void add(void* block, dGeomID o1, dGeomID o2);
   static void finish(void* block) { static_cast<PairBlock*>(block)->handOut(); }
+  static void leaveOut(void* block);  // a pair
 
   // Hands out the block of pairs [first, first + size), or less at the end of `count`, on whatever
   // thread this is: in parts, between which geoms have left.

@@ -260,6 +260,8 @@ FrameCounts SmallScenes::collide(const Scene& scene, const PackRules& rules, Sma
   forPairs([&](dxGeom* a, dxGeom* b) {
     if (!scene.reports.changed() || (isThere(a) && isThere(b)))
       receiver.callback(receiver.data, a, b);
+    else if (receiver.gap)
+      receiver.gap(receiver.data);
   });
   if (receiver.end) receiver.end(receiver.data);
   if (statistics.frames() != frame)  // a collide within the callback wrote its own

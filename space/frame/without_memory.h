@@ -12,8 +12,9 @@ namespace ode_parallel_sap {
 struct PairReceiver {
   void* data;
   dNearCallback* callback;
-  void (*end)(void* data);  // called after the last one; may be 0
-  bool opens;               // the callback may destroy geoms
+  void (*end)(void* data);            // called after the last one; may be 0
+  bool opens;                         // the callback may destroy geoms
+  void (*gap)(void* data) = nullptr;  // called for a pair whose geoms have left; may be 0
 };
 
 // Counts the geoms, and brings them up to date.

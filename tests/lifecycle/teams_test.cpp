@@ -195,9 +195,9 @@ struct Work {
 const Work kWorks[] = {
     {"all boxes move",
      framesOf(dParallelSAPMethodSweep, populateDensely, moveAll),
-     {"update: geoms", "box classes: survey", "cell order: keys", "cell order: buckets",
-      "cell order: pieces", "cell trees: cells", "cell coherence: active boxes", "sweep: tasks",
-      "pair order: counts", "pair order: deal", "pair order: buckets"}},
+     {"update: geoms", "cell order: regions", "cell order: centres", "cell order: halves",
+      "cell trees: cells", "cell coherence: active boxes", "sweep: tasks", "rows: table",
+      "rows: pairs"}},
     {"crowds in one place",
      framesOf(dParallelSAPMethodSweep, populateWithCrowds, moveSome),
      {"radix sort: counts", "radix sort: scatter", "radix sort: copy"}},

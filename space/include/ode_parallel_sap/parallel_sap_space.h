@@ -65,8 +65,7 @@ ODE_PARALLEL_SAP_API dSpaceID dParallelSAPSpaceCreate(dSpaceID parent);
 /* 1 if dParallelSAPSpaceCreate made the space, else 0. */
 ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 
-/* Declares, to the end of the process, that a class of dCreateGeomClass has no AABBTest, to save
- * time. Any thread may call it. */
+/* Declares, to the end of the process, that a class of dCreateGeomClass has no AABBTest. */
 ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
@@ -98,9 +97,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
 
 /* The most threads of a collide, 1 to 256; larger numbers count as 256. 0, the default, is OpenMP's
- * number (processor affinity, OMP_NUM_THREADS). The first large collide starts them, without
- * waiting. All spaces share them. Small scenes use one thread. So does a forked child whose parent
- * had started threads. If the system allows fewer, dMessage says so once. */
+ * number (affinity, OMP_NUM_THREADS). The first large collide starts them; all spaces share them.
+ * Small scenes use one thread, and a forked child whose parent had started threads. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNumThreads(dSpaceID space, int n);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNumThreads(dSpaceID space);
 
@@ -152,7 +150,6 @@ typedef struct dParallelSAPContactCallbacks {
   dParallelSAPReduceCallback* reduce;    /* 0: all contacts are kept */
   dParallelSAPSpacesCallback* spaces;    /* 0: dSpaceCollide2, down to pairs of geoms */
 } dParallelSAPContactCallbacks;
-
 /* `dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf (makeJoints);` */
 #define dParallelSAPContactCallbacksOf(contacts) \
   { (contacts), NULL, NULL, NULL }
@@ -170,20 +167,19 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  *
  * - Any: spheres, boxes, capsules, cylinders, convexes, planes, rays and OPCODE's meshes.
  * - Any, in an image: heightfields, and meshes if dCheckConfiguration ("ODE_EXT_mt_collisions") is
- *   0. An image is ODE's shared library, loaded again (2 MB). If that fails, dMessage says why, and
- *   the calling thread collides these pairs. Calling threads take turns at meshes, which the
- *   program must not collide meanwhile.
+ *   0. An image is ODE's library, loaded again (2 MB); dMessage says if that fails. Then the calling
+ *   thread collides these pairs. Calling threads take turns at meshes.
  * - The calling one, alone: geom transforms, user classes, meshes of GIMPACT or with callbacks or
  *   temporal coherence, heightfields with callbacks, meshes with heightfields if the above is 1,
  *   colliders of dSetColliderOverride if the pair needs an image, and dParallelSAPOnCallingThread.
- *   Other overridden colliders run on any thread, but not for most boxes that are apart. Pairs for
- *   which that is wrong need this flag. */
+ *   Other overridden colliders run on any thread, and not for most boxes that are apart. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
     dSpaceID space, void* data, int flags, const dParallelSAPContactCallbacks* callbacks);
 
 /* A pair of dParallelSAPSpaceCollidePairs. */
 typedef struct dParallelSAPPair {
-  dGeomID o1, o2; /* as the near callback gets them */
+  dGeomID o1; /* as the near callback gets it */
+  dGeomID o2; /* likewise */
 } dParallelSAPPair;
 
 /* A block of the frame's pairs, in their order: `first` is the place of pairs[0] in the frame.
@@ -350,10 +346,14 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
  * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 
+/* A regime that warnings saw. */
 typedef struct dParallelSAPWarning {
-  const char* name; /* with which the line begins: "load" */
-  dGeomID o1, o2;   /* the worst geom or pair; 0: none, or it left the space */
-  unsigned long long checks, first, last; /* checks that saw it; collides of these, from 0 on */
+  const char* name;          /* with which the line begins: "load" */
+  dGeomID o1;                /* the worst geom, or of a pair; 0: none, or it left the space */
+  dGeomID o2;                /* the other one of the pair; likewise */
+  unsigned long long checks; /* that saw it */
+  unsigned long long first;  /* collide of such a check, from 0 on */
+  unsigned long long last;   /* likewise */
 } dParallelSAPWarning;
 /* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
