@@ -688,10 +688,11 @@ void Physics::add(const Physics& other) {
   looks_ += other.looks_;
 }
 
-// A load that one look has seen may be on its way to rest.
+// What one look of several has seen of loads and turning is on its way to rest, or to a hit.
 bool Physics::isNamed(std::size_t regime) const {
   const Worst& worst = worst_[regime];
-  return worst.excess >= 1 && (regime != load || worst.looks > 1 || looks_ < 3);
+  const bool lasts = regime == load || regime == mass_ratio || regime == turning;
+  return worst.excess >= 1 && (!lasts || worst.looks > 1 || looks_ < 3);
 }
 
 bool Physics::find(int line, dParallelSAPWarning* warning) const {

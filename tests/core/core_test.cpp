@@ -185,7 +185,8 @@ TEST_CASE("Bounds become the nearest floats that are finite, in their order, wha
 
 TEST_CASE("Rounding in vectors gives what it gives one by one, for boxes of every kind") {
   sap_test::Random random(sap_test::seedOr(1));
-  const double special[] = {0.0, -0.0, NAN, HUGE_VAL, -HUGE_VAL, 1e-310, 3.5e38, 1.7e308, -1.7e308};
+  const double special[] = {0.0,    -0.0,   NAN,     HUGE_VAL, -HUGE_VAL,
+                            1e-310, 3.5e38, 1.7e308, -1.7e308, std::numeric_limits<float>::max()};
   for (int round = 0; round < sap_test::scaled(200000); ++round) {
     const double size = std::pow(10, random.between(-60, 60));
     double bounds[6];
@@ -193,7 +194,9 @@ TEST_CASE("Rounding in vectors gives what it gives one by one, for boxes of ever
       bounds[2 * axis] = size * random.gauss() * std::pow(10, random.between(0, 12));
       bounds[2 * axis + 1] = bounds[2 * axis] + size * random.between(0, 1);
     }
-    if (random.chance(0.2)) bounds[random.below(6)] = special[random.below(9)];
+    if (random.chance(0.3))
+      for (double& bound : bounds) bound = static_cast<float>(bound);
+    if (random.chance(0.2)) bounds[random.below(6)] = special[random.below(10)];
     if (random.chance(0.1)) std::swap(bounds[0], bounds[1]);
     CAPTURE(bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]);
     Box box, wanted;
