@@ -43,8 +43,8 @@ class DeviceBackend {
   // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
   // have failed: the caller then finds the pairs itself. A device that fails is reported once
   // through dMessage and not used again by this space; one that cannot be made ready is not used by
-  // any. One that is out of memory is tried again at growing intervals. Throws ListsTooLong where the memory of one of them, or the plan's limit, does not
-  // suffice.
+  // any. One that is out of memory is tried again at growing intervals. Throws ListsTooLong where
+  // the memory of one of them, or the plan's limit, does not suffice.
   int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.
   void reportLeftOut();

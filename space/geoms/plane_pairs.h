@@ -43,7 +43,9 @@ class PlanePairs {
   // are not clear nor left out by the rules, and leaves them in `pairs`, together with the
   // `others`, which may be the same list. All are ascending. Returns the number of pairs added.
   std::size_t addTo(const PairList& others, const Others& of, int threads, PairList& pairs);
-  std::size_t bytes() const { return bytesOf(all_planes_, planes_, found_, hits_, scratch_, list_); }
+  std::size_t bytes() const {
+    return bytesOf(all_planes_, planes_, found_, hits_, scratch_, list_);
+  }
 
  private:
   template <class Real>
@@ -59,7 +61,7 @@ class PlanePairs {
   Buffer<Slot> planes_;                      // of this frame: the enabled ones without NaN
   std::vector<Buffer<Pair>> found_;          // one a thread
   std::vector<Buffer<HalfSpaceHits>> hits_;  // one a thread
-  Buffer<Pair> scratch_;  // to sort with
+  Buffer<Pair> scratch_;                     // to sort with
   PairList list_;
 };
 

@@ -167,8 +167,8 @@ enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the call
  *
  * - Any: spheres, boxes, capsules, cylinders, convexes, planes, rays and OPCODE's meshes.
  * - Any, in an image: heightfields, and meshes if dCheckConfiguration ("ODE_EXT_mt_collisions") is
- *   0. An image is ODE's library, loaded again (2 MB); dMessage says if that fails. Then the calling
- *   thread collides these pairs. Calling threads take turns at meshes.
+ *   0. An image is ODE's library, loaded again (2 MB). If that fails, dMessage says why, and the
+ *   calling thread collides these pairs. Calling threads take turns at meshes.
  * - The calling one, alone: geom transforms, user classes, meshes of GIMPACT or with callbacks or
  *   temporal coherence, heightfields with callbacks, meshes with heightfields if the above is 1,
  *   colliders of dSetColliderOverride if the pair needs an image, and dParallelSAPOnCallingThread.
