@@ -96,8 +96,7 @@ class Study(unittest.TestCase):
                     said = subprocess.run([point, *scene.split(), *words.split(), "--seed", seed], stdout=subprocess.DEVNULL,
                                           stderr=subprocess.PIPE, text=True, env=dict(os.environ, ODE_PARALLEL_SAP_STATS="1")).stderr
                     self.assertIn(" frames (", said)
-                    # ODE's contacts of meshes may be deep when they first hit.
-                    check(said.replace(": deep: ", "") if scene.startswith("meshes") and words == settings else said, warning)
+                    check(said, warning)
 
     def test_is_repeatable(self):
         words = [point, "heap", "10", "--seed", "3", "--dt", "0.02"]

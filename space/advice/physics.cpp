@@ -51,6 +51,8 @@ constexpr double hanging_falls = 0.09;  // between a ring of 12 (0.039) and a ch
 constexpr double soft_falls = 0.012;    // CFM of step/mass: between stacks of 10 and 15 (0.0147)
 constexpr double most_sink = 0.016;     // sizes; likewise: CFM of step/mass lets them sag by 2 %
 constexpr double deep_ways = 2;         // an impact is as deep as its way, and not more (README.md)
+constexpr double least_wrong = 0.25;    // sizes; between meshes that fall (0.21) and cubes that are flung (0.3)
+constexpr double flight = 2;            // sizes; bodies that fall farther meet something else
 
 constexpr std::size_t most_geoms = 2048;  // fixed: of a look
 constexpr int most_joints = 128;          // fixed: of a body; dBodyGetJoint counts from the first
@@ -424,11 +426,15 @@ void Physics::findDepths() {
   }
 }
 
+// First hits of meshes and convexes are deep, and harmless while they push bodies the way they came.
 void Physics::noteDepths() {
-  for (const auto& [a, b, correction, depth, size, speed] : depths_)
+  for (const auto& [a, b, correction, depth, size, speed] : depths_) {
+    const double share = depth / size;
+    const double most = isSimple(a) && isSimple(b) ? table[deep].limit : least_wrong;
     if ((speed == 0 || step_ > 0) && depth > deep_ways * speed * step_ &&
-        note(deep, depth / size, 100 * depth / size, a, b) && correction > 0)
+        note(deep, share * table[deep].limit / most, 100 * share, a, b) && correction > 0)
       remedy(deep, "dWorldSetContactMaxCorrectingVel of %.2g", correction);
+  }
 }
 
 // A body gets through what is thinner than its way; not if its middle stays in front of it.
@@ -640,9 +646,10 @@ void Physics::noteTurning() {
     dBodyVectorFromWorld(id, turn[0], turn[1], turn[2], rate);
     dMultiply0_331(momentum, mass.I, rate);
     dCalcVectorCross3(across, rate, momentum);
-    const double speed = lengthOf(rate), angle = speed * step_;
+    const double speed = lengthOf(rate), angle = speed * step_, lasts = 0.51 / (angle * speed);
     if (lengthOf(across) < 0.01 * speed * lengthOf(momentum)) continue;
-    if (note(turning, angle, 0.51 / (angle * speed), body.geom))
+    const double pull = dBodyGetGravityMode(id) ? gravity_ : 0;
+    if (pull * lasts * lasts / 2 < flight * body.size && note(turning, angle, lasts, body.geom))
       remedy(turning, "steps of %.2g s make that ten times longer", step_ / 10);
   }
 }
@@ -688,10 +695,10 @@ void Physics::add(const Physics& other) {
   looks_ += other.looks_;
 }
 
-// What one look of several has seen of loads and turning is on its way to rest, or to a hit.
+// A load that one look of several has seen is on its way to rest.
 bool Physics::isNamed(std::size_t regime) const {
   const Worst& worst = worst_[regime];
-  const bool lasts = regime == load || regime == mass_ratio || regime == turning;
+  const bool lasts = regime == load || regime == mass_ratio;
   return worst.excess >= 1 && (!lasts || worst.looks > 1 || looks_ < 3);
 }
 
