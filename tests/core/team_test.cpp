@@ -49,7 +49,7 @@ bool comeToHelp(Region& region, int threads) {
 
 TEST_CASE("A team is waited for that has begun, and calls each member once") {
   static Region region("team");
-  REQUIRE(comeToHelp(region, 4));
+  REQUIRE((threadsToBeHad(4) == 1 || comeToHelp(region, 4)));
   for (const int team : {1, 2, 7, 16, 65, most_threads}) {
     std::vector<std::atomic<int>> begun(static_cast<std::size_t>(team)), done(begun.size());
     runTeam(region, team, [&](int member, int) {
