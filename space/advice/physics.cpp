@@ -51,8 +51,9 @@ constexpr double hanging_falls = 0.09;  // between a ring of 12 (0.039) and a ch
 constexpr double soft_falls = 0.012;    // CFM of step/mass: between stacks of 10 and 15 (0.0147)
 constexpr double most_sink = 0.016;     // sizes; likewise: CFM of step/mass lets them sag by 2 %
 constexpr double deep_ways = 2;         // an impact is as deep as its way, and not more (README.md)
-constexpr double least_wrong = 0.25;    // sizes; between meshes that fall (0.21) and cubes that are flung (0.3)
-constexpr double flight = 2;            // sizes; bodies that fall farther meet something else
+constexpr double least_wrong =
+    0.25;  // sizes; between meshes that fall (0.21) and cubes that are flung (0.3)
+constexpr double flight = 2;  // sizes; bodies that fall farther meet something else
 
 constexpr std::size_t most_geoms = 2048;  // fixed: of a look
 constexpr int most_joints = 128;          // fixed: of a body; dBodyGetJoint counts from the first
@@ -426,7 +427,8 @@ void Physics::findDepths() {
   }
 }
 
-// First hits of meshes and convexes are deep, and harmless while they push bodies the way they came.
+// First hits of meshes and convexes are deep, and harmless while they push bodies the way they
+// came.
 void Physics::noteDepths() {
   for (const auto& [a, b, correction, depth, size, speed] : depths_) {
     const double share = depth / size;
