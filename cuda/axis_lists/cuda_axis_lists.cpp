@@ -171,8 +171,13 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   // What belongs to one device.
   struct Share {
     int number = 0;
-    DriverContext driver_context = nullptr;
+    DriverContext driver_context;
     std::unique_ptr<DevicePart> device;
+    // As in DeviceSweep.
+    bool isGone() {
+      if (device && isLost(driver_context)) (void)device.release();
+      return !device;
+    }
     AxisPart part;
     Buffer<Pair> found;
   };
@@ -188,12 +193,13 @@ class CudaAxisLists final : public CudaAxisListsFinder {
   EndpointLists<double> wide_endpoints_;
   std::vector<Share> shares_ = std::vector<Share>(1);
   std::vector<Buffer<Pair>> finished_;  // one a thread
-  Buffer<Pair> scratch_;  // to sort with
+  Buffer<Pair> scratch_;                // to sort with
   CudaAxisListsTimes times_;
 };
 
 void CudaAxisLists::releaseDevices() {
   for (Share& share : shares_) {
+    if (share.isGone()) continue;
     const ScopedDevice device(share.driver_context, std::nothrow);
     share.device.reset();
   }
@@ -221,6 +227,7 @@ int CudaAxisLists::findOnDevices(const AxisRows* const (&rows)[3], int threads) 
         noteWork();
         Share& share = shares_[i];
         share.part.cut(rows, axes, i, count);
+        if (share.device && share.isGone()) throw DeviceWasReset();
         if (!share.device) share.driver_context = driverContextOf(share.number);
         const ScopedDevice device(share.driver_context);
         cudaGetLastError();  // not ours

@@ -104,6 +104,9 @@ struct Driver {
   decltype(&cuInit) init;
   decltype(&cuDeviceGet) deviceGet;
   decltype(&cuDevicePrimaryCtxRetain) primaryContextRetain;
+  decltype(&cuDevicePrimaryCtxRelease) primaryContextRelease;
+  decltype(&cuDevicePrimaryCtxGetState) primaryContextState;
+  decltype(&cuCtxGetId) contextId;
   decltype(&cuCtxGetCurrent) contextGetCurrent;
   decltype(&cuCtxPushCurrent) contextPush;
   decltype(&cuCtxPopCurrent) contextPop;
@@ -139,6 +142,9 @@ const Driver& driver() {
     lookUp("cuInit", driver.init);
     lookUp("cuDeviceGet", driver.deviceGet);
     lookUp("cuDevicePrimaryCtxRetain", driver.primaryContextRetain);
+    lookUp("cuDevicePrimaryCtxRelease", driver.primaryContextRelease);
+    lookUp("cuDevicePrimaryCtxGetState", driver.primaryContextState);
+    lookUp("cuCtxGetId", driver.contextId);
     lookUp("cuCtxGetCurrent", driver.contextGetCurrent);
     lookUp("cuCtxPushCurrent", driver.contextPush);
     lookUp("cuCtxPopCurrent", driver.contextPop);
@@ -152,27 +158,42 @@ const Driver& driver() {
 
 DriverContext driverContextOf(int device) {
   CUdevice number = 0;
-  CUcontext context = nullptr;
+  DriverContext context;
+  context.device = device;
   callDriver("cuDeviceGet", driver().deviceGet, &number, device);
-  callDriver("cuDevicePrimaryCtxRetain", driver().primaryContextRetain, &context, number);
+  callDriver("cuDevicePrimaryCtxRetain", driver().primaryContextRetain, &context.handle, number);
+  callDriver("cuCtxGetId", driver().contextId, context.handle, &context.id);
   return context;
 }
 
-DriverContext currentDriverContext() {
-  CUcontext current = nullptr;
-  callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);
-  return current;
+// A device is asked, as a handle of what is gone must not be: one that was destroyed is inactive,
+// or another by now.
+bool isLost(const DriverContext& context) noexcept {
+  CUdevice device = 0;
+  CUcontext now = nullptr;
+  unsigned int flags = 0;
+  int active = 0;
+  unsigned long long id = 0;
+  if (driver().deviceGet(&device, context.device) != CUDA_SUCCESS ||
+      driver().primaryContextState(device, &flags, &active) != CUDA_SUCCESS || !active ||
+      driver().primaryContextRetain(&now, device) != CUDA_SUCCESS)
+    return true;
+  const bool known = driver().contextId(now, &id) == CUDA_SUCCESS;
+  driver().primaryContextRelease(device);
+  return !known || id != context.id;
 }
 
-ScopedDevice::ScopedDevice(DriverContext context) {
-  if (currentDriverContext() == context) return;
-  callDriver("cuCtxPushCurrent", driver().contextPush, context);
+ScopedDevice::ScopedDevice(const DriverContext& context) {
+  CUcontext current = nullptr;
+  callDriver("cuCtxGetCurrent", driver().contextGetCurrent, &current);
+  if (current == context.handle) return;
+  callDriver("cuCtxPushCurrent", driver().contextPush, context.handle);
   changed_ = true;
 }
 
-ScopedDevice::ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept
+ScopedDevice::ScopedDevice(const DriverContext& context, const std::nothrow_t&) noexcept
     // Where there is a context, the driver has been found.
-    : changed_(context && driver().contextPush(context) == CUDA_SUCCESS) {}
+    : changed_(context.handle && driver().contextPush(context.handle) == CUDA_SUCCESS) {}
 
 ScopedDevice::~ScopedDevice() {
   CUcontext popped = nullptr;

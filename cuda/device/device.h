@@ -26,22 +26,27 @@ bool cudaCallIsToFail();
 int processorsOf(int device);
 
 // What the driver keeps for the program on a device, whichever of its libraries has it made.
-using DriverContext = CUctx_st*;
+struct DriverContext {
+  CUctx_st* handle = nullptr;
+  int device = 0;
+  unsigned long long id = 0;  // no other one ever has it
+};
 
 // That of the device which the runtime uses, too; made if there is none. It is kept for the rest of
 // the program: to make one takes long.
 DriverContext driverContextOf(int device);
-// That of the device which is current for the calling thread; null: none.
-DriverContext currentDriverContext();
+// Whether the program has had it destroyed (cudaDeviceReset): nothing of it may be used or given
+// back then. Takes about a microsecond.
+bool isLost(const DriverContext& context) noexcept;
 
 // Makes a device's context current for the calling thread as long as it lives; the thread is as it
 // was then. cudaSetDevice would not lead back: it makes the context of the device that it is given,
 // which the program may never have used and which may have no room for one.
 class ScopedDevice {
  public:
-  explicit ScopedDevice(DriverContext context);
+  explicit ScopedDevice(const DriverContext& context);
   // For giving back what is there: has no effect where it cannot have its own.
-  ScopedDevice(DriverContext context, const std::nothrow_t&) noexcept;
+  ScopedDevice(const DriverContext& context, const std::nothrow_t&) noexcept;
   ~ScopedDevice();
   ScopedDevice(const ScopedDevice&) = delete;
   ScopedDevice& operator=(const ScopedDevice&) = delete;

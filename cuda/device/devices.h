@@ -19,6 +19,13 @@ class DeviceFailure : public std::runtime_error {
   const bool out_of_memory;  // there may be memory later; all else is final
 };
 
+// The program has destroyed what the driver kept of a device (cudaDeviceReset). All that was there
+// is gone; it can be made ready anew.
+class DeviceWasReset : public DeviceFailure {
+ public:
+  DeviceWasReset() : DeviceFailure("the program has reset it") {}
+};
+
 struct FailedDevice {
   int device;  // as the driver counts them
   std::string reason;

@@ -22,14 +22,16 @@ class LockedStorage {
     return *locked;
   }
 
-  bool lock(void* data, std::size_t bytes) {
+  bool lock(void* data, std::size_t bytes, const DriverContext& context) {
     const std::lock_guard<std::mutex> guard(mutex_);
     const auto known = entries_.find(data);
     if (known != entries_.end()) {
-      if (known->second.bytes == bytes && known->second.forks == forks_) return true;
+      const Entry& is = known->second;
+      const bool may_be_lost = is.context.device == context.device && is.context.id != context.id;
+      if (is.bytes == bytes && is.forks == forks_ && !may_be_lost) return true;
       unlock(known);
     }
-    const Entry entry = {bytes, forks_, currentDriverContext()};
+    const Entry entry = {bytes, forks_, context};
     const auto place = entries_.emplace(data, entry).first;  // or there would be no memory for it
     if (cudaCallIsToFail() ||
         cudaHostRegister(data, bytes, cudaHostRegisterPortable) != cudaSuccess) {
@@ -70,8 +72,10 @@ class LockedStorage {
   }
   // At the end of the program the runtime may be gone already, and its pages with it.
   void unlock(Entries::iterator entry) {
-    const ScopedDevice device(entry->second.context, std::nothrow);
-    if (cudaHostUnregister(entry->first) != cudaSuccess) cudaGetLastError();
+    if (!isLost(entry->second.context)) {
+      const ScopedDevice device(entry->second.context, std::nothrow);
+      if (cudaHostUnregister(entry->first) != cudaSuccess) cudaGetLastError();
+    }
     entries_.erase(entry);
   }
 
@@ -82,13 +86,13 @@ class LockedStorage {
 
 }  // namespace
 
-void PageLock::lock(const void* data, std::size_t bytes) {
+void PageLock::lock(const void* data, std::size_t bytes, const DriverContext& context) {
   const bool again = data == last_ && bytes == last_bytes_;
   if (!again) refused_ = false;
   last_ = data;
   last_bytes_ = bytes;
   if (again && !refused_ && Storage::isMapped(bytes))
-    refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes);
+    refused_ = !LockedStorage::ofProgram().lock(const_cast<void*>(data), bytes, context);
 }
 
 }  // namespace ode_parallel_sap

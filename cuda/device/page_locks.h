@@ -3,18 +3,20 @@
 
 #include <cstddef>
 
+#include "cuda/device/device.h"
+
 namespace ode_parallel_sap {
 
 // Locks the pages of large storage (space/base/storage.h), of which it holds one at a time. They
 // are unlocked when the storage is given back, whoever does so, and locked anew after a fork, which
-// leaves the program with other pages than the device.
+// leaves the program with other pages than the device, and after the device was reset.
 class PageLock {
  public:
   // Locks storage that begins at `data` and has `bytes`, for all devices, when it is called with it
-  // the second time in a row: what lasts for a frame only is not worth it. The calling thread's
-  // device is current. That the system does not let it is no failure: copies are slower, and the
+  // the second time in a row: what lasts for a frame only is not worth it. `context` is current for
+  // the calling thread. That the system does not let it is no failure: copies are slower, and the
   // same storage is not tried again.
-  void lock(const void* data, std::size_t bytes);
+  void lock(const void* data, std::size_t bytes, const DriverContext& context);
 
  private:
   const void* last_ = nullptr;

@@ -89,6 +89,8 @@ void CudaSweep::findOn(std::size_t devices, const BoxSet& boxes, PairList& pairs
   try {
     group.find(boxes, pairs);
     if (measuring_) group.onFirst([&](const Context& first) { readTimes(first, group.times()); });
+  } catch (const DeviceWasReset&) {
+    throw;
   } catch (const DeviceFailure& failure) {
     lose(group.failed(), failure);
   }

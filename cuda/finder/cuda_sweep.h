@@ -40,8 +40,8 @@ class CudaPairFinder : public PairFinder {
   // there are left are taken as all of them.
   virtual void useDevices(int count) = 0;
   // A device that fails is not used again; what it leaves undone the others do, among them those
-  // that its source has in reserve. Throws DeviceFailure when the last one has failed, and
-  // std::bad_alloc.
+  // that its source has in reserve. Throws DeviceFailure when the last one has failed,
+  // DeviceWasReset when one was, and std::bad_alloc.
   int find(const BoxSet& boxes, int threads, PairList& pairs) override = 0;
   // How many have failed.
   virtual int devicesLost() const = 0;

@@ -81,13 +81,28 @@ int DevicePool::device(std::size_t i) {
   if (!isReady()) {
     count();
     const std::lock_guard<std::mutex> lock(making_ready_);
+    for (; !isReady() && static_cast<std::size_t>(ready_) < usable_.size(); ++ready_) try {
+        findSmallScene(usable_[ready_]);
+      } catch (const DeviceFailure&) {
+        // The frame that uses it meets the same.
+      }
     for (; !isReady() && tried_ < listed_.size(); ++tried_) makeReady(listed_[tried_]);
     if (!isReady() && retry_.isDue()) tryFullOnes();
   }
   return isReady() ? usable_[i] : -1;
 }
 
-// Finds a few pairs on it, so that the driver has loaded what it takes.
+// So that the driver has loaded what it takes.
+void DevicePool::findSmallScene(int device) {
+  PairList pairs;
+  makeCudaSweep({device})->find(smallScene(), 1, pairs);
+}
+
+void DevicePool::wereReset() {
+  const std::lock_guard<std::mutex> lock(making_ready_);
+  ready_ = 0;
+}
+
 void DevicePool::makeReady(int device) {
   // Stands for several.
   if (std::find(full_.begin(), full_.end(), device) != full_.end()) return addFull(device);
@@ -98,8 +113,7 @@ void DevicePool::makeReady(int device) {
   try {
     if (!usable_.empty() && generationOf(device) != generationOf(usable_[0]))
       throw DeviceFailure("another generation than GPU " + std::to_string(usable_[0]));
-    PairList pairs;
-    makeCudaSweep({device})->find(smallScene(), 1, pairs);
+    findSmallScene(device);
     usable_.push_back(device);
     ++ready_;
   } catch (const DeviceFailure& failure) {

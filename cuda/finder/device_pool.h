@@ -35,6 +35,8 @@ class DevicePool {
   int device(std::size_t i);
   // Has the first `wanted` made ready by another thread, and returns at once.
   void prepare(int wanted);
+  // The program has reset devices: they are to be made ready anew.
+  void wereReset();
 
   // Whether takeFailures() has something to tell; for every frame.
   bool hasFailures() const { return has_failures_ && !isLost(); }
@@ -47,6 +49,7 @@ class DevicePool {
   DevicePool();
   ~DevicePool();
   void makeReady(int device);
+  static void findSmallScene(int device);
   void tryFullOnes();
   void addFull(int device);
   void leaveOut(int device, const DeviceFailure& failure);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cuda/device/devices.h"
 #include "cuda/one/classify.h"
 #include "cuda/one/clusters.h"
 #include "cuda/one/tuning.h"
@@ -34,19 +35,29 @@ std::size_t segmentsFor(std::size_t pairs) {
 
 }  // namespace
 
-DriverContext DeviceSweep::driverContext() {
+const DriverContext& DeviceSweep::driverContext() {
   if (!context_) driver_context_ = driverContextOf(device_);
   return driver_context_;
 }
 
+// What was on a device that the program has reset is not given back: its handles lead nowhere.
+bool DeviceSweep::isGone() {
+  if (context_ && isLost(driver_context_)) (void)context_.release();
+  return !context_;
+}
+
+void DeviceSweep::checkContext() {
+  if (context_ && isGone()) throw DeviceWasReset();
+}
+
 void DeviceSweep::release() {
-  if (!context_) return;
+  if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   context_.reset();
 }
 
 void DeviceSweep::wait() {
-  if (!context_) return;
+  if (isGone()) return;
   const ScopedDevice device(driver_context_, std::nothrow);
   for (const cudaStream_t stream :
        {cudaStream_t(context_->up), cudaStream_t(context_->compute), cudaStream_t(context_->down)})

@@ -34,7 +34,9 @@ class DeviceSweep {
 
   int device() const { return device_; }
   // To be made current for all calls but wait() and release().
-  DriverContext driverContext();
+  const DriverContext& driverContext();
+  // To be called before a frame: throws DeviceWasReset where that is so.
+  void checkContext();
   // Null before open() and after release().
   Context* context() { return context_.get(); }
   const Context* context() const { return context_.get(); }
@@ -125,7 +127,9 @@ class DeviceSweep {
   }
 
   const int device_;
-  DriverContext driver_context_ = nullptr;
+  bool isGone();
+
+  DriverContext driver_context_;
   std::unique_ptr<Context> context_;
   Frame frame_;
   // From the last search, with a quarter more: pairs, and places taken by those beyond the rows.

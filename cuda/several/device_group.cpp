@@ -112,7 +112,8 @@ void DeviceGroup::bring(const Array<Value>& array, Arrived arrived) {
                  : std::clamp<std::size_t>(slice_bytes / device::least_piece_bytes, 1,
                                            device::pieces_wanted);
   each([&](DeviceSweep& member, std::size_t) {
-    (member.context()->*array.lock).lock(array.from.data(), array.from.bytes());
+    (member.context()->*array.lock)
+        .lock(array.from.data(), array.from.bytes(), member.driverContext());
   });
   for (std::size_t round = 0; round < rounds; ++round)
     bringSlices(array, static_cast<int>(round), static_cast<int>(rounds), arrived);
@@ -260,7 +261,7 @@ void DeviceGroup::fetch(PairList& pairs) {
   each([&](DeviceSweep& member, std::size_t part) {
     Buffer<Pair>& to = pairs.parts[part];
     to.resizeDiscarding(member.pairs());
-    member.context()->pairs_lock.lock(to.data(), to.bytes());
+    member.context()->pairs_lock.lock(to.data(), to.bytes(), member.driverContext());
     member.sendPairs(pairs, part);
   });
   each([&](DeviceSweep& member, std::size_t part) {
@@ -281,6 +282,7 @@ void DeviceGroup::giveUp() {
 void DeviceGroup::find(const BoxSet& boxes, PairList& pairs) {
   const auto count = static_cast<std::uint32_t>(members_.size());
   try {
+    for (DeviceSweep* member : members_) member->checkContext();
     each([](DeviceSweep& member, std::size_t) {
       cudaGetLastError();  // not ours
       member.open();

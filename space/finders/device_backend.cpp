@@ -26,6 +26,7 @@ struct DeviceBackend::Finder {
   bool all_are_full = false;   // until then
   bool full_are_said = false;  // once is enough
   bool has_lost_others = false;
+  bool reset_is_said = false;
 
   Finder() { takeAll(); }
   void takeAll() {
@@ -43,7 +44,10 @@ DeviceBackend::~DeviceBackend() {
 }
 
 bool deviceAvailable() {
-  return DevicePool::get().count() > 0;
+  DevicePool& pool = DevicePool::get();
+  if (pool.count() == 0 && !pool.hasFull()) return false;
+  pool.prepare(1);
+  return true;
 }
 
 int DeviceBackend::lost() const {
@@ -113,6 +117,14 @@ int DeviceBackend::find(int method, const BoxSet& boxes, const ExtractionPlan& p
       sweep.find(boxes, plan.threads, pairs);
       used = sweep.devicesUsed();
     }
+  } catch (const DeviceWasReset&) {
+    DevicePool::get().wereReset();
+    finder_->takeAll();
+    pairs.clear(1);
+    if (!std::exchange(finder_->reset_is_said, true))
+      dMessage(0,
+               "parallel SAP space: the program has reset a GPU, which is made ready anew; until "
+               "then pairs are found on the CPU");
   } catch (const DeviceFailure& failure) {
     reason = failure.what();
     const bool all_left_out = lost() == 0 && DevicePool::get().hasFull();

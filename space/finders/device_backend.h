@@ -11,7 +11,8 @@
 namespace ode_parallel_sap {
 
 // Whether this build has the back end and this machine a device for it. Loads the driver at the
-// first call; a program that does without the back end never comes here.
+// first call, and has another thread make the first device ready, so that no frame waits for that
+// if the program loads something meanwhile. One that does without the back end never comes here.
 bool deviceAvailable();
 
 // What the policy decided of the extraction.
@@ -43,7 +44,8 @@ class DeviceBackend {
   // the pairs. 0, with nothing in `pairs`, where devices do not take such boxes or methods or all
   // have failed: the caller then finds the pairs itself. A device that fails is reported once
   // through dMessage and not used again by this space; one that cannot be made ready is not used by
-  // any. One that is out of memory is tried again at growing intervals. Throws ListsTooLong where
+  // any. One that is out of memory is tried again at growing intervals, one that the
+  // program has reset at once. Throws ListsTooLong where
   // the memory of one of them, or the plan's limit, does not suffice.
   int find(int method, const BoxSet& boxes, const ExtractionPlan& plan, PairList& pairs);
   // Reports the devices that could not be made ready meanwhile.

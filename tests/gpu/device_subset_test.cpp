@@ -35,7 +35,8 @@ const std::string machine = [] {
   const char* const text = std::getenv("ODE_PARALLEL_SAP_TEST_MACHINE");
   const std::string devices = text ? text : "";
   emulation::setDevices(devices);
-  ode_parallel_sap::setMemoryRetry(std::chrono::hours(1));
+  using std::chrono::milliseconds;
+  ode_parallel_sap::setMemoryRetry(devices == "fff" ? milliseconds(20) : std::chrono::hours(1));
   return devices;
 }();
 
@@ -124,7 +125,7 @@ TEST_CASE("Full devices are tried and named once, and the others serve every fra
     Scene automatic(dParallelSAPBackendAuto, 3, 60000);
     if (free) CHECK(devicesThatAutoComesTo(automatic) == free);
     if (!free) CHECK(automatic.collide(30).devices == 0);
-    if (!free) CHECK(!dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA));
+    if (!free) CHECK(dParallelSAPSpaceSetBackend(automatic.space, dParallelSAPBackendCUDA));
   }
   checkFullOnes(messages);
   for (std::size_t i = 0; i < machine.size(); ++i)
@@ -278,20 +279,19 @@ bool comesToDevices(Scene& scene, int devices) {
 }
 
 TEST_CASE("Full devices are tried again at growing intervals, until they have room", "[.][freed]") {
-  REQUIRE(machine == "ff");
-  ode_parallel_sap::setMemoryRetry(std::chrono::milliseconds(20));
+  REQUIRE(machine == "fff");
   const sap_test::Messages messages;
   Scene scene(dParallelSAPBackendCUDA, 2);
   const auto begin = std::chrono::steady_clock::now();
   while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(600)) scene.collide();
   CHECK(emulation::device(0).tried > 1);
   CHECK(emulation::device(0).tried < 8);
-  CHECK(messages.all().size() == 2);  // one for each device
+  CHECK(messages.all().size() == 3);  // one for each device
   emulation::setFull(1, false);
   CHECK(comesToDevices(scene, 1));
   emulation::setFull(0, false);
   CHECK(comesToDevices(scene, 2));
-  CHECK(messages.all().size() == 2);
+  CHECK(messages.all().size() == 3);
 }
 
 TEST_CASE("A device that is out of memory in a frame is used again, one that failed is not",
@@ -308,6 +308,44 @@ TEST_CASE("A device that is out of memory in a frame is used again, one that fai
     CHECK(scene.collide(5).devices == (fail == failCudaAllocation));
     CHECK(messages.all().size() == 1);
   }
+}
+
+TEST_CASE("Setting the CUDA back end has another thread make a device ready", "[.][first-use]") {
+  REQUIRE(machine == "-");
+  Scene scene(dParallelSAPBackendCUDA);
+  const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (DevicePool::get().ready() == 0 && std::chrono::steady_clock::now() < latest)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  CHECK(DevicePool::get().ready() == 1);
+}
+
+TEST_CASE("Frames go on where the program resets a device, which is made ready anew",
+          "[.][reset]") {
+  REQUIRE(machine == "--");
+  const sap_test::Messages messages;
+  std::size_t said = 0;
+  const auto play = [&](int backend, int method, std::size_t boxes) {
+    emulation::settings().kernels_run = backend == dParallelSAPBackendCUDA;
+    Scene scene(backend, 2, boxes, method);
+    if (backend == dParallelSAPBackendAuto) dParallelSAPSpaceSetNumThreads(scene.space, 1);
+    REQUIRE(comesToDevices(scene, 2));
+    for (const int device : {1, 0, 0}) {
+      INFO("method " << method << ", back end " << backend << ", device " << device);
+      scene.collide(3);
+      const emulation::Locks before = emulation::locks();
+      emulation::reset(device);
+      CHECK(scene.collide().devices == 0);
+      REQUIRE(comesToDevices(scene, 2));
+      scene.collide(3);
+      CHECK(emulation::locks().now == before.now);
+    }
+    REQUIRE(messages.all().size() == ++said);
+    CHECK(contains(messages.all().back(), "has reset a GPU"));
+    emulation::reset(0);  // and then the space is destroyed
+  };
+  play(dParallelSAPBackendCUDA, dParallelSAPMethodSweep, 9000);
+  play(dParallelSAPBackendCUDA, dParallelSAPMethodAxisLists, 2000);
+  play(dParallelSAPBackendAuto, dParallelSAPMethodSweep, 20000);
 }
 
 TEST_CASE("The child of a process that makes devices ready uses the CPU", "[.][forked]") {

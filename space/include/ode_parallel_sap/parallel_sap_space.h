@@ -69,9 +69,9 @@ ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
 /* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
- * frames; it loads the CUDA driver once GPUs could have saved some 50 ms. The CUDA back end runs
- * AxisLists, and Sweep if floats are fine enough; other frames run on the CPU. dMessage reports a
- * GPU that fails, which is tried again only if it was out of memory. A child uses the CPU. */
+ * frames; it loads the driver once GPUs could have saved some 50 ms. Setting CUDA loads it, and a
+ * thread makes a GPU ready, for which frames wait; it runs AxisLists, and Sweep if floats suffice.
+ * dMessage reports a GPU that fails; full, or reset, it is tried again. A child uses the CPU. */
 enum {
   dParallelSAPBackendAuto, /* the faster one for the scene */
   dParallelSAPBackendCPU,

@@ -36,22 +36,31 @@ struct Work {
 // What the driver's opaque types are here.
 struct CUctx_st {
   int device;
+  unsigned long long id = 1;
 };
-struct CUevent_st {
+// What is made on a device knows the context in which that was.
+struct OnDevice {
+  explicit OnDevice(int device);
   int device;
+  unsigned long long context;
+};
+struct CUevent_st : OnDevice {
+  using OnDevice::OnDevice;
   emulation::Happened happened = std::make_shared<std::vector<char>>(1, 1);
 };
-struct CUstream_st {
-  int device;
+struct CUstream_st : OnDevice {
+  using OnDevice::OnDevice;
   std::uint64_t priority = emulation::random().bits();
   std::deque<emulation::Work> work = {};
   std::unique_ptr<std::vector<emulation::Work>> recorded = {};  // while it is captured
 };
-struct CUgraph_st {
-  int device;
+struct CUgraph_st : OnDevice {
+  using OnDevice::OnDevice;
   std::vector<emulation::Work> work = {};
 };
-struct CUgraphExec_st : CUgraph_st {};
+struct CUgraphExec_st : CUgraph_st {
+  using CUgraph_st::CUgraph_st;
+};
 
 namespace emulation {
 namespace {
@@ -94,6 +103,13 @@ CUcontext primaryContextOf(int device) {
   return machine().contexts[device].get();
 }
 
+// Ends the program as a driver may that is given what is gone.
+void require(const OnDevice* object) {
+  if (object->context == machine().contexts[object->device]->id) return;
+  std::fprintf(stderr, "a handle of a context that was reset\n");
+  std::abort();
+}
+
 // Does a piece of work of any stream, most often of the one that is ahead of others. False where
 // there is none, or all wait.
 bool step() {
@@ -123,6 +139,7 @@ void doUntil(Condition condition) {
 }
 
 void add(cudaStream_t stream, Work work) {
+  require(stream);
   if (stream->recorded)
     stream->recorded->push_back(std::move(work));
   else
@@ -156,13 +173,14 @@ template <class Object>
 cudaError_t create(Object** object) {
   return call([&](int device) {
     ++machine().devices[device].in_use;
-    *object = new Object{device};
+    *object = new Object(device);
     return cudaSuccess;
   });
 }
 template <class Object>
 cudaError_t destroy(Object* object) {
   return call([&](int) {
+    require(object);
     --machine().devices[object->device].in_use;
     delete object;
     return cudaSuccess;
@@ -218,6 +236,20 @@ CUresult CUDAAPI primaryContextRetain(CUcontext* context, CUdevice device) {
   *context = primaryContextOf(device);
   return *context ? CUDA_SUCCESS : CUDA_ERROR_OUT_OF_MEMORY;
 }
+CUresult CUDAAPI primaryContextRelease(CUdevice) {
+  return CUDA_SUCCESS;
+}
+CUresult CUDAAPI primaryContextState(CUdevice device, unsigned int* flags, int* active) {
+  const Lock lock(machine().mutex);
+  *flags = 0;
+  *active = machine().devices[device].has_context;
+  return CUDA_SUCCESS;
+}
+CUresult CUDAAPI contextId(CUcontext context, unsigned long long* id) {
+  const Lock lock(machine().mutex);
+  *id = context->id;
+  return CUDA_SUCCESS;
+}
 CUresult CUDAAPI contextGetCurrent(CUcontext* context) {
   *context = stack.empty() ? nullptr : stack.back();
   return CUDA_SUCCESS;
@@ -239,6 +271,9 @@ cudaError_t driverFunction(const std::string& name, void** function) {
       {"cuInit", reinterpret_cast<void*>(&init)},
       {"cuDeviceGet", reinterpret_cast<void*>(&deviceGet)},
       {"cuDevicePrimaryCtxRetain", reinterpret_cast<void*>(&primaryContextRetain)},
+      {"cuDevicePrimaryCtxRelease", reinterpret_cast<void*>(&primaryContextRelease)},
+      {"cuDevicePrimaryCtxGetState", reinterpret_cast<void*>(&primaryContextState)},
+      {"cuCtxGetId", reinterpret_cast<void*>(&contextId)},
       {"cuCtxGetCurrent", reinterpret_cast<void*>(&contextGetCurrent)},
       {"cuCtxPushCurrent", reinterpret_cast<void*>(&contextPush)},
       {"cuCtxPopCurrent", reinterpret_cast<void*>(&contextPop)}};
@@ -264,6 +299,18 @@ Device device(int number) {
 void setFull(int device, bool full) {
   const Lock lock(machine().mutex);
   machine().devices.at(device).full = full;
+}
+void reset(int device) {
+  const Lock lock(machine().mutex);
+  machine().devices[device].has_context = false;
+  ++machine().contexts[device]->id;
+  for (auto* all : {&machine().memory, &machine().locked})
+    for (auto at = all->begin(); at != all->end();)
+      at = at->second.device == device ? all->erase(at) : std::next(at);
+  std::vector<CUstream_st*>& streams = machine().streams;
+  streams.erase(std::remove_if(streams.begin(), streams.end(),
+                               [=](const CUstream_st* each) { return each->device == device; }),
+                streams.end());
 }
 int callsWithoutContext() {
   const Lock lock(machine().mutex);
@@ -327,6 +374,9 @@ cudaError_t launchWithScratch(void* scratch, std::size_t& bytes, std::size_t nee
 }
 
 }  // namespace emulation
+
+OnDevice::OnDevice(int device)
+    : device(device), context(emulation::machine().contexts[device]->id) {}
 
 using namespace emulation;
 
@@ -430,6 +480,7 @@ cudaError_t cudaStreamDestroy(cudaStream_t stream) {
 }
 cudaError_t cudaStreamSynchronize(cudaStream_t stream) {
   return call([&](int) {
+    require(stream);
     doUntil([=] { return stream->work.empty(); });
     return cudaSuccess;
   });
@@ -462,6 +513,7 @@ cudaError_t cudaEventDestroy(cudaEvent_t event) {
 cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t stream) {
   const Happened happened = event->happened;
   return call([&](int) {
+    require(event);
     const std::size_t time = happened->size();
     happened->push_back(0);
     add(stream, {[=] { (*happened)[time] = 1; }, nullptr, 0});
@@ -492,6 +544,7 @@ cudaError_t cudaGraphExecDestroy(cudaGraphExec_t graph) {
 }
 cudaError_t cudaGraphLaunch(cudaGraphExec_t graph, cudaStream_t stream) {
   return call([&](int device) {
+    require(graph);
     ++machine().devices[device].launches;
     ++machine().devices[device].replays;
     for (const Work& work : graph->work) add(stream, work);

@@ -38,6 +38,8 @@ struct Device {
 void setDevices(const std::string& devices);
 Device device(int number);
 void setFull(int device, bool full);
+// As cudaDeviceReset: all that is on the device is gone, and a handle of it ends the program.
+void reset(int device);
 // Calls that worked on a device although the thread had made no context current: those of a program
 // that leaves the choice to the runtime.
 int callsWithoutContext();
