@@ -68,9 +68,9 @@ void hit(void*, size_t, const dParallelSAPRayHit*, size_t) {
 
 void collideBy(Way way) {
   const dParallelSAPContactCallbacks contacts = {touch, nullptr, nullptr, nullptr};
-  const dParallelSAPRay rays[3] = {{{-9, 1, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
-                                   {{-9, 2, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
-                                   {{-9, 3, 2}, {1, 0, 0}, 99, ~0ul, ~0ul}};
+  const dParallelSAPRay rays[3] = {{{-9, 1, 1}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr},
+                                   {{-9, 2, 1}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr},
+                                   {{-9, 3, 2}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr}};
   switch (way) {
     case kNear:
       return dSpaceCollide(script.space, nullptr, near);

@@ -103,7 +103,8 @@ class Scene {
                           {1, dReal(0.1), 0},
                           dReal(2 * side_),
                           ~0ul,
-                          ~0ul});
+                          ~0ul,
+                          nullptr});
         dParallelSAPSpaceRayHits(
             space_, rays.data(), rays.size(), 3, &taker,
             [](void* data, size_t ray, const dParallelSAPRayHit* hits, size_t count) {

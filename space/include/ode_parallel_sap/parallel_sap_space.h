@@ -203,11 +203,11 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* da
 
 /* A ray of dParallelSAPSpaceRays. */
 typedef struct dParallelSAPRay {
-  dVector3 origin;             /* where it begins */
-  dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
-  dReal length;                /* 0 or more */
-  unsigned long category_bits; /* as dGeomSetCategoryBits. If both are 0, the ray has all bits */
-  unsigned long collide_bits;  /* as dGeomSetCollideBits */
+  dVector3 origin;                           /* where it begins */
+  dVector3 direction;                        /* of any length but 0: dGeomRaySet makes it 1 */
+  dReal length;                              /* 0 or more */
+  unsigned long category_bits, collide_bits; /* as a geom's. If both are 0, the ray has all bits */
+  dBodyID ignore;                            /* the ray passes its geoms; 0: none */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
@@ -396,8 +396,8 @@ typedef struct dParallelSAPStats {
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* The macros below call these with the sizes of the program's structs. Fields of the statistics
- * that the library does not know become 0; unknown callbacks and other sizes of rays and hits are
- * an error. Functions without size, for dlsym and older programs, take version 0.1's structs. */
+ * that the library does not know become 0; unknown callbacks and larger rays and hits are an error.
+ * Functions without size, for dlsym and older programs, take version 0.1's structs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
