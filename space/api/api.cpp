@@ -172,6 +172,20 @@ size_t(dParallelSAPSpaceRayHits)(dSpaceID space, const dParallelSAPRay* rays, si
                                        flags, data, callback);
 }
 
+size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes, size_t count,
+                                 size_t size, int flags, void* data,
+                                 dParallelSAPOverlapCallback* callback) {
+  ParallelSAPSpace& own = checked(space);
+  constexpr int of_ode = 0xffff | static_cast<int>(CONTACTS_UNIMPORTANT);
+  const bool any = flags & dParallelSAPOverlapAny;
+  dUASSERT(probes || count == 0, "no probes");
+  dUASSERT(size == sizeof *probes, "probes of another version of this header");
+  dUASSERT((flags & ~(of_ode | dParallelSAPOverlapAny)) == 0, "unknown flags for overlaps");
+  dUASSERT(!any || !callback, "a callback without all overlaps");
+  flags &= of_ode;
+  return own.findOverlaps({probes, count, flags & 0xffff ? flags : flags | 1, any, data, callback});
+}
+
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(every >= 1 || !path, "a trace is written of every n-th collide, n >= 1");

@@ -44,8 +44,8 @@ struct FrameSums {
   double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
          report_ms = 0, total_ms = 0;
   // Frames have no part in these.
-  unsigned long long queries = 0, rays = 0;
-  double queries_ms = 0, rays_ms = 0;
+  unsigned long long queries = 0, rays = 0, probes = 0;
+  double queries_ms = 0, rays_ms = 0, probes_ms = 0;
 
   // A frame's statistics, or sums, divided by a number.
   template <class From>
@@ -66,8 +66,10 @@ struct FrameSums {
     frames += other.frames;
     queries += other.queries;
     rays += other.rays;
+    probes += other.probes;
     queries_ms += other.queries_ms;
     rays_ms += other.rays_ms;
+    probes_ms += other.probes_ms;
   }
   // Of a frame.
   FrameSums average() const {
@@ -121,8 +123,8 @@ class Statistics {
     sums_.addFrames(last_);
   }
 
-  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only. Any thread
-  // may note these.
+  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays or probes: summed only. Any
+  // thread may note these.
   bool timesQueries() const { return sums_wanted_; }
   void noteQuery(double ms) {
     const std::lock_guard<std::mutex> lock(queries_mutex_);
@@ -133,6 +135,11 @@ class Statistics {
     const std::lock_guard<std::mutex> lock(queries_mutex_);
     sums_.rays += count;
     sums_.rays_ms += ms;
+  }
+  void noteOverlaps(std::size_t probes, double ms) {
+    const std::lock_guard<std::mutex> lock(queries_mutex_);
+    sums_.probes += probes;
+    sums_.probes_ms += ms;
   }
 
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a

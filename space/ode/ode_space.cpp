@@ -10,6 +10,7 @@
 #include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
+#include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
@@ -379,7 +380,10 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) call.workspace()->query = QueryLists();
+    if (queries_.noteFrame()) {
+      call.workspace()->query = QueryLists();
+      call.workspace()->overlaps = OverlapLists();
+    }
     if (rays_.noteFrame()) call.workspace()->rays = RayLists();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
@@ -554,6 +558,31 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
             [&](RayLists& lists) { hits = rays_.cast(all, request, way, lists); });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
+}
+
+std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
+  const SpannedCall call(*this, Use::query);
+  if (!call.isGuest()) checkSilent();
+  for (std::size_t i = 0; i < request.count; ++i) {
+    if (i + prefetch_distance < request.count)
+      prefetchObject(request.probes[i + prefetch_distance].geom, sizeof(dxGeom));
+    dxGeom* const geom = request.probes[i].geom;
+    require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
+    updateOther(geom);
+    updateAABB(geom);
+    if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
+  }
+  if (!call.isGuest()) cleanFew();
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
+                          settings_.apart != 0, call.isGuest()};
+  const Clock::time_point begin = Clock::now();
+  const Scene all = scene(/*nested=*/true, call.isGuest());
+  std::size_t overlaps = 0;
+  withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
+    overlaps = ode_parallel_sap::findOverlaps(all, queries_, settings_.rules, request, way, lists);
+  });
+  pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
+  return overlaps;
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -330,6 +330,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceCollidePairs, (wrong, nullptr, 0, nullptr)),
       CALL(dParallelSAPSpaceRays, (wrong, nullptr, 0, 0, &hit)),
       CALL(dParallelSAPSpaceRayHits, (wrong, nullptr, 0, 0, nullptr, nullptr)),
+      CALL(dParallelSAPSpaceOverlaps, (wrong, nullptr, 0, 0, 0, nullptr, nullptr)),
       CALL(dParallelSAPSpaceGetBegunPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetEndedPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetPairNumbers, (wrong, &numbers)),
@@ -375,6 +376,21 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   for (const int flags : {-1, 0})
     namesIt("dParallelSAPSpaceRayHits",
             [&] { dParallelSAPSpaceRayHits(space, &ray, 1, flags, nullptr, nullptr); });
+  dParallelSAPProbe probe = {ball, nullptr, 0};
+  const auto overlap = [](void*, std::size_t, dGeomID, const dContactGeom*, int) {};
+  const auto refusesOverlaps = [&](dParallelSAPProbe* probes, std::size_t size, int flags,
+                                   dParallelSAPOverlapCallback* callback) {
+    namesIt("dParallelSAPSpaceOverlaps",
+            [&] { dParallelSAPSpaceOverlaps(space, probes, 1, size, flags, nullptr, callback); });
+  };
+  refusesOverlaps(nullptr, sizeof probe, 1, nullptr);
+  refusesOverlaps(&probe, sizeof probe - 1, 1, nullptr);
+  refusesOverlaps(&probe, sizeof probe, 0x20000, nullptr);
+  refusesOverlaps(&probe, sizeof probe, dParallelSAPOverlapAny, overlap);
+  for (const dGeomID wrong : {dGeomID(nullptr), asGeom(stock)}) {
+    probe.geom = wrong;
+    refusesOverlaps(&probe, sizeof probe, 1, overlap);
+  }
   namesIt("dParallelSAPSpaceCollidePairs",
           [&] { dParallelSAPSpaceCollidePairs(space, nullptr, 2, nullptr); });
   namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(nullptr, 1, 1); });

@@ -206,6 +206,15 @@ const struct {
            [](void*, dGeomID, dGeomID, const dContactGeom*, int) { witness->reporting = true; });
        dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
      }},
+    {"dParallelSAPSpaceOverlaps",
+     [](dSpaceID space, dGeomID probe) {
+       std::vector<dParallelSAPProbe> probes(300, {probe, nullptr, 0});
+       probes.push_back({dSpaceGetGeom(space, 0), nullptr, 0});  // a box
+       dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1, nullptr,
+                                 [](void*, std::size_t, dGeomID, const dContactGeom*, int) {
+                                   witness->reporting = true;
+                                 });
+     }},
     {"dParallelSAPSpaceRayHits",
      [](dSpaceID space, dGeomID) {
        // At the middle of a box.

@@ -253,6 +253,29 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
                                                      size_t count, int flags, void* data,
                                                      dParallelSAPRayCallback* callback);
 
+/* A probe of dParallelSAPSpaceOverlaps. */
+typedef struct dParallelSAPProbe {
+  dGeomID geom;   /* no space; in none, or in any one */
+  dBodyID ignore; /* the probe passes its geoms; 0: none */
+  size_t touched; /* is written: the number of geoms that it touches */
+} dParallelSAPProbe;
+enum { dParallelSAPOverlapAny = 0x10000 }; /* flag: `touched` is 1 or 0, and no callback */
+
+/* Gets the contacts of a probe and one geom, as dCollide (probe, geom) finds them. */
+typedef void dParallelSAPOverlapCallback(void* data, size_t probe, dGeomID geom,
+                                         const dContactGeom* contacts, int count);
+
+/* The geoms that dSpaceCollide2 (probe, space) reports, in sub-spaces too, and dCollide (probe,
+ * geom, flags) finds contacts of, bit for bit. `flags` 0: one contact a geom. When all have been
+ * found, calls the callback, which may be 0, for each of them, in the order of the probes and then
+ * of rays' targets, on the calling thread, with the space locked. It may do what near callbacks
+ * may, but not change probes. Returns the sum of all `touched`. Threads: as in
+ * dParallelSAPSpaceCollideContacts. `size` is sizeof (dParallelSAPProbe). */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes,
+                                                      size_t count, size_t size, int flags,
+                                                      void* data,
+                                                      dParallelSAPOverlapCallback* callback);
+
 /* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
  * began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
