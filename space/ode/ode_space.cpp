@@ -167,12 +167,16 @@ void ParallelSAPSpace::printTotals() const {
         static_cast<const void*>(this), sums.frames, kernelSet().name, frame.geoms, frame.pairs,
         frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
         frame.filter_ms, frame.narrow_ms, frame.report_ms);
-  if (sums.queries || sums.rays)
+  if (sums.queries || sums.rays || sums.probes)
     dMessage(0,
              "parallel SAP space %p: dSpaceCollide2 of %llu geoms with their callbacks took %.3f "
-             "ms, %llu rays took %.3f ms",
-             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
-             sums.rays_ms);
+             "ms, %llu rays took %.3f ms, %llu probes took %.3f ms",
+             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays, sums.rays_ms,
+             sums.probes, sums.probes_ms);
+  sums.adviseBatches([&](unsigned long long queries, const char* by, const char* call) {
+    dMessage(0, "parallel SAP space %p: %s would answer %llu dSpaceCollide2 of %s on all threads",
+             static_cast<const void*>(this), call, queries, by);
+  });
 }
 
 // ODE's own function takes time linear in the index.
@@ -476,6 +480,9 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Call call(*this, Use::query);
   const bool timed = pipeline_.statistics().timesQueries();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
+                                 : geom->type == dRayClass                ? Statistics::ray
+                                                                          : Statistics::geom;
   if (prepareQuery(call, geom)) {
     if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
@@ -484,7 +491,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
     else
       queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
   }
-  if (timed) pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
+  if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
 // False where the geom is in no pair. Not inline, as is all that a callback need not have above it
