@@ -10,7 +10,6 @@
 #include "space/frame/stage_clock.h"
 #include "space/frame/without_memory.h"
 #include "space/geoms/assertions.h"
-#include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
 #include "space/ode/environment.h"
 #include "space/simd/kernels.h"
@@ -569,19 +568,22 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
 
 std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
   const SpannedCall call(*this, Use::query);
-  if (!call.isGuest()) checkSilent();
-  for (std::size_t i = 0; i < request.count; ++i) {
-    if (i + prefetch_distance < request.count)
-      prefetchObject(request.probes[i + prefetch_distance].geom, sizeof(dxGeom));
-    dxGeom* const geom = request.probes[i].geom;
+  if (!call.isGuest()) {
+    checkSilent();
+    cleanFew();
+  }
+  const auto prepare = [this](dxGeom* geom) {
     require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
     updateOther(geom);
     updateAABB(geom);
     if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
-  }
-  if (!call.isGuest()) cleanFew();
-  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_), getManualCleanup() != 0,
-                          settings_.apart != 0, call.isGuest()};
+  };
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
+                          getManualCleanup() != 0,
+                          settings_.apart != 0,
+                          call.isGuest(),
+                          any_swept.load(std::memory_order_relaxed),
+                          prepare};
   const Clock::time_point begin = Clock::now();
   const Scene all = scene(/*nested=*/true, call.isGuest());
   std::size_t overlaps = 0;

@@ -5,6 +5,7 @@
 
 #include "space/base/tuning.h"
 #include "space/contacts/collider_threads.h"
+#include "space/geoms/geom_prefetch.h"
 #include "space/geoms/pair_rule.h"
 #include "space/geoms/slots.h"
 
@@ -51,10 +52,16 @@ struct Pass {
 
   void find(std::size_t i, int thread, bool alone) {
     dParallelSAPProbe& probe = request.probes[i];
+    if (i + prefetch_distance < request.count)
+      prefetchObject(request.probes[i + prefetch_distance].geom, sizeof(dxGeom));
     Share& share = lists.shares[static_cast<std::size_t>(thread)];
     Block& block = lists.blocks[i] = {share.pairs.size(), 0, thread};
     probe.touched = 0;
-    if (hasNaN(probe.geom)) return;
+    if (alone)
+      way.prepare(probe.geom);
+    else if (!update(probe.geom))
+      block.thread = nobody;
+    if (block.thread == nobody || hasNaN(probe.geom)) return;
     {
       const ScopedMode exact(exactMode());
       queries.findBy(by_tree, scene.slots, probe.geom, rules, share.query);
@@ -64,6 +71,13 @@ struct Pass {
     if (block.thread == nobody) return share.resize(block.first);
     if (request.any) probe.touched = collideAny(block.first, alone, share);
     block.count = static_cast<std::uint32_t>(share.pairs.size() - block.first);
+  }
+
+  // False where that is left to the calling thread, which complains, too.
+  bool update(dxGeom* geom) const {
+    if (!geom || needsCallingThread(geom) || (way.swept && geom->parent_space)) return false;
+    updateAABB(geom);
+    return !hasNaN(geom);
   }
 
   // As a near callback would that calls dSpaceCollide2 of the probe and a sub-space. False where
@@ -109,14 +123,17 @@ struct Pass {
 
   // The shares in the order of the probes.
   void listAll() {
-    Share& all = lists.all;
-    all.resize(0);
+    std::size_t count = 0;
+    for (const Share& share : lists.shares) count += share.pairs.size();
+    lists.all.resize(count);
+    dParallelSAPPair* pair = lists.all.pairs.data();
+    Slot* slot = lists.all.slots.data();
     for (const Block& block : lists.blocks) {
       const Share& share = lists.shares[static_cast<std::size_t>(block.thread)];
-      const std::size_t size = all.pairs.size();
-      all.resize(size + block.count);
-      std::copy_n(share.pairs.data() + block.first, block.count, all.pairs.data() + size);
-      std::copy_n(share.slots.data() + block.first, block.count, all.slots.data() + size);
+      for (std::size_t i = block.first; i < block.first + block.count; ++i) {
+        *pair++ = share.pairs[i];
+        *slot++ = share.slots[i];
+      }
     }
   }
 };
@@ -170,7 +187,10 @@ std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRul
       one.probes += i;
       one.count = 1;
       one.first += i;
-      all += findOverlaps(scene, queries, rules, one, {1, false, false, way.guest, false}, lists);
+      OverlapWay alone = way;
+      alone.threads = 1;
+      alone.trees = false;
+      all += findOverlaps(scene, queries, rules, one, alone, lists);
       lists = OverlapLists();
     }
     return all;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "space/base/buffer.h"
@@ -58,13 +59,15 @@ struct OverlapWay {
   bool manual_cleanup;  // the threads leave no data in ODE
   bool leave_apart_out;
   bool guest;
-  bool trees = true;  // where they pay
+  bool swept;                            // probes in spaces may have swept bounds
+  std::function<void(dxGeom*)> prepare;  // a probe's AABB, on the calling thread
+  bool trees = true;                     // where they pay
 };
 
 // Finds the geoms that each probe's AABB overlaps, on all threads, collides these pairs by the
 // narrow phase, and reports the contacts; where there is no memory for it, probe by probe. Probes
-// for which an AABBTest has to be called are left to the calling thread. All AABBs are up to date,
-// and no other batch uses `lists`. Returns the sum of all `touched`.
+// whose AABB, or AABBTest, other threads may not ask for are left to the calling thread. All AABBs
+// of the scene are up to date, and no other batch uses `lists`. Returns the sum of all `touched`.
 std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRules& rules,
                          const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists);
 

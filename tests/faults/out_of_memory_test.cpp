@@ -224,7 +224,10 @@ class AskedScene : public MovingScene {
     dGeomRaySet(probe_, 0, 0, 0, 1, 1, 1);
     dGeomRaySetLength(probe_, static_cast<dReal>(2 * side_));
   }
-  ~AskedScene() { dGeomDestroy(probe_); }
+  ~AskedScene() {
+    dGeomDestroy(probe_);
+    dGeomDestroy(ball_);
+  }
 
   // What changes between two calls, nothing at times.
   void change() {
@@ -305,7 +308,7 @@ class AskedScene : public MovingScene {
       case query:
         return dSpaceCollide2(asGeom(space()), probe_, &report, Report::addPair);
       case probes: {
-        dParallelSAPProbe two[2] = {{probe_, nullptr, 0}, {probe_, nullptr, 0}};
+        dParallelSAPProbe two[2] = {{probe_, nullptr, 0}, {ball_, nullptr, 0}};
         dParallelSAPSpaceOverlaps(space(), two, 2, sizeof two[0], 4, &report, Report::addOverlap);
         return;
       }
@@ -326,7 +329,7 @@ class AskedScene : public MovingScene {
   const std::size_t most_;
   const double side_, far_;
   const bool wild_;
-  const dGeomID probe_ = dCreateRay(nullptr, 1);
+  const dGeomID probe_ = dCreateRay(nullptr, 1), ball_ = dCreateSphere(nullptr, 1);
   std::size_t kind_ = pairs;
   Pairs told_;
   EventsOracle oracle_;

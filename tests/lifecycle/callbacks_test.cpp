@@ -79,7 +79,7 @@ class Scene {
       (*static_cast<Take*>(data))({{number(a), number(b)}}, kNobody);
     };
     std::vector<dParallelSAPRay> rays;
-    dParallelSAPProbe probes[2] = {{probe_, nullptr, 0}, {probe_, nullptr, 0}};
+    dParallelSAPProbe one = {probe_, nullptr, 0};
     switch (way) {
       case kNear:
         return dSpaceCollide(space_, &taker, near);
@@ -100,7 +100,7 @@ class Scene {
         return dSpaceCollide2(asGeom(space_), own_probe_, &taker, near);
       case kOverlaps:
         dParallelSAPSpaceOverlaps(
-            space_, probes, 2, sizeof probes[0], 2, &taker,
+            space_, &one, 1, sizeof one, 2, &taker,
             [](void* data, size_t probe, dGeomID geom, const dContactGeom*, int) {
               (*static_cast<Take*>(data))({{probe, number(geom)}}, kNobody);
             });

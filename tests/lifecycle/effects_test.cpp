@@ -208,8 +208,9 @@ const struct {
      }},
     {"dParallelSAPSpaceOverlaps",
      [](dSpaceID space, dGeomID probe) {
-       std::vector<dParallelSAPProbe> probes(300, {probe, nullptr, 0});
-       probes.push_back({dSpaceGetGeom(space, 0), nullptr, 0});  // a box
+       std::vector<dParallelSAPProbe> probes = {{probe, nullptr, 0}};
+       const Space others;
+       for (int i = 0; i < 100; ++i) probes.push_back({dCreateSphere(others, 9), nullptr, 0});
        dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1, nullptr,
                                  [](void*, std::size_t, dGeomID, const dContactGeom*, int) {
                                    witness->reporting = true;

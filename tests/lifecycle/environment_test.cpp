@@ -240,7 +240,8 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells what queries and rays took in a space 
     const dParallelSAPRay rays[30] = {};
     dParallelSAPRayHit hits[30];
     dParallelSAPSpaceRays(space, rays, 30, 0, hits);
-    Probes probes(20, {world.geoms()[0], nullptr, 0});
+    Probes probes;
+    for (int i = 0; i < 20; ++i) probes.push_back({world.geoms()[i], nullptr, 0});
     dParallelSAPSpaceOverlaps(space, probes.data(), 20, sizeof probes[0], 1, nullptr, nullptr);
   }
   REQUIRE(messages.all().size() == 1);

@@ -242,7 +242,8 @@ TEST_CASE("A probe with a bound that is no number touches nothing, with one mess
   const dGeomID lost = createUserBox(nullptr, {0, nan, 0, 1, 0, 1}),
                 ball = dCreateSphere(nullptr, 1);
   const dGeomID point = dCreateSphere(nullptr, 0);
-  Probes probes = {{ball, nullptr, 9}, {lost, nullptr, 9}, {point, nullptr, 9}, {ball, nullptr, 9}};
+  const dGeomID last = dCreateSphere(nullptr, 1);
+  Probes probes = {{ball, nullptr, 9}, {lost, nullptr, 9}, {point, nullptr, 9}, {last, nullptr, 9}};
   const std::vector<Contacts> owed = owedOverlaps(space, {probes[2]}, 1);
   const Messages messages;
   for (int i = 0; i < 2; ++i)
@@ -252,7 +253,7 @@ TEST_CASE("A probe with a bound that is no number touches nothing, with one mess
   CHECK(probes[1].touched == 0);
   CHECK(probes[2].touched == owed[0].size());
   CHECK(messages.all().size() <= 1);
-  for (const dGeomID geom : {lost, ball, point}) dGeomDestroy(geom);
+  for (const dGeomID geom : {lost, ball, point, last}) dGeomDestroy(geom);
 }
 
 TEST_CASE("The callback of overlaps may throw, collide and ask again", "[overlaps]") {

@@ -239,7 +239,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
 
 /* A probe of dParallelSAPSpaceOverlaps. */
 typedef struct dParallelSAPProbe {
-  dGeomID geom;   /* no space; in none, or in any one */
+  dGeomID geom;   /* in any space or none; itself no space, and in no other probe */
   dBodyID ignore; /* the probe passes its geoms; 0: none */
   size_t touched; /* is written: the number of geoms that it touches */
 } dParallelSAPProbe;
