@@ -8,15 +8,6 @@
 
 namespace ode_parallel_sap {
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-                       QueryLists& lists) {
-  const ScopedMode mode(exactMode());
-  if (threads == guest)
-    findBy(read().mayRead(), geoms, geom, rules, lists);
-  else
-    findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
-}
-
 void GeomQueries::findBy(bool tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
                          QueryLists& lists) const {
   if (tree)

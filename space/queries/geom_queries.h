@@ -41,7 +41,13 @@ class GeomQueries {
   // `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
   // `geom` is without NaN. Throws std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-            QueryLists& lists);
+            QueryLists& lists) {
+    const ScopedMode mode(exactMode());
+    if (threads == guest)
+      findBy(read().mayRead(), geoms, geom, rules, lists);
+    else
+      findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
+  }
 
   // For a batch: whether so many queries more go by the tree, which a guest reads meanwhile.
   bool prepare(const Geoms& geoms, int threads, std::size_t queries) {
