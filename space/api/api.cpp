@@ -38,10 +38,16 @@ std::size_t give(const Buffer<dParallelSAPPairEvent>& events, const dParallelSAP
   return events.size();
 }
 
-std::size_t castRays(dSpaceID space, std::size_t ray_size, std::size_t hit_size,
-                     const RayRequest& request, const char* caller) {
+// Of version 0.1.
+constexpr std::size_t old_ray_size =
+    offsetof(dParallelSAPRay, collide_bits) + sizeof(dParallelSAPRay::collide_bits);
+
+std::size_t castRays(dSpaceID space, std::size_t hit_size, const RayRequest& request,
+                     const char* caller) {
   ParallelSAPSpace& own = checked(space, caller);
-  require(ray_size == sizeof(dParallelSAPRay) && hit_size == sizeof(dParallelSAPRayHit),
+  const bool is_known =
+      request.ray_size == sizeof(dParallelSAPRay) || request.ray_size == old_ray_size;
+  require(is_known && hit_size == sizeof(dParallelSAPRayHit),
           "rays or hits of another version of this header", caller);
   constexpr int known = 0xffff | dParallelSAPRayFirstContact | dParallelSAPRayBackfaceCull |
                         dParallelSAPRayClosestHit;
@@ -142,26 +148,42 @@ void dParallelSAPSpaceCollidePairs(dSpaceID space, void* data, int flags,
 size_t dParallelSAPSpaceRaysSized(size_t ray_size, size_t hit_size, dSpaceID space,
                                   const dParallelSAPRay* rays, size_t count, int flags,
                                   dParallelSAPRayHit* nearest) {
-  return castRays(space, ray_size, hit_size, {rays, count, flags, nearest, nullptr, nullptr},
+  return castRays(space, hit_size, {rays, ray_size, count, flags, nearest, nullptr, nullptr},
                   "dParallelSAPSpaceRays");
 }
 
 size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_t hit_size, dSpaceID space,
                                      const dParallelSAPRay* rays, size_t count, int flags,
                                      void* data, dParallelSAPRayCallback* callback) {
-  return castRays(space, ray_size, hit_size, {rays, count, flags, nullptr, data, callback},
+  return castRays(space, hit_size, {rays, ray_size, count, flags, nullptr, data, callback},
                   "dParallelSAPSpaceRayHits");
 }
 
 // Likewise.
 size_t(dParallelSAPSpaceRays)(dSpaceID space, const dParallelSAPRay* rays, size_t count, int flags,
                               dParallelSAPRayHit* nearest) {
-  return dParallelSAPSpaceRays(space, rays, count, flags, nearest);
+  return dParallelSAPSpaceRaysSized(old_ray_size, sizeof *nearest, space, rays, count, flags,
+                                    nearest);
 }
 
 size_t(dParallelSAPSpaceRayHits)(dSpaceID space, const dParallelSAPRay* rays, size_t count,
                                  int flags, void* data, dParallelSAPRayCallback* callback) {
-  return dParallelSAPSpaceRayHits(space, rays, count, flags, data, callback);
+  return dParallelSAPSpaceRayHitsSized(old_ray_size, sizeof(dParallelSAPRayHit), space, rays, count,
+                                       flags, data, callback);
+}
+
+size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes, size_t count,
+                                 size_t size, int flags, void* data,
+                                 dParallelSAPOverlapCallback* callback) {
+  ParallelSAPSpace& own = checked(space);
+  constexpr int of_ode = 0xffff | static_cast<int>(CONTACTS_UNIMPORTANT);
+  const bool any = flags & dParallelSAPOverlapAny;
+  dUASSERT(probes || count == 0, "no probes");
+  dUASSERT(size == sizeof *probes, "probes of another version of this header");
+  dUASSERT((flags & ~(of_ode | dParallelSAPOverlapAny)) == 0, "unknown flags for overlaps");
+  dUASSERT(!any || !callback, "a callback without all overlaps");
+  flags &= of_ode;
+  return own.findOverlaps({probes, count, flags & 0xffff ? flags : flags | 1, any, data, callback});
 }
 
 int dParallelSAPSpaceSetTrace(dSpaceID space, const char* path, int every) try {

@@ -201,14 +201,11 @@ void NarrowPhase::report(ContactPairs& all, const ContactRequest& request) const
   constexpr std::size_t ahead = 8 * pairs_ahead;
   const Reports::Open open(all.scene().reports);
   const Buffer<dParallelSAPPair>& pairs = all.list();
-  const auto contactsOf = [&](std::size_t pair) {
-    return shares_[found_[pair].thread].contacts.data() + found_[pair].first;
-  };
   for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
     if (pair + ahead < pairs.size() && found_[pair + ahead].count)
-      prefetchContacts(contactsOf(pair + ahead));
+      prefetchContacts(contactsOf(pair + ahead).data);
     if (found_[pair].count && all.stays(pair))
-      request.report(pairs[pair], contactsOf(pair), found_[pair].count);
+      request.report(pairs[pair], contactsOf(pair).data, found_[pair].count);
   }
 }
 

@@ -66,7 +66,15 @@ class NarrowPhase {
   // there, in their order.
   void report(ContactPairs& pairs, const ContactRequest& request) const;
 
-  // Of the last run.
+  // Of the last run: the contacts of the pair at a place, and of all pairs.
+  struct Contacts {
+    const dContactGeom* data;
+    std::size_t count;
+  };
+  Contacts contactsOf(std::size_t pair) const {
+    const Found& found = found_[pair];
+    return {shares_[found.thread].contacts.data() + found.first, found.count};
+  }
   std::size_t contacts() const;
   ApartCounts apart() const;
   std::size_t bytes() const { return bytesOf(shares_, found_, waiting_); }

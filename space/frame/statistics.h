@@ -44,8 +44,9 @@ struct FrameSums {
   double update_ms = 0, synchronise_ms = 0, extract_ms = 0, filter_ms = 0, narrow_ms = 0,
          report_ms = 0, total_ms = 0;
   // Frames have no part in these.
-  unsigned long long queries = 0, rays = 0;
-  double queries_ms = 0, rays_ms = 0;
+  unsigned long long queries = 0, rays = 0, probes = 0;
+  double queries_ms = 0, rays_ms = 0, probes_ms = 0;
+  unsigned long long ray_queries = 0, geom_queries = 0;  // that batches could be
 
   // A frame's statistics, or sums, divided by a number.
   template <class From>
@@ -65,9 +66,21 @@ struct FrameSums {
     addFrames(other);
     frames += other.frames;
     queries += other.queries;
+    ray_queries += other.ray_queries;
+    geom_queries += other.geom_queries;
     rays += other.rays;
+    probes += other.probes;
     queries_ms += other.queries_ms;
     rays_ms += other.rays_ms;
+    probes_ms += other.probes_ms;
+  }
+  // Calls print(queries, by, call) for a call that would do what a program asks one by one.
+  template <class Print>
+  void adviseBatches(Print print) const {
+    constexpr unsigned long long many = 64;  // fixed: a frame; smaller batches start no thread
+    const unsigned long long most = many * std::max(frames, 1ull);
+    if (ray_queries > most) print(ray_queries, "rays", "dParallelSAPSpaceRays");
+    if (geom_queries > most) print(geom_queries, "geoms", "dParallelSAPSpaceOverlaps");
   }
   // Of a frame.
   FrameSums average() const {
@@ -121,18 +134,26 @@ class Statistics {
     sums_.addFrames(last_);
   }
 
-  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays: summed only. Any thread
-  // may note these.
+  // dSpaceCollide2 of one geom, with its callbacks, and a batch of rays or probes: summed only. Any
+  // thread may note these.
   bool timesQueries() const { return sums_wanted_; }
-  void noteQuery(double ms) {
+  enum QueryBy { ray, geom, other };  // other: no batch does it
+  void noteQuery(QueryBy by, double ms) {
     const std::lock_guard<std::mutex> lock(queries_mutex_);
     ++sums_.queries;
+    sums_.ray_queries += by == ray;
+    sums_.geom_queries += by == geom;
     sums_.queries_ms += ms;
   }
   void noteRays(std::size_t count, double ms) {
     const std::lock_guard<std::mutex> lock(queries_mutex_);
     sums_.rays += count;
     sums_.rays_ms += ms;
+  }
+  void noteOverlaps(std::size_t probes, double ms) {
+    const std::lock_guard<std::mutex> lock(queries_mutex_);
+    sums_.probes += probes;
+    sums_.probes_ms += ms;
   }
 
   // Counts a small frame. True: this one is timed; reading the clock takes longer than colliding a

@@ -166,12 +166,16 @@ void ParallelSAPSpace::printTotals() const {
         static_cast<const void*>(this), sums.frames, kernelSet().name, frame.geoms, frame.pairs,
         frame.contacts, frame.total_ms, frame.update_ms, frame.synchronise_ms, frame.extract_ms,
         frame.filter_ms, frame.narrow_ms, frame.report_ms);
-  if (sums.queries || sums.rays)
+  if (sums.queries || sums.rays || sums.probes)
     dMessage(0,
              "parallel SAP space %p: dSpaceCollide2 of %llu geoms with their callbacks took %.3f "
-             "ms, %llu rays took %.3f ms",
-             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays,
-             sums.rays_ms);
+             "ms, %llu rays took %.3f ms, %llu probes took %.3f ms",
+             static_cast<const void*>(this), sums.queries, sums.queries_ms, sums.rays, sums.rays_ms,
+             sums.probes, sums.probes_ms);
+  sums.adviseBatches([&](unsigned long long queries, const char* by, const char* call) {
+    dMessage(0, "parallel SAP space %p: %s would answer %llu dSpaceCollide2 of %s on all threads",
+             static_cast<const void*>(this), call, queries, by);
+  });
 }
 
 // ODE's own function takes time linear in the index.
@@ -379,7 +383,10 @@ void ParallelSAPSpace::beginFrame(const Call& call) {
       pipeline_.release(part, call.workspace()->frame);
     }
     closeSlots();
-    if (queries_.noteFrame()) call.workspace()->query = QueryLists();
+    if (queries_.noteFrame()) {
+      call.workspace()->query = QueryLists();
+      call.workspace()->overlaps = OverlapLists();
+    }
     if (rays_.noteFrame()) call.workspace()->rays = RayLists();
   }
   const unsigned notified = notify_all_calls.load(std::memory_order_relaxed);
@@ -472,6 +479,9 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
   const Call call(*this, Use::query);
   const bool timed = pipeline_.statistics().timesQueries();
   const Clock::time_point begin = timed ? Clock::now() : Clock::time_point();
+  const Statistics::QueryBy by = !timed || parent_space || IS_SPACE(geom) ? Statistics::other
+                                 : geom->type == dRayClass                ? Statistics::ray
+                                                                          : Statistics::geom;
   if (prepareQuery(call, geom)) {
     if (call.isGuest())
       queryAsGuest(call, geom, data, callback);
@@ -480,7 +490,7 @@ void ParallelSAPSpace::collide2(void* data, dxGeom* geom, dNearCallback* callbac
     else
       queryWithoutMemory(scene(/*nested=*/true), settings_.rules, geom, data, callback);
   }
-  if (timed) pipeline_.statistics().noteQuery(milliseconds(begin, Clock::now()));
+  if (timed) pipeline_.statistics().noteQuery(by, milliseconds(begin, Clock::now()));
 }
 
 // False where the geom is in no pair. Not inline, as is all that a callback need not have above it
@@ -554,6 +564,34 @@ std::size_t ParallelSAPSpace::castRays(const RayRequest& request) {
             [&](RayLists& lists) { hits = rays_.cast(all, request, way, lists); });
   pipeline_.statistics().noteRays(request.count, milliseconds(begin, Clock::now()));
   return hits;
+}
+
+std::size_t ParallelSAPSpace::findOverlaps(const OverlapRequest& request) {
+  const SpannedCall call(*this, Use::query);
+  if (!call.isGuest()) {
+    checkSilent();
+    cleanFew();
+  }
+  const auto prepare = [this](dxGeom* geom) {
+    require(geom && !IS_SPACE(geom), "a probe is a geom, no space", "dParallelSAPSpaceOverlaps");
+    updateOther(geom);
+    updateAABB(geom);
+    if (hasNaN(geom)) pipeline_.complaints().ofInvalid(geom);
+  };
+  const OverlapWay way = {call.isGuest() ? 1 : threadsFor(settings_),
+                          getManualCleanup() != 0,
+                          settings_.apart != 0,
+                          call.isGuest(),
+                          any_swept.load(std::memory_order_relaxed),
+                          prepare};
+  const Clock::time_point begin = Clock::now();
+  const Scene all = scene(/*nested=*/true, call.isGuest());
+  std::size_t overlaps = 0;
+  withLists(call, &Workspace::overlaps, [&](OverlapLists& lists) {
+    overlaps = ode_parallel_sap::findOverlaps(all, queries_, settings_.rules, request, way, lists);
+  });
+  pipeline_.statistics().noteOverlaps(request.count, milliseconds(begin, Clock::now()));
+  return overlaps;
 }
 
 const dParallelSAPStats& ParallelSAPSpace::stats() {

@@ -46,6 +46,7 @@ class ParallelSAPSpace : public dxSpace {
   void collideContacts(const ContactRequest& request);
   void collidePairs(const PairsRequest& request);
   std::size_t castRays(const RayRequest& request);
+  std::size_t findOverlaps(const OverlapRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
   // Calls visit(geom) for its meshes and sub-spaces, and perhaps for others.

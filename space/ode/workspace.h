@@ -9,6 +9,7 @@
 #include "space/base/buffer.h"
 #include "space/frame/frame.h"
 #include "space/queries/geom_queries.h"
+#include "space/rays/overlap_finder.h"
 #include "space/rays/ray_caster.h"
 
 namespace ode_parallel_sap {
@@ -17,6 +18,7 @@ struct Workspace {
   FrameLists frame;
   QueryLists query;
   RayLists rays;
+  OverlapLists overlaps;
   const char* taken_at = nullptr;    // where the call that uses it stands on its stack
   std::unique_ptr<Workspace> inner;  // for a call within a callback of that call
 
@@ -24,9 +26,10 @@ struct Workspace {
   void release() {
     query = QueryLists();
     rays = RayLists();
+    overlaps = OverlapLists();
     inner.reset();
   }
-  std::size_t bytes() const { return bytesOf(frame, query, rays, inner); }
+  std::size_t bytes() const { return bytesOf(frame, query, rays, overlaps, inner); }
 };
 
 // One call, from its begin to its end. A callback may leave it by longjmp, which runs no

@@ -158,6 +158,11 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
+  all.adviseBatches([](unsigned long long queries, const char* by, const char* call) {
+    std::fprintf(stderr,
+                 "ode-parallel-sap: %s would answer %llu dSpaceCollide2 of %s on all threads\n",
+                 call, queries, by);
+  });
   for (const std::string& line : sums.advice.lines())
     std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }

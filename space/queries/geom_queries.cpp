@@ -8,19 +8,12 @@
 
 namespace ode_parallel_sap {
 
-void GeomQueries::find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-                       QueryLists& lists) {
-  const ScopedMode mode(exactMode());
-  const auto findBy = [&](bool by_tree) {
-    if (by_tree)
-      findByTree(geoms, geom, lists);
-    else
-      findByTests(geoms, geom, lists.hits);
-  };
-  if (threads == guest)
-    findBy(GeomTree::Reader(tree_).mayRead());
+void GeomQueries::findBy(bool tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
+                         QueryLists& lists) const {
+  if (tree)
+    findByTree(geoms, geom, lists);
   else
-    findBy(tree_.bringUpToDate(geoms, threads));
+    findByTests(geoms, geom, lists.hits);
   Buffer<dxGeom*>& hits = lists.hits;
   const PackRules of_queries = rules.ofQueries();
   const PairRule rule(of_queries);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "space/base/buffer.h"
+#include "space/base/floating_point.h"
 #include "space/base/slot_set.h"
 #include "space/geoms/pack_rules.h"
 #include "space/queries/geom_tree.h"
@@ -40,7 +41,23 @@ class GeomQueries {
   // `geom` by the rules of queries, the AABBTest calls apart. All AABBs are up to date, that of
   // `geom` is without NaN. Throws std::bad_alloc where memory ends.
   void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
-            QueryLists& lists);
+            QueryLists& lists) {
+    const ScopedMode mode(exactMode());
+    if (threads == guest)
+      findBy(read().mayRead(), geoms, geom, rules, lists);
+    else
+      findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
+  }
+
+  // For a batch: whether so many queries more go by the tree, which a guest reads meanwhile.
+  bool prepare(const Geoms& geoms, int threads, std::size_t queries) {
+    const ScopedMode mode(exactMode());
+    return tree_.bringUpToDate(geoms, threads, static_cast<double>(queries));
+  }
+  GeomTree::Reader read() const { return GeomTree::Reader(tree_); }
+  // One of them, as find(). Needs exactMode(); may run on many threads at once.
+  void findBy(bool tree, const Geoms& geoms, dxGeom* geom, const PackRules& rules,
+              QueryLists& lists) const;
 
   // Whether it gave back what it holds.
   bool noteFrame() { return tree_.noteFrame(); }

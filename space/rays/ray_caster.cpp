@@ -74,8 +74,14 @@ class RayProbe {
     const bool all_bits = ray.category_bits == 0 && ray.collide_bits == 0;
     ray_->category_bits = all_bits ? ~0ul : ray.category_bits;
     ray_->collide_bits = all_bits ? ~0ul : ray.collide_bits;
+    ignored_ = ray.ignore;
     updateAABB(ray_);
     return !hasNaN(ray_);
+  }
+  // Needs exactMode().
+  bool pairs(const dxGeom* geom) const {
+    return boxesOverlap(geom, ray_) && isEnabled(geom) && filtersMatch(geom, ray_) &&
+           !(ignored_ && geom->body == ignored_);
   }
   dxGeom* geom() const { return ray_; }
   const dReal* origin() const { return ray_->final_posr->pos; }
@@ -108,12 +114,9 @@ class RayProbe {
 
   int most_contacts_;
   dxGeom* const ray_;
+  dBodyID ignored_ = nullptr;
   Buffer<dContactGeom> contacts_;
 };
-
-bool pairs(const dxGeom* geom, const dxGeom* ray) {
-  return boxesOverlap(geom, ray) && isEnabled(geom) && filtersMatch(geom, ray);
-}
 
 }  // namespace
 
@@ -198,7 +201,7 @@ class RayCaster::Pass {
     Share& share = shareOf(thread);
     Block& block = store_.blocks[ray];
     block = {share.found.size(), 0, static_cast<std::uint32_t>(thread)};
-    const dParallelSAPRay& asked = request_.rays[ray];
+    const dParallelSAPRay asked = request_.ray(ray);
     if (!probe.aim(asked)) return;
     Flight flight = {ray, probe, share, alone, asked.length, block.first};
     {
@@ -249,7 +252,7 @@ class RayCaster::Pass {
   }
 
   void meet(Flight& flight, dxGeom* geom, RayTarget target) const {
-    if (!pairs(geom, flight.probe.geom())) return;
+    if (!flight.probe.pairs(geom)) return;
     if (IS_SPACE(geom)) {
       meetWithin(flight, static_cast<dxSpace*>(geom), target);
       return;
@@ -273,7 +276,7 @@ class RayCaster::Pass {
     for (dxGeom* geom = space->first; geom; geom = geom->next) {
       if (!IS_SPACE(geom))
         meet(flight, geom, target);
-      else if (pairs(geom, flight.probe.geom()))
+      else if (flight.probe.pairs(geom))
         meetWithin(flight, static_cast<dxSpace*>(geom), target);
       ++target.within;
     }
@@ -292,7 +295,7 @@ class RayCaster::Pass {
 
   void collideLate(const Waiting& waiting, int thread, ThreadCollider* image) {
     RayProbe& probe = probes_[static_cast<std::size_t>(thread)];
-    probe.aim(request_.rays[waiting.ray]);
+    probe.aim(request_.ray(waiting.ray));
     Buffer<RayFound>& late = shareOf(thread).late;
     if (image || passesAABBTests(waiting.geom, probe.geom()))
       collide(waiting, probe, image, [&](const RayFound& found) { late.push_back(found); });
@@ -381,7 +384,6 @@ std::size_t RayCaster::cast(const Scene& scene, const RayRequest& request, const
     std::size_t hits = 0;
     for (std::size_t ray = 0; ray < request.count; ++ray) {
       RayRequest one = request;
-      one.rays += ray;
       one.count = 1;
       one.first += ray;
       if (one.nearest) one.nearest += ray;

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "space/base/box_set.h"
@@ -67,12 +68,21 @@ struct RayLists {
 
 struct RayRequest {
   const dParallelSAPRay* rays;
+  std::size_t ray_size;  // of this version or of 0.1, without `ignore`
   std::size_t count;
   int flags;
   dParallelSAPRayHit* nearest;  // of each ray, or null:
   void* data;
   dParallelSAPRayCallback* all;
-  std::size_t first = 0;  // the number of rays[0]
+  std::size_t first = 0;  // of the rays that are cast
+
+  dParallelSAPRay ray(std::size_t i) const {
+    dParallelSAPRay ray;
+    ray.ignore = nullptr;
+    const char* const bytes = reinterpret_cast<const char*>(rays);
+    std::memcpy(&ray, bytes + (first + i) * ray_size, ray_size);
+    return ray;
+  }
 };
 
 // Where rays come often enough, keeps a tree of the geoms whose colliders are known to find hits

@@ -23,7 +23,7 @@ using namespace sap_test;
 namespace {
 
 // All that calls back.
-enum Way { kNear, kPairs, kContacts, kQuery, kRays, kWays };
+enum Way { kNear, kPairs, kContacts, kQuery, kRays, kOverlaps, kWays };
 constexpr int kEntries = kQuery;  // the first ones report the pairs of the space
 
 // What the callbacks do, all of them: static, as longjmp leaves no objects behind.
@@ -66,11 +66,16 @@ void hit(void*, size_t, const dParallelSAPRayHit*, size_t) {
   called(nullptr, nullptr);
 }
 
+void overlap(void*, size_t, dGeomID, const dContactGeom*, int) {
+  called(nullptr, nullptr);
+}
+
 void collideBy(Way way) {
+  dParallelSAPProbe probe = {script.probe, nullptr, 0};
   const dParallelSAPContactCallbacks contacts = {touch, nullptr, nullptr, nullptr};
-  const dParallelSAPRay rays[3] = {{{-9, 1, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
-                                   {{-9, 2, 1}, {1, 0, 0}, 99, ~0ul, ~0ul},
-                                   {{-9, 3, 2}, {1, 0, 0}, 99, ~0ul, ~0ul}};
+  const dParallelSAPRay rays[3] = {{{-9, 1, 1}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr},
+                                   {{-9, 2, 1}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr},
+                                   {{-9, 3, 2}, {1, 0, 0}, 99, ~0ul, ~0ul, nullptr}};
   switch (way) {
     case kNear:
       return dSpaceCollide(script.space, nullptr, near);
@@ -80,6 +85,9 @@ void collideBy(Way way) {
       return dParallelSAPSpaceCollideContacts(script.space, nullptr, 4, &contacts);
     case kQuery:
       return dSpaceCollide2(asGeom(script.space), script.probe, nullptr, near);
+    case kOverlaps:
+      dParallelSAPSpaceOverlaps(script.space, &probe, 1, sizeof probe, 1, nullptr, overlap);
+      return;
     default:
       dParallelSAPSpaceRayHits(script.space, rays, 3, 1, nullptr, hit);
   }
@@ -184,7 +192,7 @@ TEST_CASE("After a callback was left by longjmp pairs and events are right", "[l
         }
         if (frame % 4 == 3) {
           script.until_left = 1 + static_cast<long>(random.below(2));
-          isLeft(random.chance(0.5) ? kQuery : kRays);
+          isLeft(static_cast<Way>(kQuery + random.below(kWays - kQuery)));
           script.until_left = 0;
           isLeft(kQuery);
           Pairs hits;

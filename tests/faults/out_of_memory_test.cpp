@@ -169,6 +169,11 @@ class Report {
       static_cast<Report*>(report)->addBits(contacts[i].normal);
     }
   }
+  static void addOverlap(void* report, std::size_t probe, dGeomID geom,
+                         const dContactGeom* contacts, int count) {
+    static_cast<Report*>(report)->add(probe);
+    addContacts(report, geom, geom, contacts, count);
+  }
   void addHit(const dParallelSAPRayHit& hit) {
     add(hit.geom ? number(hit.geom) : ~std::uint64_t{0});
     if (hit.geom) addBits(hit.pos);
@@ -219,14 +224,17 @@ class AskedScene : public MovingScene {
     dGeomRaySet(probe_, 0, 0, 0, 1, 1, 1);
     dGeomRaySetLength(probe_, static_cast<dReal>(2 * side_));
   }
-  ~AskedScene() { dGeomDestroy(probe_); }
+  ~AskedScene() {
+    dGeomDestroy(probe_);
+    dGeomDestroy(ball_);
+  }
 
   // What changes between two calls, nothing at times.
   void change() {
     const double part[] = {0, 0.01, 1};
     random_.chance(0.2) ? tremble(0.01) : moveSome(part[random_.below(3)]);
     for (std::size_t edits = random_.below(5); edits > 0; --edits) edit();
-    kind_ = random_.below(6);
+    kind_ = random_.below(7);
     if (kind_ == contacts && dParallelSAPSpaceGetEvents(space())) kind_ = pairs;
     if (needsSome() && wild_) kind_ = query;  // ODE's colliders assert numbers
   }
@@ -268,11 +276,11 @@ class AskedScene : public MovingScene {
     return oracle_.check(space(), told_, EventsOracle::byNumber(order()));
   }
   std::size_t kind() const { return kind_; }
-  // Contacts and rays need memory for those of one pair or ray.
-  bool needsSome() const { return kind_ == contacts || kind_ == rays_too; }
+  // Contacts, rays and probes need memory for those of one pair, ray or probe.
+  bool needsSome() const { return kind_ == contacts || kind_ >= rays_too; }
 
  private:
-  enum Kind : std::size_t { pairs, blocks, shared_blocks, contacts, query, rays_too };
+  enum Kind : std::size_t { pairs, blocks, shared_blocks, contacts, query, rays_too, probes };
 
   static std::size_t sizeOf(std::uint64_t seed) {
     constexpr std::size_t sizes[] = {40, 300, 1500};
@@ -299,6 +307,11 @@ class AskedScene : public MovingScene {
         return dParallelSAPSpaceCollideContacts(space(), &report, 4, &callbacks);
       case query:
         return dSpaceCollide2(asGeom(space()), probe_, &report, Report::addPair);
+      case probes: {
+        dParallelSAPProbe two[2] = {{probe_, nullptr, 0}, {ball_, nullptr, 0}};
+        dParallelSAPSpaceOverlaps(space(), two, 2, sizeof two[0], 4, &report, Report::addOverlap);
+        return;
+      }
       default:
         dParallelSAPSpaceRays(space(), rays.data(), rays.size(), 0, hits.data());
     }
@@ -316,7 +329,7 @@ class AskedScene : public MovingScene {
   const std::size_t most_;
   const double side_, far_;
   const bool wild_;
-  const dGeomID probe_ = dCreateRay(nullptr, 1);
+  const dGeomID probe_ = dCreateRay(nullptr, 1), ball_ = dCreateSphere(nullptr, 1);
   std::size_t kind_ = pairs;
   Pairs told_;
   EventsOracle oracle_;

@@ -203,16 +203,15 @@ TEST_CASE("Statistics fill the struct that the program was compiled with, whatev
   CHECK((bytesOf(function) == bytesOf(now)));
 }
 
-TEST_CASE("Rays and hits pass their size, and other sizes than this version's are errors",
-          "[api]") {
+TEST_CASE("Rays and hits pass their size, and sizes of no version are errors", "[api]") {
   const Space space;
   dCreateSphere(space, 1);
-  const dParallelSAPRay ray = {{0, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0};
+  const dParallelSAPRay ray = {{0, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0, nullptr};
   dParallelSAPRayHit hit = {};
   constexpr std::size_t of_ray = sizeof ray, of_hit = sizeof hit;
   for (const std::size_t less_or_more : {-sizeof(void*), sizeof(void*)}) {
     CHECK_THROWS_AS(
-        dParallelSAPSpaceRaysSized(of_ray + less_or_more, of_hit, space, &ray, 1, 0, &hit),
+        dParallelSAPSpaceRaysSized(of_ray + 2 * less_or_more, of_hit, space, &ray, 1, 0, &hit),
         OdeAssertion);
     CHECK_THROWS_AS(dParallelSAPSpaceRayHitsSized(of_ray, of_hit + less_or_more, space, &ray, 1, 0,
                                                   nullptr, nullptr),
@@ -225,14 +224,27 @@ TEST_CASE("Rays and hits pass their size, and other sizes than this version's ar
   CHECK(dParallelSAPSpaceRays(space, std::array<dParallelSAPRay, 2>{ray, ray}.data(), 2, 0,
                               std::array<dParallelSAPRayHit, 2>{hit, hit}.data()) == 2);
   CHECK(dParallelSAPSpaceRayHits(space, &ray, 1, 0, nullptr, nothing) == 1);
-  CHECK((dParallelSAPSpaceRays)(space, &ray, 1, 0, &hit) == 1);
+  // Version 0.1's rays.
+  struct OldRay {
+    dVector3 origin, direction;
+    dReal length;
+    unsigned long category_bits, collide_bits;
+  } old_rays[3] = {{{9, 0, 5, 0}, {0, 0, -1, 0}, 10, 0, 0},
+                   {{0, 0, 7, 0}, {0, 0, -1, 0}, 10, 0, 0},
+                   {{0, 0, 4, 0}, {0, 0, -1, 0}, 10, 0, 0}};
+  const auto* const old = reinterpret_cast<const dParallelSAPRay*>(old_rays);
+  dParallelSAPRayHit hits_of_old[3] = {};
+  CHECK(dParallelSAPSpaceRaysSized(sizeof(OldRay), of_hit, space, old, 3, 0, hits_of_old) == 2);
+  CHECK(hits_of_old[1].distance == 6);
+  CHECK((dParallelSAPSpaceRays)(space, old, 3, 0, hits_of_old) == 2);
+  CHECK(hits_of_old[2].distance == 3);
   const auto count = [](void* hits, std::size_t, const dParallelSAPRayHit*, std::size_t more) {
     *static_cast<std::size_t*>(hits) += more;
   };
   std::size_t hits = 0;
   CHECK(dParallelSAPSpaceRayHits(space, &ray, 1, 0, &hits, count) == 1);
-  CHECK((dParallelSAPSpaceRayHits)(space, &ray, 1, 0, &hits, count) == 1);
-  CHECK(hits == 2);
+  CHECK((dParallelSAPSpaceRayHits)(space, old, 3, 0, &hits, count) == 2);
+  CHECK(hits == 3);
 }
 
 TEST_CASE("Callbacks are taken from a struct of any size; fields that are not known are errors",
@@ -318,6 +330,7 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
       CALL(dParallelSAPSpaceCollidePairs, (wrong, nullptr, 0, nullptr)),
       CALL(dParallelSAPSpaceRays, (wrong, nullptr, 0, 0, &hit)),
       CALL(dParallelSAPSpaceRayHits, (wrong, nullptr, 0, 0, nullptr, nullptr)),
+      CALL(dParallelSAPSpaceOverlaps, (wrong, nullptr, 0, 0, 0, nullptr, nullptr)),
       CALL(dParallelSAPSpaceGetBegunPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetEndedPairs, (wrong, &events)),
       CALL(dParallelSAPSpaceGetPairNumbers, (wrong, &numbers)),
@@ -363,6 +376,21 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   for (const int flags : {-1, 0})
     namesIt("dParallelSAPSpaceRayHits",
             [&] { dParallelSAPSpaceRayHits(space, &ray, 1, flags, nullptr, nullptr); });
+  dParallelSAPProbe probe = {ball, nullptr, 0};
+  const auto overlap = [](void*, std::size_t, dGeomID, const dContactGeom*, int) {};
+  const auto refusesOverlaps = [&](dParallelSAPProbe* probes, std::size_t size, int flags,
+                                   dParallelSAPOverlapCallback* callback) {
+    namesIt("dParallelSAPSpaceOverlaps",
+            [&] { dParallelSAPSpaceOverlaps(space, probes, 1, size, flags, nullptr, callback); });
+  };
+  refusesOverlaps(nullptr, sizeof probe, 1, nullptr);
+  refusesOverlaps(&probe, sizeof probe - 1, 1, nullptr);
+  refusesOverlaps(&probe, sizeof probe, 0x20000, nullptr);
+  refusesOverlaps(&probe, sizeof probe, dParallelSAPOverlapAny, overlap);
+  for (const dGeomID wrong : {dGeomID(nullptr), asGeom(stock)}) {
+    probe.geom = wrong;
+    refusesOverlaps(&probe, sizeof probe, 1, overlap);
+  }
   namesIt("dParallelSAPSpaceCollidePairs",
           [&] { dParallelSAPSpaceCollidePairs(space, nullptr, 2, nullptr); });
   namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(nullptr, 1, 1); });

@@ -22,7 +22,7 @@ using namespace sap_test;
 
 namespace {
 
-enum Way { kNear, kBlocks, kContacts, kQuery, kOwnQuery, kRays, kWays };
+enum Way { kNear, kBlocks, kContacts, kQuery, kOwnQuery, kRays, kOverlaps, kWays };
 
 // What is reported at once: pairs of numbers, or of rays the ray and the number of a geom.
 using Batch = std::vector<Pair>;
@@ -79,6 +79,7 @@ class Scene {
       (*static_cast<Take*>(data))({{number(a), number(b)}}, kNobody);
     };
     std::vector<dParallelSAPRay> rays;
+    dParallelSAPProbe one = {probe_, nullptr, 0};
     switch (way) {
       case kNear:
         return dSpaceCollide(space_, &taker, near);
@@ -97,13 +98,21 @@ class Scene {
         return dSpaceCollide2(asGeom(space_), probe_, &taker, near);
       case kOwnQuery:
         return dSpaceCollide2(asGeom(space_), own_probe_, &taker, near);
+      case kOverlaps:
+        dParallelSAPSpaceOverlaps(
+            space_, &one, 1, sizeof one, 2, &taker,
+            [](void* data, size_t probe, dGeomID geom, const dContactGeom*, int) {
+              (*static_cast<Take*>(data))({{probe, number(geom)}}, kNobody);
+            });
+        return;
       default:
         for (int i = 0; i < 40; ++i)
           rays.push_back({{dReal(-1), dReal(side_ * i / 40), dReal(side_ / 2)},
                           {1, dReal(0.1), 0},
                           dReal(2 * side_),
                           ~0ul,
-                          ~0ul});
+                          ~0ul,
+                          nullptr});
         dParallelSAPSpaceRayHits(
             space_, rays.data(), rays.size(), 3, &taker,
             [](void* data, size_t ray, const dParallelSAPRayHit* hits, size_t count) {
@@ -235,7 +244,7 @@ void checkCall(Scene& scene, Way way, Random& random) {
   const bool throws = random.chance(0.1);
   std::size_t next = 0, calls = 0;
   const auto isGone = [&](const Pair& pair) {
-    return scene.isGone(pair.second) || (way != kRays && scene.isGone(pair.first));
+    return scene.isGone(pair.second) || (way < kRays && scene.isGone(pair.first));
   };
   const auto take = [&](const Batch& batch, std::size_t first) {
     for (const Pair& pair : batch) {

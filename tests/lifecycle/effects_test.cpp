@@ -206,6 +206,18 @@ const struct {
            [](void*, dGeomID, dGeomID, const dContactGeom*, int) { witness->reporting = true; });
        dParallelSAPSpaceCollideContacts(space, nullptr, 1, &callbacks);
      }},
+    {"dParallelSAPSpaceOverlaps",
+     [](dSpaceID space, dGeomID probe) {
+       std::vector<dParallelSAPProbe> probes;
+       const Space others;
+       for (int i = 0; i < 100; ++i) probes.push_back({dCreateSphere(others, 9), nullptr, 0});
+       probes.push_back({probe, nullptr, 0});
+       dGeomSetPosition(probe, 0, 0, 0);  // its AABB is asked for
+       dParallelSAPSpaceOverlaps(space, probes.data(), probes.size(), sizeof probes[0], 1, nullptr,
+                                 [](void*, std::size_t, dGeomID, const dContactGeom*, int) {
+                                   witness->reporting = true;
+                                 });
+     }},
     {"dParallelSAPSpaceRayHits",
      [](dSpaceID space, dGeomID) {
        // At the middle of a box.

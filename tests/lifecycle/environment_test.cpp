@@ -13,6 +13,7 @@
 #include "support/catch.hpp"
 #include "support/configurations.h"
 #include "support/ode_errors.h"
+#include "support/overlap_oracle.h"
 #include "support/recorder.h"
 #include "support/scenes.h"
 #include "support/variable.h"
@@ -239,17 +240,56 @@ TEST_CASE("ODE_PARALLEL_SAP_STATS=1 tells what queries and rays took in a space 
     const dParallelSAPRay rays[30] = {};
     dParallelSAPRayHit hits[30];
     dParallelSAPSpaceRays(space, rays, 30, 0, hits);
+    Probes probes;
+    for (int i = 0; i < 20; ++i) probes.push_back({world.geoms()[i], nullptr, 0});
+    dParallelSAPSpaceOverlaps(space, probes.data(), 20, sizeof probes[0], 1, nullptr, nullptr);
   }
   REQUIRE(messages.all().size() == 1);
   INFO(messages.all()[0]);
-  int queries = 0, rays = 0;
-  double queries_ms = 0, rays_ms = 0;
+  int queries = 0, rays = 0, probes = 0;
+  double queries_ms = 0, rays_ms = 0, probes_ms = 0;
   constexpr const char* format =
       "parallel SAP space %*p: dSpaceCollide2 of %d geoms with their callbacks took %lf ms, %d "
-      "rays took %lf ms";
-  REQUIRE(std::sscanf(messages.all()[0].c_str(), format, &queries, &queries_ms, &rays, &rays_ms) ==
-          4);
+      "rays took %lf ms, %d probes took %lf ms";
+  REQUIRE(std::sscanf(messages.all()[0].c_str(), format, &queries, &queries_ms, &rays, &rays_ms,
+                      &probes, &probes_ms) == 6);
   CHECK(queries == 7);
   CHECK(rays == 30);
+  CHECK(probes == 20);
   CHECK(queries_ms > 0);
+}
+
+TEST_CASE("ODE_PARALLEL_SAP_STATS=1 names the batches that many dSpaceCollide2 a frame could be",
+          "[environment]") {
+  const BareEnvironment bare;
+  const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
+  const auto advised = [](int rays, int geoms, int frames, bool nested) {
+    const Messages messages;
+    {
+      const Space outer, space;
+      if (nested) dSpaceAdd(outer, space.geom());
+      World world(space);
+      world.addBoxes(denseCube(300, 1));
+      const dGeomID ray = dCreateRay(nullptr, 5), ball = dCreateSphere(nullptr, 5);
+      for (int i = 0; i < frames; ++i) collide(space);
+      for (int i = 0; i < rays; ++i) collide2(space, ray);
+      for (int i = 0; i < geoms; ++i) collide2(space, ball);
+      for (const dGeomID geom : {ray, ball}) dGeomDestroy(geom);
+      if (nested) dSpaceRemove(outer, space.geom());
+    }
+    std::string said;
+    for (const std::string& line : messages.all())
+      if (line.find("would answer") != std::string::npos)
+        said += line.substr(line.find(": ") + 2) + "\n";
+    return said;
+  };
+  const std::string of_rays =
+      "dParallelSAPSpaceRays would answer 300 dSpaceCollide2 of rays on all threads\n";
+  const std::string of_geoms =
+      "dParallelSAPSpaceOverlaps would answer 400 dSpaceCollide2 of geoms on all threads\n";
+  CHECK(advised(300, 20, 0, false) == of_rays);
+  CHECK(advised(20, 400, 3, false) == of_geoms);
+  CHECK(advised(300, 400, 1, false) == of_rays + of_geoms);
+  CHECK(advised(300, 400, 10, false) == "");
+  CHECK(advised(300, 400, 0, true) == "");  // of a space in a space, in the outer one's callback
 }

@@ -14,6 +14,7 @@
 #include "support/contact_scene.h"
 #include "support/knobs.h"
 #include "support/oracle.h"
+#include "support/overlap_oracle.h"
 #include "support/random.h"
 #include "support/ray_oracle.h"
 #include "support/scenes.h"
@@ -125,6 +126,19 @@ void findContactsAndCastRays(int threads) {
   }
 }
 
+void findOverlaps(int threads) {
+  const std::uint64_t seed = seedOr(96);
+  const Space space, other;
+  dParallelSAPSpaceSetNumThreads(space, threads);
+  ContactScene scene(space), probing(other);
+  scene.fill({Kind::Box, Kind::Sphere, Kind::Capsule}, 300, seed);
+  probing.fill({Kind::Box, Kind::Cylinder}, 80, seed + 1);
+  Probes probes;
+  for (int i = 0; i < 80; ++i) probes.push_back({dSpaceGetGeom(other, i), nullptr, 0});
+  const std::vector<Contacts> owed = owedOverlaps(space, probes, 4);
+  REQUIRE(wrongOverlaps(space, probes, 4, owed) == "");
+}
+
 // In the callback all threads may read the numbers of pairs.
 void handOutPairs(int threads) {
   const std::uint64_t seed = seedOr(93);
@@ -226,6 +240,7 @@ const Work kWorks[] = {
      findContactsAndCastRays,
      {"contacts: list of pairs", "contacts: pairs", "contacts: heavy pairs",
       "contacts: pairs on images", "rays: rays", "rays: geoms on images"}},
+    {"probes", findOverlaps, {"overlaps: probes"}},
     {"pairs in blocks", handOutPairs, {"pairs in blocks: blocks", "pair events: comparison"}},
     {"contacts before dCollide is called",
      findContactsBeforeDCollide,
@@ -247,6 +262,20 @@ TEST_CASE("With a grain of 1 two threads and more have work in every region, and
         CHECK(after.at(region) > before.at(region));
       }
     }
+}
+
+TEST_CASE("Small batches of rays and probes are one thread's work") {
+  const Space space;
+  World world(space);
+  populateDensely(world, 1);
+  dParallelSAPSpaceSetNumThreads(space, 3);
+  Probes probes;
+  for (int i = 0; i < 40; ++i) probes.push_back({world.geoms()[i], nullptr, 0});
+  const Rays rays(40, rayOf({-1, 4, 4}, {1, 0, 0}, 20));
+  const auto before = timesShared();
+  dParallelSAPSpaceOverlaps(space, probes.data(), 40, sizeof probes[0], 1, nullptr, nullptr);
+  REQUIRE(nearestHits(space, rays, 0).size() == 40);
+  CHECK(timesShared() == before);
 }
 
 // Those of a device are looked at by device_test.

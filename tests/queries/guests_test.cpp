@@ -24,6 +24,7 @@ namespace {
 struct Answers {
   std::vector<Pairs> pairs;
   std::vector<dParallelSAPRayHit> hits;
+  std::vector<std::size_t> touched;
 };
 
 bool same(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
@@ -37,7 +38,7 @@ std::string difference(const Answers& got, const Answers& owed) {
   }
   for (std::size_t i = 0; i < owed.hits.size(); ++i)
     if (!same(got.hits[i], owed.hits[i])) return "another hit of ray " + std::to_string(i);
-  return "";
+  return got.touched == owed.touched ? "" : "other overlaps of a probe";
 }
 
 // Also from within callbacks, and in a space of its own that all share.
@@ -72,6 +73,9 @@ Answers ask(dSpaceID space, const Bounds& around, std::uint64_t seed, int rounds
     answers.pairs.push_back(nest.pairs);
     answers.pairs.push_back(nest.inner_pairs);
     if (round % 8) continue;
+    dParallelSAPProbe batch[2] = {{probes[0], nullptr, 0}, {nest.inner, nullptr, 0}};
+    dParallelSAPSpaceOverlaps(space, batch, 2, sizeof batch[0], 4, nullptr, nullptr);
+    for (const dParallelSAPProbe& each : batch) answers.touched.push_back(each.touched);
     dParallelSAPRay rays[10] = {};
     for (dParallelSAPRay& ray : rays) {
       for (int axis = 0; axis < 3; ++axis) {

@@ -232,11 +232,14 @@ TEST_CASE("Rays see the geoms of spaces within the space, at any depth", "[rays]
   }
   world.addBoxes(denseCube(200, seed));
   std::vector<dGeomID> inside;
+  std::vector<dBodyID> bodies;
   for (int i = 0; i < 300; ++i) {
     const dSpaceID parent = spaces[random.below(spaces.size() - 1)];  // one stays empty
     const Shape& shape = shapes()[random.below(shapes().size())];
     if (!shape.placeable) continue;
     inside.push_back(shape.create(parent));
+    if (bodies.size() < 20) bodies.push_back(dBodyCreate(world.dynamics()));
+    if (random.chance(0.5)) dGeomSetBody(inside.back(), bodies[random.below(bodies.size())]);
   }
   for (int frame = 0; frame < 5; ++frame) {
     for (const dGeomID geom : inside)
@@ -375,6 +378,43 @@ TEST_CASE("Bits that are zero on one side leave the other side's to decide", "[r
         }
     REQUIRE(difference(collide(space), expectedPairs(world.geoms())) == "");
     dGeomDestroy(probe);
+  }
+}
+
+TEST_CASE("A ray passes the geoms of the body that it ignores, and no other ones", "[rays]") {
+  const std::uint64_t seed = seedOr(471);
+  const Space space;
+  World world(space);
+  world.addBoxes(denseCube(400, seed));
+  const dBodyID robots[] = {dBodyCreate(world.dynamics()), dBodyCreate(world.dynamics())};
+  const dSpaceID arm = dHashSpaceCreate(space);
+  world.take(asGeom(arm));
+  for (int i = 0; i < 12; ++i) {
+    const dSpaceID of = i % 3 ? dSpaceID(space) : arm;
+    const dGeomID link = i % 2 ? dCreateCapsule(of, 1, 1) : dCreateCylinder(of, 1, 2);
+    dGeomSetBody(link, robots[i % 2]);
+    dGeomSetOffsetPosition(link, dReal(0.3 * i), 0, 0);
+    if (of != arm) world.take(link);
+  }
+  for (int i = 0; i < 2; ++i) dBodySetPosition(robots[i], dReal(14 + 2 * i), 3, 3);
+  Rays rays;
+  for (int i = 0; i < 360; ++i) {
+    const double turn = i * 0.01745;
+    rays.push_back(rayOf({15, 3, 3}, {std::cos(turn), std::sin(turn), 0.01}, 20));
+    rays.back().ignore = i % 3 ? robots[i % 3 - 1] : nullptr;
+  }
+  for (const int threads : kTeams) {
+    dParallelSAPSpaceSetNumThreads(space, threads);
+    INFO(threads << " threads, ODE_PARALLEL_SAP_TEST_SEED=" << seed);
+    REQUIRE(wrongRays(space, world.geoms(), rays, 3) == "");
+    const RayHits hits = nearestHits(space, rays, 0);
+    std::size_t others[2] = {0, 0};
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const dBodyID hit = hits[i].geom ? dGeomGetBody(hits[i].geom) : nullptr;
+      CHECK((!hit || hit != rays[i].ignore));
+      for (int k = 0; k < 2; ++k) others[k] += hit == robots[k] && rays[i].ignore == robots[1 - k];
+    }
+    CHECK((others[0] > 10 && others[1] > 10));  // of the body that is not ignored
   }
 }
 

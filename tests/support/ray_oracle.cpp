@@ -18,14 +18,15 @@ bool isNearer(const dParallelSAPRayHit& a, const dParallelSAPRayHit& b) {
   return a.distance < b.distance;
 }
 
-void collectHits(dGeomID ray, dGeomID geom, int flags, RayHits& hits) {
+void collectHits(dGeomID ray, dGeomID geom, dBodyID ignored, int flags, RayHits& hits) {
   if (!takesPart(geom) || !mayTouch(geom, ray)) return;
   if (dGeomIsSpace(geom)) {
     const dSpaceID space = reinterpret_cast<dSpaceID>(geom);
     for (int i = 0; i < dSpaceGetNumGeoms(space); ++i)
-      collectHits(ray, dSpaceGetGeom(space, i), flags, hits);
+      collectHits(ray, dSpaceGetGeom(space, i), ignored, flags, hits);
     return;
   }
+  if (ignored && dGeomGetBody(geom) == ignored) return;
   const int most = std::max(flags & kNumberBits, 1);
   std::vector<dContactGeom> found(static_cast<std::size_t>(most));
   const int count = dCollide(ray, geom, most, found.data(), sizeof(dContactGeom));
@@ -79,7 +80,8 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random) {
   Rays rays;
   while (rays.size() < n) {
     dReal bounds[6];
-    dGeomGetAABB(geoms[random.below(geoms.size())], bounds);
+    const dGeomID at = geoms[random.below(geoms.size())];
+    dGeomGetAABB(at, bounds);
     double middle[3], half[3], from[3], along[3], distance = 0;
     const double far = std::pow(10, random.between(-1, 6));
     const std::size_t how = random.below(4);
@@ -103,6 +105,8 @@ Rays raysAt(const std::vector<dGeomID>& geoms, std::size_t n, Random& random) {
     rays.push_back(rayOf(from, along, random.chance(0.1) ? std::sqrt(distance) : length));
     if (random.chance(0.1)) rays.back().category_bits = random.below(16);
     if (random.chance(0.1)) rays.back().collide_bits = random.below(16);
+    // Often of a geom that it would hit.
+    if (random.chance(0.3)) rays.back().ignore = dGeomGetBody(at);
   }
   return rays;
 }
@@ -127,7 +131,7 @@ std::vector<RayHits> expectedHits(const std::vector<dGeomID>& in_add_order, cons
     dGeomSetCategoryBits(ray, all_bits ? ~0ul : asked.category_bits);
     dGeomSetCollideBits(ray, all_bits ? ~0ul : asked.collide_bits);
     if (!takesPart(ray)) continue;
-    for (const dGeomID geom : in_add_order) collectHits(ray, geom, flags, all.back());
+    for (const dGeomID geom : in_add_order) collectHits(ray, geom, asked.ignore, flags, all.back());
     std::stable_sort(all.back().begin(), all.back().end(), isNearer);
   }
   dGeomDestroy(ray);

@@ -7,7 +7,7 @@
  * - Pairs: those of dSimpleSpace, each once. Two geoms are a pair if their bounding boxes (AABBs)
  *   overlap as closed intervals in dReal, a category bit of one is a collide bit of the other, they
  *   are not both on one body, both AABBTest calls pass, both are enabled and neither is zero-sized.
- *   Only settings that are off by default leave out or add pairs.
+ *   Only settings off by default change that. A sub-space empty at any depth is in no pair.
  * - Order: ascending by (earlier geom, later geom), counted by when each was last added to the
  *   space. The earlier geom is the callback's first argument. dSpaceCollide2 visits the geoms of
  *   this space in that order and keeps ODE's order of arguments. As in ODE, the geom that it is
@@ -22,24 +22,23 @@
  *   bounds (infinite, inverted, denormal, huge) follow the rule above in any floating-point mode.
  * - AABB and AABBTest functions of user classes run on the calling thread, with the space locked,
  *   before the first report. They must not change a geom of the space nor collide it.
- * - A sub-space that holds no geom, or only such sub-spaces, is in no pair.
  * - Contacts are dCollide's, bit for bit, in the order of the pairs, on any thread and ODE build.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
  *   in a new space, plus allocations. A frame waits for no thread that has not begun its work.
- * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only if not
- *   even the contacts of one pair, or the hits of one ray, find memory. The CPU finishes the frame
- *   of a failing GPU and says so. Without memory for all pairs, enabling takes effect at once.
+ * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only if
+ *   what one pair, ray or probe finds has no memory. The CPU finishes the frame of a failing GPU
+ * and says so. Without memory for all pairs, enabling takes effect at once.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
  * of that geom. While nothing changes, any number of threads may call dSpaceCollide2 (geom, space),
- * dParallelSAPSpaceRays and -RayHits, from concurrent blocks too: no geom of these spaces and their
- * sub-spaces is moved, added, removed or changed, and no sub-space has swept bounds. Threads must
- * not share heightfield data, to which ODE's colliders write.
+ * dParallelSAPSpaceRays, -RayHits and -Overlaps, from concurrent blocks too: no geom of these
+ * spaces and their sub-spaces is moved, added, removed or changed, and no sub-space has swept
+ * bounds. Threads must not share probes, nor heightfield data, to which ODE's colliders write.
  *
  * Errors: a wrong argument fails an assertion, as in ODE: dDebug names the function. Later versions
- * may add fields at the end of the structs of statistics, contact callbacks, rays and hits; each
- * call passes their size. All other structs stay as they are. */
+ * may add fields at the end of the structs of statistics, contact callbacks, rays, hits and probes;
+ * each call passes their size. All other structs stay as they are. */
 #ifndef ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #define ODE_PARALLEL_SAP_PARALLEL_SAP_SPACE_H
 #include <stddef.h>
@@ -72,12 +71,7 @@ ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
  * frames; it loads the driver once GPUs could have saved some 50 ms. Setting CUDA loads it, and a
  * thread makes a GPU ready, for which frames wait; it runs AxisLists, and Sweep if floats suffice.
  * dMessage reports a GPU that fails; full, or reset, it is tried again. A child uses the CPU. */
-enum {
-  dParallelSAPBackendAuto, /* the faster one for the scene */
-  dParallelSAPBackendCPU,
-  dParallelSAPBackendCUDA
-};
-
+enum { dParallelSAPBackendAuto, dParallelSAPBackendCPU, dParallelSAPBackendCUDA };
 /* Returns 1, or 0 and changes nothing if build or machine lack the back end. Default: Auto. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetBackend(dSpaceID space, int backend);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetBackend(dSpaceID space);
@@ -91,7 +85,6 @@ enum {
   dParallelSAPMethodBruteForce, /* all (n*n-n)/2 pairs, in equal parts a thread */
   dParallelSAPMethodAxisLists   /* the pairs of each axis as lists, then their intersection */
 };
-
 /* Returns 1, or 0 and changes nothing if there is no such method. Default: Auto. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetMethod(dSpaceID space, int method);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetMethod(dSpaceID space);
@@ -153,7 +146,6 @@ typedef struct dParallelSAPContactCallbacks {
 /* `dParallelSAPContactCallbacks callbacks = dParallelSAPContactCallbacksOf (makeJoints);` */
 #define dParallelSAPContactCallbacksOf(contacts) \
   { (contacts), NULL, NULL, NULL }
-
 enum { dParallelSAPOnCallingThread = 0x40000000 }; /* flag: dCollide on the calling thread, alone */
 
 /* The narrow phase on the threads of the space: finds the pairs of dSpaceCollide, calls dCollide
@@ -178,20 +170,16 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContacts(
 
 /* A pair of dParallelSAPSpaceCollidePairs. */
 typedef struct dParallelSAPPair {
-  dGeomID o1; /* as the near callback gets it */
-  dGeomID o2; /* likewise */
+  dGeomID o1, o2; /* as the near callback gets them */
 } dParallelSAPPair;
-
 /* A block of the frame's pairs, in their order: `first` is the place of pairs[0] in the frame.
  * `count` is 1 or more: the same up to the last, if no geom leaves. `pairs` last until it ends. */
 typedef void dParallelSAPPairsCallback(void* data, const dParallelSAPPair* pairs, size_t count,
                                        size_t first);
-
 enum { dParallelSAPPairsConcurrent = 1 }; /* flag: blocks go to many threads at once, unordered */
 
 /* Finds the pairs of dSpaceCollide and hands them out in blocks of some hundred. With `callback` 0,
  * pairs are only found and counted, for programs that use begun and ended pairs.
- *
  * Threads: without flags, blocks come in order on the calling thread, under the rules of near
  * callbacks. With dParallelSAPPairsConcurrent THE CALLBACK IS CALLED FROM MANY THREADS AT ONCE, in
  * the caller's floating-point mode (on x86 that of SSE; x87's is the thread's own). It may read
@@ -203,22 +191,20 @@ ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollidePairs(dSpaceID space, void* da
 
 /* A ray of dParallelSAPSpaceRays. */
 typedef struct dParallelSAPRay {
-  dVector3 origin;             /* where it begins */
-  dVector3 direction;          /* of any length but 0: dGeomRaySet makes it 1 */
-  dReal length;                /* 0 or more */
-  unsigned long category_bits; /* as dGeomSetCategoryBits. If both are 0, the ray has all bits */
-  unsigned long collide_bits;  /* as dGeomSetCollideBits */
+  dVector3 origin;                           /* where it begins */
+  dVector3 direction;                        /* of any length but 0: dGeomRaySet makes it 1 */
+  dReal length;                              /* 0 or more */
+  unsigned long category_bits, collide_bits; /* as a geom's. If both are 0, the ray has all bits */
+  dBodyID ignore;                            /* the ray passes its geoms; 0: none */
 } dParallelSAPRay;
 
 /* Where a ray hits a geom. */
 typedef struct dParallelSAPRayHit {
-  dGeomID geom;    /* 0: the ray hits nothing */
-  dReal distance;  /* from the origin: the depth of the contact of dCollide (ray, geom, ...) */
-  dVector3 pos;    /* of this contact */
-  dVector3 normal; /* of this contact */
-  int side;        /* of the geom in this contact (side2): a mesh's triangle, or -1 */
+  dGeomID geom;         /* 0: the ray hits nothing */
+  dReal distance;       /* from the origin: the depth of the contact of dCollide (ray, geom, ...) */
+  dVector3 pos, normal; /* of this contact */
+  int side;             /* of the geom in this contact (side2): a mesh's triangle, or -1 */
 } dParallelSAPRayHit;
-
 /* As dGeomRaySetFirstContact, -BackfaceCull and -ClosestHit. FirstContact makes "nearest" any hit
  * of a mesh, maybe its far side, even with ClosestHit. Lower 16 bits: contacts a geom, 0: one. */
 enum {
@@ -232,10 +218,8 @@ enum {
  * that dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A
  * ray hits nothing if its origin or direction is not finite, its direction 0, or its length
  * negative or NaN. The space keeps trees over the geoms while rays come, if memory allows.
- *
  * Threads: as in dParallelSAPSpaceCollideContacts. Overridden colliders of rays with spheres,
  * boxes, capsules and cylinders may run on any thread, and only if the ray meets the geom's AABB.
- *
  * Order: of hits at one distance, the first one of the geom added earlier counts. The geoms of a
  * sub-space have its place, and among each other the order of dSpaceGetGeom, but in a
  * dSweepAndPruneSpace or dQuadTreeSpace the one added last comes first. */
@@ -253,6 +237,29 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dPara
                                                      size_t count, int flags, void* data,
                                                      dParallelSAPRayCallback* callback);
 
+/* A probe of dParallelSAPSpaceOverlaps. */
+typedef struct dParallelSAPProbe {
+  dGeomID geom;   /* in any space or none; itself no space, and in no other probe */
+  dBodyID ignore; /* the probe passes its geoms; 0: none */
+  size_t touched; /* is written: the number of geoms that it touches */
+} dParallelSAPProbe;
+enum { dParallelSAPOverlapAny = 0x10000 }; /* flag: `touched` is 1 or 0, and no callback */
+
+/* Gets the contacts of a probe and one geom, as dCollide (probe, geom) finds them. */
+typedef void dParallelSAPOverlapCallback(void* data, size_t probe, dGeomID geom,
+                                         const dContactGeom* contacts, int count);
+
+/* The geoms that dSpaceCollide2 (probe, space) reports, in sub-spaces too, and dCollide (probe,
+ * geom, flags) finds contacts of, bit for bit. `flags` 0: one contact a geom. When all have been
+ * found, calls the callback, which may be 0, for each of them, in the order of the probes and then
+ * of the geoms (in sub-spaces as of rays), on the calling thread, with the space locked. It may do
+ * what near callbacks may, but not change probes. Returns the sum of all `touched`. `size` is
+ * sizeof (dParallelSAPProbe). Threads: as in dParallelSAPSpaceCollideContacts. */
+ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceOverlaps(dSpaceID space, dParallelSAPProbe* probes,
+                                                      size_t count, size_t size, int flags,
+                                                      void* data,
+                                                      dParallelSAPOverlapCallback* callback);
+
 /* Nonzero: the space compares each collide, except dSpaceCollide2, with the one before: which pairs
  * began, which ended, and a number for each pair. Default: 0. The first collide begins all
  * its pairs. A geom that is removed and added again ends its pairs and begins them. Events are
@@ -264,9 +271,8 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetEvents(dSpaceID space);
 /* A pair that began or ended. A begun pair gets the lowest free number, in the order of the pairs,
  * and keeps it up to its ended event; the next collide may use it. Numbers can index an array. */
 typedef struct dParallelSAPPairEvent {
-  dGeomID o1;   /* as reported; in an ended pair 0 if it has left the space: it may not exist */
-  dGeomID o2;   /* likewise */
-  size_t place; /* among the collide's pairs; of an ended pair, in the last collide that had it */
+  dGeomID o1, o2; /* as reported; in an ended pair 0 if it has left the space: it may not exist */
+  size_t place;   /* among the collide's pairs; of an ended pair, in the last collide that had it */
   unsigned number; /* as long as the pair lasts */
 } dParallelSAPPairEvent;
 
@@ -277,7 +283,6 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
 /* Likewise the pairs that ended, in the order of their last report. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetEndedPairs(dSpaceID space,
                                                            const dParallelSAPPairEvent** pairs);
-
 /* Likewise the numbers of all pairs of the last collide, by place. Many threads may read them. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetPairNumbers(dSpaceID space,
                                                             const unsigned** numbers);
@@ -302,7 +307,6 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetSkipAsleep(dSpaceID space);
  * cost or add pairs; ODE_PARALLEL_SAP_NOTIFIED=check finds it. No effect up to 120 geoms. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetNotified(dSpaceID space, int notified);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetNotified(dSpaceID space);
-
 /* Notifies the space of a change of a geom of it, or, with `geom` 0, of any of its geoms. Allowed
  * in callbacks, and for geoms from many threads at once while nothing else uses the space. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceNotify(dSpaceID space, dGeomID geom);
@@ -331,7 +335,6 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetTrace(dSpaceID space);
  * ODE's colliders of heightfields, of convexes with meshes and of GIMPACT's meshes read the box. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetSweptBounds(dSpaceID space, dReal step);
 ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
-
 /* 1 if a geom of this space might pass through another one, else 0: its motion |d| + a * r was more
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
@@ -341,19 +344,16 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
  * to 2,048 geoms and their bodies' joints, which no other thread may change. Not while locked. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceSetWarnings(dSpaceID space, int on);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
-
 /* Returns how many regimes were seen since warnings are on. Writes a line for each to `text`, with
  * a remedy, and '\n' at its end. The text is 0-terminated and cut off at `size`, which may be 0. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
-
 /* A regime that warnings saw. */
 typedef struct dParallelSAPWarning {
-  const char* name;          /* with which the line begins: "load" */
-  dGeomID o1;                /* the worst geom, or of a pair; 0: none, or it left the space */
-  dGeomID o2;                /* the other one of the pair; likewise */
-  unsigned long long checks; /* that saw it */
-  unsigned long long first;  /* collide of such a check, from 0 on */
-  unsigned long long last;   /* likewise */
+  const char* name;               /* with which the line begins: "load" */
+  dGeomID o1;                     /* the worst geom, or of a pair; 0: none, or it left the space */
+  dGeomID o2;                     /* the other one of the pair; likewise */
+  unsigned long long checks;      /* that saw it */
+  unsigned long long first, last; /* collides of such checks, from 0 on */
 } dParallelSAPWarning;
 /* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
@@ -396,8 +396,8 @@ typedef struct dParallelSAPStats {
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStats(dSpaceID space, dParallelSAPStats* stats);
 
 /* The macros below call these with the sizes of the program's structs. Fields of the statistics
- * that the library does not know become 0; unknown callbacks and other sizes of rays and hits are
- * an error. Functions without size, for dlsym and older programs, take version 0.1's structs. */
+ * that the library does not know become 0; unknown callbacks and larger rays and hits are an error.
+ * Functions without size, for dlsym and older programs, take version 0.1's structs. */
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceGetStatsSized(size_t size, dSpaceID space,
                                                          dParallelSAPStats* stats);
 ODE_PARALLEL_SAP_API void dParallelSAPSpaceCollideContactsSized(
@@ -439,7 +439,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   _DEVICES=n, _SKIP_STATIC=0|1, _SKIP_ASLEEP=0|1, _CULL_PLANES=0|1, _TOLERANCE=length: the
  *   settings above. So is _NOTIFIED=0|1|check, where check reports the first missing notification.
  * - ODE_PARALLEL_SAP_STATS=1: each space prints at its end what its frames, queries and rays took,
- *   which settings would leave out how many of its pairs, and the warnings above.
+ *   which settings would leave out pairs, which calls do queries in batches, and warnings.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
  *   on. %p in it becomes the process's number.

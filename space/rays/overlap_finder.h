@@ -1,0 +1,74 @@
+// Batches of probes against a space: dParallelSAPSpaceOverlaps. Sees ODE's private headers.
+#pragma once
+
+#include <ode_parallel_sap/parallel_sap_space.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "space/base/buffer.h"
+#include "space/contacts/narrow_phase.h"
+#include "space/geoms/scene.h"
+#include "space/queries/geom_queries.h"
+
+namespace ode_parallel_sap {
+
+struct OverlapRequest {
+  dParallelSAPProbe* probes;
+  std::size_t count;
+  int flags;  // of dCollide
+  bool any;   // the first overlap of a probe will do
+  void* data;
+  dParallelSAPOverlapCallback* callback;  // or null
+  std::size_t first = 0;                  // the number of probes[0]
+};
+
+// Lists of overlaps, in storage that outlasts the batch.
+struct OverlapLists {
+  struct alignas(64) Share {
+    QueryLists query;
+    Buffer<dParallelSAPPair> pairs;
+    Buffer<Slot> slots;  // of the second geoms, or of the sub-spaces that they are in
+    Buffer<dContactGeom> contacts;
+
+    void resize(std::size_t size) {
+      pairs.resize(size);
+      slots.resize(size);
+    }
+    std::size_t bytes() const { return bytesOf(query, pairs, slots, contacts); }
+  };
+  // Pairs [first, first + count) of a thread's share.
+  struct Block {
+    std::size_t first;
+    std::uint32_t count;
+    int thread;
+  };
+
+  std::vector<Share> shares;  // by thread
+  Buffer<Block> blocks;       // by probe
+  Share all;                  // in the order of the report
+  NarrowPhase narrow_phase;
+
+  std::size_t bytes() const { return bytesOf(shares, blocks, all, narrow_phase); }
+};
+
+struct OverlapWay {
+  int threads;          // the most
+  bool manual_cleanup;  // the threads leave no data in ODE
+  bool leave_apart_out;
+  bool guest;
+  bool swept;                            // probes in spaces may have swept bounds
+  std::function<void(dxGeom*)> prepare;  // a probe's AABB, on the calling thread
+  bool trees = true;                     // where they pay
+};
+
+// Finds the geoms that each probe's AABB overlaps, on all threads, collides these pairs by the
+// narrow phase, and reports the contacts; where there is no memory for it, probe by probe. Probes
+// whose AABB, or AABBTest, other threads may not ask for are left to the calling thread. All AABBs
+// of the scene are up to date, and no other batch uses `lists`. Returns the sum of all `touched`.
+std::size_t findOverlaps(const Scene& scene, GeomQueries& queries, const PackRules& rules,
+                         const OverlapRequest& request, const OverlapWay& way, OverlapLists& lists);
+
+}  // namespace ode_parallel_sap
