@@ -458,7 +458,7 @@ void Physics::noteFast() {
     const auto meets = [&](double way, double own, double side, double thin) {
       if (side < infinity && way >= (own + side) / 2 &&
           note(fast, way / thin, way / thin, body.geom))
-        remedy(fast, "steps of %.2g s, or dParallelSAPSpaceSetSweptBounds and steps in parts",
+        remedy(fast, "steps of %.2g s, or dParallelSAPSpaceSetSweptBounds, -CollideSwept",
                step_ * 1.4 * thin / way);
     };
     const double other = body.thin > thinnest ? thinnest : next;

@@ -277,6 +277,14 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   return own.isFast(geom);
 }
 
+int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dContactGeom* contacts,
+                             int skip) {
+  dAASSERT(o1 && o2 && contacts);
+  dUASSERT(!IS_SPACE(o1) && !IS_SPACE(o2), "a geom is a space");
+  dUASSERT(isLength(step), "step is not a time");
+  return collideSwept(o1, o2, step, flags, contacts, skip);
+}
+
 void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) try {
   ParallelSAPSpace& own = checked(space);
   dUASSERT(!own.isLocked(), "invalid operation for locked space");

@@ -16,8 +16,8 @@ dReal lengthOf(const dReal* v) {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// How far from the body's centre what turns with it is: of a ball its centre, of all others the
-// farthest corner of the AABB.
+}  // namespace
+
 dReal armOf(const dxGeom* geom) {
   const dReal* const centre = dBodyGetPosition(geom->body);
   const bool ball = geom->type == dSphereClass;
@@ -31,7 +31,6 @@ dReal armOf(const dxGeom* geom) {
   return lengthOf(arm);
 }
 
-// Of a turned plate the AABB is no measure.
 dReal smallestSide(dxGeom* geom) {
   dReal radius, length;
   switch (geom->type) {
@@ -53,8 +52,6 @@ dReal smallestSide(dxGeom* geom) {
                       std::min(geom->aabb[3] - geom->aabb[2], geom->aabb[5] - geom->aabb[4]));
   }
 }
-
-}  // namespace
 
 // A motion that is no number is none.
 SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {

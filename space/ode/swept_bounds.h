@@ -68,4 +68,13 @@ class SweptBounds {
   bool all_stale_ = false;       // with which motion AABBs were made is not known
 };
 
+// How far from the body's centre what turns with it is: of a ball its centre, of all others the
+// farthest corner of the AABB.
+dReal armOf(const dxGeom* geom);
+// Of a turned plate the AABB is no measure.
+dReal smallestSide(dxGeom* geom);
+
+// As the header says of dParallelSAPCollideSwept.
+int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip);
+
 }  // namespace ode_parallel_sap
