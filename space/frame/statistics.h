@@ -69,6 +69,8 @@ struct FrameSums {
     queries_ms += other.queries_ms;
     rays_ms += other.rays_ms;
   }
+  // What grows with the pairs.
+  double pairs_ms() const { return extract_ms + filter_ms + narrow_ms + report_ms; }
   // Of a frame.
   FrameSums average() const {
     FrameSums average;

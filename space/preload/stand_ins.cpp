@@ -158,7 +158,7 @@ void report() {
                "ode-parallel-sap: %llu pairs collided before dCollide was called for them: %llu of "
                "them were asked for, with %llu contacts\n",
                sums.precomputed.precomputed, sums.precomputed.used, sums.precomputed.contacts);
-  for (const std::string& line : sums.advice.lines())
+  for (const std::string& line : sums.advice.lines(each.pairs_ms(), each.total_ms))
     std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 
