@@ -18,7 +18,7 @@ dReal lengthOf(const dReal* v) {
 
 }  // namespace
 
-dReal armOf(const dxGeom* geom) {
+dReal SweptBounds::armOf(const dxGeom* geom) {
   const dReal* const centre = dBodyGetPosition(geom->body);
   const bool ball = geom->type == dSphereClass;
   dReal arm[3];
@@ -31,26 +31,32 @@ dReal armOf(const dxGeom* geom) {
   return lengthOf(arm);
 }
 
-dReal smallestSide(dxGeom* geom) {
-  dReal radius, length;
+std::array<dReal, 3> SweptBounds::sidesOf(dxGeom* geom) {
+  dReal radius = 0, length = 0;
+  dVector3 sides;
+  const dReal* const box = geom->aabb;
   switch (geom->type) {
     case dSphereClass:
-      return 2 * dGeomSphereGetRadius(geom);
-    case dBoxClass: {
-      dVector3 sides;
+      radius = dGeomSphereGetRadius(geom);
+      break;
+    case dBoxClass:
       dGeomBoxGetLengths(geom, sides);
-      return std::min(sides[0], std::min(sides[1], sides[2]));
-    }
+      return {sides[0], sides[1], sides[2]};
     case dCapsuleClass:
       dGeomCapsuleGetParams(geom, &radius, &length);
-      return 2 * radius;
+      break;
     case dCylinderClass:
       dGeomCylinderGetParams(geom, &radius, &length);
-      return std::min(2 * radius, length);
+      return {2 * radius, 2 * radius, length};
     default:
-      return std::min(geom->aabb[1] - geom->aabb[0],
-                      std::min(geom->aabb[3] - geom->aabb[2], geom->aabb[5] - geom->aabb[4]));
+      return {box[1] - box[0], box[3] - box[2], box[5] - box[4]};
   }
+  return {2 * radius, 2 * radius, length + 2 * radius};
+}
+
+dReal SweptBounds::smallestSide(dxGeom* geom) {
+  const std::array<dReal, 3> sides = sidesOf(geom);
+  return std::min(sides[0], std::min(sides[1], sides[2]));
 }
 
 // A motion that is no number is none.

@@ -35,8 +35,8 @@ class Traveller {
     flags_ = geom->gflags;
     std::copy_n(geom->aabb, 6, aabb_);
     lie(home_);  // its AABB may be a swept one
-    smallest_ = smallestSide(geom);
-    turned_ = dCalcVectorLength3(turn_) * armOf(geom);
+    smallest_ = SweptBounds::smallestSide(geom);
+    turned_ = dCalcVectorLength3(turn_) * SweptBounds::armOf(geom);
   }
   ~Traveller() {
     if (!home_) return;

@@ -242,21 +242,4 @@ bool Stage::isFinite() const {
   });
 }
 
-double gapOf(dJointID joint) {
-  dVector3 a, b;
-  switch (dJointGetType(joint)) {
-    case dJointTypeBall:
-      dJointGetBallAnchor(joint, a);
-      dJointGetBallAnchor2(joint, b);
-      break;
-    case dJointTypeHinge:
-      dJointGetHingeAnchor(joint, a);
-      dJointGetHingeAnchor2(joint, b);
-      break;
-    default:
-      return 0;
-  }
-  return length(minus(vec(a), vec(b)));
-}
-
 }  // namespace sap_test::physics

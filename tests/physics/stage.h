@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../../examples/tradeoff/harness/vectors.h"
+#include "../../space/advice/joints.h"
 
 namespace sap_test::physics {
 
@@ -142,7 +143,6 @@ class Stage {
   bool seeds_ = true;
 };
 
-// The distance between a joint's two anchors.
-double gapOf(dJointID joint);
+using ode_parallel_sap::gapOf;
 
 }  // namespace sap_test::physics
