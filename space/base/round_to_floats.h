@@ -21,11 +21,13 @@ constexpr float most_bound = std::numeric_limits<float>::max();
 // every device computes.
 constexpr float coarse_share = 0x1p-19f, least_fine_extent = 3e-36f;
 
-struct BoundsFacts {
-  bool exact;      // the floats decide every overlap as the bounds would
-  bool nan;        // at least one bound is NaN; the box is of no use then
-  bool unbounded;  // an infinite bound, or a lower one above its upper one
-  bool coarse;
+// What is to be known of bounds, in bits.
+using BoundsFacts = unsigned;
+enum : BoundsFacts {
+  inexact_bounds = 1,    // the floats may not decide every overlap as the bounds would
+  nan_bounds = 2,        // at least one is NaN; the box is of no use then
+  unbounded_bounds = 4,  // an infinite bound, or a lower one above its upper one
+  coarse_bounds = 8
 };
 
 // Rounds bounds (lower, upper on each axis) to the nearest floats. A lower bound above another
@@ -33,7 +35,8 @@ struct BoundsFacts {
 // rounding to nearest and denormals kept.
 template <class Real>
 inline BoundsFacts roundToFloatsOneByOne(const Real* bounds, Box& box) {
-  BoundsFacts facts = {true, false, false, false};
+  BoundsFacts facts = 0;
+  const auto note = [&facts](bool is_so, BoundsFacts fact) { facts |= is_so ? fact : 0; };
   float extent = 0, farthest = 0;
   for (int axis = 0; axis < 3; ++axis) {
     float rounded[2];
@@ -43,17 +46,19 @@ inline BoundsFacts roundToFloatsOneByOne(const Real* bounds, Box& box) {
       const bool infinite = std::fabs(bound) > std::numeric_limits<Real>::max();
       rounded[side] = std::max(std::min(value, most_bound), -most_bound);
       // The last floats stand for infinity and for what is less.
-      facts.exact &= infinite || (static_cast<Real>(value) == bound && magnitude < most_bound);
-      facts.nan |= bound != bound;
-      facts.unbounded |= infinite;
+      note(!infinite && (static_cast<Real>(value) != bound || magnitude == most_bound),
+           inexact_bounds);
+      note(bound != bound, nan_bounds);
+      note(infinite, unbounded_bounds);
       farthest = std::max(farthest, std::min(magnitude, most_bound));
     }
-    facts.unbounded |= bounds[2 * axis] > bounds[2 * axis + 1];
+    note(bounds[2 * axis] > bounds[2 * axis + 1], unbounded_bounds);
     extent = std::max(extent, rounded[1] - rounded[0]);
     box.lower[axis] = rounded[0];
     box.upper[axis] = rounded[1];
   }
-  facts.coarse = !facts.exact && std::max(farthest * coarse_share, least_fine_extent) > extent;
+  const bool far = std::max(farthest * coarse_share, least_fine_extent) > extent;
+  note(far && facts & inexact_bounds, coarse_bounds);
   return facts;
 }
 
@@ -91,13 +96,13 @@ inline BoundsFacts roundToFloats<double>(const double* bounds, Box& box) {
   const __m128d same = _mm_and_pd(
       _mm_and_pd(_mm_cmpeq_pd(_mm_cvtps_pd(float_x), x), _mm_cmpeq_pd(_mm_cvtps_pd(float_y), y)),
       _mm_cmpeq_pd(_mm_cvtps_pd(float_z), z));
-  const bool exact = _mm_movemask_pd(same) == 3;
   __m128 most = _mm_max_ps(_mm_unpacklo_ps(bound, size), _mm_unpackhi_ps(bound, size));
   most = _mm_max_ps(most, _mm_movehl_ps(most, most));  // bound, size
   const __m128 step =
       _mm_max_ss(_mm_mul_ss(most, _mm_set_ss(coarse_share)), _mm_set_ss(least_fine_extent));
   const bool far = _mm_comigt_ss(step, _mm_shuffle_ps(most, most, 1)) != 0;
-  return {exact, false, false, !exact && far};
+  if (_mm_movemask_pd(same) == 3) return 0;
+  return far ? inexact_bounds | coarse_bounds : inexact_bounds;
 }
 #endif
 

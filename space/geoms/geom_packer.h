@@ -1,16 +1,18 @@
 // One geom in, one box out: the innermost step of the update stage. Sees ODE's private headers.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "space/base/box_set.h"
 #include "space/base/buffer.h"
+#include "space/base/round_to_floats.h"
 #include "space/geoms/pack_rules.h"
-
-struct dxBody;
-struct dxGeom;
+#include "space/geoms/pair_rule.h"
 
 namespace ode_parallel_sap {
 
@@ -39,9 +41,9 @@ struct UpdateFacts {
 using SlotState = std::uint8_t;
 enum : SlotState {
   disabled_state = 1,
-  invalid_state = 2,
-  unbounded_state = 4,
-  coarse_state = 8,
+  invalid_state = nan_bounds,
+  unbounded_state = unbounded_bounds,
+  coarse_state = coarse_bounds,
   no_box_state = 16,     // takes part in nothing
   unwatched_state = 32,  // no geom, or one whose silent changes are announced or seen by pair
   space_state = 64,
@@ -66,6 +68,59 @@ inline std::uint32_t numberOf(const dxBody* body) {
   return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(body) >> 4);
 }
 
+// All bits as 32, of which the highest stands for all above it, too: a match of the originals is
+// always a match of these.
+inline std::uint32_t foldBits(unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return static_cast<std::uint32_t>(wide) | (wide >> 32 ? std::uint32_t{1} << 31 : 0);
+}
+// Whether these decide as the originals would, among others of which that is true: the bits above
+// are clear, or set together with the highest, as in ~8ul.
+inline bool foldsExactly(unsigned long bits) {
+  const std::uint64_t wide = bits;
+  return wide >> 32 == 0 || ~wide >> 31 == 0;
+}
+
+// Whether a step of floats at one of the bounds is more than a small part of the tolerance, or the
+// bound is beyond all floats.
+inline bool exceedsTolerance(const dReal* bounds, dReal tolerance) {
+  constexpr dReal least_steps = 0x1p18;  // fixed: 32 steps in a tolerance
+  const dReal limit = std::min<dReal>(tolerance * least_steps, most_bound);
+  bool exceeds = false;
+  for (int i = 0; i < 6; ++i) {
+    const dReal size = std::fabs(bounds[i]);
+    exceeds |= (size > limit) & (size <= std::numeric_limits<dReal>::max());
+  }
+  return exceeds;
+}
+
+// Writes the bits of a geom that takes part, and what they add to the facts.
+inline void packBits(const dxGeom* geom, Slot slot, UpdateFacts& facts, BoxSet& boxes) {
+  constexpr unsigned long all = ~0ul;
+  if (__builtin_expect((geom->category_bits & geom->collide_bits) == all, true)) {
+    boxes.bits[slot] = {~std::uint32_t{0}, ~std::uint32_t{0}};
+    return;
+  }
+  facts.filter_bits = true;
+  facts.exact_bits =
+      facts.exact_bits && foldsExactly(geom->category_bits) && foldsExactly(geom->collide_bits);
+  boxes.bits[slot] = {foldBits(geom->category_bits), foldBits(geom->collide_bits)};
+}
+
+// The same of its body.
+inline void packBody(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) {
+  UpdateFacts& facts = part.facts;
+  const std::uintptr_t body = reinterpret_cast<std::uintptr_t>(geom->body);
+  const std::uint32_t number = numberOf(geom->body);
+  boxes.bodies[slot] = number;
+  if (!body) return;
+  if (!part.some_body) part.some_body = body;
+  // Of two geoms on one body at least one is followed by another in the body's list.
+  facts.filter_bodies = facts.filter_bodies || geom->body_next;
+  if ((body ^ part.some_body) & ~body_bits || number == 0 || number == resting_number)
+    facts.exact_bodies = false;
+}
+
 // Needs exactMode(). The geoms are clean.
 class GeomPacker {
  public:
@@ -83,5 +138,24 @@ class GeomPacker {
   SlotState packOther(const dxGeom* geom, Slot slot, UpdatePart& part, BoxSet& boxes) const;
   SlotState kindOf(const dxGeom* geom, bool resting) const;
 };
+
+// Most geoms are enabled and neither spaces nor of a user's class, with a bounded box of floats:
+// they add nothing else to their slots' states.
+inline SlotState GeomPacker::pack(const dxGeom* geom, Slot slot, UpdatePart& part,
+                                  BoxSet& boxes) const {
+  static_assert(dFirstSpaceClass < dFirstUserClass, "all classes below are neither");
+  if (rules.skip() || boxes.wide || !geom || geom->type >= dFirstSpaceClass ||
+      (geom->gflags & GEOM_ENABLE_TEST_MASK) != GEOM_ENABLE_TEST_VALUE)
+    return packOther(geom, slot, part, boxes);
+  Box& box = boxes.boxes[slot];
+  const BoundsFacts rounded = roundToFloats(geom->aabb, box);
+  if (rounded & (nan_bounds | unbounded_bounds)) return packOther(geom, slot, part, boxes);
+  if (rounded & inexact_bounds) part.facts.exact_boxes = false;
+  if (rules.tolerance > 0 && exceedsTolerance(geom->aabb, rules.tolerance))
+    part.facts.beyond_tolerance = true;
+  packBits(geom, slot, part.facts, boxes);
+  packBody(geom, slot, part, boxes);
+  return (rules.notified ? unwatched_state : 0) | (rounded & coarse_bounds);
+}
 
 }  // namespace ode_parallel_sap

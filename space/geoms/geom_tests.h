@@ -18,6 +18,7 @@ namespace ode_parallel_sap {
 // Whether other threads may not compute other geoms' AABBs at the same time: where user code runs,
 // where a sub-space cleans its geoms, or where geoms share caches.
 inline bool needsCallingThread(const dxGeom* geom) {
+  if (geom->type < dGeomTransformClass) return false;
   static const bool has_gimpact = dCheckConfiguration("ODE_EXT_gimpact") != 0;
   return IS_SPACE(geom) || isUserClass(geom) || geom->type == dGeomTransformClass ||
          (geom->type == dTriMeshClass && has_gimpact);

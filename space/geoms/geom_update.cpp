@@ -67,7 +67,7 @@ void prefetchStatus(const dxBody* body) {
 // asks for by itself, and more would be in its way. Geoms that are the calling thread's business
 // are deferred.
 template <class Use>
-void GeomUpdate::forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part) {
+void GeomUpdate::forPart(const Geoms geoms, const Range range, Use use, UpdatePart& part) {
   constexpr std::size_t ahead = prefetch_distance / 2;
   for (std::size_t begin = range.begin; begin < range.end; begin += update_block) {
     const std::size_t end = std::min(begin + update_block, range.end);

@@ -67,7 +67,7 @@ class GeomUpdate {
   template <class Use>
   int forGeoms(const Geoms& geoms, int threads, Use use);
   template <class Use>
-  static void forPart(const Geoms& geoms, const Range& range, Use use, UpdatePart& part);
+  static void forPart(Geoms geoms, Range range, Use use, UpdatePart& part);
   Geoms listed(dxGeom* const* geoms) const { return {geoms, slots_.size(), slots_.data()}; }
   UpdateFacts mergeParts(std::uintptr_t some_body);
   bool needsDoubles(dxGeom* const* geoms);

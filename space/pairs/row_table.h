@@ -37,7 +37,8 @@ class RowTable {
     }
 
     Buffer<Real> near_bounds;
-    Buffer<std::uint32_t> near_numbers, scratch, pair_counts;
+    Buffer<std::uint32_t> near_numbers, scratch;
+    Buffer<std::uint64_t> pair_counts;
     std::vector<Buffer<std::uint32_t>> blocks;  // of rows
     std::size_t blocks_used = 0;
     Buffer<std::uint64_t> slot_marks;

@@ -43,8 +43,8 @@ BasicBox<Real> boxOf(const dxGeom* geom, bool& coarse) {
   if constexpr (sizeof(Real) == sizeof(float)) {
     Box box;
     const BoundsFacts facts = roundToFloats(geom->aabb, box);
-    coarse = facts.coarse;
-    return facts.nan ? none : box;
+    coarse = facts & coarse_bounds;
+    return facts & nan_bounds ? none : box;
   } else {
     return hasNaN(geom) ? none : boxOfBounds<Real>(geom->aabb);
   }

@@ -62,38 +62,42 @@ struct NearCells {
   }
 };
 
-// A cell, and `chosen` near ones that it may meet.
+// A cell, and `chosen` near ones that it may meet. By value: what is written to rows could, for all
+// that a compiler knows, change what is pointed to.
 template <class Real>
 struct CellAmongNear {
-  const TreeView<Real>& all;  // the cells of all trees
+  const Group<Real>* cells;  // of all trees
+  const GroupFilter* filters;
   std::size_t cell;
-  const NearCells<Real>& near;
-  std::size_t chosen;
+  typename NearCells<Real>::Bounds bounds;
+  const std::uint32_t *greatest, *number;  // of near cells
+  const std::uint32_t* chosen;
+  std::size_t chosen_count;
 
-  const Group<Real>& boxes() const { return all.levels[0][cell]; }
+  const Group<Real>& boxes() const { return cells[cell]; }
   // For each chosen cell and box in `lanes` that may have pairs in it writes a code: sixteen times
-  // the near cell's place, plus the lane. Returns the number of codes.
+  // the cell, plus the lane. Returns the number of codes.
   std::size_t list(unsigned lanes, std::uint32_t* codes) const {
     const Sixteen<Real> own = sixteenOf(boxes());
-    const typename NearCells<Real>::Bounds bounds = near.bounds();
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < chosen; ++i) {
-      const std::uint32_t place = near.space.chosen[i];
-      const unsigned mask = own.overlapping(bounds, place) & lanes &
-                            Lanes::below(boxes().slot, near.space.greatest[place]);
-      Lanes::writeNumbers(place * group_size, mask, codes + count);
-      count += __builtin_popcount(mask);
+    std::uint32_t* next = codes;
+    for (std::size_t i = 0; i < chosen_count; ++i) {
+      const std::uint32_t place = chosen[i];
+      const unsigned mask =
+          own.overlapping(bounds, place) & lanes & Lanes::below(boxes().slot, greatest[place]);
+      Lanes::writeNumbers(number[place] * group_size, mask, next);
+      next += __builtin_popcount(mask);
     }
-    return count;
+    return static_cast<std::size_t>(next - codes);
   }
   // Writes the part of a row that comes of a code; returns its length.
+  template <bool filtered>
   int meet(std::uint32_t code, std::uint32_t* row) const {
     const unsigned lane = code % group_size;
-    const std::size_t other = near.space.cell[code / group_size];
-    const Group<Real>& others = all.levels[0][other];
+    const std::size_t other = code / group_size;
+    const Group<Real>& others = cells[other];
     const auto allowed = [&](unsigned hits) {
-      if (!all.filters || !hits) return hits;
-      return hits & passesFilter(all.filters[cell], lane, all.filters[other]);
+      if (!filtered || !hits) return hits;
+      return hits & passesFilter(filters[cell], lane, filters[other]);
     };
     if constexpr (sizeof(Real) == sizeof(float))
       return Lanes::meetLater(boxes(), lane, others, allowed, row);
@@ -121,29 +125,29 @@ inline void storeRow(RowSpace<Real>& space, std::uint32_t slot, const std::uint3
     orderMany(row, count, {space.marks, space.marked_words}, to + 1);
   space.rows[slot] = to;
   space.next += count + 1;
-  space.counts[slot / row_chunk] += static_cast<std::uint32_t>(count);
+  space.counts[slot / row_chunk] += count;
 }
 
 // The rows of boxes [first, last) of the cell. A processor cannot predict how many cells a box
 // meets, so what is to be met is listed for all boxes before any is, and it is wrong once.
-template <class Real>
-inline void findRowsOf(const CellAmongNear<Real>& of, unsigned first, unsigned last,
+template <bool filtered, class Real>
+inline void findRowsOf(const CellAmongNear<Real> of, unsigned first, unsigned last,
                        RowSpace<Real>& space) {
-  const std::size_t stride = (of.chosen + 1) * group_size;
-  const std::size_t code_room = of.chosen * (last - first) + group_size;
+  const std::size_t stride = (of.chosen_count + 1) * group_size;
+  const std::size_t code_room = of.chosen_count * (last - first) + group_size;
   const std::size_t room = code_room + (last - first) * stride;
   if (space.word_room < room) space.growWords(space, room);
   std::uint32_t* const codes = space.words;
-  std::uint32_t* const rows = codes + code_room - first * stride;
-  std::size_t ends[group_size];
-  for (unsigned lane = 0; lane < group_size; ++lane) ends[lane] = lane * stride;
+  std::uint32_t* row = codes + code_room;
+  std::uint32_t* ends[group_size];
+  for (unsigned lane = first; lane < last; ++lane) ends[lane] = row + (lane - first) * stride;
   const std::size_t count = of.list((1u << last) - (1u << first), codes);
   for (std::size_t i = 0; i < count; ++i) {
-    std::size_t& end = ends[codes[i] % group_size];
-    end += static_cast<std::size_t>(of.meet(codes[i], rows + end));
+    std::uint32_t*& end = ends[codes[i] % group_size];
+    end += of.template meet<filtered>(codes[i], end);
   }
-  for (unsigned lane = first; lane < last; ++lane)
-    storeRow(space, of.boxes().slot[lane], rows + lane * stride, ends[lane] - lane * stride);
+  for (unsigned lane = first; lane < last; ++lane, row += stride)
+    storeRow(space, of.boxes().slot[lane], row, static_cast<std::size_t>(ends[lane] - row));
 }
 
 // The trees are walked once for all cells below a node; then each of them chooses among what was
@@ -152,9 +156,8 @@ template <class Real>
 void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
   constexpr std::size_t most_at_once = 1024;  // fixed: chosen cells, with which rows take 1 MB
   const TreeView<Real>& own = search.trees[search.own];
-  TreeView<Real> all = {};
-  all.levels[0] = own.levels[0] - own.first_cell;
-  if (own.filters) all.filters = own.filters - own.first_cell;
+  const Group<Real>* const all = own.levels[0] - own.first_cell;
+  const GroupFilter* const filters = own.filters ? own.filters - own.first_cell : nullptr;
   for (std::size_t begin = search.begin, end; begin < search.end; begin = end) {
     const std::size_t node = begin / group_size, node_end = (node + 1) * group_size;
     end = node_end < search.end ? node_end : search.end;
@@ -176,14 +179,17 @@ void findRows(const RowSearch<Real>& search, RowSpace<Real>& space) {
     near.close();
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t cell = own.first_cell + i;
-      const Group<Real>& boxes = all.levels[0][cell];
+      const Group<Real>& boxes = all[cell];
       const std::size_t chosen = near.choose(cells, i % group_size, leastSlot(boxes));
-      const CellAmongNear<Real> of = {all, cell, near, chosen};
+      const CellAmongNear<Real> of = {
+          all, filters, cell, near.bounds(), space.greatest, space.cell, space.chosen, chosen};
       const unsigned used = static_cast<unsigned>(
           __builtin_popcount(Lanes::atMost(boxes.lower[0], static_cast<Real>(__builtin_inff()))));
       const unsigned step = chosen <= most_at_once ? group_size : 1;
       for (unsigned first = 0; first < used; first += step)
-        findRowsOf(of, first, first + step < used ? first + step : used, space);
+        (filters ? findRowsOf<true, Real>
+                 : findRowsOf<false, Real>)(of, first, first + step < used ? first + step : used,
+                                            space);
     }
   }
 }

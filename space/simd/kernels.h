@@ -72,7 +72,7 @@ struct RowSpace {
   std::uint32_t *next = nullptr, *end = nullptr;  // of rows
   void (*growRows)(RowSpace& space, std::size_t words);
   Row* rows = nullptr;              // by slot
-  std::uint32_t* counts = nullptr;  // pairs, by slot / row_chunk
+  std::uint64_t* counts = nullptr;  // pairs, by slot / row_chunk
   // A bit each slot, and one each word of these; none is set between rows.
   std::uint64_t *marks = nullptr, *marked_words = nullptr;
 };

@@ -60,14 +60,8 @@ struct Lanes : ScalarLanes {
     const __mmask16 later =
         _mm512_cmpgt_epi32_mask(slots, _mm512_set1_epi32(static_cast<int>(own.slot[lane])));
     const unsigned hits = allowed(_mm512_mask_cmp_ps_mask(later, gap, zero, _CMP_LE_OQ));
-    const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), words);
-    const int count = __builtin_popcount(hits);
-    // Few are met at a time: half a register is seldom across two lines of the cache.
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(row), _mm512_castsi512_si256(packed));
-    if (__builtin_expect(count > 8, false))
-      _mm256_storeu_si256(reinterpret_cast<__m256i*>(row) + 1,
-                          _mm512_extracti64x4_epi64(packed, 1));
-    return count;
+    store(words, hits, row);
+    return __builtin_popcount(hits);
   }
   static unsigned equals(const std::uint32_t* p, std::uint32_t value) {
     return _mm512_cmpeq_epi32_mask(_mm512_load_si512(p),
@@ -76,9 +70,7 @@ struct Lanes : ScalarLanes {
   template <class T>
   static void compress(const T* p, unsigned mask, T* out) {
     static_assert(sizeof(T) == 4, "lanes are words");
-    // Compressing to memory directly is far slower than this on some processors.
-    _mm512_storeu_si512(
-        out, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), _mm512_load_si512(p)));
+    store(_mm512_load_si512(p), mask, reinterpret_cast<std::uint32_t*>(out));
   }
   static void compress(const double* p, unsigned mask, double* out) {
     const __mmask8 low = static_cast<__mmask8>(mask & 0xff),
@@ -89,8 +81,7 @@ struct Lanes : ScalarLanes {
   }
   static void writeNumbers(std::uint32_t first, unsigned mask, std::uint32_t* out) {
     const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    const __m512i numbers = _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), lanes);
-    _mm512_storeu_si512(out, _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), numbers));
+    store(_mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(first)), lanes), mask, out);
   }
   static int writePairs(const std::uint32_t* slots, std::uint32_t slot, unsigned mask,
                         std::uint64_t* out) {
@@ -108,6 +99,16 @@ struct Lanes : ScalarLanes {
   }
 
  private:
+  // Stores those in `mask`, side by side. Compressing to memory directly is far slower on some
+  // processors, and few are stored at a time: half a register is seldom across two lines of the
+  // cache.
+  static void store(__m512i words, unsigned mask, std::uint32_t* out) {
+    const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), words);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm512_castsi512_si256(packed));
+    if (__builtin_expect(__builtin_popcount(mask) > 8, false))
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(out) + 1,
+                          _mm512_extracti64x4_epi64(packed, 1));
+  }
   static __m512i word(__m256i high, __m256i low) {
     return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(high), 32),
                            _mm512_cvtepu32_epi64(low));

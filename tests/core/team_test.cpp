@@ -47,17 +47,21 @@ bool comeToHelp(Region& region, int threads) {
 
 }  // namespace
 
-TEST_CASE("A team is waited for that has begun, and calls each member once") {
+TEST_CASE("A team is waited for that has begun, and calls each member once, the caller its first") {
   static Region region("team");
   REQUIRE((threadsToBeHad(4) == 1 || comeToHelp(region, 4)));
   for (const int team : {1, 2, 7, 16, 65, most_threads}) {
     std::vector<std::atomic<int>> begun(static_cast<std::size_t>(team)), done(begun.size());
+    const std::thread::id caller = std::this_thread::get_id();
+    std::atomic<bool> is_first{false};
     runTeam(region, team, [&](int member, int) {
       ++begun[member];
+      if (member == 0) is_first = std::this_thread::get_id() == caller;
       if (member == team / 2) std::this_thread::sleep_for(std::chrono::milliseconds(20));
       ++done[member];
     });
     const auto isOne = [](const std::atomic<int>& times) { return times == 1; };
+    CHECK(is_first);
     CHECK(std::all_of(begun.begin(), begun.end(), isOne));
     CHECK(std::all_of(done.begin(), done.end(), isOne));
   }

@@ -28,7 +28,7 @@ BoxSet denseCube(std::size_t n) {
       bounds[2 * axis] = scene[i].low[axis];
       bounds[2 * axis + 1] = scene[i].high[axis];
     }
-    set.exact = roundToFloats<double>(bounds, set.boxes[i]).exact && set.exact;
+    set.exact = !(roundToFloats<double>(bounds, set.boxes[i]) & inexact_bounds) && set.exact;
   }
   return set;
 }

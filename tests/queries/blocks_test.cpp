@@ -225,6 +225,27 @@ TEST_CASE("A callback that throws ends the call, on the calling thread", "[block
     }
 }
 
+TEST_CASE("Blocks tell the places of their pairs among all, also after one has left", "[blocks]") {
+  for (const std::size_t n : {100, 600}) {  // small, and not
+    const Space space;
+    World world(space);
+    world.addBoxes(onePlace(n, seedOr(75)));
+    const dGeomID gone = dCreateSphere(space, dReal(0.1));
+    const dReal* const place = dGeomGetPosition(world.geoms()[0]);
+    dGeomSetPosition(gone, place[0], place[1], place[2]);
+    const Pairs all = collide(space);
+    Blocks blocks;
+    blocks.at_each = [&](std::size_t first) {
+      if (first == 0) dGeomDestroy(gone);
+    };
+    blocks.collide(space, 0);
+    INFO(n << " geoms, " << all.size() << " pairs");
+    REQUIRE(blocks.at.size() > 2);
+    for (const auto& [first, block] : blocks.at)
+      for (std::size_t i = 0; i < block.size(); ++i) REQUIRE(block[i] == all[first + i]);
+  }
+}
+
 TEST_CASE("Callbacks collide within callbacks, whatever kind of collide they are of", "[blocks]") {
   for (const std::size_t n : {60, 700}) {
     const Space space, other;

@@ -29,7 +29,7 @@ Case makeCase(const std::vector<sap_test::Box>& scene, bool wide, bool filtered)
       boxes.wide_boxes[i].lower[axis] = scene[i].low[axis];
       boxes.wide_boxes[i].upper[axis] = scene[i].high[axis];
     }
-    boxes.exact = roundToFloats<double>(bounds, boxes.boxes[i]).exact && boxes.exact;
+    boxes.exact = !(roundToFloats<double>(bounds, boxes.boxes[i]) & inexact_bounds) && boxes.exact;
     boxes.bits[i] = {1u << i % 3, 1u << i % 2 | 4};
     boxes.bodies[i] = i % 5 == 0 ? static_cast<std::uint32_t>(1 + i % 4) : 0;
   }
