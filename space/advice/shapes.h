@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "space/ode/swept_bounds.h"
+#include "space/geoms/geom_sides.h"
 
 namespace ode_parallel_sap {
 
@@ -34,7 +34,7 @@ inline std::array<double, 3> ownSidesOf(dGeomID geom) {
     return {infinity, infinity, infinity};
   dReal box[6];
   dGeomGetAABB(geom, box);  // which that of a mesh is read from
-  const std::array<dReal, 3> sides = SweptBounds::sidesOf(geom);
+  const std::array<dReal, 3> sides = geomSides(geom);
   return {number(sides[0]), number(sides[1]), number(sides[2])};
 }
 

@@ -16,6 +16,7 @@
 #include "space/finders/device_backend.h"
 #include "space/geoms/assertions.h"
 #include "space/ode/ode_space.h"
+#include "space/rays/swept_contacts.h"
 #include "space/trace/trace.h"
 
 using namespace ode_parallel_sap;

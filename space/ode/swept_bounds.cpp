@@ -5,6 +5,7 @@
 #include <new>
 
 #include "space/base/floating_point.h"
+#include "space/geoms/geom_sides.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/slots.h"
 
@@ -17,47 +18,6 @@ dReal lengthOf(const dReal* v) {
 }
 
 }  // namespace
-
-dReal SweptBounds::armOf(const dxGeom* geom) {
-  const dReal* const centre = dBodyGetPosition(geom->body);
-  const bool ball = geom->type == dSphereClass;
-  dReal arm[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal below = centre[axis] - geom->aabb[2 * axis];
-    const dReal above = geom->aabb[2 * axis + 1] - centre[axis];
-    arm[axis] = ball ? geom->final_posr->pos[axis] - centre[axis]
-                     : std::max(std::fabs(below), std::fabs(above));
-  }
-  return lengthOf(arm);
-}
-
-std::array<dReal, 3> SweptBounds::sidesOf(dxGeom* geom) {
-  dReal radius = 0, length = 0;
-  dVector3 sides;
-  const dReal* const box = geom->aabb;
-  switch (geom->type) {
-    case dSphereClass:
-      radius = dGeomSphereGetRadius(geom);
-      break;
-    case dBoxClass:
-      dGeomBoxGetLengths(geom, sides);
-      return {sides[0], sides[1], sides[2]};
-    case dCapsuleClass:
-      dGeomCapsuleGetParams(geom, &radius, &length);
-      break;
-    case dCylinderClass:
-      dGeomCylinderGetParams(geom, &radius, &length);
-      return {2 * radius, 2 * radius, length};
-    default:
-      return {box[1] - box[0], box[3] - box[2], box[5] - box[4]};
-  }
-  return {2 * radius, 2 * radius, length + 2 * radius};
-}
-
-dReal SweptBounds::smallestSide(dxGeom* geom) {
-  const std::array<dReal, 3> sides = sidesOf(geom);
-  return std::min(sides[0], std::min(sides[1], sides[2]));
-}
 
 // A motion that is no number is none.
 SweptBounds::Motion SweptBounds::motionOf(const dxGeom* geom, dReal step) {

@@ -41,14 +41,6 @@ class SweptBounds {
     return step_ > 0 && (all_stale_ || (slot < records_.size() && records_[slot].fast));
   }
 
-  // Of a geom as it lies. Of a turned plate the AABB is no measure: they are along its own axes, of
-  // unknown shapes along the world's.
-  static std::array<dReal, 3> sidesOf(dxGeom* geom);
-  static dReal smallestSide(dxGeom* geom);
-  // How far from the body's centre what turns with it is: of a ball its centre, of all others the
-  // farthest corner of the AABB.
-  static dReal armOf(const dxGeom* geom);
-
   // A geom leaves its slot: its AABB is nobody else's business.
   void remove(dxGeom* geom, Slot slot);
   // What Slots::close() will do to the slots.
@@ -75,8 +67,5 @@ class SweptBounds {
   std::vector<Record> records_;  // by slot; none while all is off
   bool all_stale_ = false;       // with which motion AABBs were made is not known
 };
-
-// As the header says of dParallelSAPCollideSwept.
-int collideSwept(dxGeom* a, dxGeom* b, dReal step, int flags, dContactGeom* contacts, int skip);
 
 }  // namespace ode_parallel_sap

@@ -1,11 +1,12 @@
-// Where two geoms first touch on their way through a step. Sees ODE's private headers.
+#include "space/rays/swept_contacts.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "space/contacts/collider_threads.h"
-#include "space/geoms/geom_tests.h"
-#include "space/ode/swept_bounds.h"
+#include "space/geoms/geom_sides.h"
+#include "space/geoms/ode_private.h"
 
 namespace ode_parallel_sap {
 
@@ -35,8 +36,8 @@ class Traveller {
     flags_ = geom->gflags;
     std::copy_n(geom->aabb, 6, aabb_);
     lie(home_);  // its AABB may be a swept one
-    smallest_ = SweptBounds::smallestSide(geom);
-    turned_ = dCalcVectorLength3(turn_) * SweptBounds::armOf(geom);
+    smallest_ = smallestSide(geom);
+    turned_ = dCalcVectorLength3(turn_) * armOf(geom);
   }
   ~Traveller() {
     if (!home_) return;
