@@ -6,7 +6,7 @@
 
 #include "space/contacts/collider_threads.h"
 #include "space/geoms/geom_sides.h"
-#include "space/geoms/ode_private.h"
+#include "space/geoms/geom_tests.h"
 
 namespace ode_parallel_sap {
 
@@ -85,7 +85,7 @@ class Traveller {
   void lie(dxPosR* where) {
     geom_->final_posr = where;
     geom_->gflags |= GEOM_AABB_BAD;
-    geom_->recomputeAABB();
+    updateAABB(geom_);
   }
 
   dxGeom* const geom_;
