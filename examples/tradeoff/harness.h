@@ -222,7 +222,13 @@ struct Sums {
 inline void applyTo(dSpaceID space, const Settings& settings, const Basis& basis) {
   dParallelSAPSpaceSetNumThreads(space, 1);
   dParallelSAPSpaceSetBackend(space, dParallelSAPBackendCPU);
-  for (dBodyID body : basis.bodies) dBodySetAutoDisableFlag(body, settings.sleep == "on");
+  double lightest = std::numeric_limits<double>::infinity();
+  for (dBodyID body : basis.bodies) {
+    dBodySetAutoDisableFlag(body, settings.sleep == "on");
+    lightest = std::min(lightest, massOf(body));
+  }
+  if (settings.cfm < 0)
+    dWorldSetCFM(dBodyGetWorld(basis.top), static_cast<dReal>(settings.dt / lightest));
 }
 
 // Bodies nowhere, beyond a plane, or where the scene says that none should be.
@@ -331,6 +337,10 @@ class Trial {
 
   // Its name becomes a column's.
   static const Observation& checked(const Observation& seen) {
+    static const std::set<std::string> known = {"height", "spread", "jitter", "energy", "drift"};
+    if (known.count(seen.name))
+      throw std::invalid_argument("an observation has the name of an outcome of all scenes: " +
+                                  seen.name);
     for (char letter : seen.name)
       if (!std::isalnum(static_cast<unsigned char>(letter)) && letter != '_')
         throw std::invalid_argument("an observation's name has letters, digits and _ only: " +

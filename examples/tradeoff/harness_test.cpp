@@ -113,6 +113,34 @@ void testKinematicBodies() {
   check(mean > 1.4 && mean < 1.6, "what was observed is a mean");
 }
 
+void testNamesThatAreTaken() {
+  tradeoff::Scene scene = carriedBox();
+  scene.ignores = "height";
+  for (const char* name : {"height", "spread", "jitter", "energy", "drift"}) {
+    scene.observe = [name] { return std::vector<tradeoff::Observation>{{name, 1, 1}}; };
+    char program[] = "own";
+    char* arguments[] = {program, nullptr};
+    check(tradeoff::run(1, arguments, scene) == 2, "no observation has a built-in outcome's name");
+  }
+}
+
+void testSoftness() {
+  tradeoff::Scene scene = carriedBox();
+  tradeoff::Settings settings;
+  dWorldID world = nullptr;
+  scene.build = [&, build = scene.build](dWorldID of, dSpaceID space, unsigned long seed) {
+    build(world = of, space, seed);
+  };
+  scene.observe = [&] {
+    return std::vector<tradeoff::Observation>{{"cfm", double(dWorldGetCFM(world)), 1}};
+  };
+  char program[] = "own", name[] = "--cfm", value[] = "step/mass";
+  char* arguments[] = {program, name, value};
+  settings = tradeoff::parseSettings(3, arguments);
+  const double cfm = measured(scene, settings, "observed_cfm");
+  check(std::abs(cfm - settings.dt / 1000) < 1e-8, "CFM is the step by the lightest body's mass");
+}
+
 }  // namespace
 
 // With arguments it is a program that has its scene studied.
@@ -121,5 +149,7 @@ int main(int argc, char** argv) {
   testUnwantedContacts();
   testOrder();
   testKinematicBodies();
+  testNamesThatAreTaken();
+  testSoftness();
   return failures ? 1 : 0;
 }

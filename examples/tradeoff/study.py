@@ -14,7 +14,7 @@ TRIES = 3           # so many candidates at most are put to it, for each limit
 LIKELY = 1.5        # of a limit: whose mean is above gets no more seeds
 GAIN = 0.95         # of the best so far's cost: who takes more gets no more seeds
 FAVOURITES = 3      # so many competitors at a time get more seeds
-MOST_BODIES_OF_STEP = 12  # dWorldStep takes time by the cube of a heap's contacts
+MOST_BODIES_OF_STEP = 30  # dWorldStep takes time by the cube of a heap's contacts
 
 
 class Setting(NamedTuple):
@@ -24,7 +24,7 @@ class Setting(NamedTuple):
     contacts: int = 4
     reducer: str = "first"
     erp: float = 0.2
-    cfm: float = 1e-10
+    cfm: object = 1e-10  # or "step/mass", of the lightest body
     sor: float = 1.3
     solver: str = "quick"
     sleep: str = "off"
@@ -35,19 +35,20 @@ KEY = ("scene", "bodies", *Setting._fields, "seed")
 GRID = [Setting(dt, iterations) for dt in (0.02, 0.01, 0.005) for iterations in (10, 20)]
 # Around the best so far, one at a time.
 VARIED = dict(iterations=(5, 10, 20, 35, 50, 100), contacts=(1, 2, 8), reducer=("deepest", "spread"), erp=(0.1, 0.4, 0.8),
-              cfm=(1e-8, 1e-6), sor=(0.8, 1.0, 1.6), solver=("step",), sleep=("on",))
+              cfm=(1e-8, 1e-6, "step/mass"), sor=(0.8, 1.0, 1.6), solver=("step",), sleep=("on",))
 STEPS = (0.04, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035, 0.0025, 0.00125)
-# References, from coarse to fine.
-REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(5)]
+# References, from coarse to fine. The coarsest is only there to tell the bias of others.
+REFERENCE = [Setting(0.005 / 2 ** i, 100, 8) for i in range(-1, 5)]
 
 
 def name_of(setting):
     """In words; of what is as in the base only step and iterations."""
     words = ["%g ms" % (1000 * setting.dt)]
     words.append("dWorldStep" if setting.solver == "step" else "%d iterations" % setting.iterations)
-    known = dict(contacts="at most %d contacts", reducer="the %s contacts", erp="ERP %g", cfm="CFM %g", sor="SOR %g",
+    known = dict(contacts="at most %s contacts", reducer="the %s contacts", erp="ERP %s", cfm="CFM %s", sor="SOR %s",
                  sleep="sleeping %s")
-    words += [form % getattr(setting, name) for name, form in known.items() if getattr(setting, name) != getattr(BASE, name)]
+    words += [form % (value if isinstance(value, str) else "%g" % value) for name, form in known.items()
+              for value in (getattr(setting, name),) if value != getattr(BASE, name)]
     return ", ".join(words)
 
 
@@ -57,7 +58,7 @@ def neighbours(setting, bodies):
     at = near.index(min(near))
     found = [setting._replace(dt=STEPS[i]) for i in (at - 1, at + 1) if 0 <= i < len(STEPS)]
     for name, values in VARIED.items():
-        if name == "solver" and not (bodies and bodies <= MOST_BODIES_OF_STEP):
+        if name == "solver" and bodies > MOST_BODIES_OF_STEP:
             continue
         found += [setting._replace(**{name: value}) for value in values if value != getattr(setting, name)]
     return found
@@ -97,7 +98,8 @@ class Study:
         for row in self.table.rows[self.seen:]:
             if row["scene"] == self.name and row["bodies"] == self.bodies:
                 self.cache = {}
-                setting = Setting(*(type(old)(row[name]) for name, old in BASE._asdict().items()))
+                setting = Setting(*(row[name] if isinstance(row[name], str) else type(old)(row[name])
+                                    for name, old in BASE._asdict().items()))
                 self.rows.setdefault(setting, {})[int(row["seed"])] = row
         self.seen = len(self.table.rows)
 
@@ -136,9 +138,9 @@ class Study:
         return self.cached(("change", level), make) if 0 < level < len(REFERENCE) else math.inf
 
     def bias(self, level):
-        """What is left of a reference's error, as ODE's is of first order. More rows never make it worse: what was certain
-        stays so."""
-        return min(self.change(level), 2 * self.change(level + 1))
+        """What is left of a reference's error, as ODE's is of first order, by three steps: two may agree by chance. More rows
+        never make it worse: what was certain stays so."""
+        return max(self.change(level), min(self.change(level - 1) / 2, 2 * self.change(level + 1)))
 
     def level_for(self, limit):
         """Of the references that are fine enough for a limit the one with most fresh seeds; of these the coarsest, which takes
@@ -160,7 +162,7 @@ class Study:
             for name, rows in self.rows.items():
                 digests = tuple(rows.get(seed, {}).get("digest") for seed in range(1, stats.LADDER[0] + 1))
                 alike.setdefault(digests if all(digests) else name, []).append(name)
-            closest = [(min(group, key=lambda one: (sum(a != b for a, b in zip(one, BASE)), one)), group) for group in alike.values()]
+            closest = [(min(group, key=lambda one: (sum(a != b for a, b in zip(one, BASE)), str(one))), group) for group in alike.values()]
             return {name: (first, group) for first, group in closest for name in group}
         return self.cached("groups", make)
 
@@ -278,7 +280,7 @@ class Study:
         """What its bias needs to come below a quarter of the limit: six seeds, then half the step."""
         level = self.level()
         if level > 0 and not self.is_fine(limit):
-            lacking = [point for setting in REFERENCE[level - 1:level + 1]
+            lacking = [point for setting in REFERENCE[max(level - 2, 0):level + 1]
                        for point in self.missing(setting, range(1, stats.LADDER[1] + 1))]
             yield from lacking or self.missing(REFERENCE[min(level + 1, len(REFERENCE) - 1)], range(1, stats.LADDER[0] + 1))
 
@@ -297,7 +299,8 @@ class Study:
         yield from self.more_seeds(limit)
         known = self.candidates(limit)
         best = known[0] if known else min(self.settings(), key=lambda s: self.interval(s, limit).mean)
-        near = [s for s in neighbours(best, self.bodies) if not known or work_of(s) < 1.05 * work_of(best)]
+        bodies = next((row["bodies_seen"] for row in self.rows_of(BASE) if row["status"] == "ok"), math.inf)
+        near = [s for s in neighbours(best, bodies) if not known or work_of(s) < 1.05 * work_of(best)]
         for setting in sorted(near, key=work_of):
             yield from self.missing(setting, range(1, stats.LADDER[0] + 1))
 
@@ -306,11 +309,12 @@ class Study:
         cheaper. The narrowest limit needs the finest reference, which takes the longest: it comes last."""
         self.refresh()
         first = range(1, stats.LADDER[0] + 1)
-        for setting in (REFERENCE[0], BASE, *GRID):
+        for setting in (REFERENCE[1], BASE, *GRID):
             yield from self.missing(setting, first)
         if self.level() < 0 or not self.settings():
             return
-        yield from self.missing(REFERENCE[1], first)
+        for setting in REFERENCE[2], REFERENCE[0]:
+            yield from self.missing(setting, first)
         for limits in LIMITS[:0:-1], LIMITS[:1]:
             for stage in self.confirm, self.improve:
                 for limit in limits:

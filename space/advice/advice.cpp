@@ -16,9 +16,9 @@ constexpr PackRules of_static = {true, false}, of_asleep = {false, true};
 
 }  // namespace
 
-Advice::~Advice() {
+void Advice::end(double pairs_ms, double frame_ms) {
   if (!space_) return;
-  for (const std::string& line : lines())
+  for (const std::string& line : lines(pairs_ms, frame_ms))
     dMessage(0, "parallel SAP space %p: %s", space_, line.c_str());
 }
 
@@ -59,13 +59,15 @@ void Advice::add(const Advice& other) {
   physics_.add(other.physics_);
 }
 
-std::vector<std::string> Advice::lines() const {
+std::vector<std::string> Advice::lines(double pairs_ms, double frame_ms) const {
   std::string line;
   const auto name = [&](unsigned long long pairs, const char* option, const char* which) {
     if (shareOf(pairs) < least_share) return;
     char text[256];
-    std::snprintf(text, sizeof text, "%s%s would leave out %.0f %% of the pairs (%s)",
-                  line.empty() ? "" : ", ", option, 100 * shareOf(pairs), which);
+    std::snprintf(text, sizeof text,
+                  "%s%s would leave out %.0f %% of the pairs (%s), at most %.2g of %.2g ms",
+                  line.empty() ? "" : ", ", option, 100 * shareOf(pairs), which,
+                  shareOf(pairs) * pairs_ms, frame_ms);
     line += text;
   };
   name(static_, "ODE_PARALLEL_SAP_SKIP_STATIC=1", "both geoms without a body");

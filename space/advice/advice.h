@@ -157,19 +157,19 @@ class Advice final : public SpaceObserver {
  public:
   // Of a space, for which it prints the lines in the end; or for an account of several.
   explicit Advice(const void* space = nullptr) : space_(space) {}
-  ~Advice() override;
-
   bool isDue() override;
   void see(dGeomID a, dGeomID b) override;
   void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) override;
+  void end(double pairs_ms, double frame_ms) override;
   void forget(const dxGeom* geom) override { physics_.forget(geom); }
   const Physics& physics() const { return physics_; }
 
   // Adds what another space's has seen.
   void add(const Advice& other);
   // A line that names the options that would have left out a part of the pairs worth mentioning, if
-  // there are any, and those of Physics.
-  std::vector<std::string> lines() const;
+  // there are any, with their share of the time by pair, which programs that ignore these pairs at
+  // once do not save, and those of Physics.
+  std::vector<std::string> lines(double pairs_ms, double frame_ms) const;
 
  private:
   static constexpr unsigned interval = 64;    // fixed: a pass over the pairs then costs 1 % at most

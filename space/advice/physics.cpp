@@ -7,6 +7,8 @@
 #include <new>
 #include <set>
 
+#include "space/advice/joints.h"
+#include "space/advice/shapes.h"
 #include "space/base/floating_point.h"
 #include "space/contacts/collider_threads.h"
 
@@ -55,169 +57,10 @@ constexpr double least_wrong =
     0.25;  // sizes; between meshes that fall (0.21) and cubes that are flung (0.3)
 constexpr double flight = 2;  // sizes; bodies that fall farther meet something else
 
-constexpr std::size_t most_geoms = 2048;  // fixed: of a look
-constexpr int most_joints = 128;          // fixed: of a body; dBodyGetJoint counts from the first
-constexpr std::size_t most_overlaps = 8;  // fixed: the header says so
+constexpr std::size_t most_geoms = 2048;                    // fixed: of a look
+constexpr std::size_t most_overlaps = 8;                    // fixed: the header says so
 constexpr std::size_t least_glance = 8, most_glance = 128;  // fixed: geoms a collide; costs little
 constexpr double least_idle = 16;                           // fixed: bodies; fewer cost nothing
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
-double number(dReal x) {
-  return static_cast<double>(x);
-}
-double dot(const dReal* a, const dReal* b) {
-  return number(a[0]) * number(b[0]) + number(a[1]) * number(b[1]) + number(a[2]) * number(b[2]);
-}
-double lengthOf(const dReal* v) {
-  return std::sqrt(dot(v, v));
-}
-bool moves(dBodyID body) {
-  return body && !dBodyIsKinematic(body);
-}
-
-// Along its own axes, or the world's; endless for what nothing gets through.
-std::array<double, 3> ownSidesOf(dGeomID geom) {
-  dReal radius = 0, length = 0;
-  dVector3 lengths;
-  dReal box[6];
-  switch (dGeomGetClass(geom)) {
-    case dPlaneClass:
-    case dHeightfieldClass:
-    case dRayClass:
-      return {infinity, infinity, infinity};
-    case dSphereClass:
-      radius = dGeomSphereGetRadius(geom);
-      break;
-    case dBoxClass:
-      dGeomBoxGetLengths(geom, lengths);
-      return {number(lengths[0]), number(lengths[1]), number(lengths[2])};
-    case dCapsuleClass:
-      dGeomCapsuleGetParams(geom, &radius, &length);
-      break;
-    case dCylinderClass:
-      dGeomCylinderGetParams(geom, &radius, &length);
-      return {2 * number(radius), 2 * number(radius), number(length)};
-    default:
-      dGeomGetAABB(geom, box);
-      return {number(box[1]) - number(box[0]), number(box[3]) - number(box[2]),
-              number(box[5]) - number(box[4])};
-  }
-  return {2 * number(radius), 2 * number(radius), number(length) + 2 * number(radius)};
-}
-
-// The smallest one first.
-std::array<double, 3> sidesOf(dGeomID geom) {
-  std::array<double, 3> sides = ownSidesOf(geom);
-  std::sort(sides.begin(), sides.end());
-  return sides;
-}
-
-double reachOf(dGeomID geom, dBodyID body) {
-  const dReal* const centre = dBodyGetPosition(body);
-  dReal box[6];
-  dGeomGetAABB(geom, box);
-  dVector3 arm = {0, 0, 0, 0};
-  for (int i = 0; i < 3; ++i) arm[i] = std::max(centre[i] - box[2 * i], box[2 * i + 1] - centre[i]);
-  return lengthOf(arm);
-}
-
-// About its third axis.
-bool isRound(int type) {
-  return type == dCylinderClass || type == dCapsuleClass;
-}
-
-// The side of a geom along a direction.
-double sideAlong(dGeomID geom, const dReal* direction) {
-  const int type = dGeomGetClass(geom);
-  const std::array<double, 3> sides = ownSidesOf(geom);
-  const double length = lengthOf(direction);
-  if (length == 0 || !(type == dBoxClass || isRound(type))) return sidesOf(geom)[0];
-  const dReal* const turn = dGeomGetRotation(geom);
-  std::array<double, 3> along;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const dVector3 axis = {turn[i], turn[4 + i], turn[8 + i]};
-    along[i] = std::min(1.0, std::fabs(dot(axis, direction)) / length);
-  }
-  if (isRound(type)) along = {std::sqrt(1 - along[2] * along[2]), 0, along[2]};
-  return sides[0] * along[0] + sides[1] * along[1] + sides[2] * along[2];
-}
-
-// How fast a body turns about other axes than one about which its geom is round.
-double sweepingTurn(dGeomID geom, dBodyID body) {
-  const dReal *const rate = dBodyGetAngularVel(body), *const turn = dGeomGetRotation(geom);
-  const int type = dGeomGetClass(geom);
-  if (dGeomIsOffset(geom) || !(isRound(type) || type == dSphereClass)) return lengthOf(rate);
-  dVector3 across = {0, 0, 0, 0};
-  const dVector3 axis = {turn[2], turn[6], turn[10]};
-  if (isRound(type)) dCalcVectorCross3(across, rate, axis);
-  return lengthOf(across);
-}
-
-// Of two geoms, as far as they move.
-double smallerSize(dGeomID a, dGeomID b) {
-  return std::min(moves(dGeomGetBody(a)) ? sidesOf(a)[1] : infinity,
-                  moves(dGeomGetBody(b)) ? sidesOf(b)[1] : infinity);
-}
-
-// Whose collider any thread may call, with no data of its own.
-bool isSimple(dGeomID geom) {
-  const int type = dGeomGetClass(geom);
-  return type == dSphereClass || type == dBoxClass || type == dCapsuleClass ||
-         type == dCylinderClass || type == dPlaneClass;
-}
-
-// Calls use(joint, the other body) for the first joints of a body.
-template <class Use>
-void forJoints(dBodyID body, Use use) {
-  const int joints = std::min(most_joints, dBodyGetNumJoints(body));
-  for (int i = 0; i < joints; ++i) {
-    const dJointID joint = dBodyGetJoint(body, i);
-    const dBodyID first = dJointGetBody(joint, 0);
-    use(joint, first == body ? dJointGetBody(joint, 1) : first);
-  }
-}
-
-bool isContact(dJointID joint) {
-  return dJointGetType(joint) == dJointTypeContact;
-}
-
-// Between its anchors.
-double gapOf(dJointID joint) {
-  dVector3 a = {0, 0, 0, 0}, b = {0, 0, 0, 0};
-  switch (dJointGetType(joint)) {
-    case dJointTypeBall:
-      dJointGetBallAnchor(joint, a);
-      dJointGetBallAnchor2(joint, b);
-      break;
-    case dJointTypeHinge:
-      dJointGetHingeAnchor(joint, a);
-      dJointGetHingeAnchor2(joint, b);
-      break;
-    case dJointTypeUniversal:
-      dJointGetUniversalAnchor(joint, a);
-      dJointGetUniversalAnchor2(joint, b);
-      break;
-    default:
-      break;
-  }
-  dSubtractVectors3(a, a, b);
-  return lengthOf(a);
-}
-
-// Whether it has a motor, or lets nothing turn.
-bool holds(dJointID joint) {
-  switch (dJointGetType(joint)) {
-    case dJointTypeHinge:
-      return dJointGetHingeParam(joint, dParamFMax) > 0;
-    case dJointTypeUniversal:
-      return dJointGetUniversalParam(joint, dParamFMax) > 0;
-    case dJointTypeAMotor:
-      return dJointGetAMotorParam(joint, dParamFMax) > 0;
-    default:
-      return dJointGetType(joint) == dJointTypeFixed;
-  }
-}
 
 }  // namespace
 
@@ -460,7 +303,7 @@ void Physics::noteFast() {
     const auto meets = [&](double way, double own, double side, double thin) {
       if (side < infinity && way >= (own + side) / 2 &&
           note(fast, way / thin, way / thin, body.geom))
-        remedy(fast, "steps of %.2g s, or dParallelSAPSpaceSetSweptBounds and steps in parts",
+        remedy(fast, "steps of %.2g s, or dParallelSAPSpaceSetSweptBounds, -CollideSwept",
                step_ * 1.4 * thin / way);
     };
     const double other = body.thin > thinnest ? thinnest : next;

@@ -16,6 +16,7 @@
 #include "space/finders/device_backend.h"
 #include "space/geoms/assertions.h"
 #include "space/ode/ode_space.h"
+#include "space/rays/swept_contacts.h"
 #include "space/trace/trace.h"
 
 using namespace ode_parallel_sap;
@@ -297,6 +298,15 @@ int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom) {
   const ParallelSAPSpace& own = checked(space);
   dAASSERT(geom);
   return own.isFast(geom);
+}
+
+int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags, dContactGeom* contacts,
+                             int skip) {
+  dAASSERT(o1 && o2 && contacts);
+  dUASSERT(!IS_SPACE(o1) && !IS_SPACE(o2), "a geom is a space");
+  dUASSERT(isLength(step), "step is not a time");
+  dUASSERT((flags & 0xffff) > 0, "flags for no contact");
+  return collideSwept(o1, o2, step, flags, contacts, skip);
 }
 
 void dParallelSAPSpaceSetWarnings(dSpaceID space, int on) try {

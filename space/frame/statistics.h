@@ -82,6 +82,8 @@ struct FrameSums {
     if (ray_queries > most) print(ray_queries, "rays", "dParallelSAPSpaceRays");
     if (geom_queries > most) print(geom_queries, "geoms", "dParallelSAPSpaceOverlaps");
   }
+  // What grows with the pairs.
+  double pairs_ms() const { return extract_ms + filter_ms + narrow_ms + report_ms; }
   // Of a frame.
   FrameSums average() const {
     FrameSums average;

@@ -146,6 +146,9 @@ ParallelSAPSpace::ParallelSAPSpace(dSpaceID parent, int space_class)
 ParallelSAPSpace::~ParallelSAPSpace() {
   require(!isLocked(), "Invalid operation for locked space", "dSpaceDestroy");
   if (settings_.print_stats && prints_totals_) printTotals();
+  observers_.forEach([each = totals().average()](SpaceObserver& observer) {
+    observer.end(each.pairs_ms(), each.total_ms);
+  });
   // The base class's destructor would not reach remove() any more.
   while (first) {
     if (cleanup)

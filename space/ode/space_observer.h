@@ -20,6 +20,8 @@ class SpaceObserver : public PairWatcher {
   virtual void endFrame(dxGeom* const* geoms, std::size_t slots, dReal swept) {
     (void)geoms, (void)slots, (void)swept;
   }
+  // The space ends, whose frames took so long on average, their stages by pair and all.
+  virtual void end(double pairs_ms, double frame_ms) { (void)pairs_ms, (void)frame_ms; }
   // A geom leaves the space, or with null any one may leave a sub-space while callbacks run.
   virtual void forget(const dxGeom*) {}
 };

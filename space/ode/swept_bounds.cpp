@@ -5,6 +5,7 @@
 #include <new>
 
 #include "space/base/floating_point.h"
+#include "space/geoms/geom_sides.h"
 #include "space/geoms/geom_tests.h"
 #include "space/geoms/slots.h"
 
@@ -14,44 +15,6 @@ namespace {
 
 dReal lengthOf(const dReal* v) {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-// How far from the body's centre what turns with it is: of a ball its centre, of all others the
-// farthest corner of the AABB.
-dReal armOf(const dxGeom* geom) {
-  const dReal* const centre = dBodyGetPosition(geom->body);
-  const bool ball = geom->type == dSphereClass;
-  dReal arm[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const dReal below = centre[axis] - geom->aabb[2 * axis];
-    const dReal above = geom->aabb[2 * axis + 1] - centre[axis];
-    arm[axis] = ball ? geom->final_posr->pos[axis] - centre[axis]
-                     : std::max(std::fabs(below), std::fabs(above));
-  }
-  return lengthOf(arm);
-}
-
-// Of a turned plate the AABB is no measure.
-dReal smallestSide(dxGeom* geom) {
-  dReal radius, length;
-  switch (geom->type) {
-    case dSphereClass:
-      return 2 * dGeomSphereGetRadius(geom);
-    case dBoxClass: {
-      dVector3 sides;
-      dGeomBoxGetLengths(geom, sides);
-      return std::min(sides[0], std::min(sides[1], sides[2]));
-    }
-    case dCapsuleClass:
-      dGeomCapsuleGetParams(geom, &radius, &length);
-      return 2 * radius;
-    case dCylinderClass:
-      dGeomCylinderGetParams(geom, &radius, &length);
-      return std::min(2 * radius, length);
-    default:
-      return std::min(geom->aabb[1] - geom->aabb[0],
-                      std::min(geom->aabb[3] - geom->aabb[2], geom->aabb[5] - geom->aabb[4]));
-  }
 }
 
 }  // namespace

@@ -163,7 +163,7 @@ void report() {
                  "ode-parallel-sap: %s would answer %llu dSpaceCollide2 of %s on all threads\n",
                  call, queries, by);
   });
-  for (const std::string& line : sums.advice.lines())
+  for (const std::string& line : sums.advice.lines(each.pairs_ms(), each.total_ms))
     std::fprintf(stderr, "ode-parallel-sap: %s\n", line.c_str());
 }
 

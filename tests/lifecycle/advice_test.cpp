@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
 #include <string>
 #include <vector>
@@ -54,8 +55,8 @@ void addPlane(World& world, dReal x, dReal y, dReal z, dReal distance) {
   world.take(dCreatePlane(world.space(), x, y, z, distance));
 }
 
-// The line about options of a space of this scene; empty if there is none.
-std::string lineOf(const Populate& populate, Collide collide_once) {
+// The line about options of a space of this scene; empty if there is none. `totals` gets the first.
+std::string lineOf(const Populate& populate, Collide collide_once, std::string* totals = nullptr) {
   const Variable stats("ODE_PARALLEL_SAP_STATS", "1");
   const Messages messages;
   {
@@ -66,6 +67,7 @@ std::string lineOf(const Populate& populate, Collide collide_once) {
   }
   REQUIRE(!messages.all().empty());
   CHECK(messages.all().size() <= 2);
+  if (totals) *totals = messages.all()[0];
   return messages.all().size() > 1 ? messages.all().back() : "";
 }
 
@@ -105,8 +107,13 @@ TEST_CASE("The part of the pairs that each option would leave out is named as it
                                 }};
   for (const Populate& populate : populates)
     for (Collide collide_once : {collidePlainly, collideBlocks, collideForContacts}) {
-      const std::string line = lineOf(populate, collide_once);
-      INFO(line);
+      std::string totals;
+      const std::string line = lineOf(populate, collide_once, &totals);
+      const auto msOf = [&](const char* what) {
+        return std::atof(totals.c_str() + totals.find(what) + std::strlen(what));
+      };
+      const double by_pair = msOf("extract ") + msOf("filter ") + msOf("narrow ") + msOf("report ");
+      INFO(totals << line);
       const struct {
         const std::string& option;
         void (*set)(dSpaceID, int);
@@ -119,6 +126,10 @@ TEST_CASE("The part of the pairs that each option would leave out is named as it
         INFO(option.option << " leaves out " << share);
         CHECK(std::fabs(said - (share < 0.05 ? 0 : share)) < 0.006);
         named += said > 0;
+        if (said == 0) continue;
+        const std::string words = line.substr(line.find(option.option));
+        CHECK(std::fabs(std::atof(words.c_str() + words.find("at most ") + 8) - share * by_pair) <
+              0.1 * by_pair + 0.002);
       }
       CHECK(named > 0);
     }

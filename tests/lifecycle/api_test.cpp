@@ -393,6 +393,17 @@ TEST_CASE("Wrong arguments are assertions", "[api]") {
   }
   namesIt("dParallelSAPSpaceCollidePairs",
           [&] { dParallelSAPSpaceCollidePairs(space, nullptr, 2, nullptr); });
+  dContactGeom contact;
+  const auto sweep_it = [&](dGeomID geom, dReal step, int flags) {
+    namesIt("dParallelSAPCollideSwept", [=, &contact] {
+      dParallelSAPCollideSwept(geom, ball, step, flags, &contact, sizeof contact);
+    });
+  };
+  sweep_it(nullptr, 1, 1);
+  sweep_it(space.geom(), 1, 1);
+  sweep_it(ball, -1, 1);
+  sweep_it(ball, std::numeric_limits<dReal>::quiet_NaN(), 1);
+  sweep_it(ball, 1, 0);
   namesIt("dParallelSAPKeepDeepest", [&] { dParallelSAPKeepDeepest(nullptr, 1, 1); });
   namesIt("dParallelSAPKeepSpread", [&] { dParallelSAPKeepSpread(nullptr, -1, 1); });
   dGeomDestroy(ball);

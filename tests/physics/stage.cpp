@@ -14,7 +14,6 @@ namespace sap_test::physics {
 namespace {
 
 constexpr int kMostContacts = 8;
-constexpr int kParts = 1000;  // of a step for fast pairs: 9 mm at 900 m/s and 10 ms
 
 dSpaceID makeSpace(Pairing pairing) {
   switch (pairing) {
@@ -26,34 +25,6 @@ dSpaceID makeSpace(Pairing pairing) {
       return dParallelSAPSpaceCreate(nullptr);
   }
 }
-
-// A body that is moved along its velocities for a while, and back; no body, no move.
-class Pose {
- public:
-  explicit Pose(dBodyID body) : body_(body) {
-    if (!body) return;
-    dBodyCopyPosition(body, place_);
-    dBodyCopyQuaternion(body, turn_);
-  }
-  // To where it would be after a time; 0: back.
-  void advance(double time) const {
-    if (!body_) return;
-    const dReal* const v = dBodyGetLinearVel(body_);
-    const dReal* const w = dBodyGetAngularVel(body_);
-    const dReal seconds = real(time), rate = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    dBodySetPosition(body_, place_[0] + v[0] * seconds, place_[1] + v[1] * seconds,
-                     place_[2] + v[2] * seconds);
-    dQuaternion by, turned;
-    dQFromAxisAndAngle(by, w[0], w[1], w[2], rate * seconds);
-    dQMultiply0(turned, by, turn_);
-    dBodySetQuaternion(body_, rate == 0 || time == 0 ? turn_ : turned);
-  }
-
- private:
-  dBodyID body_;
-  dVector3 place_;
-  dQuaternion turn_;
-};
 
 }  // namespace
 
@@ -197,10 +168,16 @@ void Stage::touch(dGeomID a, dGeomID b) {
   if (!first && !second) return;
   if (first && second && dAreConnectedExcluding(first, second, dJointTypeContact)) return;
   dContact found[kMostContacts] = {};
-  const int n = dCollide(a, b, setting_.contacts, &found[0].geom, sizeof(dContact));
+  const dReal step = setting_.swept ? real(step_ / setting_.divide) : 0;
+  const int n =
+      dParallelSAPCollideSwept(a, b, step, setting_.contacts, &found[0].geom, sizeof(dContact));
   for (int i = 0; i < n; ++i) {
     found[i].surface.mode = dContactApprox1;
     found[i].surface.mu = real(friction);
+    if (found[i].geom.depth < 0) {  // it is still to come
+      found[i].surface.mode |= dContactMotionN;
+      found[i].surface.motionN = found[i].geom.depth / step;
+    }
     if (surface) surface(found[i], first, second);
     depth = std::fmax(depth, static_cast<double>(found[i].geom.depth));
     const dJointID joint = dJointCreateContact(world_, contact_joints_, &found[i]);
@@ -209,66 +186,13 @@ void Stage::touch(dGeomID a, dGeomID b) {
   contacts += static_cast<std::size_t>(n);
 }
 
-// Pairs of fast geoms wait until all others are done: bodies cannot be moved while the space is
-// locked.
-void Stage::meet(dGeomID a, dGeomID b) {
-  if (setting_.swept && pairing_ == Pairing::ours &&
-      (dParallelSAPSpaceIsFast(space_, a) || dParallelSAPSpaceIsFast(space_, b))) {
-    fast_pairs_.emplace_back(a, b);
-  } else {
-    touch(a, b);
-  }
-}
-
-int Stage::partsToContact(dGeomID a, dGeomID b) {
-  const Pose first(dGeomGetBody(a)), second(dGeomGetBody(b));
-  const double step = step_ / setting_.divide;
-  dContactGeom contact;
-  int parts = 0;
-  while (parts <= kParts) {
-    first.advance(step * parts / kParts);
-    second.advance(step * parts / kParts);
-    if (dCollide(a, b, 1, &contact, sizeof contact)) break;
-    ++parts;
-  }
-  first.advance(0);
-  second.advance(0);
-  return parts <= kParts ? parts : -1;
-}
-
-// Those that touch first are put where they do; a body that is there already stays.
-void Stage::stepInParts() {
-  std::vector<std::pair<int, std::size_t>> hits;
-  for (std::size_t i = 0; i < fast_pairs_.size(); ++i) {
-    const int parts = partsToContact(fast_pairs_[i].first, fast_pairs_[i].second);
-    if (parts >= 0) hits.emplace_back(parts, i);
-  }
-  std::sort(hits.begin(), hits.end());
-  std::vector<dBodyID> placed;
-  for (const auto& hit : hits) {
-    const auto& pair = fast_pairs_[hit.second];
-    const dBodyID bodies[] = {dGeomGetBody(pair.first), dGeomGetBody(pair.second)};
-    const bool stays = std::any_of(std::begin(bodies), std::end(bodies), [&placed](dBodyID body) {
-      return body && std::find(placed.begin(), placed.end(), body) != placed.end();
-    });
-    for (const dBodyID body : bodies) {
-      if (!body || stays) continue;
-      Pose(body).advance(step_ / setting_.divide * hit.first / kParts);
-      placed.push_back(body);
-    }
-    touch(pair.first, pair.second);
-  }
-  fast_pairs_.clear();
-}
-
 void Stage::findContacts() {
   if (pairing_ == Pairing::simple_in_our_order) {
     for (const Pair& pair : asSet(collide(space_))) touch(geoms_[pair.first], geoms_[pair.second]);
     return;
   }
   dSpaceCollide(space_, this,
-                [](void* stage, dGeomID a, dGeomID b) { static_cast<Stage*>(stage)->meet(a, b); });
-  stepInParts();
+                [](void* stage, dGeomID a, dGeomID b) { static_cast<Stage*>(stage)->touch(a, b); });
 }
 
 void Stage::stir(double distance) {
@@ -316,23 +240,6 @@ bool Stage::isFinite() const {
     return finite(dBodyGetPosition(body), 3) && finite(dBodyGetQuaternion(body), 4) &&
            finite(dBodyGetLinearVel(body), 3) && finite(dBodyGetAngularVel(body), 3);
   });
-}
-
-double gapOf(dJointID joint) {
-  dVector3 a, b;
-  switch (dJointGetType(joint)) {
-    case dJointTypeBall:
-      dJointGetBallAnchor(joint, a);
-      dJointGetBallAnchor2(joint, b);
-      break;
-    case dJointTypeHinge:
-      dJointGetHingeAnchor(joint, a);
-      dJointGetHingeAnchor2(joint, b);
-      break;
-    default:
-      return 0;
-  }
-  return length(minus(vec(a), vec(b)));
 }
 
 }  // namespace sap_test::physics

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../../examples/tradeoff/harness/vectors.h"
+#include "../../space/advice/joints.h"
 
 namespace sap_test::physics {
 
@@ -51,7 +52,7 @@ struct Setting {
   double correction = 0;  // m/s, dWorldSetContactMaxCorrectingVel; 0: as ODE comes, any
   unsigned start = 0;     // each but 0 has its own chance, and bodies a little elsewhere
   bool aligned = false;   // a start keeps the bodies exactly where they are built
-  bool swept = false;     // swept bounds, pairs of fast geoms in parts; with ours only
+  bool swept = false;     // swept contacts, with ours between swept bounds
 };
 
 class Stage {
@@ -125,10 +126,6 @@ class Stage {
 
   void findContacts();
   void touch(dGeomID a, dGeomID b);
-  void meet(dGeomID a, dGeomID b);
-  // Of two geoms on their way through the coming step: after how many parts they touch, or -1.
-  int partsToContact(dGeomID a, dGeomID b);
-  void stepInParts();
 
   const Pairing pairing_;
   const Setting setting_;
@@ -141,13 +138,11 @@ class Stage {
   std::vector<dJointID> joints_;
   std::deque<Mesh> meshes_;
   std::vector<std::shared_ptr<void>> owned_;
-  std::vector<std::pair<dGeomID, dGeomID>> fast_pairs_;
   Vec origin_ = {0, 0, 0};
   unsigned long steps_ = 0;
   bool seeds_ = true;
 };
 
-// The distance between a joint's two anchors.
-double gapOf(dJointID joint);
+using ode_parallel_sap::gapOf;
 
 }  // namespace sap_test::physics

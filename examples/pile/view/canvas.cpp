@@ -31,14 +31,9 @@ constexpr Colour ground_colour = {0.62F, 0.64F, 0.56F};
 constexpr Colour ground_back_colour = {0.62F, 0.64F, 0.56F, 0.4F};  // bodies shine through
 constexpr Colour awake_colour = {1.0F, 0.5F, 0.08F};
 constexpr Colour asleep_colour = {0.45F, 0.3F, 0.85F};
+constexpr Colour warned_colour = {1, 0.1F, 0.5F};
 constexpr Colour box_colour = {1, 0, 0, 0.2F};
 constexpr Colour contact_colour = {0, 1, 0.4F};
-
-const Colour& colourOf(dGeomID geom) {
-  const dBodyID body = dGeomGetBody(geom);
-  if (!body) return ground_colour;
-  return dBodyIsEnabled(body) ? awake_colour : asleep_colour;
-}
 
 void setColour(const Colour& colour) {
   dsSetTexture(DS_NONE);
@@ -146,6 +141,11 @@ void Canvas::aim(const Camera& camera) const {
 }
 
 void Canvas::draw(const Simulation& simulation, const Layers& layers) {
+  warned_.clear();
+  dParallelSAPWarning warning;
+  if (dSpaceIsParallelSAP(world_.space()))
+    for (int i = 0; dParallelSAPSpaceGetWarning(world_.space(), i, &warning, sizeof warning); ++i)
+      warned_.insert({warning.o1, warning.o2});
   for (dGeomID geom : world_.geoms())
     if (!dGeomGetBody(geom) || layers.bodies) drawGeom(geom);
   drawGroundFromBehind();
@@ -159,12 +159,18 @@ void Canvas::draw(const Simulation& simulation, const Layers& layers) {
       if (dGeomGetBody(geom)) drawBox(geom);
 }
 
+// Bodies that a warning about physics names are told apart.
 void Canvas::drawGeom(dGeomID geom) {
+  const dBodyID body = dGeomGetBody(geom);
+  const Colour& colour = !body                  ? ground_colour
+                         : warned_.count(geom)  ? warned_colour
+                         : dBodyIsEnabled(body) ? awake_colour
+                                                : asleep_colour;
   const int shape = dGeomGetClass(geom);
   if (shape == dPlaneClass) return;  // drawstuff's ground is there
   const std::array<float, 3> centre = place(dGeomGetPosition(geom));
-  if (shape == dTriMeshClass) return meshes_->draw(geom, colourOf(geom), centre);
-  setColour(colourOf(geom));
+  if (shape == dTriMeshClass) return meshes_->draw(geom, colour, centre);
+  setColour(colour);
   if (shape == dSphereClass)
     return dsDrawSphere(centre.data(), rotationOf(geom).data(),
                         scale_ * static_cast<float>(dGeomSphereGetRadius(geom)));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <set>
 
 #include "../simulation.h"
 #include "../world.h"
@@ -44,6 +45,7 @@ class Canvas {
   float scale_;
   float floor_;  // the height of drawstuff's ground
   std::unique_ptr<MeshLists> meshes_;
+  std::set<dGeomID> warned_;
 };
 
 // Whether drawstuff's flat ground, and so its shadows, is where the scene's ground is.

@@ -27,7 +27,7 @@ struct Settings {
   std::string reducer =
       "first";         // first: as dCollide gives them; deepest, spread: dParallelSAPKeep*
   double erp = 0.2;    // the part of an error of a joint that one step mends
-  double cfm = 1e-10;  // how far constraints give, s/kg
+  double cfm = 1e-10;  // how far constraints give, s/kg; negative: step / mass of the lightest body
   double sor = 1.3;    // the weight of QuickStep's over-relaxation
   std::string solver = "quick";  // quick: dWorldQuickStep, step: dWorldStep
   std::string sleep = "off";     // on: bodies are disabled by ODE's own thresholds
@@ -52,13 +52,16 @@ inline Settings parseSettings(int argc, char** argv) {
       value = text;
     };
   };
+  const auto cfm = [&s, read = number(s.cfm, 0, 1e6)](const std::string& text) {
+    text == "step/mass" ? void(s.cfm = -1) : read(text);
+  };
   const std::map<std::string, std::function<void(const std::string&)>> setters = {
       {"--dt", number(s.dt, 1e-6, 1)},
       {"--iterations", number(s.iterations, 1, 1e5)},
       {"--contacts", number(s.contacts, 1, 64)},
       {"--reducer", word(s.reducer, {"first", "deepest", "spread"})},
       {"--erp", number(s.erp, 0, 1)},
-      {"--cfm", number(s.cfm, 0, 1e6)},
+      {"--cfm", cfm},
       {"--sor", number(s.sor, 0.01, 2)},
       {"--solver", word(s.solver, {"quick", "step"})},
       {"--sleep", word(s.sleep, {"on", "off"})},

@@ -212,7 +212,6 @@ enum {
   dParallelSAPRayBackfaceCull = 0x20000,
   dParallelSAPRayClosestHit = 0x40000
 };
-
 /* Writes the nearest hit of rays[i] to nearest[i], and returns the number of rays with a hit. A hit
  * is, bit for bit, the nearest contact that dCollide finds, always with ClosestHit, of the geoms
  * that dSpaceCollide2 reports for the ray, in sub-spaces too. Settings for pairs have no effect. A
@@ -230,7 +229,6 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRays(dSpaceID space, const dParalle
 /* Gets rays[ray]'s hits while it runs, the nearest first. It may do what near callbacks may. */
 typedef void dParallelSAPRayCallback(void* data, size_t ray, const dParallelSAPRayHit* hits,
                                      size_t count);
-
 /* All hits. When all have been found, calls the callback for each ray that has any, in the order of
  * the rays, on the calling thread, with the space locked. Returns the number of hits. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHits(dSpaceID space, const dParallelSAPRay* rays,
@@ -275,7 +273,6 @@ typedef struct dParallelSAPPairEvent {
   size_t place;   /* among the collide's pairs; of an ended pair, in the last collide that had it */
   unsigned number; /* as long as the pair lasts */
 } dParallelSAPPairEvent;
-
 /* The pairs that began, in the order of the pairs. Sets *pairs to the first, or to 0 if there is
  * none, and returns their number. They belong to the space and stay until its next collide. */
 ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceGetBegunPairs(dSpaceID space,
@@ -339,6 +336,14 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
+/* dCollide, also in near callbacks, that sees what fast geoms meet: if they move in `step` seconds,
+ * by their enabled bodies' velocities, by more than half of a moving one's smallest side, contacts
+ * are those where they first touch on the way. For joints, depth is minus the way that is left, for
+ * dContactMotionN with motionN = depth / step, and pos turns no body that need only stop. Up to
+ * 1,000 places are tried, a quarter of that side apart. No other thread may use these geoms. */
+ODE_PARALLEL_SAP_API int dParallelSAPCollideSwept(dGeomID o1, dGeomID o2, dReal step, int flags,
+                                                  dContactGeom* contacts, int skip);
+
 /* Nonzero: two of each 64 collides, and up to six more as geoms come or become fast, check for
  * regimes in which ODE's solver fails. Default: 0, or 1 with ODE_PARALLEL_SAP_STATS=1. They read up
  * to 2,048 geoms and their bodies' joints, which no other thread may change. Not while locked. */
@@ -389,7 +394,6 @@ typedef struct dParallelSAPStats {
   int narrow_threads;                 /* threads that found contacts */
   unsigned long long candidates_kept; /* pairs of boxes with a margin, kept from earlier frames */
 } dParallelSAPStats;
-
 /* Fills *stats; all zero before the first collide. In scenes of up to 120 geoms one frame in
  * sixteen is timed, from the first call on. Under SetSkipStatic, geoms without body may count as
  * disabled or not by when they last moved, unless they are announced (SetNotified). */
