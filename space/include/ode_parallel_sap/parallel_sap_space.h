@@ -25,9 +25,8 @@
  * - Contacts are dCollide's, bit for bit, in the order of the pairs, on any thread and ODE build.
  * - Time is linear, except with BruteForce and AxisLists. No frame takes more than twice as long as
  *   in a new space, plus allocations. A frame waits for no thread that has not begun its work.
- * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only if
- *   what one pair, ray or probe finds has no memory. The CPU finishes the frame of a failing GPU
- * and says so. Without memory for all pairs, enabling takes effect at once.
+ * - A missing thread, GPU or memory costs time, never pairs. dDebug ends the program only if what
+ *   one pair, ray or probe finds has no memory. Where all pairs have none, enabling acts at once.
  *
  * Threads: different spaces may be used by different threads at once, one space by one at a time,
  * which debug builds assert and others report once. dSpaceCollide2 with a geom also uses the space
@@ -354,11 +353,9 @@ ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarnings(dSpaceID space);
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceFindWarnings(dSpaceID space, char* text, size_t size);
 /* A regime that warnings saw. */
 typedef struct dParallelSAPWarning {
-  const char* name;               /* with which the line begins: "load" */
-  dGeomID o1;                     /* the worst geom, or of a pair; 0: none, or it left the space */
-  dGeomID o2;                     /* the other one of the pair; likewise */
-  unsigned long long checks;      /* that saw it */
-  unsigned long long first, last; /* collides of such checks, from 0 on */
+  const char* name; /* with which the line begins: "load" */
+  dGeomID o1, o2;   /* the worst geom or pair; 0: none, or it left the space */
+  unsigned long long checks, first, last; /* checks that saw it; collides of these, from 0 on */
 } dParallelSAPWarning;
 /* Fills *warning, of `size` bytes, for line `i`, and returns 1, or 0 if there are fewer lines. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceGetWarning(dSpaceID space, int i,
@@ -446,8 +443,7 @@ ODE_PARALLEL_SAP_API size_t dParallelSAPSpaceRayHitsSized(size_t ray_size, size_
  *   which settings would leave out pairs, which calls do queries in batches, and warnings.
  * - ODE_PARALLEL_SAP_SIMD=portable|sse2|avx2|avx512|neon: instruction set of the process.
  * - ODE_PARALLEL_SAP_TRACE=path[:every]: spaces that collide write traces to path, path.2 and so
- *   on. %p in it becomes the process's number.
- * The preload library has more (space/preload in the sources). */
+ *   on. %p in it becomes the process's number. The preload library has more (space/preload). */
 #ifdef __cplusplus
 }
 #endif
