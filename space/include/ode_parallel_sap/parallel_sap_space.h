@@ -66,10 +66,10 @@ ODE_PARALLEL_SAP_API int dSpaceIsParallelSAP(dSpaceID space);
 /* Declares, to the end of the process, that a class of dCreateGeomClass has no AABBTest. */
 ODE_PARALLEL_SAP_API void dParallelSAPClassHasNoAABBTest(int geom_class);
 
-/* Where pairs are found. Auto sends each frame to the CPU or to GPUs, by the times of the last
- * frames; it loads the driver once GPUs could have saved some 50 ms. Setting CUDA loads it, and a
- * thread makes a GPU ready, for which frames wait; it runs AxisLists, and Sweep if floats suffice.
- * dMessage reports a GPU that fails; full, or reset, it is tried again. A child uses the CPU. */
+/* Where pairs are found. Auto sends each frame to the CPU or GPUs, by past times, and loads the
+ * driver once GPUs could have saved 50 ms. Setting CUDA loads it, and a thread makes a GPU ready in
+ * up to 1 s, for which frames wait; it runs AxisLists, and Sweep if floats suffice. dMessage
+ * reports a GPU that fails; full, or reset, it is tried again. A forked child uses the CPU. */
 enum { dParallelSAPBackendAuto, dParallelSAPBackendCPU, dParallelSAPBackendCUDA };
 /* Returns 1, or 0 and changes nothing if build or machine lack the back end. Default: Auto. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceSetBackend(dSpaceID space, int backend);
@@ -335,7 +335,7 @@ ODE_PARALLEL_SAP_API dReal dParallelSAPSpaceGetSweptBounds(dSpaceID space);
  * than half of its shape's smallest side when its swept box was last made. */
 ODE_PARALLEL_SAP_API int dParallelSAPSpaceIsFast(dSpaceID space, dGeomID geom);
 
-/* dCollide, also in near callbacks, that sees what fast geoms meet: if they move in `step` seconds,
+/* dCollide, with SetSweptBounds, that sees what fast geoms meet: if they move in `step` seconds,
  * by their enabled bodies' velocities, by more than half of a moving one's smallest side, contacts
  * are those where they first touch on the way. For joints, depth is minus the way that is left, for
  * dContactMotionN with motionN = depth / step, and pos turns no body that need only stop. Up to
