@@ -206,6 +206,7 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   reports_.growTo(slot + std::size_t{1});
   slots_.add(geom, tail_);
   silent_.add(slot);
+  noteMayBeSilent(slot);
   pipeline_.noteArrival();
   noteMember();
   geom->next = nullptr;
@@ -233,7 +234,10 @@ void ParallelSAPSpace::remove(dxGeom* geom) {
   const Slot slot = Slots::slotOf(geom);
   noteChange(slot);
   pipeline_.noteDeparture(geom, slot);
-  if (silent_.remove(slot)) needs_clean_.store(true, std::memory_order_relaxed);
+  if (silent_.remove(slot)) {
+    noteMayBeSilent(slot);
+    needs_clean_.store(true, std::memory_order_relaxed);
+  }
   observers_.forEach([=](SpaceObserver& observer) { observer.forget(geom); });
   noteMember();
   swept_.remove(geom, slot);
@@ -267,7 +271,17 @@ void ParallelSAPSpace::dirty(dxGeom* geom) {
 void ParallelSAPSpace::noteDirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
-  noteChange(Slots::slotOf(geom));
+  const Slot slot = Slots::slotOf(geom);
+  if (IS_SPACE(geom)) noteMayBeSilent(slot);
+  noteChange(slot);
+}
+
+// To the spaces of ours around this one, too.
+void ParallelSAPSpace::noteMayBeSilent(Slot slot) {
+  for (ParallelSAPSpace* space = this; space && space->silent_.noteChange(slot);) {
+    slot = Slots::slotOf(space);
+    space = space->parent_space ? parallelSAPSpace(space->parent_space) : nullptr;
+  }
 }
 
 __attribute__((noinline)) void ParallelSAPSpace::checkUser() {
@@ -300,11 +314,15 @@ void ParallelSAPSpace::closeSlots() {
   silent_.renumber(slots_.geoms());
 }
 
+bool ParallelSAPSpace::anySwept() {
+  return any_swept.load(std::memory_order_relaxed);
+}
+
 // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
 // of which spaces around this one are not to know.
 void ParallelSAPSpace::checkSilent() {
   silent_.check(*this, slots_.geoms().data());
-  if (any_swept.load(std::memory_order_relaxed)) updateSweptBounds();
+  if (anySwept()) updateSweptBounds();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
@@ -464,7 +482,7 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->cleanGeoms();
-  } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
+  } else if (anySwept() && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
       other->updateSweptBoundsOf(geom);
   }

@@ -49,10 +49,13 @@ class ParallelSAPSpace : public dxSpace {
   std::size_t findOverlaps(const OverlapRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
-  // Calls visit(geom) for its meshes and sub-spaces, and perhaps for others.
+  // Whether any space ever had swept bounds.
+  static bool anySwept();
+  // Calls visit(mesh) for all meshes in it, at any depth.
+  // Whether there are stock spaces in it.
   template <class Visit>
-  void forMayBeSilent(Visit visit) const {
-    silent_.slots().forEach([&](Slot slot) { visit(slots_.geoms()[slot]); });
+  bool forMeshes(Visit visit) {
+    return silent_.forMeshes(slots_.geoms().data(), visit);
   }
 
   // The program announces what ODE does not: that a geom, or with null any, may have other bits,
@@ -115,6 +118,7 @@ class ParallelSAPSpace : public dxSpace {
   template <class Collide>
   void runFrame(Collide collide);
   void closeSlots();
+  void noteMayBeSilent(Slot slot);
   void checkSilent();
   static void updateOther(dxGeom* geom);
   void updateSweptBounds();

@@ -26,10 +26,11 @@ void markDirty(dxSpace* space, dxGeom* geom) {
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Marks them in each other's lists, if `marking`.
+// locked. Marks them in each other's lists, if `marking`. Swept spaces make theirs dirty alone.
 void makeDirty(dxSpace* space, bool marking) {
   for (; space; space = space->parent_space) {
     const bool was_dirty = isDirty(space);
+    if (was_dirty && space->gflags & GEOM_AABB_BAD && !ParallelSAPSpace::anySwept()) return;
     space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
     if (marking && !was_dirty && space->parent_space) markDirty(space->parent_space, space);
   }
@@ -53,6 +54,7 @@ bool makeDirtyAround(dxSpace* space) {
 
 void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
   slots_.clear();
+  changed_.clear();
   listed_ = within_listed_ = false;
   for (Slot slot = 0; slot < geoms.size(); ++slot)
     if (mayBeSilent(geoms[slot])) slots_.insert(slot);
@@ -62,39 +64,47 @@ void SilentGeoms::renumber(const Buffer<dxGeom*>& geoms) {
 // may be gone.
 bool SilentGeoms::anyDirty() const {
   int flags = 0;
-  for (const dxGeom* geom : direct_) flags |= geom->gflags;
+  for (const dxGeom* mesh : meshes_) flags |= mesh->gflags;
+  for (const dxGeom* space : spaces_) flags |= space->gflags;
   if (flags & GEOM_DIRTY) return true;
   for (const Within& within : within_) flags |= within.mesh->gflags;
   return (flags & GEOM_DIRTY) != 0;
 }
 
 void SilentGeoms::listMeshes(dxSpace* space, Slot slot) {
-  const auto add = [&](dxGeom* geom) {
-    if (geom->type == dTriMeshClass) within_.push_back({slot, geom});
+  const auto add = [&](dxGeom* mesh) { within_.push_back({slot, mesh}); };
+  if (ParallelSAPSpace* const own = parallelSAPSpace(space)) {
+    if (own->forMeshes(add)) any_stock_ = true;
+    return;
+  }
+  any_stock_ = true;
+  for (dxGeom* geom = space->first; geom; geom = geom->next) {
+    if (geom->type == dTriMeshClass) add(geom);
     if (IS_SPACE(geom)) listMeshes(static_cast<dxSpace*>(geom), slot);
-  };
-  if (const ParallelSAPSpace* const own = parallelSAPSpace(space))
-    own->forMayBeSilent(add);
-  else
-    for (dxGeom* geom = space->first; geom; geom = geom->next) add(geom);
+  }
 }
 
-// Of the sub-spaces only the dirty ones are gone through, if the others are listed. A geom that is
-// new in a slot is dirty.
+// Of the sub-spaces only those that changed are gone through, if the others are listed.
 void SilentGeoms::list(dxGeom* const* geoms) {
   const bool all = !within_listed_;
   listed_ = within_listed_ = false;  // should memory end
+  const auto isOther = [&](Slot slot) {
+    return all || changed_.contains(slot) || (any_stock_ && isDirty(geoms[slot]));
+  };
   const auto isOld = [&](const Within& within) {
-    return all || !slots_.contains(within.slot) || isDirty(geoms[within.slot]);
+    return !slots_.contains(within.slot) || isOther(within.slot);
   };
   within_.erase(std::remove_if(within_.begin(), within_.end(), isOld), within_.end());
-  direct_.clear();
+  meshes_.clear();
+  spaces_.clear();
+  any_stock_ = any_stock_ && !all;
   slots_.forEach([&](Slot slot) {
     dxGeom* const geom = geoms[slot];
     if (!mayBeSilent(geom)) return slots_.erase(slot);
-    direct_.push_back(geom);
-    if (IS_SPACE(geom) && (all || isDirty(geom))) listMeshes(static_cast<dxSpace*>(geom), slot);
+    (IS_SPACE(geom) ? spaces_ : meshes_).push_back(geom);
+    if (IS_SPACE(geom) && isOther(slot)) listMeshes(static_cast<dxSpace*>(geom), slot);
   });
+  changed_.clear();
   listed_ = within_listed_ = true;
 }
 
@@ -102,7 +112,7 @@ void SilentGeoms::list(dxGeom* const* geoms) {
 // them in front already.
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
   try {
-    list(geoms);
+    if (!isListed()) list(geoms);
     Slot slot = 0;
     bool was_dirty = false;
     for (auto within = within_.begin(); within != within_.end(); ++within) {

@@ -15,23 +15,31 @@ namespace ode_parallel_sap {
 // dGeomTriMeshSetData makes a mesh dirty by itself. dGeomMoved, which marks clean geoms only in
 // their spaces, then does nothing for it, nor for the spaces around it. So a space checks the flags
 // of its meshes, its sub-spaces and the meshes within these, at any depth, before it relies on what
-// it knows of them. (Where the program itself cleans or collides a stock sub-space first, ODE
-// erases the trace, and the bounds of that sub-space are stale in any space.)
+// it knows of them. A sub-space of ours has a list of its own, which is made anew only where
+// something in it has changed. (Where the program itself cleans or collides a stock sub-space
+// first, ODE erases the trace, and the bounds of that sub-space are stale in any space.)
 class SilentGeoms {
  public:
   // Makes room for slots below `slots`.
-  void growTo(std::size_t slots) { slots_.growTo(slots); }
+  void growTo(std::size_t slots) {
+    slots_.growTo(slots);
+    changed_.growTo(slots);
+  }
   // A geom comes to a slot. Its class is read later: a geom is added before its constructor
   // has set it.
-  void add(Slot slot) {
-    slots_.insert(slot);
+  void add(Slot slot) { slots_.insert(slot); }
+  // To be called then, too, when one leaves and when something in a sub-space has changed. Whether
+  // that is news, also for the spaces around this one.
+  bool noteChange(Slot slot) {
+    if (!listed_ && changed_.contains(slot)) return false;
+    changed_.insert(slot);
     listed_ = false;
+    return true;
   }
   // Whether check() has something to do now.
   bool remove(Slot slot) {
     if (!slots_.contains(slot)) return false;
     slots_.erase(slot);
-    listed_ = false;
     return true;
   }
   // The slots of these geoms are numbered anew.
@@ -47,7 +55,16 @@ class SilentGeoms {
   bool areClean() const { return listed_ && !anyDirty(); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
-  std::size_t bytes() const { return bytesOf(slots_, direct_, within_); }
+  // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.
+  // Whether there are stock spaces among these.
+  template <class Visit>
+  bool forMeshes(dxGeom* const* geoms, Visit visit) {
+    if (!isListed()) list(geoms);
+    for (dxGeom* const mesh : meshes_) visit(mesh);
+    for (const Within& within : within_) visit(within.mesh);
+    return any_stock_;
+  }
+  std::size_t bytes() const { return bytesOf(slots_, changed_, meshes_, spaces_, within_); }
 
  private:
   struct Within {
@@ -55,15 +72,19 @@ class SilentGeoms {
     dxGeom* mesh;  // at any depth
   };
 
+  // Stock spaces that are dirty change without a word.
+  bool isListed() const { return listed_ && !any_stock_; }
   bool anyDirty() const;
   void checkAll(dxSpace& space, dxGeom* const* geoms);
   void list(dxGeom* const* geoms);
   void listMeshes(dxSpace* space, Slot slot);
 
   SlotSet slots_;
-  bool listed_ = true;         // slots_ is direct_
-  bool within_listed_ = true;  // of the clean sub-spaces
-  std::vector<dxGeom*> direct_;
+  SlotSet changed_;            // of slots, since they were listed
+  bool listed_ = true;         // slots_ is meshes_ and spaces_
+  bool within_listed_ = true;  // of the other sub-spaces
+  bool any_stock_ = false;     // at any depth
+  std::vector<dxGeom*> meshes_, spaces_;
   std::vector<Within> within_;  // those of a sub-space follow each other
 };
 
