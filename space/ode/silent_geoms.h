@@ -52,7 +52,9 @@ class SilentGeoms {
     if (!areClean()) checkAll(space, geoms);
   }
   // Whether check() would do nothing.
-  bool areClean() const { return listed_ && !anyDirty(); }
+  bool areClean() const {
+    return listed_ && ((meshes_.empty() && spaces_.empty()) || !anyDirty());
+  }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.

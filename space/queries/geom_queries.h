@@ -43,7 +43,9 @@ class GeomQueries {
   void find(const Geoms& geoms, dxGeom* geom, const PackRules& rules, int threads,
             QueryLists& lists) {
     const ScopedMode mode(exactMode());
-    if (threads == guest)
+    if (geoms.size() <= few_geoms)
+      findFew(geoms, geom, rules, lists.hits);
+    else if (threads == guest)
       findBy(read().mayRead(), geoms, geom, rules, lists);
     else
       findBy(tree_.bringUpToDate(geoms, threads), geoms, geom, rules, lists);
@@ -68,7 +70,11 @@ class GeomQueries {
 
  private:
   void findByTree(const Geoms& geoms, const dxGeom* geom, QueryLists& lists) const;
+  static void findFew(const Geoms& geoms, dxGeom* geom, const PackRules& rules,
+                      Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
+
+  static constexpr std::size_t few_geoms = 16;  // fixed: a look at all is over before it begins
 
   GeomTree tree_;
 };
