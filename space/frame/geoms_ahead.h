@@ -34,15 +34,17 @@ __attribute__((noinline)) void reportRest(const Buffer<Pair>& part, const Pair* 
   }
 }
 
-// Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
-// its geoms causes a cache miss a pair, as the later geom may lie anywhere. One that counts or
-// stores pairs does not read them, and prefetching would only slow it down. The time of the first
-// pairs of each stretch, without prefetching, decides. Once `limit` has become null, as geoms have
-// come or left, each pair is checked.
+// Calls call(pair, place, a, b) for all pairs of the scene, in their order. The pairs are in the
+// caches of the threads that found them, and where the later geom is stands anywhere in memory. A
+// callback that reads its geoms causes one more cache miss a pair. One that counts or stores pairs
+// does not read them, and prefetching them would only slow it down. The time of the first pairs of
+// each stretch, without prefetching, decides. Once `limit` has become null, as geoms have come or
+// left, each pair is checked.
 template <class Call>
 void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
   constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;
   constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;  // as they wait; enough for a clock
+  constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance;
   const auto setLimit = [&](const Pair* end) { limit = scene.reports.changed() ? nullptr : end; };
   dxGeom* const* const geoms = scene.slots.data();
   std::size_t first = 0;  // the place of the part's first pair
@@ -60,12 +62,15 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
         asm volatile("" : : "r"(geoms[earlierOf(*next)]), "r"(geoms[laterOf(*next)]));
       const Clock::time_point before = Clock::now();
       for (setLimit(tried); pair < limit; ++pair) report(pair);
-      if (milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs))
-        for (setLimit(std::min(stretch, end - 4 * step)); pair < limit; ++pair) {
-          prefetch(&geoms[laterOf(pair[4 * step])]);
-          prefetchForCallback(geoms[laterOf(pair[2 * step])], geoms[laterOf(pair[step])]);
-          report(pair);
-        }
+      const bool reads =
+          milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
+      if (end - pair > pairs_ahead) setLimit(std::min(stretch, end - pairs_ahead));
+      for (; pair < limit; ++pair) {
+        prefetch(pair + pairs_ahead);
+        prefetch(&geoms[laterOf(pair[4 * step])]);
+        if (reads) prefetchForCallback(geoms[laterOf(pair[2 * step])], geoms[laterOf(pair[step])]);
+        report(pair);
+      }
       for (setLimit(stretch); pair < limit; ++pair) report(pair);
     }
     for (setLimit(end); pair < limit; ++pair) report(pair);
