@@ -10,6 +10,12 @@ def number(text):
         return None
 
 
+def cell(column, text):
+    # A commit may look like a number: 3e04000.
+    value = None if column == "commit" else number(text)
+    return value if value is not None else text or None
+
+
 def read(directory, study):
     """The rows of a study, numbers as floats, empty cells as None; [] if it was not run."""
     path = os.path.join(directory, study + ".csv")
@@ -21,8 +27,7 @@ def read(directory, study):
             # Columns added to a file by a later version would shift silently.
             if None in row or None in row.values():
                 raise SystemExit("%s: a row with another number of columns" % path)
-            rows.append({key: (number(value) if number(value) is not None else (value or None))
-                         for key, value in row.items()})
+            rows.append({key: cell(key, value) for key, value in row.items()})
     return rows
 
 
