@@ -259,21 +259,17 @@ void ParallelSAPSpace::requireOpen(const char* function, bool destroys) const {
 }
 
 void ParallelSAPSpace::dirty(dxGeom* geom) {
-  noteDirty(geom);
-  if (!isLocked() || lock_count > 0) return;
-  if (!IS_SPACE(geom))
-    return require(!odeAsserts(), "a geom of a locked space moves or changes, as",
-                   "dGeomSetPosition");
-  reports_.noteChangeWithin(static_cast<dxSpace*>(geom), Slots::slotOf(geom));
-  observers_.forEach([](SpaceObserver& observer) { observer.forget(nullptr); });
-}
-
-void ParallelSAPSpace::noteDirty(dxGeom* geom) {
   if (__builtin_expect(user_.load(std::memory_order_relaxed) != std::thread::id(), 0)) checkUser();
   needs_clean_.store(true, std::memory_order_relaxed);
   const Slot slot = Slots::slotOf(geom);
   if (IS_SPACE(geom)) noteMayBeSilent(slot);
   noteChange(slot);
+  if (!isLocked() || lock_count > 0) return;
+  if (!IS_SPACE(geom))
+    return require(!odeAsserts(), "a geom of a locked space moves or changes, as",
+                   "dGeomSetPosition");
+  reports_.noteChangeWithin(static_cast<dxSpace*>(geom), slot);
+  observers_.forEach([](SpaceObserver& observer) { observer.forget(nullptr); });
 }
 
 // To the spaces of ours around this one, too.

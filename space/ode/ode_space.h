@@ -38,8 +38,6 @@ class ParallelSAPSpace : public dxSpace {
   void add(dxGeom* geom) override;
   void remove(dxGeom* geom) override;
   void dirty(dxGeom* geom) override;
-  // The same for one that no call of the program has changed just now.
-  void noteDirty(dxGeom* geom);
   void cleanGeoms() override;
   void collide(void* data, dNearCallback* callback) override;
   void collide2(void* data, dxGeom* geom, dNearCallback* callback) override;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "space/ode/ode_space.h"
 
@@ -17,22 +18,19 @@ bool mayBeSilent(const dxGeom* geom) {
   return geom->type == dTriMeshClass || IS_SPACE(geom);
 }
 
-// A stock space that is going through its list must not put it into another order.
+// Ours read the flags themselves. A stock space that is going through its list must not put it into
+// another order.
 void markDirty(dxSpace* space, dxGeom* geom) {
-  if (ParallelSAPSpace* const own = parallelSAPSpace(space))
-    own->noteDirty(geom);
-  else if (space->lock_count == 0)
-    space->dirty(geom);
+  if (!parallelSAPSpace(space) && space->lock_count == 0) space->dirty(geom);
 }
 
 // What dGeomMoved does to the spaces around a geom, but without its assertion that they are not
-// locked. Marks them in each other's lists, if `marking`. Swept spaces make theirs dirty alone.
+// locked. Marks them in each other's lists, if `marking`: also those that are dirty, which a stock
+// space may have behind clean ones, where it does not clean them.
 void makeDirty(dxSpace* space, bool marking) {
   for (; space; space = space->parent_space) {
-    const bool was_dirty = isDirty(space);
-    if (was_dirty && space->gflags & GEOM_AABB_BAD && !ParallelSAPSpace::anySwept()) return;
     space->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
-    if (marking && !was_dirty && space->parent_space) markDirty(space->parent_space, space);
+    if (marking && space->parent_space) markDirty(space->parent_space, space);
   }
 }
 
@@ -108,21 +106,15 @@ void SilentGeoms::list(dxGeom* const* geoms) {
   listed_ = within_listed_ = true;
 }
 
-// The meshes of a dirty sub-space are marked in it when it is clean again: its own list may have
-// them in front already.
 void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
   try {
     if (!isListed()) list(geoms);
-    Slot slot = 0;
-    bool was_dirty = false;
-    for (auto within = within_.begin(); within != within_.end(); ++within) {
-      if (within == within_.begin() || within->slot != slot) {
-        slot = within->slot;
-        was_dirty = isDirty(geoms[slot]);
-      }
-      if (!isDirty(within->mesh)) continue;
-      if (!was_dirty) markDirty(within->mesh->parent_space, within->mesh);
-      makeDirty(within->mesh->parent_space, true);
+    dxSpace* marked = nullptr;
+    for (const Within& within : within_) {
+      if (!isDirty(within.mesh)) continue;
+      dxSpace* const around = within.mesh->parent_space;
+      markDirty(around, within.mesh);
+      if (std::exchange(marked, around) != around) makeDirty(around, true);
     }
   } catch (const std::bad_alloc&) {
     makeDirtyAround(&space);
@@ -131,7 +123,7 @@ void SilentGeoms::checkAll(dxSpace& space, dxGeom* const* geoms) {
   slots_.forEach([&](Slot slot) {
     if (!mayBeSilent(geoms[slot]) || !isDirty(geoms[slot])) return;
     space.dirty(geoms[slot]);
-    any = true;
+    any = any || !IS_SPACE(geoms[slot]);
   });
   if (any) makeDirty(&space, true);
 }
