@@ -18,7 +18,7 @@ namespace ode_parallel_sap {
 
 namespace {
 
-// Whether a space of the process ever had swept bounds: until then none visits its sub-spaces.
+// Whether a space of the process ever had swept bounds.
 std::atomic<bool> any_swept{false};
 // How often any geom of any space was said to have changed.
 std::atomic<unsigned> notify_all_calls{0};
@@ -207,6 +207,9 @@ void ParallelSAPSpace::add(dxGeom* geom) {
   slots_.add(geom, tail_);
   silent_.add(slot);
   noteMayBeSilent(slot);
+  const ParallelSAPSpace* const own =
+      IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
+  if (own && own->ever_swept_) noteSwept();
   pipeline_.noteArrival();
   noteMember();
   geom->next = nullptr;
@@ -310,23 +313,26 @@ void ParallelSAPSpace::closeSlots() {
   silent_.renumber(slots_.geoms());
 }
 
-bool ParallelSAPSpace::anySwept() {
-  return any_swept.load(std::memory_order_relaxed);
-}
-
 // Checks the geoms that may be dirty without having said so, before swept bounds make some dirty
 // of which spaces around this one are not to know.
 void ParallelSAPSpace::checkSilent() {
   silent_.check(*this, slots_.geoms().data());
-  if (anySwept()) updateSweptBounds();
+  if (ever_swept_) updateSweptBounds();
 }
 
 void ParallelSAPSpace::setSweptBounds(dReal step) {
   if (step > 0) {
-    ever_swept_ = true;
+    noteSwept();
     any_swept.store(true, std::memory_order_relaxed);
   }
   swept_.setStep(step);
+}
+
+// For the spaces of ours around this one, too.
+void ParallelSAPSpace::noteSwept() {
+  for (ParallelSAPSpace* space = this; space && !space->ever_swept_;
+       space = space->parent_space ? parallelSAPSpace(space->parent_space) : nullptr)
+    space->ever_swept_ = true;
 }
 
 bool ParallelSAPSpace::isFast(const dxGeom* geom) const {
@@ -342,12 +348,11 @@ void ParallelSAPSpace::updateSweptBounds() {
     dxGeom* const geom = slots_.geoms()[slot];
     ParallelSAPSpace* const own =
         IS_SPACE(geom) ? parallelSAPSpace(static_cast<dxSpace*>(geom)) : nullptr;
-    if (!own) return;
+    if (!own || !own->ever_swept_) return;
     own->cleanGeoms();
-    if (!own->ever_swept_) return;
     own->gflags |= GEOM_DIRTY | GEOM_AABB_BAD;
     dirty(own);
-    any = ever_swept_ = true;
+    any = true;
   });
   if (!swept_.idle()) {
     const Lock lock(*this, Use::query);
@@ -478,7 +483,7 @@ void ParallelSAPSpace::updateOther(dxGeom* geom) {
   if (IS_SPACE(geom)) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(static_cast<dxSpace*>(geom)))
       other->cleanGeoms();
-  } else if (anySwept() && geom->parent_space) {
+  } else if (any_swept.load(std::memory_order_relaxed) && geom->parent_space) {
     if (ParallelSAPSpace* const other = parallelSAPSpace(geom->parent_space))
       other->updateSweptBoundsOf(geom);
   }

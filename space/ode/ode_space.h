@@ -47,8 +47,6 @@ class ParallelSAPSpace : public dxSpace {
   std::size_t findOverlaps(const OverlapRequest& request);
   // The number of a pair of the last frame; false if it is none.
   bool findPair(dxGeom* o1, dxGeom* o2, unsigned& number);
-  // Whether any space ever had swept bounds.
-  static bool anySwept();
   // Calls visit(mesh) for all meshes in it, at any depth.
   // Whether there are stock spaces in it.
   template <class Visit>
@@ -117,6 +115,7 @@ class ParallelSAPSpace : public dxSpace {
   void runFrame(Collide collide);
   void closeSlots();
   void noteMayBeSilent(Slot slot);
+  void noteSwept();
   void checkSilent();
   static void updateOther(dxGeom* geom);
   void updateSweptBounds();
