@@ -429,6 +429,28 @@ TEST_CASE("Boxes of sub-spaces follow their swept geoms, whatever was asked befo
     }
 }
 
+TEST_CASE("A space that has swept bounds keeps them within spaces that it comes into", "[swept]") {
+  const dWorldID world = dWorldCreate();
+  const Space outer;
+  dCreateBox(outer, 1, 1, 1);
+  const dSpaceID inner = dParallelSAPSpaceCreate(nullptr),
+                 middle = dParallelSAPSpaceCreate(nullptr);
+  dParallelSAPSpaceSetSweptBounds(inner, 1);
+  const dGeomID ball = dCreateSphere(inner, 1);
+  const dBodyID body = dBodyCreate(world);
+  dGeomSetBody(ball, body);
+  dBodySetPosition(body, 50, 0, 0);
+  dBodySetLinearVel(body, -60, 0, 0);
+  dSpaceAdd(middle, reinterpret_cast<dGeomID>(inner));
+  dSpaceAdd(outer, reinterpret_cast<dGeomID>(middle));
+  for (int frame = 0; frame < 3; ++frame) CHECK(collide(outer).size() == 1);
+  dBodySetLinearVel(body, 60, 0, 0);
+  CHECK(collide(outer).empty());
+  dBodySetLinearVel(body, -60, 0, 0);
+  CHECK(collide(outer).size() == 1);
+  dWorldDestroy(world);
+}
+
 TEST_CASE("dSpaceCollide2 of a stock space reports each pair of its swept sub-spaces once",
           "[swept]") {
   const double side = 15;
