@@ -34,17 +34,18 @@ __attribute__((noinline)) void reportRest(const Buffer<Pair>& part, const Pair* 
   }
 }
 
-// Calls call(pair, place, a, b) for all pairs of the scene, in their order. The pairs are in the
-// caches of the threads that found them, and where the later geom is stands anywhere in memory. A
-// callback that reads its geoms causes one more cache miss a pair. One that counts or stores pairs
-// does not read them, and prefetching them would only slow it down. The time of the first pairs of
-// each stretch, without prefetching, decides. Once `limit` has become null, as geoms have come or
-// left, each pair is checked.
+// Calls call(pair, place, a, b) for all pairs of the scene, in their order. A callback that reads
+// its geoms causes a cache miss a pair, as the later geom may lie anywhere. One that counts or
+// stores pairs does not read them, and prefetching would only slow it down. The time of the first
+// pairs of each stretch, without prefetching, decides. In large scenes where a geom is stands
+// anywhere, too, and the pairs are in the caches of the threads that found them. Once `limit` has
+// become null, as geoms have come or left, each pair is checked.
 template <class Call>
 void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, Call call) {
   constexpr std::ptrdiff_t step = prefetch_distance / 2, stretch_pairs = chunk_pairs;
   constexpr std::ptrdiff_t tried_pairs = stretch_pairs / 32;  // as they wait; enough for a clock
   constexpr std::ptrdiff_t pairs_ahead = 16 * prefetch_distance;
+  const bool is_large = scene.slots.size() >= far_slots;
   const auto setLimit = [&](const Pair* end) { limit = scene.reports.changed() ? nullptr : end; };
   dxGeom* const* const geoms = scene.slots.data();
   std::size_t first = 0;  // the place of the part's first pair
@@ -64,7 +65,8 @@ void reportPairs(const PairList& pairs, const Scene& scene, const Pair*& limit, 
       for (setLimit(tried); pair < limit; ++pair) report(pair);
       const bool reads =
           milliseconds(before, Clock::now()) > least_callback_ms * static_cast<double>(tried_pairs);
-      if (end - pair > pairs_ahead) setLimit(std::min(stretch, end - pairs_ahead));
+      if ((reads || is_large) && end - pair > pairs_ahead)
+        setLimit(std::min(stretch, end - pairs_ahead));
       for (; pair < limit; ++pair) {
         prefetch(pair + pairs_ahead);
         prefetch(&geoms[laterOf(pair[4 * step])]);
