@@ -2,6 +2,7 @@
 #pragma once
 
 #include <immintrin.h>
+#include <string.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -104,10 +105,10 @@ struct Lanes : ScalarLanes {
   // cache.
   static void store(__m512i words, unsigned mask, std::uint32_t* out) {
     const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(mask), words);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(out), _mm512_castsi512_si256(packed));
+    memcpy(out, &packed, sizeof packed / 2);
     if (__builtin_expect(__builtin_popcount(mask) > 8, false))
       _mm256_storeu_si256(reinterpret_cast<__m256i*>(out) + 1,
-                          _mm512_extracti64x4_epi64(packed, 1));
+                          _mm512_maskz_extracti64x4_epi64(0xf, packed, 1));
   }
   static __m512i word(__m256i high, __m256i low) {
     return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(high), 32),
