@@ -469,6 +469,25 @@ TEST_CASE("Most extremes in which ODE fails are warned of, and none in which it 
   CHECK(warned >= 0.9 * failing);
 }
 
+namespace {
+
+// A row of physics/results/advice.csv.
+std::string rowOf(const Ailment& ailment, const Scale& scale, const Setting& followed,
+                  std::size_t before, std::size_t after) {
+  const Setting usual;
+  std::ostringstream row;
+  row << ailment.warning << ",\"" << ailment.what << "\"," << scale.side << ",\"";
+  if (followed.exact) row << "dWorldStep";
+  if (followed.divide > 1) row << "1/" << followed.divide << " of a step";
+  if (followed.cfm != usual.cfm) row << "ERP " << followed.erp << ", CFM " << followed.cfm;
+  if (followed.correction > 0) row << "at most " << followed.correction << " m/s";
+  if (followed.swept) row << (followed.divide > 1 ? ", swept" : "swept");
+  row << "\"," << before << ',' << after << '\n';
+  return row.str();
+}
+
+}  // namespace
+
 TEST_CASE("What a warning says helps at three scales in nine of ten starts, and harms in none") {
   if (sizeof(dReal) != 8) return;  // played in double precision
   for (const Ailment& ailment : ailments())
@@ -486,6 +505,9 @@ TEST_CASE("What a warning says helps at three scales in nine of ten starts, and 
           INFO("ERP " << setting.erp << ", CFM " << setting.cfm << ", 1/" << setting.divide
                       << " step, dWorldStep " << setting.exact << ", " << setting.correction
                       << " m/s, swept " << setting.swept << ": " << after.size());
+          if (const char* const path = std::getenv("ODE_PARALLEL_SAP_TEST_ADVICE"))
+            std::ofstream(path, std::ios::app)
+                << rowOf(ailment, scale, setting, before.size(), after.size());
           CHECK(after.size() >= 9);
           CHECK(std::includes(after.begin(), after.end(), before.begin(), before.end()));
         }
