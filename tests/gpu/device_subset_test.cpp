@@ -256,18 +256,19 @@ TEST_CASE("After a fork the program's pages are locked anew", "[.][forked-locks]
 }
 
 TEST_CASE("Devices are made ready once a thread for it can be had", "[.][no-thread]") {
-  REQUIRE(machine == "-");
+  REQUIRE(machine == "--");  // the first is made ready when tests ask what there is
   DevicePool& pool = DevicePool::get();
   {
     const sap_test::ThreadLimit limit(1);
-    pool.prepare(1);
-    CHECK(pool.ready() == 0);
+    pool.prepare(2);
+    CHECK(pool.ready() < 2);
   }
-  pool.prepare(1);
   const auto latest = std::chrono::steady_clock::now() + std::chrono::seconds(20);
-  while (pool.ready() == 0 && std::chrono::steady_clock::now() < latest)
+  while (pool.ready() < 2 && std::chrono::steady_clock::now() < latest) {
+    pool.prepare(2);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  CHECK(pool.ready() == 1);
+  }
+  CHECK(pool.ready() == 2);
 }
 
 // Until devices are used, or for ten seconds.
@@ -337,7 +338,8 @@ TEST_CASE("Frames go on where the program resets a device, which is made ready a
       CHECK(scene.collide().devices == 0);
       REQUIRE(comesToDevices(scene, 2));
       scene.collide(3);
-      CHECK(emulation::locks().now == before.now);
+      // Auto may have gone back to the CPU meanwhile.
+      if (backend == dParallelSAPBackendCUDA) CHECK(emulation::locks().now == before.now);
     }
     REQUIRE(messages.all().size() == ++said);
     CHECK(contains(messages.all().back(), "has reset a GPU"));
