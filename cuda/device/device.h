@@ -36,7 +36,7 @@ struct DriverContext {
 // the program: to make one takes long.
 DriverContext driverContextOf(int device);
 // Whether the program has had it destroyed (cudaDeviceReset): nothing of it may be used or given
-// back then. Takes about a microsecond.
+// back then.
 bool isLost(const DriverContext& context) noexcept;
 
 // Makes a device's context current for the calling thread as long as it lives; the thread is as it

@@ -35,7 +35,7 @@ bool Policy::isSmall(std::size_t slots, const Settings& settings) {
 }
 
 int Policy::teamFor(std::size_t slots, const Settings& settings) {
-  if (slots <= small_scene_slots && !teamsAreTested()) return 1;
+  if (slots <= small_scene_slots && !teamsAreTested()) return 1;  // without asking OpenMP
   const bool tests_all = settings.method == dParallelSAPMethodBruteForce ||
                          settings.method == dParallelSAPMethodAxisLists;
   return ode_parallel_sap::teamFor(slots, tests_all ? grains::scene_of_all_tests : grains::scene,

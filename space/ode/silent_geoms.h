@@ -28,8 +28,8 @@ class SilentGeoms {
   // A geom comes to a slot. Its class is read later: a geom is added before its constructor
   // has set it.
   void add(Slot slot) { slots_.insert(slot); }
-  // To be called then, too, when one leaves and when something in a sub-space has changed. Whether
-  // that is news, also for the spaces around this one.
+  // A geom came to the slot or left it, or the sub-space there changed. Returns whether this is
+  // news: the spaces around this one are to be told, too, then.
   bool noteChange(Slot slot) {
     if (!listed_ && changed_.contains(slot)) return false;
     changed_.insert(slot);
@@ -52,9 +52,7 @@ class SilentGeoms {
     if (!areClean()) checkAll(space, geoms);
   }
   // Whether check() would do nothing.
-  bool areClean() const {
-    return listed_ && ((meshes_.empty() && spaces_.empty()) || !anyDirty());
-  }
+  bool areClean() const { return listed_ && ((meshes_.empty() && spaces_.empty()) || !anyDirty()); }
   // All meshes and spaces, and geoms whose class was not read yet.
   const SlotSet& slots() const { return slots_; }
   // Calls visit(mesh) for the meshes of a space, whose geoms these are, and of all spaces in it.

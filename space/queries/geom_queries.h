@@ -74,7 +74,9 @@ class GeomQueries {
                       Buffer<dxGeom*>& hits);
   static void findByTests(const Geoms& geoms, const dxGeom* geom, Buffer<dxGeom*>& hits);
 
-  static constexpr std::size_t few_geoms = 16;  // fixed: a look at all is over before it begins
+  // Are tested in one pass, without a tree: queries of a robot's links took 0.85 of the
+  // instructions.
+  static constexpr std::size_t few_geoms = 16;
 
   GeomTree tree_;
 };
